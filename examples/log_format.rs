@@ -6,9 +6,9 @@
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
 use bevy::prelude::*;
+use naoisis::interface::cycle_record::CycleRecord;
 use naoisis::prelude::*;
 use naoisis::record::RecordPlugin;
-use naoisis::record::cycle_record::CycleRecord;
 use naoisis::record::output_file::OutputFile;
 use naoisis::record::recorder::{self, EndReason, MatchEnd, RecordError, Recorder};
 use std::fs::File;

@@ -97,48 +97,21 @@
     )
 )]
 
-pub mod agents;
-pub mod appearance;
-pub mod ball;
-pub mod batch;
-pub mod behaviour;
-pub mod belief;
-pub mod calibration;
-pub mod camera_model;
-pub mod cli;
-pub mod collision;
-pub mod communication;
-pub mod cycle;
-pub mod environment;
-pub mod events;
-pub mod expectations;
-pub mod figures;
-pub mod game;
-pub mod game_controller;
-pub mod geometry;
 pub mod guide;
-pub mod kick_geometry;
-pub mod knowledge;
-pub mod named_values;
-pub mod pitch;
 pub mod prelude;
-pub mod random;
-mod read_file;
-pub mod record;
-pub mod referee;
-mod replace_file;
-pub mod robot;
-pub mod scenario;
-pub mod sensing;
-mod short_name;
-pub mod simulation;
-pub mod statistics;
-pub mod team;
-pub mod teams;
-pub mod trials;
+
+pub use naoisis_agents::{agents, environment, game_controller};
+pub use naoisis_cli::cli;
+pub use naoisis_core::{
+    ball, behaviour, camera_model, collision, communication, cycle, events, game, geometry, kick_geometry, knowledge,
+    named_values, pitch, random, referee, robot, statistics, team,
+};
+pub use naoisis_lab::{calibration, figures, trials};
+pub use naoisis_record::{batch, expectations, record, whatif};
+pub use naoisis_sensing::{appearance, belief, sensing};
+pub use naoisis_sim::{interface, scenario, simulation, teams};
 #[cfg(feature = "viewer")]
-pub mod viewer;
-pub mod whatif;
+pub use naoisis_viewer::viewer;
 
 /// The README's examples, so that they are tested.
 #[cfg(doctest)]

@@ -9,7 +9,7 @@ use naoisis::environment::{
     self, ActionKind, Arrays, AutoReset, Challenge, EnvironmentError, EnvironmentSettings, ObservationKind,
     RewardWeights, StartError, action,
 };
-use naoisis::record::gather::{CurrentRecord, gather_start};
+use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
 use naoisis::scenario::{ScenarioSource, Setting};
 use naoisis::sensing::camera::CameraRendering;

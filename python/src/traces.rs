@@ -2,8 +2,8 @@
 
 use naoisis::belief::Belief;
 use naoisis::geometry::{Pose, to_degrees};
-use naoisis::record::cycle_record::{CycleRecord, RobotRecord};
-use naoisis::record::fields::Fields;
+use naoisis::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis::interface::fields::Fields;
 use naoisis::record::read::{Ending, TraceReader};
 use naoisis::team::RobotId;
 use numpy::{PyArray1, PyArrayMethods};

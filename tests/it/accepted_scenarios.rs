@@ -23,7 +23,7 @@ use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickModel, KickSettings};
 use naoisis::robot::motion::{MotionError, MotionLimits};
 use naoisis::robot::posture::PostureRequest;
-use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec};
+use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec, rules_preset};
 use naoisis::sensing::latency::Latency;
 use naoisis::sensing::odometry::{OdometryNoise, OdometrySettings};
 use naoisis::sensing::sonar::{SonarNoise, SonarSettings};
@@ -229,7 +229,7 @@ fn rules() -> impl Strategy<Value = Rules> {
     let seconds = || within(0.01..=5.0);
     (select(names), 1u8..=11, [seconds(), seconds(), seconds(), seconds(), seconds()], any::<[bool; 4]>()).prop_map(
         |(name, team_size, [half_s, ready_s, set_s, penalty_s, stall_s], [falls, dives, shoot_out, is_short])| {
-            let preset = Rules::preset(name).unwrap();
+            let preset = rules_preset(name).unwrap();
             let short = Rules { half_s, ready_s, set_s, penalty_s, stall_s, shoot_out, ..preset.clone() };
             Rules { team_size, falls, dives, get_up_s: 0.2, ..if is_short { short } else { preset } }
         },

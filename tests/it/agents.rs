@@ -3,10 +3,10 @@
 use bevy::prelude::*;
 use naoisis::agents::{self, AgentError, Perception, RobotCommand};
 use naoisis::cycle::perceive;
+use naoisis::interface::cycle_record::CycleRecord;
+use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::prelude::*;
 use naoisis::record::RecordPlugin;
-use naoisis::record::cycle_record::CycleRecord;
-use naoisis::record::gather::{CurrentRecord, gather_start};
 use naoisis::scenario::BehaviourSpec;
 use naoisis::simulation::Snapshot;
 

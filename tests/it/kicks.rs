@@ -1,8 +1,11 @@
 //! Kicks from the command to where the ball comes to rest.
 
 use approx::assert_abs_diff_eq;
+use naoisis::appearance::stride::Stride;
 use naoisis::events::{KickMiss, KickResult};
 use naoisis::prelude::*;
+use naoisis::robot::Roster;
+use naoisis::robot::body::Body;
 
 use crate::support::{blue, collect_events, match_of};
 
@@ -194,4 +197,34 @@ fn a_kick_of_no_number_is_refused_and_nothing_moves() {
     assert_eq!(refused, 6, "{events:?}");
     assert_eq!(app.robot_pose(blue(1)).unwrap(), Pose::default());
     assert_eq!(app.ball().unwrap().position.x, 0.15);
+}
+
+/// The greatest angle of the left hip and of its swing aside, by cycles of 1/30 s, of a robot that makes a left side kick in the
+/// first one, of 0.7 s with 0.3 s of extension.
+fn side_kick(ball_y_m: f32) -> Vec<[f32; 2]> {
+    let mut app = match_of(&format!(
+        r#"{{ "rules": "free", "ball": {{ "position_m": [0.15, {ball_y_m}] }},
+             "kicks": {{ "wind_up_s": 0.7, "extension_s": 0.3 }},
+             "robots": [{{ "number": 1, "behaviour": {{ "script": [{{ "kick": {{ "type": "left_side" }} }}] }} }}] }}"#
+    ));
+    let id = blue(1);
+    let robot = app.world().resource::<Roster>().get(id).unwrap();
+    app.world_mut().entity_mut(robot).insert(Stride::default());
+    let poses = (0..40).map(|_| {
+        app.run_cycles(1);
+        let leg = app.robot::<Stride>(id).unwrap().joints(id, HeadAngles::default(), &Body::default()).legs[0];
+        [leg.hip, leg.aside]
+    });
+    poses.collect()
+}
+
+#[test]
+fn a_leg_extends_for_as_long_as_the_kick_takes_and_strikes_the_wrong_side_by_that() {
+    let right = side_kick(-0.05);
+    // At the front after 0.2 s, and not aside before the last tenth of a second.
+    assert!(right[8][0] > 0.3 && right[16] == [right[8][0], 0.0] && right[21][1] < -0.25, "{right:?}");
+    let wrong = side_kick(0.05);
+    assert_eq!(wrong[..9], right[..9]);
+    assert!(wrong[10][0] > 0.3 && wrong.iter().all(|[_, aside]| *aside == 0.0), "{wrong:?}");
+    assert!(wrong[30][0].abs() < 0.1, "the foot is back: {wrong:?}");
 }

@@ -5,7 +5,7 @@
 
 use bevy::math::{Vec2, ops};
 use naoisis::prelude::*;
-use naoisis::scenario::RULES_PRESETS;
+use naoisis::scenario::{RULES_PRESETS, rules_preset};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -43,7 +43,7 @@ fn scenario(preset: &str, seed: u64) -> Scenario {
         get_up_s: 1.0,
         shoot_out_shots: 1,
         shoot_out_s: 1.0,
-        ..Rules::preset(preset).unwrap()
+        ..rules_preset(preset).unwrap()
     };
     scenario.rules.standby_s = scenario.rules.standby_s.min(0.5);
     scenario.duration_s = (!scenario.rules.clock).then_some(2.0 * HALF_S);

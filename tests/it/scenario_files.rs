@@ -4,9 +4,11 @@ use bevy::math::Vec2;
 use naoisis::game::{BallOutRestart, Rules};
 use naoisis::geometry::{Pose, to_radians};
 use naoisis::kick_geometry::KickType;
-use naoisis::pitch::Pitch;
 use naoisis::robot::kick::KickRequest;
-use naoisis::scenario::{BallSpec, BehaviourSpec, Format, LIBRARY, PostSpec, Scenario, ScenarioErrorKind, TeamsSpec};
+use naoisis::scenario::{
+    BallSpec, BehaviourSpec, Format, LIBRARY, PostSpec, Scenario, ScenarioErrorKind, TeamsSpec, pitch_preset,
+    rules_preset,
+};
 use naoisis::sensing::sonar::SonarNoise;
 use proptest::prelude::*;
 use std::path::Path;
@@ -108,10 +110,10 @@ fn presets_are_changed_by_an_objects_own_fields() {
         robots: [(number: 3, motion: (error_sd: (dy_m: 0.02)), sonar: (noise: none)), (pose: (0, 1, 0))],
     )";
     let scenario = Scenario::from_text(text, Format::Ron, "presets.ron").unwrap();
-    let mut field = Pitch::preset("spl2025").unwrap();
+    let mut field = pitch_preset("spl2025").unwrap();
     (field.border_m, field.goal.width_m) = (1.0, 2.0);
     assert_eq!(scenario.field, field);
-    assert_eq!(scenario.rules, Rules { half_s: 60.0, ..Rules::preset("spl2010").unwrap() });
+    assert_eq!(scenario.rules, Rules { half_s: 60.0, ..rules_preset("spl2010").unwrap() });
     assert_eq!(scenario.rules.ball_out_restart, BallOutRestart::ThrowIn);
     let own = scenario.robots[0].motion.unwrap();
     assert_eq!((own.max_linear_mps, own.error_sd.dx_m, own.error_sd.dy_m), (0.3, 0.01, 0.02));

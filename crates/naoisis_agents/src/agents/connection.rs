@@ -1,0 +1,381 @@
+//! A connection to a program: messages in either encoding, bounded in length, with deadlines.
+
+use core::time::Duration;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpStream};
+#[cfg(unix)]
+use std::os::unix::net::UnixStream;
+use std::time::Instant;
+
+pub use super::loss::Loss;
+use super::message::{read_message, write_message};
+#[cfg(unix)]
+use super::pipes::Pipes;
+use super::protocol::Encoding;
+use super::settings::{BreakOff, LOOK};
+use naoisis_core::events::AgentLoss;
+
+/// What is read at once, bytes.
+const CHUNK: usize = 4 << 10;
+/// What is said of who is silent too long.
+const TOO_LATE: &str = "it did not answer in time";
+
+/// The bytes to and from a program.
+#[derive(Debug)]
+pub enum Stream {
+    /// Of a process.
+    #[cfg(unix)]
+    Pipes(Pipes),
+    /// Of a Unix socket.
+    #[cfg(unix)]
+    Unix(UnixStream),
+    /// Of a TCP socket.
+    Tcp(TcpStream),
+}
+
+/// Does the same with every kind of socket, and something else with pipes.
+macro_rules! with_stream {
+    ($stream:expr, $pipes:ident => $act_on_pipes:expr, $socket:ident => $act:expr) => {
+        match $stream {
+            #[cfg(unix)]
+            Stream::Pipes($pipes) => $act_on_pipes,
+            #[cfg(unix)]
+            Stream::Unix($socket) => $act,
+            Stream::Tcp($socket) => $act,
+        }
+    };
+}
+
+impl Stream {
+    /// Lets reads and writes of sockets end after this time, as those of pipes do.
+    fn set_timeouts(&self, time: Duration) -> io::Result<()> {
+        let time = Some(time);
+        with_stream!(self, _pipes => Ok(()),
+            socket => socket.set_read_timeout(time).and_then(|()| socket.set_write_timeout(time)))
+    }
+
+    /// Whether reads of sockets end at once.
+    fn set_nonblocking(&self, nonblocking: bool) -> io::Result<()> {
+        with_stream!(self, _pipes => Ok(()), socket => socket.set_nonblocking(nonblocking))
+    }
+
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        with_stream!(self, pipes => pipes.read(bytes), socket => socket.read(bytes))
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        with_stream!(self, pipes => pipes.write(bytes), socket => socket.write(bytes))
+    }
+
+    /// Tells the program everything that it will be told.
+    fn end_writing(&mut self) {
+        // Whoever has hung up already will not mind.
+        let _ =
+            with_stream!(self, pipes => { pipes.close_input(); Ok(()) }, socket => socket.shutdown(Shutdown::Write));
+    }
+}
+
+/// A connection to a program.
+#[derive(Debug)]
+pub struct Connection {
+    stream: Stream,
+    encoding: Encoding,
+    /// The longest message that is taken, bytes.
+    longest: usize,
+    /// What was received and is not read yet.
+    received: Vec<u8>,
+    /// So much of it has no end of a line.
+    searched: usize,
+    outgoing: Vec<u8>,
+    /// Whether reads and writes end to look at the clock.
+    looks: bool,
+    break_off: Option<BreakOff>,
+}
+
+impl Connection {
+    /// A connection over a stream, which begins with lines of JSON. Nothing is waited for when the match is broken off.
+    pub fn new(stream: Stream, longest: usize, break_off: Option<BreakOff>) -> Self {
+        let (encoding, received, outgoing) = (Encoding::Json, Vec::new(), Vec::new());
+        Self { stream, encoding, longest, received, searched: 0, outgoing, looks: false, break_off }
+    }
+
+    /// How messages are written from now on.
+    pub fn set_encoding(&mut self, encoding: Encoding) {
+        self.encoding = encoding;
+    }
+
+    /// Sends a message.
+    ///
+    /// # Errors
+    /// When it is not taken by the deadline.
+    pub fn send(&mut self, message: &impl Serialize, deadline: Option<Instant>) -> Result<(), Loss> {
+        self.outgoing.clear();
+        write_message(self.encoding, message, &mut self.outgoing)?;
+        self.look()?;
+        let mut sent = 0;
+        while sent < self.outgoing.len() {
+            match self.stream.write(&self.outgoing[sent..]) {
+                Ok(0) => return Err(Loss::new(AgentLoss::Closed, "it has hung up")),
+                Ok(count) => sent += count,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if is_silence(&error) => {
+                    self.wait_on(deadline, "it reads nothing of what it is sent")?;
+                }
+                Err(_) => return Err(Loss::new(AgentLoss::Closed, "it has hung up")),
+            }
+        }
+        Ok(())
+    }
+
+    /// Receives a message.
+    ///
+    /// # Errors
+    /// When there is none by the deadline, or it is none of this type.
+    pub fn receive<T: DeserializeOwned>(&mut self, deadline: Option<Instant>) -> Result<T, Loss> {
+        let mut may_have_more = true;
+        loop {
+            if let Some((start, end, next)) = self.next_message()? {
+                let bytes = &self.received[start..end];
+                let message = read_message(self.encoding, bytes);
+                self.received.drain(..next);
+                self.searched = 0;
+                return message;
+            }
+            // Who sends a little now and then has no more time than others.
+            if !may_have_more {
+                self.wait_on(deadline, TOO_LATE)?;
+            }
+            may_have_more = self.read_more(deadline)? == CHUNK;
+        }
+    }
+
+    /// Whether receiving does not wait: a message is there, or there will be none. With a socket it does not wait itself.
+    pub fn is_ready(&mut self) -> bool {
+        let is_broken = self.stream.set_nonblocking(true).is_err();
+        let is_ready = is_broken || self.has_message_or_end();
+        self.stream.set_nonblocking(false).is_err() || is_ready
+    }
+
+    /// Whether there will be nothing more from the program, which has nothing to say now.
+    pub fn has_hung_up(&mut self) -> bool {
+        self.is_ready() && !matches!(self.next_message(), Ok(Some(_)))
+    }
+
+    fn has_message_or_end(&mut self) -> bool {
+        loop {
+            if !matches!(self.next_message(), Ok(None)) {
+                return true;
+            }
+            match self.read_more(Some(Instant::now())) {
+                Ok(_) => {}
+                Err(loss) => return loss.reason != AgentLoss::TimedOut,
+            }
+        }
+    }
+
+    /// Waits until the program hangs up, whatever else it says.
+    pub fn wait_for_end(&mut self, deadline: Option<Instant>) {
+        self.stream.end_writing();
+        loop {
+            self.received.clear();
+            if self.read_more(deadline).is_err() || deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+                break;
+            }
+        }
+    }
+
+    /// Where the first message begins and ends, and where the next begins; none if it is not whole yet.
+    fn next_message(&mut self) -> Result<Option<(usize, usize, usize)>, Loss> {
+        let longest = self.longest;
+        let too_long =
+            || Loss::new(AgentLoss::TooLong, format!("it sent a message of more than {longest} bytes; expected fewer"));
+        match self.encoding {
+            Encoding::Json => {
+                let end = self.received[self.searched..].iter().position(|&byte| byte == b'\n');
+                match end.map(|end| self.searched + end) {
+                    Some(end) if end <= longest => Ok(Some((0, end, end + 1))),
+                    None if self.received.len() <= longest => {
+                        self.searched = self.received.len();
+                        Ok(None)
+                    }
+                    _ => Err(too_long()),
+                }
+            }
+            Encoding::Msgpack => {
+                let Some((length, rest)) = self.received.split_first_chunk::<4>() else { return Ok(None) };
+                let length = u32::from_be_bytes(*length) as usize;
+                if length > longest {
+                    return Err(too_long());
+                }
+                Ok((rest.len() >= length).then_some((4, 4 + length, 4 + length)))
+            }
+        }
+    }
+
+    /// Reads what there is, or what comes: so many bytes. What is there already is always taken.
+    fn read_more(&mut self, deadline: Option<Instant>) -> Result<usize, Loss> {
+        self.look()?;
+        let before = self.received.len();
+        self.received.resize(before + CHUNK, 0);
+        let read = loop {
+            match self.stream.read(&mut self.received[before..]) {
+                Ok(0) if before > 0 => {
+                    break Err(Loss::new(AgentLoss::Closed, "it has hung up in the middle of a message"));
+                }
+                Ok(0) => break Err(Loss::new(AgentLoss::Closed, "it has hung up")),
+                Ok(count) => break Ok(count),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if is_silence(&error) => {
+                    if let Err(loss) = self.wait_on(deadline, TOO_LATE) {
+                        break Err(loss);
+                    }
+                }
+                Err(_) => break Err(Loss::new(AgentLoss::Closed, "it has hung up")),
+            }
+        };
+        self.received.truncate(before + *read.as_ref().unwrap_or(&0));
+        read
+    }
+
+    /// Lets reads and writes end now and then.
+    fn look(&mut self) -> Result<(), Loss> {
+        if !self.looks {
+            self.stream.set_timeouts(LOOK).map_err(|_| Loss::new(AgentLoss::Closed, "it has hung up"))?;
+            self.looks = true;
+        }
+        Ok(())
+    }
+
+    /// Whether to wait on for a program.
+    ///
+    /// # Errors
+    /// When its time is over, which means that it is lost for this, or the match is broken off.
+    fn wait_on(&self, deadline: Option<Instant>, too_late: &str) -> Result<(), Loss> {
+        if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+            return Err(Loss::new(AgentLoss::TimedOut, too_late));
+        }
+        match &self.break_off {
+            Some(BreakOff(is_broken_off)) if is_broken_off() => {
+                Err(Loss::new(AgentLoss::TimedOut, "the match was broken off while it was waited for"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Whether nothing has happened for a while.
+fn is_silence(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
+}
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use super::super::protocol::Answer;
+    use super::*;
+    use serde_json::json;
+
+    /// A connection, and the program's end of it.
+    fn pair() -> (Connection, UnixStream) {
+        let (here, there) = UnixStream::pair().unwrap();
+        (Connection::new(Stream::Unix(here), 1000, None), there)
+    }
+
+    /// What comes of these bytes, sent by a program that then hangs up.
+    fn received(encoding: Encoding, bytes: &[u8]) -> Result<Answer, Loss> {
+        let (mut connection, mut program) = pair();
+        connection.set_encoding(encoding);
+        program.write_all(bytes).unwrap();
+        drop(program);
+        connection.receive(None)
+    }
+
+    #[test]
+    fn messages_arrive_in_either_encoding_however_they_are_cut() {
+        let answer = Answer { cycle: 7, ..Answer::default() };
+        for encoding in [Encoding::Json, Encoding::Msgpack] {
+            let (mut here, there) = pair();
+            let mut program = Connection::new(Stream::Unix(there), 1000, None);
+            here.set_encoding(encoding);
+            program.set_encoding(encoding);
+            program.send(&json!({ "cycle": 6 }), None).unwrap();
+            program.send(&answer, None).unwrap();
+            assert_eq!(here.receive::<Answer>(None).unwrap().cycle, 6);
+            assert_eq!(here.receive::<Answer>(None), Ok(answer.clone()));
+        }
+        let (mut here, mut program) = pair();
+        let writer = std::thread::spawn(move || {
+            for byte in b"{\"cycle\":3}\n" {
+                program.write_all(&[*byte]).unwrap();
+            }
+        });
+        assert_eq!(here.receive::<Answer>(None).unwrap().cycle, 3);
+        writer.join().unwrap();
+    }
+
+    #[test]
+    fn what_is_no_message_is_told_from_what_never_comes() {
+        let reason = |encoding, bytes: &[u8]| received(encoding, bytes).unwrap_err().reason;
+        let json = |text: &str| reason(Encoding::Json, text.as_bytes());
+        assert_eq!(json(""), AgentLoss::Closed);
+        assert_eq!(json("{\"cycle\":"), AgentLoss::Closed);
+        assert_eq!(json("Hello, world!\n"), AgentLoss::Malformed);
+        assert_eq!(json("\n"), AgentLoss::Malformed);
+        assert_eq!(json("{\"cycle\":-1}\n"), AgentLoss::Malformed);
+        // A list is no object, not even an empty one.
+        for list in ["[1]", "{\"cycle\":1,\"command\":[]}", "{\"cycle\":1,\"command\":{\"kick\":[\"left_side\"]}}"] {
+            assert_eq!(json(&format!("{list}\n")), AgentLoss::Malformed, "{list}");
+        }
+        assert_eq!(json(&format!("{}\n", "[".repeat(900))), AgentLoss::Malformed);
+        assert_eq!(json(&"x".repeat(2000)), AgentLoss::TooLong);
+        assert_eq!(reason(Encoding::Json, b"{\"cycle\":1,\"\xff\":2}\n"), AgentLoss::Malformed);
+        let message_pack = |bytes: &[u8]| reason(Encoding::Msgpack, bytes);
+        assert_eq!(message_pack(&[0xff; 4]), AgentLoss::TooLong);
+        assert_eq!(message_pack(&[0, 0, 0, 9, 1]), AgentLoss::Closed);
+        assert_eq!(message_pack(&[0, 0, 0, 1, 0xc1]), AgentLoss::Malformed);
+        assert_eq!(message_pack(&[0, 0, 0, 2, 0x91, 1]), AgentLoss::Malformed);
+        // A list said to be four thousand million long, and one within another within another.
+        assert_eq!(message_pack(&[0, 0, 0, 5, 0xdd, 0xff, 0xff, 0xff, 0xff]), AgentLoss::Malformed);
+        assert_eq!(message_pack(&[&[0, 0, 1, 0][..], &[0x91; 256]].concat()), AgentLoss::Malformed);
+    }
+
+    #[test]
+    fn who_is_silent_is_too_late_and_who_does_not_listen_too() {
+        let (mut connection, program) = pair();
+        let soon = || Some(Instant::now() + Duration::from_millis(5));
+        assert_eq!(connection.receive::<Answer>(soon()).unwrap_err().reason, AgentLoss::TimedOut);
+        let large = "x".repeat(1 << 20);
+        assert_eq!(connection.send(&large, soon()).unwrap_err().reason, AgentLoss::TimedOut);
+        drop(program);
+    }
+
+    #[test]
+    fn what_is_there_is_taken_however_late_and_a_part_of_it_is_not_waited_for() {
+        let (mut connection, mut program) = pair();
+        let now = Some(Instant::now());
+        let answer = format!("{{\"cycle\":3{}}}\n", " ".repeat(900));
+        program.write_all(answer.as_bytes()).unwrap();
+        program.write_all(b"{\"cycle\":").unwrap();
+        assert_eq!(connection.receive::<Answer>(now).unwrap().cycle, 3);
+        assert_eq!(connection.receive::<Answer>(now).unwrap_err().reason, AgentLoss::TimedOut);
+    }
+
+    #[test]
+    fn nobody_is_waited_for_when_the_match_is_broken_off() {
+        let (here, _program) = UnixStream::pair().unwrap();
+        let break_off = BreakOff(std::sync::Arc::new(|| true));
+        let mut connection = Connection::new(Stream::Unix(here), 1000, Some(break_off));
+        let loss = connection.receive::<Answer>(None).unwrap_err();
+        assert!(loss.reason == AgentLoss::TimedOut && loss.message.contains("broken off"), "{loss}");
+        let loss = connection.send(&"x".repeat(1 << 20), None).unwrap_err();
+        assert!(loss.reason == AgentLoss::TimedOut && loss.message.contains("broken off"), "{loss}");
+    }
+
+    #[test]
+    fn what_is_wrong_with_an_answer_is_said_in_words() {
+        let wrong = received(Encoding::Json, b"{\"cycle\": 1, \"comand\": {}}\n").unwrap_err().to_string();
+        assert!(wrong.contains("there is no field `comand`: did you mean `command`?"), "{wrong}");
+    }
+}

@@ -1,0 +1,206 @@
+//! Whoever plays a robot from outside: the connection to it, its process if it has one, and what is said.
+
+use bevy::prelude::*;
+use core::time::Duration;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use serde_json::Value;
+
+use super::connection::Connection;
+use super::loss::Loss;
+use super::message::malformed;
+use super::process::{self, Process};
+use super::protocol::{
+    Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, PerceptionParts, Turn, Welcome,
+};
+use super::settings::AgentSettings;
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::events::AgentLoss;
+use naoisis_core::game::Score;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::camera::CameraImages;
+use naoisis_sim::interface::command::read_value;
+use naoisis_sim::interface::fields::Fields;
+use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
+use naoisis_sim::scenario::Scenario;
+
+/// How long a program whose match is over may take to end.
+pub(super) const FAREWELL: Duration = Duration::from_secs(1);
+
+/// A robot is played by a program, or was.
+#[derive(Component, Debug)]
+pub struct AgentPlayer(pub(super) Option<Agent>);
+
+impl AgentPlayer {
+    /// What the program has said of itself, if it plays.
+    pub fn hello(&self) -> Option<&Hello> {
+        self.0.as_ref()?.hello.as_ref()
+    }
+}
+
+/// A program that plays a robot.
+#[derive(Debug)]
+pub struct Agent {
+    connection: Connection,
+    /// Dropped last: it ends the process.
+    process: Option<Process>,
+    /// What the program has said of itself.
+    hello: Option<Hello>,
+    /// The parts of perceptions that it wants.
+    fields: Fields,
+    /// When it has to have answered.
+    deadline: Option<Instant>,
+}
+
+impl Agent {
+    /// A program that has not said anything yet.
+    pub(super) fn new(connection: Connection, process: Option<Process>) -> Self {
+        Self { connection, process, hello: None, fields: Fields::default(), deadline: None }
+    }
+
+    /// Whether the program has said hello, or never will.
+    pub(super) fn has_spoken(&mut self) -> bool {
+        self.connection.is_ready()
+    }
+
+    /// Whether the program is gone.
+    pub(super) fn has_hung_up(&mut self) -> bool {
+        self.connection.has_hung_up()
+    }
+
+    /// What the program says of itself. Whoever says something else is told what is wrong with it.
+    pub(super) fn hello(&mut self, deadline: Option<Instant>) -> Result<Hello, Loss> {
+        let said = self.connection.receive::<Value>(deadline).and_then(|said| {
+            // Looked at first: another version may have other fields.
+            match said.pointer("/hello/protocol").and_then(Value::as_u64) {
+                Some(protocol) if protocol != u64::from(PROTOCOL) => {
+                    Err(self.refuse(format!("it speaks protocol {protocol}; expected {PROTOCOL}"), deadline))
+                }
+                _ => read_value::<HelloMessage>(&said)
+                    .map_err(|error| malformed(&error.to_string(), said.to_string().as_bytes())),
+            }
+        });
+        let hello = said.map_err(|mut loss| {
+            loss.message = match loss.reason {
+                AgentLoss::Malformed => format!("{}; expected a hello at first, such as {EXAMPLE_HELLO}", loss.message),
+                AgentLoss::TimedOut => "it did not say hello in time".to_owned(),
+                _ => loss.message,
+            };
+            if loss.reason == AgentLoss::Malformed {
+                let _ = self.refuse(loss.message.clone(), deadline);
+            }
+            self.told(loss)
+        })?;
+        self.connection.set_encoding(hello.hello.encoding);
+        Ok(hello.hello)
+    }
+
+    /// Lets the program play a robot, if it asks for nothing that there is not.
+    pub(super) fn welcome(
+        &mut self,
+        hello: &Hello,
+        robot: RobotId,
+        scenario: &Scenario,
+        renders_images: bool,
+        deadline: Option<Instant>,
+    ) -> Result<(), Loss> {
+        let mounts = scenario.robot(robot).cameras.unwrap_or(scenario.cameras).mounts;
+        let unknown = hello.images.iter().find(|camera| mounts.get(**camera).is_none());
+        let refusal = if hello.robot.is_some_and(|wanted| wanted != robot) {
+            Some(format!("it wants to play another robot; expected `{robot}`, as NAOISIS_ROBOT says, or none"))
+        } else if !hello.images.is_empty() && !renders_images {
+            Some("it wants camera images, and none are rendered; expected a match with --cameras software".to_owned())
+        } else if let Some(camera) = unknown {
+            let names: Vec<String> = mounts.names().map(|name| format!("`{name}`")).collect();
+            Some(format!("the robot has no camera `{camera}`; expected one of {}", names.join(", ")))
+        } else {
+            None
+        };
+        if let Some(reason) = refusal {
+            return Err(self.refuse(reason, deadline));
+        }
+        self.fields = match Fields::of_perception(&hello.fields) {
+            Ok(fields) => fields,
+            Err(error) => return Err(self.refuse(error.to_string(), deadline)),
+        };
+        self.hello = Some(hello.clone());
+        let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot)));
+        self.connection.send(&welcome, deadline).map_err(|loss| self.told(loss))
+    }
+
+    /// Tells the program why it may not play.
+    pub(super) fn refuse(&mut self, reason: String, deadline: Option<Instant>) -> Loss {
+        // Who does not listen will see that it is over.
+        let _ = self.connection.send(&Message::Refused { reason: &reason, protocol: PROTOCOL }, deadline);
+        Loss::new(AgentLoss::Refused, reason)
+    }
+
+    /// Tells the program what its robot perceives.
+    pub(super) fn ask(
+        &mut self,
+        clock: &CycleClock,
+        perception: &Perception,
+        belief: Option<&Belief>,
+        images: Option<&CameraImages>,
+        settings: &AgentSettings,
+    ) -> Result<(), Loss> {
+        self.deadline = settings.answer_timeout.map(|time| Instant::now() + time);
+        let turn = Turn {
+            cycle: clock.cycle,
+            time_s: clock.start_time_s(),
+            perception: PerceptionParts { perception, fields: &self.fields },
+            belief: belief.filter(|_| self.hello.as_ref().is_some_and(|hello| hello.belief)),
+            images: self.images_of(clock, images),
+        };
+        self.connection.send(&turn, self.deadline).map_err(|loss| self.told(loss))
+    }
+
+    /// The images that it wants, if they arrived in this cycle.
+    fn images_of<'a>(
+        &self,
+        clock: &CycleClock,
+        images: Option<&'a CameraImages>,
+    ) -> BTreeMap<CameraName, ImageMessage<'a>> {
+        let wanted = self.hello.as_ref().map_or(&[][..], |hello| &hello.images);
+        let new = images.filter(|images| !wanted.is_empty() && images.arrived == Some(clock.cycle));
+        let Some((images, taken)) = new.and_then(|images| images.cycle.map(|taken| (images, taken))) else {
+            return BTreeMap::new();
+        };
+        let time_s = CycleClock { cycle: taken, ..*clock }.start_time_s();
+        wanted.iter().map(|camera| (*camera, ImageMessage::of(images.of(*camera), time_s))).collect()
+    }
+
+    /// What the program decides in this cycle.
+    pub(super) fn answer(&mut self, cycle: u64) -> Result<RobotCommand, Loss> {
+        let answer = self.connection.receive::<Answer>(self.deadline).map_err(|loss| self.told(loss))?;
+        if answer.cycle != cycle {
+            let message = format!("it answered for cycle {}; expected {cycle}", answer.cycle);
+            return Err(Loss::new(AgentLoss::WrongCycle, message));
+        }
+        answer.command.checked().map_err(|error| Loss::new(AgentLoss::Malformed, error.to_string()))
+    }
+
+    /// The loss with what is known of how the process ended.
+    fn told(&mut self, loss: Loss) -> Loss {
+        let (AgentLoss::Closed, Some(process)) = (loss.reason, &mut self.process) else { return loss };
+        match process.exit_status(Instant::now() + FAREWELL) {
+            Some(status) if status.success() => Loss::new(AgentLoss::Closed, "it ended before the match did"),
+            Some(status) => Loss::new(AgentLoss::Crashed, process::ending(status)),
+            None => Loss::new(AgentLoss::Closed, "it has closed its standard output"),
+        }
+    }
+
+    /// Tells the program that the match is over.
+    pub(super) fn say_goodbye(&mut self, reason: &str, score: Score) {
+        let _ = self.connection.send(&Message::End { reason, score }, Some(Instant::now() + FAREWELL));
+    }
+
+    /// Lets it end by itself until the deadline. Whether it did.
+    pub(super) fn wait_for_end(mut self, deadline: Instant) -> bool {
+        self.connection.wait_for_end(Some(deadline));
+        self.process.as_mut().is_none_or(|process| process.exit_status(deadline).is_some())
+    }
+}

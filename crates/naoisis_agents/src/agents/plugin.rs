@@ -1,0 +1,180 @@
+//! When in a cycle programs are asked: when the robots have perceived, and before behaviours decide.
+
+use bevy::prelude::*;
+use std::time::Instant;
+
+use super::connection::Connection;
+use super::loss::Loss;
+use super::player::{Agent, AgentPlayer, FAREWELL};
+use super::process::Process;
+use super::protocol::Hello;
+use super::remote::{ObeyingRobot, believe};
+use super::settings::AgentSettings;
+
+use naoisis_core::behaviour::{DecideSystems, Program};
+use naoisis_core::cycle::{Cycle, CycleClock};
+use naoisis_core::events::{AgentLoss, CycleEvents, MatchEvent};
+use naoisis_core::game::Game;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::kick::UnknownKick;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
+use naoisis_sim::interface::vocabulary::Perceived;
+use naoisis_sim::scenario::Scenario;
+
+/// Lets programs play: starts those of robots that have one, and asks them in every cycle.
+pub struct AgentsPlugin;
+
+impl Plugin for AgentsPlugin {
+    fn build(&self, app: &mut App) {
+        let programs_wait = |waiting: Query<(), (With<Program>, Without<AgentPlayer>)>| !waiting.is_empty();
+        let somebody_plays = |players: Query<(), With<AgentPlayer>>| !players.is_empty();
+        app.init_resource::<AgentSettings>().init_resource::<LostAgents>().add_systems(
+            Cycle,
+            (start_waiting.run_if(programs_wait), ask.run_if(somebody_plays)).chain().in_set(DecideSystems::Ask),
+        );
+    }
+}
+
+/// Programs that were lost before the match began.
+#[derive(Resource, Default)]
+pub(super) struct LostAgents(pub Vec<(RobotId, Loss)>);
+
+/// A program that cannot be started.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{robot}: {message}")]
+pub struct ProgramStartError {
+    /// The robot that it should play.
+    pub robot: RobotId,
+    /// Why it cannot be started.
+    pub message: String,
+}
+
+/// Starts the programs of all robots that have one and are not played yet, and lets them say hello. Without it they are
+/// started in the first cycle.
+///
+/// What goes wrong with a program that was started is an event of the next cycle.
+///
+/// # Errors
+/// The first that cannot be started; none are running then.
+pub fn start_programs(world: &mut World) -> Result<(), ProgramStartError> {
+    let settings = world.resource::<AgentSettings>().clone();
+    let mut waiting = world.query_filtered::<(Entity, &RobotId, &Program), Without<AgentPlayer>>();
+    let mut programs: Vec<(Entity, RobotId, Vec<String>)> =
+        waiting.iter(world).map(|(entity, id, program)| (entity, *id, program.0.clone())).collect();
+    programs.sort_by_key(|(_, id, _)| *id);
+    let mut agents = Vec::new();
+    for (entity, robot, words) in programs {
+        let folder = settings.folders[robot.team].as_deref();
+        let (process, stream) = Process::start(&words, folder, robot, settings.error_lines.clone())
+            .map_err(|message| ProgramStartError { robot, message })?;
+        let connection = Connection::new(stream, settings.longest_message, settings.break_off.clone());
+        agents.push((entity, robot, Agent::new(connection, Some(process))));
+    }
+    // They load while others do.
+    let deadline = settings.start_timeout.map(|time| Instant::now() + time);
+    for (entity, robot, mut agent) in agents {
+        let begun = agent.hello(deadline).and_then(|hello| begin(world, robot, &mut agent, &hello, deadline));
+        let player = match begun {
+            Ok(()) => AgentPlayer(Some(agent)),
+            Err(loss) => {
+                // It may want to read why.
+                if matches!(loss.reason, AgentLoss::Refused | AgentLoss::Malformed) {
+                    agent.wait_for_end(Instant::now() + FAREWELL);
+                }
+                world.resource_mut::<LostAgents>().0.push((robot, loss));
+                AgentPlayer(None)
+            }
+        };
+        world.entity_mut(entity).insert(player);
+    }
+    Ok(())
+}
+
+/// Lets a program that has said hello play a robot.
+pub(super) fn begin(
+    world: &mut World,
+    robot: RobotId,
+    agent: &mut Agent,
+    hello: &Hello,
+    deadline: Option<Instant>,
+) -> Result<(), Loss> {
+    let scenario = world.resource::<Scenario>();
+    agent.welcome(hello, robot, scenario, scenario.cameras.render != CameraRendering::Off, deadline)?;
+    // Where nothing is said of cameras, they work for who looks through them.
+    let entity = world.resource::<Roster>().get(robot);
+    if !hello.images.is_empty()
+        && let Some(mut cameras) = entity.and_then(|entity| world.get_mut::<CameraSettings>(entity))
+        && cameras.render == CameraRendering::Auto
+    {
+        cameras.render = CameraRendering::Software;
+    }
+    if hello.belief {
+        believe(world, robot).map_err(|error| Loss::new(AgentLoss::Refused, error.to_string()))?;
+    }
+    Ok(())
+}
+
+/// Starts programs in the middle of a match: after a restart, or in one that was saved.
+fn start_waiting(world: &mut World) {
+    if let Err(ProgramStartError { robot, message }) = start_programs(world) {
+        world.resource_mut::<LostAgents>().0.push((robot, Loss::new(AgentLoss::Refused, message)));
+        let mut waiting = world.query_filtered::<Entity, (With<Program>, Without<AgentPlayer>)>();
+        let waiting: Vec<Entity> = waiting.iter(world).collect();
+        for entity in waiting {
+            world.entity_mut(entity).insert(AgentPlayer(None));
+        }
+    }
+}
+
+fn ask(
+    clock: Res<CycleClock>,
+    settings: Res<AgentSettings>,
+    mut lost: ResMut<LostAgents>,
+    mut events: ResMut<CycleEvents>,
+    mut robots: Query<(&RobotId, &mut AgentPlayer, Perceived, Option<&Belief>, Option<&CameraImages>, ObeyingRobot)>,
+) {
+    let mut players: Vec<_> = robots.iter_mut().collect();
+    players.sort_by_key(|(id, ..)| **id);
+    let mut losses = core::mem::take(&mut lost.0);
+    // All think at the same time.
+    for (id, player, perceived, belief, images, _) in &mut players {
+        let Some(agent) = &mut player.0 else { continue };
+        if let Err(loss) = agent.ask(&clock, &perceived.perception(), *belief, *images, &settings) {
+            losses.push((**id, loss));
+            player.0 = None;
+        }
+    }
+    // Who was asked last is likely to be ready last: when it is, there is nobody left to wait for.
+    for (id, player, .., robot) in players.iter_mut().rev() {
+        let Some(agent) = &mut player.0 else { continue };
+        let answer = agent.answer(clock.cycle);
+        let malformed = |error: UnknownKick| Loss::new(AgentLoss::Malformed, error.to_string());
+        match answer.and_then(|command| robot.obey(command).map_err(malformed)) {
+            Ok(()) => {}
+            Err(loss) => {
+                losses.push((**id, loss));
+                player.0 = None;
+            }
+        }
+    }
+    losses.sort_by_key(|(robot, _)| *robot);
+    let event = |(robot, Loss { reason, message })| MatchEvent::AgentLost { robot, reason, message };
+    events.extend(losses.into_iter().map(event));
+}
+
+/// Tells all programs that the match is over, and why in words, and lets them end. The robots whose programs had to be ended.
+pub fn dismiss(world: &mut World, reason: &str) -> Vec<RobotId> {
+    let Some(score) = world.get_resource::<Game>().map(|game| game.score) else { return Vec::new() };
+    let mut players = world.query::<(&RobotId, &mut AgentPlayer)>();
+    let taken = players.iter_mut(world).filter_map(|(id, mut player)| player.0.take().map(|agent| (*id, agent)));
+    let mut agents: Vec<(RobotId, Agent)> = taken.collect();
+    agents.sort_by_key(|(id, _)| *id);
+    for (_, agent) in &mut agents {
+        agent.say_goodbye(reason, score);
+    }
+    // They end while others do.
+    let deadline = Instant::now() + FAREWELL;
+    agents.into_iter().filter_map(|(id, agent)| (!agent.wait_for_end(deadline)).then_some(id)).collect()
+}

@@ -1,0 +1,145 @@
+//! The process of a program that plays a robot. Nothing of it outlives the match, however the match ends.
+//!
+//! It talks over the pipes of its standard input and output. It and what it starts are a process group of their own, and a guard
+//! stands by it: a shell that waits for this program to end, even by a signal that nobody can catch, and then ends the group.
+
+use core::time::Duration;
+use std::io::{BufRead, BufReader, Read};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Instant;
+
+use super::connection::Stream;
+use super::pipes::{Pipes, SharedChild};
+use super::settings::ErrorLines;
+use naoisis_core::team::RobotId;
+use naoisis_sim::scenario::wording::quoted;
+
+/// Waits for its standard input to end, and then ends a process group.
+const GUARD: &str = "read -r _; kill -s KILL -- \"-$1\"";
+/// Between two looks whether a process has ended.
+const LOOK: Duration = Duration::from_millis(2);
+/// How long to wait for the last lines of standard error, where somebody else has it, too.
+const LAST_LINES: Duration = Duration::from_secs(1);
+/// The longest line of standard error that is passed on in one piece, bytes.
+const LONGEST_LINE: u64 = 4096;
+
+/// A program that plays a robot.
+#[derive(Debug)]
+pub struct Process {
+    child: SharedChild,
+    guard: Child,
+    /// Passes the lines of its standard error on.
+    lines: Option<JoinHandle<()>>,
+}
+
+impl Process {
+    /// Starts a program for a robot.
+    ///
+    /// # Errors
+    /// Why it cannot be started.
+    pub fn start(
+        words: &[String],
+        folder: Option<&Path>,
+        robot: RobotId,
+        error_lines: Option<ErrorLines>,
+    ) -> Result<(Self, Stream), String> {
+        let (program, arguments) = words.split_first().ok_or("no program is named")?;
+        let cannot = |error| format!("{} cannot be started: {error}", quoted(program));
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            return Err(format!(
+                "{} cannot be started in {}: there is no such folder",
+                quoted(program),
+                folder.display()
+            ));
+        }
+        let (mut pipes, standard_input, standard_output) = Pipes::new().map_err(cannot)?;
+        let mut command = Command::new(program);
+        command.args(arguments).env("NAOISIS_ROBOT", robot.to_string()).process_group(0);
+        command.stdin(standard_input).stdout(standard_output);
+        command.stderr(if error_lines.is_some() { Stdio::piped() } else { Stdio::inherit() });
+        if let Some(folder) = folder {
+            command.current_dir(folder);
+        }
+        let mut child = command.spawn().map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => {
+                format!(
+                    "there is no program {}; expected one in a folder of PATH, or a path such as ./my_team",
+                    quoted(program)
+                )
+            }
+            _ => cannot(error),
+        })?;
+        let mut guard = Command::new("/bin/sh");
+        guard.args(["-c", GUARD, "naoisis-guard", &child.id().to_string()]).process_group(0);
+        guard.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+        let guard = guard.spawn().map_err(|error| {
+            // Without a guard it does not run.
+            let _ = child.kill().and_then(|()| child.wait());
+            cannot(error)
+        })?;
+        let lines = child
+            .stderr
+            .take()
+            .zip(error_lines)
+            .map(|(stderr, pass_on)| thread::spawn(move || pass_lines_on(stderr, |line| pass_on(robot, line))));
+        let child = Arc::new(Mutex::new(child));
+        pipes.belong_to(child.clone());
+        Ok((Self { child, guard, lines }, Stream::Pipes(pipes)))
+    }
+
+    fn child(&self) -> MutexGuard<'_, Child> {
+        self.child.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// How it ended; none if it has not by the deadline.
+    pub fn exit_status(&mut self, deadline: Instant) -> Option<ExitStatus> {
+        loop {
+            let status = self.child().try_wait();
+            match status {
+                Ok(None) if Instant::now() < deadline => thread::sleep(LOOK),
+                Ok(status) => return status,
+                Err(_) => return None,
+            }
+        }
+    }
+}
+
+impl Drop for Process {
+    /// Ends it, and whatever it has started.
+    fn drop(&mut self) {
+        drop(self.guard.stdin.take());
+        // What cannot be waited for has ended.
+        let _ = self.guard.wait();
+        let _ = self.child().wait();
+        let last = Instant::now() + LAST_LINES;
+        while self.lines.as_ref().is_some_and(|lines| !lines.is_finished()) && Instant::now() < last {
+            thread::sleep(LOOK);
+        }
+    }
+}
+
+/// How a process ended, in words.
+pub fn ending(status: ExitStatus) -> String {
+    match (status.code(), status.signal()) {
+        (Some(code), _) => format!("it ended with status {code}"),
+        (None, Some(signal)) => format!("it was ended by signal {signal}"),
+        (None, None) => "it ended".to_owned(),
+    }
+}
+
+/// Passes on each line that is written, in pieces if it is long.
+fn pass_lines_on(stderr: impl Read, mut pass_on: impl FnMut(&str)) {
+    let mut reader = BufReader::new(stderr);
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        match (&mut reader).take(LONGEST_LINE).read_until(b'\n', &mut line) {
+            Ok(0) | Err(_) => break,
+            Ok(_) => pass_on(String::from_utf8_lossy(&line).trim_end_matches(['\n', '\r'])),
+        }
+    }
+}

@@ -1,0 +1,311 @@
+//! What is said between a match and a program that plays one of its robots.
+//!
+//! The program speaks first: a [`Hello`]. It is answered by a [`Welcome`], or by a reason why not. From then on there is one
+//! [`Turn`] a cycle, answered by one [`Answer`] each, until the match ends.
+
+use base64::display::Base64Display;
+use base64::engine::general_purpose::STANDARD;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
+use std::collections::BTreeMap;
+
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::communication::MessageLimits;
+use naoisis_core::game::{Rules, Score};
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::head::HeadLimits;
+use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::robot::motion::MotionLimits;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::camera::image::Image;
+use naoisis_sensing::sensing::latency::Latency;
+use naoisis_sensing::sensing::sonar::SonarSettings;
+use naoisis_sim::interface::fields::Fields;
+use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
+use naoisis_sim::scenario::{RobotModel, RobotSpec, Scenario};
+
+/// The version of the protocol that is spoken here.
+pub const PROTOCOL: u32 = 1;
+
+/// How messages are written after the hello.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Encoding {
+    /// A JSON object a line.
+    #[default]
+    Json,
+    /// MessagePack maps, each after its length: 4 bytes, big-endian.
+    Msgpack,
+}
+
+/// What a program says of itself.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hello {
+    /// The version of the protocol that it speaks.
+    pub protocol: u32,
+    /// What it is called.
+    #[serde(default)]
+    pub name: String,
+    /// The robot that it wants to play; on a pipe it plays the robot that it was started for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotId>,
+    /// The word that whoever serves the match has given to those who may connect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub token: Option<String>,
+    /// How it wants to talk from now on.
+    #[serde(default)]
+    pub encoding: Encoding,
+    /// The cameras of which it wants images.
+    #[serde(default)]
+    pub images: Vec<CameraName>,
+    /// Whether the built-in estimator shall run for it.
+    #[serde(default)]
+    pub belief: bool,
+    /// The parts of the perception that it wants, such as `percepts.ball` or `game.state`; all, if none is named. What is sent
+    /// less takes less time.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<String>,
+}
+
+/// The first message of a program.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HelloMessage {
+    /// What it says of itself.
+    pub hello: Hello,
+}
+
+/// What a program decides in a cycle.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Answer {
+    /// The cycle that it decides for: that of the message that it answers.
+    pub cycle: u64,
+    /// What the robot shall do.
+    #[serde(default)]
+    pub command: RobotCommand,
+}
+
+/// What a match says to a program.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Message<'a> {
+    /// It may play.
+    Welcome(Box<Welcome<'a>>),
+    /// It may not.
+    Refused {
+        /// Why not.
+        reason: &'a str,
+        /// The version of the protocol that is spoken here, for programs that speak several.
+        protocol: u32,
+    },
+    /// The match is over.
+    End {
+        /// What ended it, in words.
+        reason: &'a str,
+        /// Goals of both teams.
+        score: Score,
+    },
+}
+
+/// What a robot may know before the match.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Welcome<'a> {
+    /// The version of the protocol that is spoken.
+    pub protocol: u32,
+    /// The robot that the program plays.
+    pub robot: RobotId,
+    /// Duration of a cycle, s.
+    pub cycle_s: f64,
+    /// Robots of a team.
+    pub team_size: u8,
+    /// The sizes of pitch and goals.
+    pub field: &'a Pitch,
+    /// The rules that are played by.
+    pub rules: &'a Rules,
+    /// What the robot can do.
+    pub model: Model,
+    /// How much of a real robot there is, in words.
+    pub realism: String,
+}
+
+/// What a robot can do, in the words of scenarios.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Model {
+    /// What it is called.
+    pub name: String,
+    /// Its body: the boxes of trunk and base, its height, where its neck and feet are, limbs and colours.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub body: Body,
+    /// How it walks.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub motion: MotionLimits,
+    /// How it turns its head.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub head: HeadLimits,
+    /// How it kicks.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub kicks: KickSettings,
+    /// Its cameras.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub cameras: CameraSettings,
+    /// Its sonars.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub sonar: SonarSettings,
+    /// How late it is what it sees and does.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub latency: Latency,
+    /// How much it may send: `max_text_bytes`, and of its team in a match `max_messages` and `max_bytes` where they are limited.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub messages: MessageLimits,
+}
+
+impl Model {
+    /// What a robot of a scenario can do: what it, its team or its model says, and the scenario for the rest.
+    fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
+        Model {
+            name: RobotModel::name_of(robot.model.as_ref().unwrap_or(&scenario.model)),
+            body: scenario.body_of(robot),
+            motion: robot.motion.unwrap_or(scenario.motion),
+            head: robot.head_limits.unwrap_or(scenario.head),
+            kicks: robot.kicks.unwrap_or(scenario.kicks),
+            cameras: robot.cameras.unwrap_or(scenario.cameras),
+            sonar: robot.sonar.unwrap_or(scenario.sonar),
+            latency: robot.latency.unwrap_or(scenario.latency),
+            messages: scenario.message_limits_of(robot),
+        }
+    }
+}
+
+impl<'a> Welcome<'a> {
+    /// What the robot with this id may know of a scenario.
+    pub fn of(scenario: &'a Scenario, robot: RobotId) -> Self {
+        let of_team = scenario.robots.iter().filter(|spec| spec.team == robot.team).count();
+        let team_size = if of_team > 0 { of_team as u8 } else { scenario.rules.team_size };
+        Welcome {
+            protocol: PROTOCOL,
+            robot,
+            cycle_s: scenario.cycle_s,
+            team_size,
+            field: &scenario.field,
+            rules: &scenario.rules,
+            model: Model::of(scenario, &scenario.robot(robot)),
+            realism: scenario.realism_in_words(),
+        }
+    }
+}
+
+/// What a robot perceives in a cycle.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Turn<'a> {
+    /// The cycle under way, from 1.
+    pub cycle: u64,
+    /// The instant that is perceived, s since the start.
+    pub time_s: f64,
+    /// What the robot perceives, as a trace has it; of that the `fields` of the hello, if it names any.
+    #[schemars(with = "Perception")]
+    pub perception: PerceptionParts<'a>,
+    /// What the built-in estimator makes of it, if that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub belief: Option<&'a Belief>,
+    /// Camera images, if they were asked for and are new, by the names of their cameras.
+    #[schemars(with = "BTreeMap<String, ImageMessage<'static>>")]
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub images: BTreeMap<CameraName, ImageMessage<'a>>,
+}
+
+/// The parts of a perception that a program wants.
+#[derive(Clone, Copy, Debug)]
+pub struct PerceptionParts<'a> {
+    /// All of it.
+    pub perception: &'a Perception,
+    /// The parts.
+    pub fields: &'a Fields,
+}
+
+impl Serialize for PerceptionParts<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.fields.of(self.perception).serialize(serializer)
+    }
+}
+
+/// A camera image.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ImageMessage<'a> {
+    /// When it was taken, s since the start.
+    pub time_s: f64,
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green and blue of each pixel, row by row from the top: base64 in JSON, raw bytes in MessagePack.
+    #[serde(serialize_with = "bytes")]
+    #[schemars(with = "String")]
+    pub rgb: &'a [u8],
+}
+
+impl<'a> ImageMessage<'a> {
+    /// An image of that instant as it is sent.
+    pub fn of(image: &'a Image, time_s: f64) -> Self {
+        Self { time_s, width: image.width, height: image.height, rgb: &image.rgb }
+    }
+}
+
+fn bytes<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+    if serializer.is_human_readable() {
+        serializer.collect_str(&Base64Display::new(bytes, &STANDARD))
+    } else {
+        serializer.serialize_bytes(bytes)
+    }
+}
+
+/// The hello of a program, for messages about others.
+pub const EXAMPLE_HELLO: &str = r#"{"hello": {"protocol": 1, "name": "my team"}}"#;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::team::Team;
+
+    #[test]
+    fn a_robot_is_told_of_its_own_body_whoever_it_plays_with() {
+        let scenario = Scenario::from_json(
+            r#"{ "league": "spl2025", "teams": {
+                 "blue": { "team": "remote", "model": "booster_k1", "messages": { "max_text_bytes": 64 } }, "pink": "remote" } }"#,
+        )
+        .unwrap();
+        let told = |team: Team| serde_json::to_value(Welcome::of(&scenario, RobotId::new(team, 2))).unwrap();
+        let (k1, nao) = (told(Team::Blue), told(Team::Pink));
+        let of_k1 = &k1["model"];
+        assert_eq!((&of_k1["name"], &nao["model"]["name"]), (&"booster_k1".into(), &"nao_v6".into()));
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        assert!((number(&of_k1["body"]["height_m"]) - 0.95).abs() < 1e-6);
+        assert!((number(&nao["model"]["body"]["torso"]["half_width_m"]) - 0.15).abs() < 1e-6);
+        assert_eq!(of_k1["cameras"]["mounts"][0]["name"], "head");
+        assert!(of_k1["kicks"]["own"]["visual"].is_object() && nao["model"]["kicks"]["own"]["visual"].is_null());
+        assert_eq!(
+            [&of_k1["messages"], &nao["model"]["messages"]].map(|own| own["max_text_bytes"].as_u64()),
+            [Some(64), Some(128)]
+        );
+    }
+
+    #[test]
+    fn a_robot_of_a_file_is_told_what_the_file_calls_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("my_file.ron");
+        let text =
+            r#"(name: "tall nao", description: "", settings: (body: (height_m: 0.6)), realistic: (), sources: {})"#;
+        std::fs::write(&path, text).unwrap();
+        let scenario = serde_json::json!({ "model": path, "robots": [{ "number": 1 }] }).to_string();
+        let scenario = Scenario::from_json(&scenario).unwrap();
+        let name = || Welcome::of(&scenario, RobotId::new(Team::Blue, 1)).model.name;
+        assert_eq!(name(), "tall nao");
+        // A saved match plays without the file.
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(name(), "my_file");
+    }
+}

@@ -1,0 +1,304 @@
+//! A match that programs connect to: over TCP, or a Unix socket.
+
+use bevy::prelude::*;
+use core::fmt;
+use core::str::FromStr;
+use core::time::Duration;
+use std::io;
+use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+#[cfg(unix)]
+use std::os::unix::fs::FileTypeExt;
+#[cfg(unix)]
+use std::os::unix::net::{UnixListener, UnixStream};
+#[cfg(unix)]
+use std::path::Path;
+use std::path::PathBuf;
+use std::thread;
+use std::time::Instant;
+
+use super::connection::{Connection, Stream};
+use super::loss::Loss;
+use super::player::{Agent, AgentPlayer};
+use super::plugin::begin;
+use super::protocol::Hello;
+use super::remote::remote_robots;
+use super::settings::AgentSettings;
+use naoisis_core::behaviour::Program;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::RobotId;
+use naoisis_sim::scenario::wording::one_of;
+
+/// Between two looks whether somebody has come.
+const LOOK: Duration = Duration::from_millis(2);
+/// So many may have connected and said nothing yet. Others wait until they are listened to.
+const MOST_SILENT: usize = 256;
+/// What is said of who comes too late.
+const ALL_PLAYED: &str = "each robot of the match is played already";
+
+/// Where a match can be connected to: `tcp:127.0.0.1:10000`, where port 0 is any that is free, or `unix:PATH`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Address {
+    /// A port of a network interface.
+    Tcp(SocketAddr),
+    /// A socket in the file system.
+    Unix(PathBuf),
+}
+
+/// A word that is no address.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("expected tcp:HOST:PORT, such as tcp:127.0.0.1:10000, or unix:PATH")]
+pub struct NotAnAddress;
+
+impl FromStr for Address {
+    type Err = NotAnAddress;
+
+    fn from_str(word: &str) -> Result<Self, NotAnAddress> {
+        match word.split_once(':') {
+            Some(("tcp", place)) => {
+                let mut addresses = place.to_socket_addrs().map_err(|_| NotAnAddress)?;
+                addresses.next().map(Address::Tcp).ok_or(NotAnAddress)
+            }
+            Some(("unix", path)) if cfg!(unix) && !path.is_empty() => Ok(Address::Unix(path.into())),
+            _ => Err(NotAnAddress),
+        }
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Address::Tcp(address) => write!(formatter, "tcp:{address}"),
+            Address::Unix(path) => write!(formatter, "unix:{}", path.display()),
+        }
+    }
+}
+
+/// Lets programs connect.
+#[derive(Debug)]
+pub struct Server {
+    listener: Listener,
+    address: Address,
+}
+
+#[derive(Debug)]
+enum Listener {
+    Tcp(TcpListener),
+    #[cfg(unix)]
+    Unix(UnixListener),
+}
+
+impl Listener {
+    fn accept(&self) -> io::Result<Stream> {
+        match self {
+            Listener::Tcp(listener) => listener.accept().and_then(|(stream, _)| {
+                stream.set_nonblocking(false)?;
+                stream.set_nodelay(true)?;
+                Ok(Stream::Tcp(stream))
+            }),
+            #[cfg(unix)]
+            Listener::Unix(listener) => listener.accept().and_then(|(stream, _)| {
+                stream.set_nonblocking(false)?;
+                Ok(Stream::Unix(stream))
+            }),
+        }
+    }
+}
+
+impl Server {
+    /// Listens at an address.
+    ///
+    /// # Errors
+    /// When that cannot be done, such as where somebody else does.
+    pub fn listen(address: &Address) -> io::Result<Self> {
+        let (listener, address) = match address {
+            Address::Tcp(address) => {
+                let listener = TcpListener::bind(address)?;
+                listener.set_nonblocking(true)?;
+                let address = Address::Tcp(listener.local_addr()?);
+                (Listener::Tcp(listener), address)
+            }
+            #[cfg(unix)]
+            Address::Unix(path) => {
+                let listener = UnixListener::bind(path).or_else(|error| match is_left_over(path) {
+                    true => std::fs::remove_file(path).and_then(|()| UnixListener::bind(path)),
+                    false => Err(error),
+                })?;
+                listener.set_nonblocking(true)?;
+                (Listener::Unix(listener), address.clone())
+            }
+            #[cfg(not(unix))]
+            Address::Unix(_) => return Err(io::ErrorKind::Unsupported.into()),
+        };
+        Ok(Self { listener, address })
+    }
+
+    /// Where it listens; of any free port, which it is.
+    pub fn address(&self) -> &Address {
+        &self.address
+    }
+
+    /// Lets programs in until every remote robot of the match is played, or it is enough. Who says nothing keeps nobody
+    /// waiting. `said` gets what there is to say of who comes.
+    pub fn let_in(&self, world: &mut World, is_enough: impl Fn() -> bool, mut said: impl FnMut(&str)) {
+        let settings = world.resource::<AgentSettings>().clone();
+        let mut silent: Vec<Newcomer> = Vec::new();
+        while !is_enough() && !free_robots(world).is_empty() {
+            while silent.len() < MOST_SILENT
+                && let Ok(stream) = self.listener.accept()
+            {
+                silent.push(Newcomer::of(stream, &settings));
+            }
+            for robot in leave(world) {
+                said(&format!("{robot} is free again: its program has hung up"));
+            }
+            // In the order in which they came.
+            let spoken: Vec<Newcomer> = silent.extract_if(.., Newcomer::has_spoken).collect();
+            for newcomer in spoken {
+                match introduce(world, newcomer, &settings) {
+                    Ok((robot, name)) => said(&format!("{robot} is played by {name}")),
+                    Err(loss) => said(&format!("a program was not let in: {loss}")),
+                }
+            }
+            thread::sleep(LOOK);
+        }
+        for mut newcomer in silent {
+            newcomer.agent.refuse(ALL_PLAYED.to_owned(), newcomer.deadline);
+        }
+    }
+}
+
+/// A program that has connected, and not yet said who it is.
+struct Newcomer {
+    agent: Agent,
+    /// When it has to have said it.
+    deadline: Option<Instant>,
+}
+
+impl Newcomer {
+    fn of(stream: Stream, settings: &AgentSettings) -> Self {
+        let connection = Connection::new(stream, settings.longest_message, settings.break_off.clone());
+        let deadline = settings.answer_timeout.map(|time| Instant::now() + time);
+        Self { agent: Agent::new(connection, None), deadline }
+    }
+
+    /// Whether it has said hello, or never will.
+    fn has_spoken(&mut self) -> bool {
+        self.agent.has_spoken() || self.deadline.is_some_and(|deadline| deadline <= Instant::now())
+    }
+}
+
+/// Whether there is the socket of somebody who was killed: one at which nobody listens.
+#[cfg(unix)]
+fn is_left_over(path: &Path) -> bool {
+    std::fs::symlink_metadata(path).is_ok_and(|file| file.file_type().is_socket())
+        && UnixStream::connect(path).is_err_and(|error| error.kind() == io::ErrorKind::ConnectionRefused)
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        if let Address::Unix(path) = &self.address {
+            // Whoever has removed it already will not mind.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// Frees the robots whose programs have connected and gone before the match began. Who they are.
+fn leave(world: &mut World) -> Vec<RobotId> {
+    let mut players = world.query::<(Entity, &RobotId, &mut AgentPlayer)>();
+    let gone = players.iter_mut(world).filter_map(|(entity, id, mut player)| {
+        let has_left = player.0.as_mut().is_some_and(Agent::has_hung_up);
+        has_left.then_some((*id, entity))
+    });
+    let mut gone: Vec<(RobotId, Entity)> = gone.collect();
+    gone.sort_by_key(|(id, _)| *id);
+    for (_, entity) in &gone {
+        world.entity_mut(*entity).remove::<AgentPlayer>();
+    }
+    gone.into_iter().map(|(id, _)| id).collect()
+}
+
+/// The remote robots that nobody plays yet.
+pub fn free_robots(world: &World) -> Vec<RobotId> {
+    let roster = world.resource::<Roster>();
+    let is_free = |id: &RobotId| {
+        let robot = roster.get(*id).map(|entity| world.entity(entity));
+        robot.is_some_and(|robot| !robot.contains::<AgentPlayer>() && !robot.contains::<Program>())
+    };
+    remote_robots(world).into_iter().filter(is_free).collect()
+}
+
+/// Lets a program that has connected play the robot that it wants, or else the first that is free.
+fn introduce(
+    world: &mut World,
+    Newcomer { mut agent, deadline }: Newcomer,
+    settings: &AgentSettings,
+) -> Result<(RobotId, String), Loss> {
+    let hello = agent.hello(deadline)?;
+    if settings.token.is_some() && hello.token != settings.token {
+        return Err(
+            agent.refuse("it does not know the token; expected that of `naoisis serve --token`".to_owned(), deadline)
+        );
+    }
+    let robot = match wanted(world, &hello) {
+        Ok(robot) => robot,
+        Err(reason) => return Err(agent.refuse(reason, deadline)),
+    };
+    begin(world, robot, &mut agent, &hello, deadline)?;
+    if let Some(entity) = world.resource::<Roster>().get(robot) {
+        world.entity_mut(entity).insert(AgentPlayer(Some(agent)));
+    }
+    let name = if hello.name.is_empty() { "a program without a name".to_owned() } else { format!("`{}`", hello.name) };
+    Ok((robot, name))
+}
+
+/// The robot that a program is to play, or why there is none.
+fn wanted(world: &World, hello: &Hello) -> Result<RobotId, String> {
+    let free = free_robots(world);
+    let robot = match hello.robot {
+        Some(robot) => free.iter().find(|id| **id == robot),
+        None => free.first(),
+    };
+    robot.copied().ok_or_else(|| {
+        if free.is_empty() {
+            return ALL_PLAYED.to_owned();
+        }
+        let free: Vec<String> = free.iter().map(RobotId::to_string).collect();
+        let wanted = hello.robot.map(|robot| format!("`{robot}`")).unwrap_or_else(|| "a robot".to_owned());
+        format!(
+            "{wanted} cannot be played; expected one that is remote and free: {}",
+            one_of(free.iter().map(String::as_str))
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_is_a_port_or_a_path() {
+        assert_eq!("tcp:127.0.0.1:80".parse::<Address>().unwrap().to_string(), "tcp:127.0.0.1:80");
+        for word in ["127.0.0.1:80", "tcp:80", "tcp:127.0.0.1", "udp:127.0.0.1:80", "unix:", ""] {
+            assert_eq!(word.parse::<Address>(), Err(NotAnAddress), "{word}");
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn the_socket_of_somebody_who_was_killed_is_in_nobodys_way() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("socket");
+        let listen = || Server::listen(&Address::Unix(path.clone()));
+        let alive = UnixListener::bind(&path).unwrap();
+        assert_eq!(listen().unwrap_err().kind(), io::ErrorKind::AddrInUse);
+        // Its file stays, as when it is killed.
+        drop(alive);
+        assert!(path.exists());
+        drop(listen().unwrap());
+        // What is no socket is somebody's.
+        std::fs::write(&path, "kept").unwrap();
+        assert!(listen().is_err());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "kept");
+    }
+}

@@ -1,0 +1,291 @@
+//! What agents do, as arrays: how their numbers become commands.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::gaze;
+use crate::agents::RobotCommand;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::head::{HeadCommand, HeadLimits};
+use naoisis_core::robot::kick::{KickRequest, KickSettings};
+use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
+use naoisis_core::robot::posture::PostureRequest;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::camera::field_of_view::FieldOfView;
+use naoisis_sensing::sensing::status::BodyStatus;
+use naoisis_sensing::sensing::vision::Percepts;
+use naoisis_sim::teams::Head;
+
+/// What agents may do.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ActionKind {
+    /// Eight numbers from -1 to 1: see [`CONTINUOUS`].
+    #[default]
+    Continuous,
+    /// Three choices, of a walk, of where to look, and of a kick: see [`WALKS`], [`LOOKS`] and [`KICKS`].
+    MultiDiscrete,
+    /// One choice: a walk or else a kick. The head looks at the ball, and searches where it sees none.
+    Discrete,
+    /// Four choices, of speeds ahead, aside and of turning, and of a kick: see [`AHEAD`], [`ASIDE`], [`TURNS`] and [`KICKS`]. The
+    /// head looks at the ball, and at the goals when the robot must see where it is.
+    Velocities,
+}
+
+/// The numbers of a continuous action, each from -1 to 1, and what they mean.
+pub const CONTINUOUS: [(&str, &str); 8] = [
+    ("walk.forward", "share of the greatest speed, forward"),
+    ("walk.left", "share of the greatest speed, to the left"),
+    ("walk.turn", "share of the greatest turning speed, counter-clockwise"),
+    ("head.yaw", "where the head goes: from its greatest yaw to the right to that to the left"),
+    ("head.pitch", "where the head goes: from its uppermost to its lowest pitch"),
+    ("kick.speed", "above 0.5 the robot kicks: at no speed at 0.5, at full speed at 1"),
+    ("kick.foot", "which foot kicks: the right one below 0, else the left one"),
+    ("kick.side", "above 0 a kick to the side, else straight"),
+];
+
+/// Walks by name: shares of the greatest speeds, forward, to the left and of turning.
+pub const WALKS: [(&str, [f32; 3]); 9] = [
+    ("stand", [0.0, 0.0, 0.0]),
+    ("forward", [1.0, 0.0, 0.0]),
+    ("backward", [-1.0, 0.0, 0.0]),
+    ("left", [0.0, 1.0, 0.0]),
+    ("right", [0.0, -1.0, 0.0]),
+    ("turn_left", [0.0, 0.0, 1.0]),
+    ("turn_right", [0.0, 0.0, -1.0]),
+    ("forward_turn_left", [1.0, 0.0, 0.5]),
+    ("forward_turn_right", [1.0, 0.0, -0.5]),
+];
+
+/// What is done slowly is done at this share of the greatest speed.
+const SLOWLY: f32 = 0.3;
+
+/// Speeds ahead by name: shares of the greatest one.
+pub const AHEAD: [(&str, f32); 5] =
+    [("stay", 0.0), ("forward", 1.0), ("backward", -1.0), ("slowly_forward", SLOWLY), ("slowly_backward", -SLOWLY)];
+
+/// Speeds to the left by name: shares of the greatest one.
+pub const ASIDE: [(&str, f32); 5] =
+    [("stay", 0.0), ("left", 1.0), ("right", -1.0), ("slowly_left", SLOWLY), ("slowly_right", -SLOWLY)];
+
+/// Speeds of turning by name, counter-clockwise: shares of the greatest one.
+pub const TURNS: [(&str, f32); 5] = [
+    ("straight", 0.0),
+    ("turn_left", 1.0),
+    ("turn_right", -1.0),
+    ("turn_slowly_left", SLOWLY),
+    ("turn_slowly_right", -SLOWLY),
+];
+
+/// Where the head looks by name: yaw and pitch, deg; none for where it looks already.
+pub const LOOKS: [(&str, Option<[f32; 2]>); 5] = [
+    ("stay", None),
+    ("ahead", Some([0.0, 0.0])),
+    ("left", Some([60.0, 0.0])),
+    ("right", Some([-60.0, 0.0])),
+    ("down", Some([0.0, 25.0])),
+];
+
+/// Kicks by name.
+pub const KICKS: [(&str, Option<KickType>); 5] = [
+    ("no_kick", None),
+    ("left_straight", Some(KickType::LeftStraight)),
+    ("right_straight", Some(KickType::RightStraight)),
+    ("left_side", Some(KickType::LeftSide)),
+    ("right_side", Some(KickType::RightSide)),
+];
+
+/// A number that is no action.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[error("the action has {value} for {name}; expected {expected}")]
+pub struct NotAnAction {
+    /// Which of its numbers.
+    name: String,
+    /// What it is.
+    value: f32,
+    /// What it should be.
+    expected: String,
+}
+
+impl ActionKind {
+    /// How many numbers an action has.
+    pub fn len(self) -> usize {
+        match self {
+            ActionKind::Continuous => CONTINUOUS.len(),
+            ActionKind::MultiDiscrete => 3,
+            ActionKind::Velocities => 4,
+            ActionKind::Discrete => 1,
+        }
+    }
+
+    /// Whether an action is nothing; never.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// The names of its numbers, or of what can be chosen, list by list.
+    pub fn names(self) -> Vec<Vec<&'static str>> {
+        let kicks = || KICKS.iter().map(|(name, _)| *name);
+        let speeds = |speeds: &[(&'static str, f32)]| speeds.iter().map(|(name, _)| *name).collect();
+        match self {
+            ActionKind::Continuous => vec![CONTINUOUS.iter().map(|(name, _)| *name).collect()],
+            ActionKind::MultiDiscrete => vec![
+                WALKS.iter().map(|(name, _)| *name).collect(),
+                LOOKS.iter().map(|(name, _)| *name).collect(),
+                kicks().collect(),
+            ],
+            ActionKind::Discrete => vec![WALKS.iter().map(|(name, _)| *name).chain(kicks().skip(1)).collect()],
+            ActionKind::Velocities => vec![speeds(&AHEAD), speeds(&ASIDE), speeds(&TURNS), kicks().collect()],
+        }
+    }
+
+    /// That these are the numbers of an action.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(self, action: &[f32]) -> Result<(), NotAnAction> {
+        let names = self.names();
+        for (index, &value) in action.iter().enumerate() {
+            let wrong = |name: &str, expected: String| Err(NotAnAction { name: name.to_owned(), value, expected });
+            match self {
+                // What is beyond the range is taken for its end.
+                ActionKind::Continuous if !value.is_finite() => {
+                    return wrong(CONTINUOUS[index % CONTINUOUS.len()].0, "a number from -1 to 1".to_owned());
+                }
+                ActionKind::Continuous => {}
+                ActionKind::MultiDiscrete | ActionKind::Discrete | ActionKind::Velocities => {
+                    let choices = names.get(index % names.len().max(1)).map_or(0, Vec::len);
+                    if !(0.0..choices as f32).contains(&value) || value.fract() != 0.0 {
+                        let expected = format!("a whole number from 0 to {}", choices.saturating_sub(1));
+                        return wrong(&format!("choice {}", index % names.len().max(1) + 1), expected);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The kick that stands for one of the paper's four: for a straight one that the robot does not have, the kick that reaches furthest.
+fn had(kick_type: KickType, kicks: &KickSettings) -> KickType {
+    match kicks.get(kick_type) {
+        None if !kick_type.is_side_kick() => kicks.strongest().unwrap_or(kick_type),
+        _ => kick_type,
+    }
+}
+
+/// The command that an action, which was [checked](ActionKind::check), is for a robot.
+pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: RobotId) -> RobotCommand {
+    let robot = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok());
+    let Some(robot) = robot else { return RobotCommand::default() };
+    let clock = world.resource::<CycleClock>();
+    if robot.get::<BodyStatus>() == Some(&BodyStatus::Fallen) {
+        // There is nothing else to do, and nothing to learn in it.
+        return RobotCommand { posture: Some(PostureRequest::GetUp), ..default() };
+    }
+    let limits = robot.get::<MotionLimits>().copied().unwrap_or_default();
+    let head = robot.get::<HeadLimits>().copied().unwrap_or_default();
+    let walk = |[forward, left, turn]: [f32; 3]| {
+        let [forward, left] = [forward, left].map(|share| share * limits.max_linear_mps);
+        Some(WalkCommand::at_velocity(forward, left, turn * limits.max_angular, clock))
+    };
+    let kicks = robot.get::<KickSettings>().copied().unwrap_or_default();
+    let kick = |kick_type, speed| Some(KickRequest::new(had(kick_type, &kicks), speed));
+    let choice = |index: usize| action.get(index).map_or(0, |value| *value as usize);
+    match kind {
+        ActionKind::Continuous => {
+            let &[forward, left, turn, yaw, pitch, speed, foot, side] = action else { return RobotCommand::default() };
+            let [forward, left, turn, yaw, pitch, speed] =
+                [forward, left, turn, yaw, pitch, speed].map(|number| number.clamp(-1.0, 1.0));
+            let within = |[low, high]: [f32; 2], share: f32| low + (high - low) * (share + 1.0) / 2.0;
+            let kick_type = match (foot < 0.0, side > 0.0) {
+                (true, false) => KickType::RightStraight,
+                (false, false) => KickType::LeftStraight,
+                (true, true) => KickType::RightSide,
+                (false, true) => KickType::LeftSide,
+            };
+            RobotCommand {
+                walk: walk([forward, left, turn]),
+                head: Some(HeadCommand { yaw: within(head.yaw, yaw), pitch: within(head.pitch, pitch) }),
+                kick: if speed > 0.5 { kick(kick_type, 2.0 * speed - 1.0) } else { None },
+                ..default()
+            }
+        }
+        ActionKind::MultiDiscrete => {
+            let look = LOOKS.get(choice(1)).and_then(|(_, angles)| *angles);
+            RobotCommand {
+                walk: WALKS.get(choice(0)).and_then(|(_, shares)| walk(*shares)),
+                head: look.map(|angles| angles.map(f32::to_radians)).map(|[yaw, pitch]| HeadCommand { yaw, pitch }),
+                kick: KICKS.get(choice(2)).and_then(|(_, kind)| kick((*kind)?, 1.0)),
+                ..default()
+            }
+        }
+        ActionKind::Discrete => {
+            let (ball, now_s) = (seen_ball(&robot), clock.start_time_s() as f32);
+            let kicked = choice(0).checked_sub(WALKS.len()).and_then(|index| KICKS.get(index + 1));
+            RobotCommand {
+                walk: WALKS.get(choice(0)).and_then(|(_, shares)| walk(*shares)),
+                head: Some(gaze::at_what_is_seen(&head_of(&robot), ball, now_s)),
+                kick: kicked.and_then(|(_, kind)| kick((*kind)?, 1.0)),
+                ..default()
+            }
+        }
+        ActionKind::Velocities => {
+            let share = |speeds: &[(&str, f32)], index| speeds.get(choice(index)).map_or(0.0, |(_, share)| *share);
+            let now_s = clock.start_time_s() as f32;
+            let head = match robot.get::<Belief>() {
+                Some(belief) => gaze::at_what_is_believed(&head_of(&robot), belief, world.resource::<Pitch>(), now_s),
+                None => gaze::at_what_is_seen(&head_of(&robot), seen_ball(&robot), now_s),
+            };
+            RobotCommand {
+                walk: walk([share(&AHEAD, 0), share(&ASIDE, 1), share(&TURNS, 2)]),
+                head: Some(head),
+                kick: KICKS.get(choice(3)).and_then(|(_, kind)| kick((*kind)?, 1.0)),
+                ..default()
+            }
+        }
+    }
+}
+
+/// A robot's head, with what is in view of it.
+fn head_of(robot: &EntityRef) -> Head {
+    let limits = robot.get::<HeadLimits>().copied().unwrap_or_default();
+    Head::new(&limits, robot.get::<CameraSettings>().map_or_else(FieldOfView::default, FieldOfView::of))
+}
+
+/// Where a robot sees the ball, robot frame, m.
+fn seen_ball(robot: &EntityRef) -> Option<Vec2> {
+    robot.get::<Percepts>().and_then(|percepts| percepts.ball).map(|ball| ball.position_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_action_has_a_name_for_each_number_and_each_choice() {
+        for kind in [ActionKind::Continuous, ActionKind::MultiDiscrete, ActionKind::Discrete, ActionKind::Velocities] {
+            let names = kind.names();
+            assert_eq!(if kind == ActionKind::Continuous { names[0].len() } else { names.len() }, kind.len());
+            assert_eq!(kind.check(&vec![0.0; kind.len()]), Ok(()));
+        }
+        assert_eq!(ActionKind::Discrete.names()[0].len(), 13);
+        assert_eq!(ActionKind::Velocities.names().iter().map(Vec::len).collect::<Vec<_>>(), [5; 4]);
+    }
+
+    #[test]
+    fn what_is_no_action_is_refused_by_name() {
+        let error = ActionKind::Continuous.check(&[0.0, 0.0, 0.0, 0.0, f32::NAN, 0.0, 0.0, 0.0]).unwrap_err();
+        assert_eq!(error.to_string(), "the action has NaN for head.pitch; expected a number from -1 to 1");
+        assert!(ActionKind::Discrete.check(&[13.0]).is_err() && ActionKind::Discrete.check(&[12.0]).is_ok());
+        assert!(ActionKind::MultiDiscrete.check(&[0.5, 0.0, 0.0]).is_err());
+        assert!(ActionKind::MultiDiscrete.check(&[8.0, 4.0, 4.0]).is_ok());
+        assert!(ActionKind::MultiDiscrete.check(&[0.0, 5.0, 0.0]).is_err());
+        assert!(ActionKind::Velocities.check(&[4.0; 4]).is_ok() && ActionKind::Velocities.check(&[5.0; 4]).is_err());
+    }
+}

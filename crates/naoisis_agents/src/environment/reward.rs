@@ -1,0 +1,114 @@
+//! What agents are rewarded for: named parts, each with a weight.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::observation::ball_of;
+use naoisis_core::game::Game;
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::{RobotId, Team};
+
+/// The parts of a reward, and how much each counts: what is not given, nothing.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RewardWeights {
+    /// For each goal of the team 1, for each of the opponents -1.
+    pub score: f32,
+    /// For the end of a task that is a success, where it is the task of the agent's team.
+    pub success: f32,
+    /// For each metre that the ball comes nearer to the opponents' goal.
+    pub ball_to_goal: f32,
+    /// For each metre that the agent comes nearer to the ball.
+    pub to_ball: f32,
+    /// For each second.
+    pub time: f32,
+}
+
+impl RewardWeights {
+    /// The score alone.
+    pub const SCORE: RewardWeights =
+        RewardWeights { score: 1.0, success: 0.0, ball_to_goal: 0.0, to_ball: 0.0, time: 0.0 };
+}
+
+/// The names of the parts, and what they are, in words.
+pub const REWARDS: [(&str, &str); 5] = [
+    ("score", "for each goal of the team 1, for each of the opponents -1"),
+    ("success", "1 for the team whose task it is when it ends with success"),
+    ("ball_to_goal", "for each metre that the ball comes nearer to the opponents' goal"),
+    ("to_ball", "for each metre that the agent comes nearer to the ball"),
+    ("time", "for each second; a negative weight makes agents hurry"),
+];
+
+/// What rewards are reckoned from.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct Standing {
+    /// Goals of the team less those of the opponents.
+    lead: f32,
+    /// From the ball to the opponents' goal, m.
+    ball_to_goal_m: Option<f32>,
+    /// From the agent to the ball, m.
+    to_ball_m: Option<f32>,
+}
+
+impl Standing {
+    /// How an agent stands now.
+    pub fn of(world: &World, id: RobotId) -> Self {
+        let game = world.resource::<Game>();
+        let lead = game.score[id.team] as f32 - game.score[id.team.opponent()] as f32;
+        let Some((ball, _)) = ball_of(world) else { return Self { lead, ..default() } };
+        let robot = world.resource::<Roster>().get(id).and_then(|entity| world.get::<Pose>(entity));
+        let goal = goal_of(world, id.team.opponent());
+        Self {
+            lead,
+            ball_to_goal_m: Some(goal.distance(ball)),
+            to_ball_m: robot.map(|robot| robot.position.distance(ball)),
+        }
+    }
+
+    /// The reward for what came of a time, s, since the agent stood so.
+    pub fn reward(&self, now: &Self, period_s: f32, is_success: bool, weights: &RewardWeights) -> f32 {
+        /// Nothing moves faster, m/s: what is farther away was put there by the referee.
+        const FASTEST_MPS: f32 = 5.0;
+
+        let nearer = |before: Option<f32>, after: Option<f32>| match (before, after) {
+            (Some(before), Some(after)) if (before - after).abs() <= FASTEST_MPS * period_s => before - after,
+            _ => 0.0,
+        };
+        weights.score * (now.lead - self.lead)
+            + weights.success * f32::from(u8::from(is_success))
+            + weights.ball_to_goal * nearer(self.ball_to_goal_m, now.ball_to_goal_m)
+            + weights.to_ball * nearer(self.to_ball_m, now.to_ball_m)
+            + weights.time * period_s
+    }
+}
+
+/// The middle of a team's goal, pitch frame, m.
+fn goal_of(world: &World, team: Team) -> Vec2 {
+    let end = world.resource::<Game>().own_end(team);
+    Vec2::new(end.sign() * world.resource::<Pitch>().half_length(), 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reward_is_the_weighted_sum_of_its_parts() {
+        let before = Standing { lead: 0.0, ball_to_goal_m: Some(2.0), to_ball_m: Some(1.0) };
+        let after = Standing { lead: 1.0, ball_to_goal_m: Some(1.9), to_ball_m: Some(1.05) };
+        let weights = RewardWeights { score: 10.0, success: 5.0, ball_to_goal: 2.0, to_ball: 1.0, time: -0.5 };
+        let reward = before.reward(&after, 0.1, true, &weights);
+        assert!((reward - (10.0 + 5.0 + 0.2 - 0.05 - 0.05)).abs() < 1e-5, "{reward}");
+        assert_eq!(before.reward(&after, 0.1, true, &RewardWeights::SCORE), 1.0);
+    }
+
+    #[test]
+    fn what_the_referee_moves_is_nobodys_merit() {
+        let before = Standing { lead: 0.0, ball_to_goal_m: Some(0.1), to_ball_m: Some(0.2) };
+        let after = Standing { lead: 0.0, ball_to_goal_m: Some(3.0), to_ball_m: Some(3.0) };
+        let weights = RewardWeights { ball_to_goal: 1.0, to_ball: 1.0, ..RewardWeights::default() };
+        assert_eq!(before.reward(&after, 0.1, false, &weights), 0.0);
+    }
+}

@@ -1,0 +1,310 @@
+//! The other way round: a real GameController's packets decide about the match. Whoever operates it whistles, penalises and
+//! restarts, and the match obeys.
+//!
+//! The listener asks the GameController for the truth, as a monitor does, and goes by what it tells robots only as long as no
+//! truth comes: that may be late, and without whose a free kick is. What robots with behaviours of their own believe is reported to
+//! it, as programs report for themselves; where they are, monitors are told that
+//! ask the match, by a listener that is to tell them.
+
+use bevy::prelude::*;
+use core::fmt;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, UdpSocket};
+
+use super::packet::{ControlPacket, ProtocolVersion};
+use super::report::ReturnPacket;
+use super::sockets::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind, place};
+use super::status_reports::{Reporter, status_of};
+use super::telling::ToldMatch;
+use super::truth::{Truth, true_report};
+use naoisis_core::ball::Ball;
+use naoisis_core::behaviour::Remote;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{GameState, OutsideReferee, Score};
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::End;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::team::{PerTeam, RobotId, Team};
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::status::BodyStatus;
+
+/// The truth is asked for again when it has not come for so long, s.
+const TRUTH_IS_OLD_S: f64 = 2.0;
+/// So many packets are taken in a cycle: who sends more waits.
+const MOST_PACKETS: usize = 64;
+
+/// Between two reports of a robot, s.
+const REPORT_PERIOD_S: f32 = 1.0;
+
+/// Whoever wants to know what is heard, in a sentence.
+pub type HeardNotes = Box<dyn Fn(&str) + Send + Sync>;
+
+/// Hears a GameController.
+#[derive(Resource)]
+pub struct Listener {
+    socket: UdpSocket,
+    /// Where it listens.
+    address: IpAddr,
+    port_offset: u16,
+    /// The teams' numbers; none until they are heard.
+    team_numbers: Option<PerTeam<u8>>,
+    /// When the truth was heard last, s since the start.
+    truth_at_s: Option<f64>,
+    /// Where it was heard from last, and in which version.
+    controller: Option<(IpAddr, ProtocolVersion)>,
+    /// The teams of another match that were heard last.
+    strangers: Option<[u8; 2]>,
+    reporter: Reporter,
+    /// Whether monitors that ask are told the truth.
+    tells_monitors: bool,
+    /// What they are told, from when a GameController is heard: then it has the ports that it needs. None if there is no port.
+    truth: Option<Option<Truth>>,
+    notes: Option<HeardNotes>,
+}
+
+impl fmt::Debug for Listener {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Listener").field("socket", &self.socket).finish_non_exhaustive()
+    }
+}
+
+impl Listener {
+    /// Listens at an address of this machine: to this machine, or, by whichever of its addresses, to all that reach it, as a
+    /// network's broadcasts do not come to one of them. Without numbers the team that is on the left in the first packet is blue.
+    ///
+    /// # Errors
+    /// When that cannot be done, such as where somebody else does.
+    pub fn open(address: IpAddr, port_offset: u16, team_numbers: Option<PerTeam<u8>>) -> Result<Self, NetworkError> {
+        let address = match address {
+            address if address.is_loopback() => address,
+            IpAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
+            IpAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
+        };
+        Ok(Self {
+            socket: bind(place(address, CONTROL_PORT, port_offset))?,
+            address,
+            port_offset,
+            team_numbers,
+            truth_at_s: None,
+            controller: None,
+            strangers: None,
+            reporter: Reporter::default(),
+            tells_monitors: false,
+            truth: None,
+            notes: None,
+        })
+    }
+
+    /// The listener, which tells of the teams that it hears.
+    #[must_use]
+    pub fn with_notes(self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Self { notes: Some(Box::new(notes)), ..self }
+    }
+
+    /// The listener, which tells monitors that ask where robots and the ball are. So is a program that plays told, if it asks:
+    /// without this nobody can.
+    #[must_use]
+    pub fn with_truth_for_monitors(self) -> Self {
+        Self { tells_monitors: true, ..self }
+    }
+
+    /// What was said last since the last time, if anything was.
+    fn heard(&mut self, time_s: f64, robots: &[RobotId]) -> Option<OutsideReferee> {
+        let mut said = None;
+        let mut bytes = [0; 256];
+        for _ in 0..MOST_PACKETS {
+            let Ok((length, from)) = self.socket.recv_from(&mut bytes) else { break };
+            let Ok(packet) = ControlPacket::from_bytes(&bytes[..length]) else { continue };
+            let Some(numbers) = self.numbers(&packet) else { continue };
+            self.controller = Some((from.ip(), packet.version));
+            let is_fresh = self.truth_at_s.is_some_and(|truth_at_s| time_s - truth_at_s < TRUTH_IS_OLD_S);
+            if packet.for_monitors {
+                self.truth_at_s = Some(time_s);
+            } else if is_fresh {
+                continue;
+            } else {
+                // Nobody need be there.
+                let _ = self.socket.send_to(&REQUEST, place(from.ip(), REQUEST_PORT, self.port_offset));
+            }
+            said = directions(&packet, numbers, robots).or(said);
+        }
+        said
+    }
+
+    /// The teams' numbers, if the packet is of this match. That others are heard is told once.
+    fn numbers(&mut self, packet: &ControlPacket) -> Option<PerTeam<u8>> {
+        let there = numbers_in(packet);
+        let note = |text: &str| self.notes.iter().for_each(|note| note(text));
+        let numbers = *self.team_numbers.get_or_insert_with(|| {
+            let version = packet.version.number();
+            note(&format!(
+                "a GameController of version {version} is heard: team {} is blue, {} pink",
+                there.blue, there.pink
+            ));
+            there
+        });
+        if there == numbers || there == (PerTeam { blue: numbers.pink, pink: numbers.blue }) {
+            return Some(numbers);
+        }
+        let strangers = Some([there.blue, there.pink]);
+        if self.strangers != strangers {
+            note(&format!(
+                "a GameController tells of the teams {} and {}, which do not play here; expected {} and {}",
+                there.blue, there.pink, numbers.blue, numbers.pink
+            ));
+        }
+        self.strangers = strangers;
+        None
+    }
+
+    /// What monitors are told, if they are and a GameController is heard. Where they ask for it is told once.
+    fn truth(&mut self) -> Option<&mut Truth> {
+        self.controller.filter(|_| self.tells_monitors)?;
+        let open = || {
+            let (truth, note) = match Truth::open(self.address, self.port_offset) {
+                Ok((truth, requests)) => {
+                    (Some(truth), format!("monitors are told the truth that ask for it at {requests}"))
+                }
+                Err(error) => (None, format!("monitors cannot ask for the truth: {error}")),
+            };
+            self.notes.iter().for_each(|tell| tell(&note));
+            truth
+        };
+        self.truth.get_or_insert_with(open).as_mut()
+    }
+}
+
+pub(super) fn listen(
+    clock: Res<CycleClock>,
+    roster: Res<Roster>,
+    mut listener: ResMut<Listener>,
+    mut outside: ResMut<OutsideReferee>,
+) {
+    let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
+    if let Some(said) = listener.heard(clock.start_time_s(), &robots) {
+        outside.set_if_neq(said);
+    }
+}
+
+/// Reports what robots with behaviours of their own believe.
+pub(super) fn report(
+    clock: Res<CycleClock>,
+    mut listener: ResMut<Listener>,
+    robots: Query<(&RobotId, &BodyStatus, Option<&Belief>), Without<Remote>>,
+) {
+    let is_time = clock.cycle.is_multiple_of(u64::from(clock.cycles_in(REPORT_PERIOD_S)).max(1));
+    let listener = &mut *listener;
+    let controller = listener.controller.map(|(address, _)| address).filter(IpAddr::is_loopback);
+    let (Some(controller), Some(numbers), true) = (controller, listener.team_numbers, is_time) else { return };
+    for (id, body, belief) in &robots {
+        let report = status_of(*body, belief, clock.start_time_s());
+        listener.reporter.send(*id, numbers[id.team], report, controller, listener.port_offset);
+    }
+}
+
+/// Tells monitors how the match is, and where its robots and the ball are.
+pub(super) fn tell_the_truth(
+    told: ToldMatch,
+    mut listener: ResMut<Listener>,
+    robots: Query<(&RobotId, &Pose, &Posture)>,
+    ball: Query<&Pose, With<Ball>>,
+) {
+    let (Some((_, version)), Some(numbers)) = (listener.controller, listener.team_numbers) else { return };
+    let Some(truth) = listener.truth() else { return };
+    if !truth.has_monitors() {
+        return;
+    }
+    let is_time = told.is_time();
+    truth.tell_game(told.packet(version, true, numbers, PerTeam::default()), is_time);
+    if is_time {
+        let ball_m = ball.single().ok().map(|ball| ball.position);
+        let report = |(id, pose, posture): (&RobotId, &Pose, &Posture)| {
+            let report = true_report(*pose, *posture, ball_m, told.game.own_end(id.team), told.clock.end_time_s());
+            ReturnPacket { player: id.number, team: numbers[id.team], report }
+        };
+        truth.tell_robots(robots.iter().sort_by_key::<&RobotId, _>(|id| **id).map(report));
+    }
+}
+
+fn numbers_in(packet: &ControlPacket) -> PerTeam<u8> {
+    let [left, right] = &packet.teams;
+    PerTeam { blue: left.number, pink: right.number }
+}
+
+/// What a packet says of the match of these robots; nothing if it is of other teams.
+fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) -> Option<OutsideReferee> {
+    let place = |team: Team| packet.teams.iter().position(|there| there.number == numbers[team]);
+    let places = PerTeam { blue: place(Team::Blue)?, pink: place(Team::Pink)? };
+    let penalty = |robot: &RobotId| {
+        let player = packet.teams[places[robot.team]].players.get(usize::from(robot.number).checked_sub(1)?)?;
+        let reason = packet.version.penalty_reason(player.penalty)?;
+        Some((*robot, reason, f32::from(player.seconds_left)))
+    };
+    let score = |team: Team| u32::from(packet.teams[places[team]].score);
+    Some(OutsideReferee {
+        state: state(packet),
+        half: if packet.is_first_half { 1 } else { 2 },
+        blue_end: if places.blue == 0 { End::NegativeX } else { End::PositiveX },
+        score: Score { blue: score(Team::Blue), pink: score(Team::Pink) },
+        kicking_team: Team::BOTH.into_iter().find(|team| packet.kicking_team == Some(numbers[*team])),
+        set_play: packet.set_play,
+        time_left_s: f32::from(packet.seconds_left),
+        secondary_time_left_s: f32::from(packet.secondary_seconds_left),
+        penalties: robots.iter().filter_map(penalty).collect(),
+    })
+}
+
+/// A GameController calls the end of each half finished; a match is that only after the last.
+fn state(packet: &ControlPacket) -> GameState {
+    match packet.state {
+        GameState::Finished if packet.is_first_half => GameState::Initial,
+        state => state,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::division::Division;
+    use super::super::packet::{MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
+    use super::*;
+    use naoisis_core::game::PenaltyReason;
+
+    fn packet() -> ControlPacket {
+        let team = |number, score| TeamPacket { number, score, ..TeamPacket::default() };
+        let mut teams = [team(12, 2), team(5, 1)];
+        teams[1].players = [PlayerPacket::default(); MOST_PLAYERS];
+        teams[1].players[1] = PlayerPacket { penalty: 9, seconds_left: 12, ..PlayerPacket::default() };
+        ControlPacket {
+            version: ProtocolVersion::V19,
+            for_monitors: true,
+            packet_number: 0,
+            players_per_team: 3,
+            is_knockout: false,
+            division: Division::Small,
+            is_stopped: false,
+            is_shoot_out: false,
+            state: GameState::Finished,
+            set_play: None,
+            is_first_half: true,
+            kicking_team: Some(5),
+            seconds_left: -2,
+            secondary_seconds_left: 0,
+            teams,
+        }
+    }
+
+    #[test]
+    fn a_packet_is_read_from_the_side_of_the_match() {
+        let robots = [RobotId::new(Team::Blue, 2), RobotId::new(Team::Pink, 2)];
+        let numbers = PerTeam { blue: 5, pink: 12 };
+        let said = directions(&packet(), numbers, &robots).unwrap();
+        // Blue is named last: it defends the other goal.
+        assert_eq!((said.blue_end, said.score), (End::PositiveX, Score { blue: 1, pink: 2 }));
+        assert_eq!(said.penalties, [(robots[0], PenaltyReason::Pushing, 12.0)]);
+        assert_eq!((said.kicking_team, said.state), (Some(Team::Blue), GameState::Initial));
+        let second_half = ControlPacket { is_first_half: false, ..packet() };
+        assert_eq!(directions(&second_half, numbers, &robots).unwrap().state, GameState::Finished);
+        assert_eq!(directions(&packet(), PerTeam { blue: 5, pink: 6 }, &robots), None);
+        assert_eq!(numbers_in(&packet()), PerTeam { blue: 12, pink: 5 });
+    }
+}

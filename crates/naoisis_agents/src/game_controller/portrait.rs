@@ -1,0 +1,255 @@
+//! A match as a GameController tells it.
+
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Game, GameState, Penalty, Rules, SetPlay, ShootOut};
+use naoisis_core::pitch::End;
+use naoisis_core::referee::{RobotMemory, SetPlayStatus};
+use naoisis_core::team::{PerTeam, RobotId, Team};
+
+use super::division::Division;
+use super::packet::{ControlPacket, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
+
+/// The number of the robot that keeps the goal.
+const GOALKEEPER: u8 = 1;
+
+/// What a packet is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Portrayed<'a> {
+    /// The game: the true one for monitors, and for robots that which they are told of.
+    pub game: &'a Game,
+    /// The rules that are played by.
+    pub rules: &'a Rules,
+    /// The division that plays.
+    pub division: Division,
+    /// The clock; the instant is the end of its cycle.
+    pub clock: &'a CycleClock,
+    /// All robots.
+    pub robots: &'a [(RobotId, Penalty)],
+    /// What the referee remembers of robots.
+    pub records: &'a [RobotMemory],
+    /// The teams' numbers in the league.
+    pub team_numbers: PerTeam<u8>,
+    /// The shots of a shoot-out that have scored.
+    pub shots_scored: PerTeam<u16>,
+}
+
+impl Portrayed<'_> {
+    /// The packet that tells of it.
+    pub fn packet(&self, version: ProtocolVersion, for_monitors: bool) -> ControlPacket {
+        let Portrayed { game, rules, clock, .. } = *self;
+        let left = Team::BOTH.into_iter().find(|team| game.own_end(*team) == End::NegativeX).unwrap_or_default();
+        let [primary, secondary] = self.cycles_left();
+        let numbers = |team: Team| self.robots.iter().filter(move |(id, _)| id.team == team);
+        let largest_team = Team::BOTH.into_iter().map(|team| numbers(team).count()).max().unwrap_or(0);
+        ControlPacket {
+            version,
+            for_monitors,
+            packet_number: 0,
+            players_per_team: u8::try_from(largest_team).unwrap_or(u8::MAX),
+            is_knockout: rules.shoot_out,
+            division: self.division,
+            is_stopped: false,
+            is_shoot_out: game.shoot_out.is_some(),
+            state: game.state,
+            set_play: game.set_play.map(|set_play| set_play.kind),
+            is_first_half: game.half == 1,
+            kicking_team: self.kicking_team(for_monitors).map(|team| self.team_numbers[team]),
+            seconds_left: whole_seconds(primary, clock).min(i16::MAX as u64) as i16,
+            secondary_seconds_left: whole_seconds(secondary, clock).min(i16::MAX as u64) as i16,
+            teams: [left, left.opponent()].map(|team| self.team(team, version)),
+        }
+    }
+
+    /// Cycles left on the game's clock and on its second one, as a GameController runs them. In `set` the second stands: the whistle is
+    /// heard, and nobody is told when it comes. A shot of a shoot-out is on the first.
+    fn cycles_left(&self) -> [u64; 2] {
+        let Portrayed { game, rules, clock, .. } = *self;
+        let of_half = game.cycles_left.unwrap_or(0);
+        match (game.state, game.shoot_out) {
+            (GameState::Set | GameState::Playing, Some(shoot_out)) => {
+                let shot = u64::from(clock.cycles_in(shoot_out.shot_s(rules)));
+                [shot.saturating_sub(shoot_out.shot.cycles), 0]
+            }
+            (_, Some(_)) => [0, 0],
+            (GameState::Set, None) => [of_half, 0],
+            (_, None) => [of_half, game.secondary_cycles_left(rules, clock).unwrap_or(0)],
+        }
+    }
+
+    /// The team that the ball is for, as far as it is told. In play it is nobody's when a kick-off or free kick is over.
+    fn kicking_team(&self, for_monitors: bool) -> Option<Team> {
+        let is_told = |set_play: SetPlay| match for_monitors {
+            true => Some(set_play.team),
+            false => SetPlayStatus::told_of(&set_play, self.rules, self.clock).team,
+        };
+        match (self.game.shoot_out, self.game.set_play) {
+            (Some(shoot_out), _) => Some(shoot_out.team),
+            (None, Some(set_play)) => is_told(set_play),
+            (None, None) => match self.game.state {
+                GameState::Playing | GameState::Finished => None,
+                GameState::Initial | GameState::Standby | GameState::Ready | GameState::Set => self.game.kick_off(),
+            },
+        }
+    }
+
+    fn team(&self, team: Team, version: ProtocolVersion) -> TeamPacket {
+        let mut players =
+            [PlayerPacket { penalty: version.substitute_code(), ..PlayerPacket::default() }; MOST_PLAYERS];
+        for (id, penalty) in self.robots.iter().filter(|(id, _)| id.team == team) {
+            if let Some(player) = players.get_mut(usize::from(id.number).wrapping_sub(1)) {
+                *player = self.player(*id, *penalty, version);
+            }
+        }
+        let messages_left = self.game.messages_left.map_or(u32::MAX, |left| left[team]);
+        TeamPacket {
+            number: self.team_numbers[team],
+            colour: team as u8,
+            goalkeeper: GOALKEEPER,
+            score: u8::try_from(self.game.score[team]).unwrap_or(u8::MAX),
+            shots: self.game.shoot_out.map_or(0, |shoot_out| u8::try_from(shoot_out.taken[team]).unwrap_or(u8::MAX)),
+            shots_scored: self.shots_scored[team],
+            message_budget: u16::try_from(messages_left).unwrap_or(u16::MAX),
+            players,
+        }
+    }
+
+    fn player(&self, id: RobotId, penalty: Penalty, version: ProtocolVersion) -> PlayerPacket {
+        let cautions = self.records.iter().find(|record| record.id == id).map_or(0, |record| record.cautions);
+        let cautioned = PlayerPacket { cautions: u8::try_from(cautions).unwrap_or(u8::MAX), ..PlayerPacket::default() };
+        let Some(active) = penalty.0 else { return cautioned };
+        PlayerPacket {
+            penalty: version.penalty_code(active.reason),
+            seconds_left: whole_seconds(active.cycles_left, self.clock).min(u64::from(u8::MAX)) as u8,
+            ..cautioned
+        }
+    }
+}
+
+/// Seconds that have begun, as a GameController counts down.
+fn whole_seconds(cycles: u64, clock: &CycleClock) -> u64 {
+    // A time that is whole but for rounding is whole.
+    (cycles as f64 * clock.period_s - 1e-6).ceil() as u64
+}
+
+/// The shots that have scored, when after these the shoot-out stands so.
+pub fn note_shots(scored: &mut PerTeam<u16>, before: Option<&ShootOut>, after: Option<&ShootOut>) {
+    let (Some(before), Some(after)) = (before, after) else { return };
+    for team in Team::BOTH {
+        let shot = after.taken[team].saturating_sub(1);
+        if after.taken[team] > before.taken[team] && after.goals[team] > before.goals[team] && shot < u16::BITS {
+            scored[team] |= 1 << shot;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy::math::Vec2;
+    use naoisis_core::game::{ActivePenalty, PenaltyReason, SetPlayKind};
+
+    const VERSION: ProtocolVersion = ProtocolVersion::V18;
+
+    fn robots() -> Vec<(RobotId, Penalty)> {
+        let robot = |team, number| (RobotId::new(team, number), Penalty(None));
+        vec![robot(Team::Blue, 1), robot(Team::Blue, 2), robot(Team::Pink, 2)]
+    }
+
+    fn packet(game: &Game, rules: &Rules, robots: &[(RobotId, Penalty)], for_monitors: bool) -> ControlPacket {
+        let (clock, team_numbers) = (CycleClock::default(), PerTeam { blue: 5, pink: 12 });
+        let (division, shots_scored) = (Division::Small, PerTeam::default());
+        Portrayed { game, rules, division, clock: &clock, robots, records: &[], team_numbers, shots_scored }
+            .packet(VERSION, for_monitors)
+    }
+
+    #[test]
+    fn a_match_is_told_in_the_protocols_words() {
+        let (rules, mut robots) = (Rules::default(), robots());
+        let reason = PenaltyReason::Pushing;
+        robots[1].1 = Penalty(Some(ActivePenalty { reason, cycles_left: 301 }));
+        let mut game = Game { state: GameState::Playing, half: 1, cycles_left: Some(18_000 - 1), ..Game::default() };
+        game.score.pink = 2;
+        let told = packet(&game, &rules, &robots, false);
+        assert_eq!((told.state, told.is_first_half, told.seconds_left), (GameState::Playing, true, 600));
+        assert_eq!((told.players_per_team, told.kicking_team), (2, None));
+        let [blue, pink] = &told.teams;
+        assert_eq!((blue.number, blue.score, pink.number, pink.score), (5, 0, 12, 2));
+        // 301 cycles are a little more than ten seconds.
+        assert_eq!((blue.players[1].penalty, blue.players[1].seconds_left), (2, 11));
+        // Who is not there is a substitute.
+        assert_eq!((pink.players[0].penalty, pink.players[1].penalty, pink.players[19].penalty), (14, 0, 14));
+        // In the second half the other team is on the left.
+        game.blue_end = game.blue_end.opposite();
+        game.half = 2;
+        let told = packet(&game, &rules, &robots, false);
+        assert_eq!((told.teams[0].number, told.is_first_half), (12, false));
+    }
+
+    #[test]
+    fn whose_a_kick_off_is_is_told_until_it_is_over_and_not_when_the_whistle_comes() {
+        let rules = Rules { ready_s: 45.0, set_s: 3.0, ..Rules::default() };
+        let kick_off = SetPlay::new(SetPlayKind::KickOff, Team::Pink, Vec2::ZERO, 300);
+        for for_monitors in [false, true] {
+            let told = |state, set_play| {
+                let game = Game { state, set_play, kick_off_team: Team::Pink, state_cycles: 30, ..Game::default() };
+                let told = packet(&game, &rules, &robots(), for_monitors);
+                (told.kicking_team, told.secondary_seconds_left)
+            };
+            assert_eq!(told(GameState::Initial, None), (Some(12), 0));
+            assert_eq!(told(GameState::Ready, None), (Some(12), 44));
+            assert_eq!(told(GameState::Set, None), (Some(12), 0));
+            assert_eq!(told(GameState::Playing, Some(kick_off)), (Some(12), 10));
+            assert_eq!(told(GameState::Playing, None), (None, 0));
+            assert_eq!(told(GameState::Finished, None), (None, 0));
+            // A penalty kick has a whistle, too.
+            let penalty_kick = SetPlay::new(SetPlayKind::PenaltyKick, Team::Pink, Vec2::ZERO, 900);
+            assert_eq!(told(GameState::Set, Some(penalty_kick)), (Some(12), 0));
+            assert_eq!(told(GameState::Playing, Some(penalty_kick)), (Some(12), 30));
+        }
+        let drop_ball = Game { state: GameState::Ready, drop_ball: true, ..Game::default() };
+        assert_eq!(packet(&drop_ball, &rules, &robots(), true).kicking_team, None);
+    }
+
+    #[test]
+    fn a_shot_of_a_shoot_out_is_on_the_first_clock_and_it_stands_before_the_whistle() {
+        let rules = Rules { shoot_out_s: 60.0, sudden_death_s: None, ..Rules::default() };
+        let told = |state, cycles| {
+            let mut shoot_out = ShootOut { team: Team::Pink, ..ShootOut::default() };
+            shoot_out.shot.cycles = cycles;
+            let game = Game { state, shoot_out: Some(shoot_out), cycles_left: Some(0), ..Game::default() };
+            let told = packet(&game, &rules, &robots(), false);
+            (told.kicking_team, told.seconds_left, told.secondary_seconds_left)
+        };
+        assert_eq!(told(GameState::Set, 0), (Some(12), 60, 0));
+        assert_eq!(told(GameState::Playing, 300), (Some(12), 50, 0));
+    }
+
+    #[test]
+    fn whose_a_free_kick_is_monitors_know_before_robots() {
+        let rules = Rules { free_kick_signal_s: 5.0, ..Rules::default() };
+        let mut set_play = SetPlay::new(SetPlayKind::CornerKick, Team::Pink, Vec2::ZERO, 900);
+        let told = |set_play, for_monitors| {
+            let game = Game { state: GameState::Playing, set_play: Some(set_play), ..Game::default() };
+            packet(&game, &rules, &robots(), for_monitors)
+        };
+        assert_eq!((told(set_play, false).kicking_team, told(set_play, true).kicking_team), (None, Some(12)));
+        assert_eq!(told(set_play, false).secondary_seconds_left, 30);
+        set_play.cycles = 150;
+        assert_eq!(told(set_play, false).kicking_team, Some(12));
+    }
+
+    #[test]
+    fn each_shot_of_a_shoot_out_has_a_bit() {
+        let mut scored = PerTeam::default();
+        let mut before = ShootOut::default();
+        for goal in [true, false, true] {
+            let mut after = before;
+            after.taken.blue += 1;
+            after.goals.blue += u32::from(goal);
+            note_shots(&mut scored, Some(&before), Some(&after));
+            before = after;
+        }
+        note_shots(&mut scored, None, Some(&before));
+        assert_eq!(scored, PerTeam { blue: 0b101, pink: 0 });
+    }
+}

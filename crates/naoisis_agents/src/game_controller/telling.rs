@@ -1,0 +1,74 @@
+//! What a match is told of from, and when there is something to tell.
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+
+use super::division::Division;
+use super::packet::{ControlPacket, ProtocolVersion};
+use super::portrait::Portrayed;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Game, Penalty, Rules};
+use naoisis_core::pitch::Pitch;
+use naoisis_core::referee::RefereeMemory;
+use naoisis_core::team::{PerTeam, RobotId};
+
+/// Between two packets if nothing changes, s.
+const PERIOD_S: f32 = 0.5;
+
+/// What a match is told of from.
+#[derive(SystemParam)]
+pub(super) struct ToldMatch<'w, 's> {
+    pub clock: Res<'w, CycleClock>,
+    pub game: Res<'w, Game>,
+    rules: Res<'w, Rules>,
+    pitch: Res<'w, Pitch>,
+    memory: Res<'w, RefereeMemory>,
+    robots: Query<'w, 's, (&'static RobotId, &'static Penalty)>,
+}
+
+impl ToldMatch<'_, '_> {
+    /// Whether it is time to tell of the match again after this cycle.
+    pub fn is_time(&self) -> bool {
+        self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
+    }
+
+    /// The packet that tells of it: the truth for monitors, and for robots what is announced.
+    pub fn packet(
+        &self,
+        version: ProtocolVersion,
+        for_monitors: bool,
+        team_numbers: PerTeam<u8>,
+        shots_scored: PerTeam<u16>,
+    ) -> ControlPacket {
+        let Self { clock, game, rules, pitch, memory, robots } = self;
+        let mut robots: Vec<(RobotId, Penalty)> = robots.iter().map(|(id, penalty)| (*id, *penalty)).collect();
+        robots.sort_by_key(|(id, _)| *id);
+        let game = if for_monitors { game } else { memory.announcement.told(game) };
+        let records = &memory.robots;
+        let division = Division::on(pitch);
+        Portrayed { game, rules, division, clock, robots: &robots, records, team_numbers, shots_scored }
+            .packet(version, for_monitors)
+    }
+}
+
+/// The packets that somebody is sent, each with its number.
+#[derive(Debug, Default)]
+pub(super) struct PacketSeries {
+    number: u8,
+    /// What was told last, without its time.
+    told: Option<ControlPacket>,
+}
+
+impl PacketSeries {
+    /// The packet with its number, if it is time to send it or it says something new.
+    pub fn next(&mut self, packet: ControlPacket, is_time: bool) -> Option<ControlPacket> {
+        let without_time = packet.without_time();
+        if !is_time && self.told.as_ref() == Some(&without_time) {
+            return None;
+        }
+        self.told = Some(without_time);
+        let packet_number = self.number;
+        self.number = packet_number.wrapping_add(1);
+        Some(ControlPacket { packet_number, ..packet })
+    }
+}

@@ -1,0 +1,125 @@
+//! The truth of a match that a real GameController decides about: that one knows the game, and only the match knows where its
+//! robots and the ball are.
+//!
+//! Only a match that is to tells it, as whoever asks is told, programs that play included. It is told in the words that monitors
+//! know. They ask for it and hear how the game is as from a GameController, and what that
+//! passes on of the robots' reports has here the place of each robot and of the ball as they are.
+
+use bevy::math::Vec2;
+use std::net::{IpAddr, SocketAddr, UdpSocket};
+
+use super::monitors::Monitors;
+use super::packet::ControlPacket;
+use super::report::ReturnPacket;
+use super::sockets::{NetworkError, REQUEST_PORT, place, robot_address};
+use super::telling::PacketSeries;
+use naoisis_core::communication::StatusReport;
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::End;
+use naoisis_core::robot::posture::Posture;
+use naoisis_sensing::belief::team_from_pitch;
+
+/// Where monitors ask for the truth if a GameController on this machine has the usual port.
+const OTHER_REQUEST_PORT: u16 = REQUEST_PORT + 1;
+
+/// Tells monitors the truth.
+#[derive(Debug)]
+pub(super) struct Truth {
+    monitors: Monitors,
+    packets: PacketSeries,
+    /// Where control packets are heard, which those for monitors must not reach.
+    listening: IpAddr,
+}
+
+impl Truth {
+    /// Hears monitors where a GameController is heard, and says where.
+    ///
+    /// # Errors
+    /// When neither port is free.
+    pub fn open(listening: IpAddr, port_offset: u16) -> Result<(Self, SocketAddr), NetworkError> {
+        let at = |port| {
+            let requests = place(listening, port, port_offset);
+            Monitors::open(requests, port_offset).map(|monitors| (monitors, requests))
+        };
+        let (monitors, requests) = at(REQUEST_PORT).or_else(|_| at(OTHER_REQUEST_PORT))?;
+        Ok((Self { monitors, packets: PacketSeries::default(), listening }, requests))
+    }
+
+    /// Lets monitors in that have asked. Whether somebody is there who is to be told.
+    pub fn has_monitors(&mut self) -> bool {
+        self.monitors.let_in()
+    }
+
+    /// Tells how the game is, if it is time or something has changed.
+    pub fn tell_game(&mut self, packet: ControlPacket, is_time: bool) {
+        if let Some(packet) = self.packets.next(packet, is_time) {
+            let listening = self.listening;
+            self.monitors.tell(&packet, |host| !is_heard_here(listening, host));
+        }
+    }
+
+    /// Tells where robots are.
+    pub fn tell_robots(&self, robots: impl IntoIterator<Item = ReturnPacket>) {
+        for robot in robots {
+            self.monitors.forward(robot_address(robot.team, robot.player), &robot.to_bytes());
+        }
+    }
+}
+
+/// Whether what is sent to the control port of this host is heard by who listens at `listening`.
+fn is_heard_here(listening: IpAddr, host: IpAddr) -> bool {
+    match listening.is_unspecified() {
+        // At all addresses of this machine, which are those that a socket of it can have.
+        true => UdpSocket::bind((host, 0)).is_ok(),
+        false => host == listening,
+    }
+}
+
+/// What a robot would report at this time, s since the start, if it knew all: its true pose and that of the ball, pitch frame.
+pub(super) fn true_report(
+    pose: Pose,
+    posture: Posture,
+    ball_m: Option<Vec2>,
+    own_end: End,
+    time_s: f64,
+) -> StatusReport {
+    StatusReport {
+        time_s,
+        fallen: !posture.is_upright(),
+        pose: team_from_pitch(pose, own_end),
+        ball_age_s: ball_m.map(|_| 0.0),
+        ball_m: ball_m.map(|ball| pose.inverse_transform_point(ball)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f32::consts::FRAC_PI_2;
+    use std::net::Ipv4Addr;
+
+    #[test]
+    fn where_a_robot_is_is_said_as_its_team_sees_the_pitch() {
+        let (pose, ball) = (Pose::new(1.0, 0.5, FRAC_PI_2), Some(Vec2::new(1.0, 2.5)));
+        let report = |own_end| true_report(pose, Posture::Fallen { cycles: 3 }, ball, own_end, 2.0);
+        let (blue, pink) = (report(End::NegativeX), report(End::PositiveX));
+        assert_eq!((blue.pose, blue.fallen, blue.ball_age_s), (pose, true, Some(0.0)));
+        assert!(pink.pose.position.distance(Vec2::new(-1.0, -0.5)) < 1e-6, "{pink:?}");
+        assert!((pink.pose.heading + FRAC_PI_2).abs() < 1e-6, "{pink:?}");
+        // The ball is two metres ahead, whoever it is.
+        for report in [blue, pink] {
+            assert!(report.ball_m.unwrap().distance(Vec2::new(2.0, 0.0)) < 1e-5, "{report:?}");
+        }
+        let without_ball = true_report(pose, Posture::Upright, None, End::NegativeX, 2.0);
+        assert_eq!((without_ball.fallen, without_ball.ball_age_s, without_ball.ball_m), (false, None, None));
+    }
+
+    #[test]
+    fn a_match_does_not_hear_what_it_says_itself() {
+        let [here, other] = [Ipv4Addr::LOCALHOST, Ipv4Addr::new(127, 0, 0, 2)].map(IpAddr::from);
+        assert!(is_heard_here(here, here) && !is_heard_here(here, other));
+        let everywhere = Ipv4Addr::UNSPECIFIED.into();
+        // An address that is for documentation is no machine's.
+        assert!(is_heard_here(everywhere, here) && !is_heard_here(everywhere, Ipv4Addr::new(198, 51, 100, 7).into()));
+    }
+}

@@ -1,0 +1,59 @@
+//! How the command line treats programs that play.
+
+use clap::Args;
+use core::time::Duration;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::report;
+use super::teams::TeamArguments;
+use naoisis_agents::agents::AgentSettings;
+use naoisis_core::team::PerTeam;
+
+/// Arguments about programs that play.
+#[derive(Args, Debug, Clone, Default)]
+pub struct AgentArguments {
+    /// Programs that play: how long each answer may take, s of real time; 0 for any time [default: 5]
+    #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
+    pub agent_timeout: Option<Duration>,
+    /// How long they may take to start [default: 30]
+    #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
+    pub agent_start_timeout: Option<Duration>,
+    /// The longest message that they may send, bytes [default: 65536]
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(64..=16 << 20))]
+    pub agent_limit: Option<u32>,
+}
+
+fn duration(word: &str) -> Result<Duration, String> {
+    let seconds = word.parse::<f64>().ok().filter(|seconds| (0.0..=1e6).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "expected a number of seconds, or 0 for any time".to_owned())
+}
+
+impl AgentArguments {
+    /// How programs are treated in the match of a scenario file. Those of the file are run where it is, those of the command
+    /// line where the user is.
+    pub fn settings(&self, scenario: &str, teams: &TeamArguments) -> AgentSettings {
+        let default = AgentSettings::default();
+        let any_time_for_zero = |time: Option<Duration>, default: Option<Duration>| match time {
+            Some(time) => (!time.is_zero()).then_some(time),
+            None => default,
+        };
+        let folder = folder_of(scenario);
+        AgentSettings {
+            answer_timeout: any_time_for_zero(self.agent_timeout, default.answer_timeout),
+            start_timeout: any_time_for_zero(self.agent_start_timeout, default.start_timeout),
+            longest_message: self.agent_limit.map_or(default.longest_message, |bytes| bytes as usize),
+            token: None,
+            folders: PerTeam::new(|team| folder.clone().filter(|_| teams.of(team).is_none())),
+            error_lines: Some(Arc::new(|robot, line| report::note(&format!("[{robot}] {line}")))),
+            break_off: None,
+        }
+    }
+}
+
+/// The folder that a scenario's file is in; none of a built-in scenario.
+fn folder_of(scenario: &str) -> Option<PathBuf> {
+    let path = Path::new(scenario);
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.filter(|_| path.is_file()).map(Path::to_owned)
+}

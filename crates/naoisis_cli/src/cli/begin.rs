@@ -1,0 +1,159 @@
+//! What the match of `naoisis run` begins with: a scenario, or a snapshot of a match to go on with.
+
+use bevy::prelude::*;
+use std::path::Path;
+use std::process::ExitCode;
+
+use super::notes;
+use super::report;
+use super::run_arguments::RunArguments;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::team::Team;
+use naoisis_sim::scenario::wording::one_of;
+use naoisis_sim::scenario::{FieldPath, Format, Scenario, ScenarioFile, Setting};
+use naoisis_sim::simulation::snapshot::EXTENSION;
+use naoisis_sim::simulation::{CHANGEABLE, MatchApp, Snapshot, change_settings, is_changeable};
+
+/// Whether a word of the command line is the path of a snapshot.
+pub fn is_snapshot(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(EXTENSION))
+}
+
+/// Puts the match that the command line asks for into the app.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
+    if is_snapshot(Path::new(&arguments.scenario)) {
+        return go_on(app, arguments);
+    }
+    begin_with(app, &scenario_file(&arguments.scenario)?, arguments)
+}
+
+/// The scenario of a path or a name.
+///
+/// # Errors
+/// The exit status of what is wrong: all of it is said already.
+pub fn scenario_file(path_or_name: &str) -> Result<ScenarioFile, ExitCode> {
+    ScenarioFile::check(path_or_name, |_| Vec::new()).map_err(|errors| report::scenario_errors(&errors))
+}
+
+/// Starts the match of a scenario with what the command line changes in it.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
+    let mut file = file.check_with(&arguments.settings()).map_err(|errors| report::scenario_errors(&errors))?;
+    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    change_from_command_line(&mut file.scenario, arguments)?;
+    if !arguments.quiet {
+        notes::tell(&notes::of_scenario(&file));
+    }
+    app.insert_resource(arguments.agents.settings(&file.source.name, &arguments.teams));
+    app.start_match(&file.scenario).map_err(|fault| match arguments.cameras {
+        Some(_) if fault.path == FieldPath::from("cameras").field("render") => {
+            report::usage_error(&format!("--cameras: {}", fault.in_words()))
+        }
+        _ => report::scenario_error(&file.source.error(&fault)),
+    })?;
+    Ok(())
+}
+
+fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -> Result<(), ExitCode> {
+    if let Some(seed) = arguments.seed {
+        scenario.seed = seed;
+    }
+    if let Some(duration_s) = arguments.duration {
+        set_duration(scenario, duration_s)?;
+    }
+    if let Some(cameras) = arguments.cameras {
+        scenario.cameras.render = cameras.into();
+        // Robots of another model have cameras of their own.
+        for own in scenario.robots.iter_mut().filter_map(|robot| robot.cameras.as_mut()) {
+            own.render = cameras.into();
+        }
+        if let Some(teams) = &mut scenario.teams {
+            for team in Team::BOTH {
+                if let Some(own) = &mut teams.robots[team].cameras {
+                    own.render = cameras.into();
+                }
+            }
+        }
+        if let Err(fault) = scenario.validate() {
+            return Err(report::usage_error(&format!("--cameras: {}", fault.in_words())));
+        }
+    }
+    Ok(())
+}
+
+/// Stops the match after a time, s.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), ExitCode> {
+    scenario.duration_s = Some(duration_s);
+    scenario.validate().map_err(|fault| report::usage_error(&format!("--duration: {}", fault.in_words())))
+}
+
+/// Changes settings of the match in the app, which errors call `name`: they are laid over the scenario's text, and what that
+/// changes is changed in the match.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn change_match(app: &mut App, name: &str, settings: &[Setting]) -> Result<(), ExitCode> {
+    if let Some(setting) = settings.iter().find(|setting| !is_changeable(setting.path())) {
+        let message = format!(
+            "--set {setting}: `{}` cannot change in the middle of a match; expected {}, of all robots, of a team or of one; or a new match",
+            setting.path(),
+            one_of(CHANGEABLE)
+        );
+        return Err(report::usage_error(&message));
+    }
+    let scenario = app.world().resource::<Scenario>();
+    let text = scenario.resolved_json().map_err(|error| report::usage_error(&error.to_string()))?;
+    let as_saved =
+        ScenarioFile::from_text(&text, Format::Json, name).map_err(|error| report::scenario_error(&error))?;
+    let changed = as_saved.check_with(settings).map_err(|errors| report::scenario_errors(&errors))?;
+    app.insert_resource(as_saved.scenario);
+    change_settings(app.world_mut(), &changed.scenario)
+        .map_err(|fault| report::scenario_error(&changed.source.error(&fault)))
+}
+
+/// Goes on with a saved match, with other settings if the command line has some.
+fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
+    let usage_error = |message: &str| report::usage_error(message);
+    if arguments.realism.is_some() {
+        return Err(usage_error(
+            "--realism: a saved match has its settings already; expected --set for those that change",
+        ));
+    }
+    if Team::BOTH.into_iter().any(|team| arguments.teams.of(team).is_some()) {
+        return Err(usage_error(
+            "--blue, --pink: a saved match has its teams already; expected none, or a scenario with `from` and this file",
+        ));
+    }
+    if arguments.seed.is_some() {
+        return Err(usage_error("--seed: a saved match goes on with the random numbers that it had; expected no seed"));
+    }
+    let path = Path::new(&arguments.scenario);
+    app.insert_resource(arguments.agents.settings(&arguments.scenario, &arguments.teams));
+    let snapshot = Snapshot::load(path, app.world()).map_err(|error| usage_error(&error.to_string()))?;
+    snapshot.restore(app.world_mut()).map_err(|error| usage_error(&format!("{}: {error}", path.display())))?;
+    if !arguments.settings().is_empty() {
+        change_match(app, &arguments.scenario, &arguments.settings())?;
+    }
+    let mut scenario = app.world().resource::<Scenario>().clone();
+    change_from_command_line(&mut scenario, arguments)?;
+    change_settings(app.world_mut(), &scenario).map_err(|fault| usage_error(&fault.to_string()))?;
+    let clock = app.world().resource::<CycleClock>();
+    match scenario.last_cycle() {
+        // How long a match lasts is saved with it.
+        Some(last) if last <= clock.cycle => Err(usage_error(&format!(
+            "{}: the match is over, all of its {:.1} s are played; expected a later end, such as --duration {:.0}",
+            path.display(),
+            clock.end_time_s(),
+            2.0 * clock.end_time_s().max(1.0),
+        ))),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,98 @@
+//! `naoisis calibrate`: the figures of a robot from logs of what it did.
+
+use clap::Args;
+use core::fmt::Write;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::realism::no_model;
+use super::report;
+use super::terminal::Printer;
+use naoisis_lab::calibration::{COLUMNS, Calibration, RobotLog, calibrate as find_figures, model_file};
+use naoisis_sim::scenario::RobotModel;
+
+/// Arguments of `naoisis calibrate`.
+#[derive(Args, Debug, Clone)]
+#[command(after_long_help = columns())]
+pub struct CalibrateArguments {
+    /// Tables in CSV of walks, kicks and sightings: their columns are below
+    #[arg(required = true, value_name = "LOG.csv")]
+    logs: Vec<PathBuf>,
+    /// The model of a robot that has what the logs do not tell: a name (see `naoisis list robots`), or a `.ron` file
+    #[arg(long, value_name = "MODEL")]
+    robot: String,
+    /// The name of the new model [default: that of the robot, and `_calibrated`]
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+}
+
+/// Reads logs, prints the model to standard output, and what was found and what was lacking to standard error.
+pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
+    let model = match RobotModel::find(&arguments.robot) {
+        Ok(model) => model,
+        Err(error) => return no_model("--robot: ", &error),
+    };
+    let mut log = RobotLog::default();
+    for path in &arguments.logs {
+        let name = path.display();
+        let file = match File::open(path) {
+            Ok(file) => file,
+            Err(problem) => return report::usage_error(&format!("{name} cannot be read: {problem}")),
+        };
+        if let Err(error) = log.read(BufReader::new(file)) {
+            return report::usage_error(&format!("{name}, {error}"));
+        }
+    }
+    let calibration = find_figures(&log, &model);
+    report::note(&found(&model, &calibration));
+    if calibration.figures.is_empty() {
+        return report::failure("the logs have too little for any figure");
+    }
+    let name = arguments.name.clone().unwrap_or_else(|| format!("{}_calibrated", model.name));
+    let file_name = |path: &PathBuf| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let logs = arguments.logs.iter().map(file_name).collect::<Vec<String>>().join(", ");
+    let mut printer = Printer::default();
+    printer.print(model_file(&model, &name, &logs, &calibration));
+    printer.finish(ExitCode::SUCCESS)
+}
+
+/// A table of what was found, beside the figures that the model had, and what was lacking.
+pub(super) fn found(model: &RobotModel, calibration: &Calibration) -> String {
+    let width = calibration.figures.iter().map(|figure| figure.path.chars().count()).max().unwrap_or_default();
+    let mut text = format!("{:width$}      found   95 % confidence          {}\n", "figure", model.name);
+    for figure in &calibration.figures {
+        let settings = model.all_settings();
+        let before = figure.path.split('.').try_fold(None, |value: Option<&serde_json::Value>, name| {
+            let inner = match value {
+                None => settings.get(name),
+                Some(value) => value.get(name),
+            };
+            inner.map(Some)
+        });
+        let before = before.flatten().map_or_else(|| "-".to_owned(), ToString::to_string);
+        let estimate = figure.estimate;
+        let _ = writeln!(
+            text,
+            "{:width$}  {:9.4}   {:9.4} to {:9.4}  {before:>9}   {}",
+            figure.path, estimate.value, estimate.low, estimate.high, figure.basis
+        );
+    }
+    for lacking in &calibration.lacking {
+        let _ = writeln!(text, "not found: {lacking}");
+    }
+    text
+}
+
+/// The columns of logs, for the help.
+fn columns() -> String {
+    let mut text =
+        "Columns (others are not looked at; angles to the left, places to the front and to the left):\n".to_owned();
+    for (kind, name, meaning, needed) in COLUMNS {
+        let mark = if *needed { "" } else { " (optional)" };
+        let _ = writeln!(text, "  {kind:8}  {name:20}  {meaning}{mark}");
+    }
+    text.push_str("A walk is straight, or a turn on the spot. What was in view but not seen is a sighting, too.\n");
+    text
+}

@@ -1,0 +1,85 @@
+//! What is expected of matches on the command line, and in scenarios: how it is judged and said.
+
+use bevy::prelude::*;
+use clap::Args;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::outputs::Output;
+use super::terminal::Printer;
+use naoisis_core::replace_file::replace_file;
+use naoisis_record::expectations::{Verdict, junit, play_all};
+use naoisis_sim::scenario::{Expectation, NotAnExpectation, Quantity, Scenario};
+
+/// Arguments about what is expected.
+#[derive(Args, Debug, Clone, Default)]
+pub struct ExpectArguments {
+    /// What is expected of the match: "blue.goals >= 1 within 30 s"; with "in 25 % of 200", of so many seeds. Exit status 1 if
+    /// it is otherwise
+    #[arg(long, value_name = "EXPECTATION", value_parser = expectation)]
+    pub expect: Vec<Expectation>,
+    /// Write what became of expectations as JUnit XML
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+}
+
+fn expectation(text: &str) -> Result<Expectation, String> {
+    text.parse().map_err(|error: NotAnExpectation| error.to_string())
+}
+
+impl ExpectArguments {
+    /// The file that is written.
+    pub fn output(&self) -> Option<Output> {
+        self.junit.clone().map(|path| Output { option: "--junit", path })
+    }
+
+    /// That the robots are in the match.
+    pub fn check(&self, scenario: &Scenario) -> Result<(), String> {
+        for expectation in &self.expect {
+            if let Quantity::OfRobot(robot, _) = expectation.quantity
+                && !scenario.has_robot(robot)
+            {
+                return Err(format!("--expect: `{expectation}`: there is no robot `{robot}` in the match"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Those that are about the match itself.
+    pub fn of_match(&self) -> Vec<Expectation> {
+        self.expect.iter().copied().filter(|expectation| expectation.frequency.is_none()).collect()
+    }
+
+    /// Plays the matches of those that are about many, and judges them.
+    pub fn judge_many(&self, simulator: impl Fn() -> App + Sync, scenario: &Scenario) -> Result<Vec<Verdict>, String> {
+        let many: Vec<Expectation> =
+            self.expect.iter().copied().filter(|expectation| expectation.frequency.is_some()).collect();
+        play_many(simulator, scenario, &many)
+    }
+}
+
+/// Plays all the matches that expectations are about, on all cores.
+pub fn play_many(
+    simulator: impl Fn() -> App + Sync,
+    scenario: &Scenario,
+    expected: &[Expectation],
+) -> Result<Vec<Verdict>, String> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    play_all(simulator, scenario, expected, threads)
+}
+
+/// Says what became of expectations; if it is to be quiet, of those that do not hold. Whether all is as it should be.
+pub fn print_verdicts(printer: &mut Printer, verdicts: &[Verdict], quiet: bool) -> bool {
+    for verdict in verdicts.iter().filter(|verdict| !quiet || !verdict.holds) {
+        let word = if verdict.holds { "ok   " } else { "wrong" };
+        printer.print(format_args!("  {word}  {verdict}\n"));
+    }
+    verdicts.iter().all(|verdict| verdict.holds)
+}
+
+/// Writes the verdicts on each scenario.
+pub fn write_junit(path: &Path, scenarios: &[(String, Vec<Verdict>)]) -> Result<(), String> {
+    let text = junit(scenarios);
+    let written = replace_file(path, |mut file| file.write_all(text.as_bytes()));
+    written.map_err(|error| format!("cannot write {}: {error}", path.display()))
+}

@@ -1,0 +1,200 @@
+//! The command line: one file a command. A program of one's own has all of it with [`run()`]:
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//! use std::process::ExitCode;
+//!
+//! #[derive(Component, Default)]
+//! struct Rusher;
+//!
+//! fn rush(mut robots: Query<(&Percepts, &mut WalkCommand), With<Rusher>>) {
+//!     for (percepts, mut walk) in &mut robots {
+//!         walk.dx = if percepts.ball.is_some() { 0.005 } else { 0.0 };
+//!     }
+//! }
+//!
+//! fn main() -> ExitCode {
+//!     naoisis::cli::run(|app| {
+//!         app.add_behaviour::<Rusher, _>("rusher", rush);
+//!         app.add_team("rushers", "Everybody rushes.", |_, _| "rusher");
+//!     })
+//! }
+//! ```
+//!
+//! `my_team batch match3v3 --matches 100 --pairs rushers,roles` plays it on all cores then, `my_team` alone opens the window,
+//! `my_team list teams` knows the team, and so does `my_team check`.
+
+use bevy::app::{App, Plugins};
+use clap::{Parser, Subcommand};
+use std::env;
+use std::ffi::OsString;
+use std::io;
+use std::process::ExitCode;
+
+use naoisis_agents::agents::AgentsPlugin;
+use naoisis_record::record::RecordPlugin;
+use naoisis_sim::simulation::NaoisisPlugins;
+
+mod agents;
+mod batch;
+mod batch_summary;
+mod begin;
+mod beliefs;
+mod calibrate;
+mod challenge;
+mod check;
+mod check_program;
+mod expect;
+mod figures;
+mod game_controller;
+mod interrupt;
+mod list;
+mod logs;
+mod notes;
+mod outputs;
+mod pace;
+mod pictures;
+mod play;
+mod realism;
+mod recording;
+mod recordings;
+mod replay;
+mod report;
+mod reviews;
+mod robot;
+mod run;
+mod run_arguments;
+mod schema;
+mod serve;
+mod teams;
+mod terminal;
+mod traces;
+mod visible;
+mod vision;
+mod whatif;
+mod window;
+
+/// A behavioural simulator of humanoid robot soccer.
+#[derive(Parser, Debug)]
+#[command(version, about, propagate_version = true)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Watch a match in a window; the same as no command
+    Play(play::PlayArguments),
+    /// Run a match headless, as fast as it goes
+    Run(Box<run_arguments::RunArguments>),
+    /// Run a match that programs connect to, in lock-step
+    Serve(Box<serve::ServeArguments>),
+    /// Print what is said between a match and a program, as JSON Schema
+    Schema,
+    /// Watch a match that a trace was written of
+    Replay(replay::ReplayArguments),
+    /// Play many matches with different seeds, on all cores
+    Batch(batch::BatchArguments),
+    /// Check scenario files, and programs that are to play
+    Check(check::CheckArguments),
+    /// Draw the paper's figures from the running system
+    Figures(figures::FiguresArguments),
+    /// List what comes with the program
+    List(list::ListArguments),
+    /// Show a robot model: its figures, and a sheet with pictures
+    Robot(robot::RobotArguments),
+    /// Measure what simulated robots do when they are realistic, beside what real ones do
+    Realism(realism::RealismArguments),
+    /// Play a moment of a match on many times, with other chance
+    #[command(name = "whatif")]
+    WhatIf(whatif::WhatIfArguments),
+    /// Measure how often a task for learning succeeds, with behaviours or with chance
+    Challenge(challenge::ChallengeArguments),
+    /// Find a robot's figures from logs of what it did
+    Calibrate(calibrate::CalibrateArguments),
+    /// Measure image vision: what it finds in pictures of random scenes, against what is there
+    Vision(vision::VisionArguments),
+}
+
+/// Parses the command line and carries it out: the whole of a `main`. `extend` adds behaviours, teams, sensors and plugins
+/// to the app of every match, after the [`NaoisisPlugins`]: to that of the window, and to one a match and thread of a batch.
+///
+/// # Panics
+/// When `extend` does, such as for a behaviour that the barrier refuses.
+pub fn run(extend: impl Fn(&mut App) + Sync + 'static) -> ExitCode {
+    run_with(env::args_os(), extend)
+}
+
+/// As [`run()`], with a command line of one's own; its first word is the program's name.
+///
+/// # Panics
+/// When `extend` does.
+pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut App) + Sync + 'static) -> ExitCode {
+    // The window plays matches in threads that end with the process.
+    let program = Program { extend: Box::leak(Box::new(extend)) };
+    let command_line = match CommandLine::try_parse_from(words) {
+        Ok(command_line) => command_line,
+        Err(error) => return said_by_clap(&error),
+    };
+    match command_line.command {
+        Some(Command::Play(arguments)) => play::play(program, &arguments),
+        Some(Command::Run(arguments)) => run::run(program, &arguments),
+        Some(Command::Serve(arguments)) => serve::serve(program, &arguments),
+        Some(Command::Schema) => schema::print_schema(),
+        Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
+        Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
+        Some(Command::Check(arguments)) => check::check(program, &arguments),
+        Some(Command::Figures(arguments)) => figures::figures(&arguments),
+        Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
+        Some(Command::Robot(arguments)) => robot::robot(&arguments),
+        Some(Command::Realism(arguments)) => realism::realism(&arguments),
+        Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
+        Some(Command::Challenge(arguments)) => challenge::challenge(program, &arguments),
+        Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
+        Some(Command::Vision(arguments)) => vision::vision(&arguments),
+        None => play::play(program, &play::PlayArguments::default()),
+    }
+}
+
+/// Prints what is wrong with the command line, or what was asked of it: help, or the version.
+fn said_by_clap(error: &clap::Error) -> ExitCode {
+    let status = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
+    match error.print() {
+        Err(problem) if !error.use_stderr() && problem.kind() != io::ErrorKind::BrokenPipe => {
+            report::failure(&format!("cannot write to standard output: {problem}"))
+        }
+        _ => status,
+    }
+}
+
+/// The program that the commands are part of: what it adds to each of its matches.
+#[derive(Clone, Copy)]
+struct Program<'a> {
+    extend: &'a (dyn Fn(&mut App) + Sync),
+}
+
+impl Program<'_> {
+    /// A simulator without a match, with all behaviours and teams that there are.
+    fn simulator(self) -> App {
+        self.simulator_with(())
+    }
+
+    /// A simulator with more plugins.
+    fn simulator_with<M>(self, plugins: impl Plugins<M>) -> App {
+        let mut app = App::new();
+        app.add_plugins(plugins);
+        self.add_to(&mut app);
+        // Nothing runs this app, which would do so.
+        app.finish();
+        app.cleanup();
+        app
+    }
+
+    /// Adds the simulation, and the program's own.
+    fn add_to(self, app: &mut App) {
+        app.add_plugins((NaoisisPlugins, AgentsPlugin));
+        (self.extend)(app);
+    }
+}

@@ -1,0 +1,128 @@
+//! What the commands say of models and scenarios that are right, and may yet be other than meant.
+
+use bevy::math::Vec2;
+
+use super::report;
+use naoisis_core::kick_geometry::KickGeometry;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::team::Team;
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::camera::ball_in_view::{nearest_ball_seen_m, sees_ball};
+use naoisis_sim::scenario::{Realism, RobotModel, Scenario, ScenarioFile};
+
+/// What is to be said of a model: what it does not see, and what its file leaves open.
+pub(super) fn of_model(model: &RobotModel) -> Vec<String> {
+    let blindness = model.scenario().ok().and_then(|scenario| blindness_in(&scenario));
+    [blindness, naos_measures(model), errors_left_open(model)].into_iter().flatten().collect()
+}
+
+/// What is to be said of a scenario: which of its settings do not reach everybody, and of the files of its models that they leave open what
+/// its realism asks for.
+pub(super) fn of_scenario(file: &ScenarioFile) -> Vec<String> {
+    let mut notes = file.notes();
+    let Scenario { model, robots, teams, realism, .. } = &file.scenario;
+    if realism.parts().all(|(_, word)| word != Realism::Realistic) {
+        return notes;
+    }
+    let of_teams = teams.iter().flat_map(|teams| Team::BOTH.map(|team| teams.robots[team].model.as_ref()));
+    let of_robots = robots.iter().map(|robot| robot.model.as_ref());
+    let mut models: Vec<&String> = of_teams.chain(of_robots).flatten().chain([model]).collect();
+    models.sort();
+    models.dedup();
+    // Of those that come with the program it is known.
+    let files = models.into_iter().filter(|model| RobotModel::named(model).is_none());
+    for model in files.filter_map(|model| RobotModel::find(model).ok()) {
+        notes.extend(errors_left_open(&model).map(|words| format!("{}: {words}", model.name)));
+    }
+    notes
+}
+
+/// Says notes beside what a command prints.
+pub(super) fn tell(notes: &[String]) {
+    notes.iter().for_each(|words| report::note(&format!("note: {words}")));
+}
+
+/// So many figures are named.
+const MOST_NAMED: usize = 8;
+
+/// Paths as a list, of very many the first.
+fn some_of(paths: &[String]) -> Option<String> {
+    let (named, others) = paths.split_at(paths.len().min(MOST_NAMED));
+    if named.is_empty() {
+        return None;
+    }
+    let others = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
+    Some(format!("{}{others}", named.join(", ")))
+}
+
+/// What is to be said of a model some of whose figures have no source.
+pub(super) fn unsourced(model: &RobotModel) -> Option<String> {
+    some_of(&model.without_source()).map(|paths| format!("`sources` does not say where these are from: {paths}"))
+}
+
+/// What is to be said of a robot of one's own that has measures of a NAO.
+fn naos_measures(model: &RobotModel) -> Option<String> {
+    some_of(&model.measures_of_nao())
+        .map(|paths| format!("these are the NAO's, as the file does not say them: {paths}"))
+}
+
+/// What is to be said of a model that is not as real as the word `realistic` promises.
+fn errors_left_open(model: &RobotModel) -> Option<String> {
+    let paths = some_of(&model.without_errors())?;
+    Some(format!(
+        "in a `realistic` match these are the paper's, not a real robot's, as the file does not say them: {paths}"
+    ))
+}
+
+/// What is to be said of a scenario's robot whose cameras do not show it the ball that it is about to kick.
+fn blindness_in(scenario: &Scenario) -> Option<String> {
+    let Scenario { body, cameras, head, kicks, ball, .. } = scenario;
+    if cameras.mounts.as_slice().is_empty() {
+        return Some("it has no cameras: it sees no ball".to_owned());
+    }
+    let cameras = CameraSettings { neck_m: body.neck_m, ..*cameras };
+    let head = head.reached_from(HeadAngles::default());
+    let radius_m = ball.unwrap_or_default().radius_m;
+    // Where the ball lies best, and as far away as it may.
+    let places = |region: KickGeometry| [region.best_m, Vec2::new(region.x_m[1], region.best_m.y)];
+    let mut places = kicks.types().filter_map(|kick| kicks.geometry(kick)).flat_map(places).peekable();
+    if places.peek().is_none() {
+        return Some("it has no kicks: built-in teams push the ball".to_owned());
+    }
+    if places.any(|place| sees_ball(&cameras, &head, place, radius_m)) {
+        return None;
+    }
+    let nearest = match nearest_ball_seen_m(&cameras, &head, radius_m) {
+        Some(distance_m) => format!("the nearest ball that it sees straight ahead is {distance_m:.2} m away"),
+        None => "it sees no ball straight ahead at all".to_owned(),
+    };
+    Some(format!(
+        "no camera shows it the ball where it kicks from: {nearest}; built-in teams kick by what they saw last, other players may not"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::scenario::MODELS;
+
+    #[test]
+    fn who_sees_no_ball_at_its_feet_is_pointed_out() {
+        for preset in MODELS {
+            let scenario = RobotModel::named(preset.name).unwrap().scenario().unwrap();
+            assert_eq!(blindness_in(&scenario), None, "{}", preset.name);
+        }
+        let words = |own: &str| {
+            let text = format!(r#"{{ "model": {{ "preset": "booster_k1", {own} }}, "realism": "realistic" }}"#);
+            blindness_in(&Scenario::from_json(&text).unwrap())
+        };
+        let level = words(r#""head": { "pitch_deg": [0, 0] }"#).unwrap();
+        assert!(level.contains("the nearest ball that it sees straight ahead is 0.7"), "{level}");
+        let up = words(r#""head": { "pitch_deg": [-80, -80] }"#).unwrap();
+        assert!(up.contains("it sees no ball straight ahead at all"), "{up}");
+        let fixed = words(r#""head": { "max_degps": 0 }, "cameras": { "mounts": [{ "name": "head", "position_m": [0.06, 0, 0.84] }] }"#).unwrap();
+        assert!(fixed.contains("the nearest ball that it sees straight ahead is"), "{fixed}");
+        let blind = words(r#""cameras": { "mounts": [] }"#).unwrap();
+        assert!(blind.contains("it has no cameras"), "{blind}");
+    }
+}

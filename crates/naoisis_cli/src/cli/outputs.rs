@@ -1,0 +1,123 @@
+//! What commands write: checked before the match, not after it. Nothing is written over what a command reads, and over
+//! what was there before only when it is told to.
+
+use std::fs::Metadata;
+use std::path::{Path, PathBuf};
+
+use naoisis_core::cycle::CycleClock;
+
+/// The word for standard output in place of a file.
+pub const STANDARD_OUTPUT: &str = "-";
+
+/// A file that an option lets a command write.
+pub struct Output {
+    /// The option, such as `--trace`.
+    pub option: &'static str,
+    /// The file that is to be written.
+    pub path: PathBuf,
+}
+
+/// That no output is a file that the command reads, nor another output; and without `force`, that there is none of them
+/// yet. Devices and pipes can be written to as they are.
+pub fn check_files(input: &Path, outputs: &[Output], force: bool) -> Result<(), String> {
+    for (index, Output { option, path }) in outputs.iter().enumerate() {
+        if input.exists() && is_same_file(path, input) {
+            return Err(format!(
+                "{option}: {}: this would write over {}, which the command reads; expected another file",
+                path.display(),
+                input.display(),
+            ));
+        }
+        if let Some(other) = outputs[..index].iter().find(|other| is_same_file(path, &other.path)) {
+            return Err(format!(
+                "{option}: {}: {} writes this file already; expected another one",
+                path.display(),
+                other.option
+            ));
+        }
+        if !force && path.metadata().is_ok_and(|there| there.is_file()) {
+            return Err(format!("{option}: {}: {EXISTS}", path.display()));
+        }
+    }
+    Ok(())
+}
+
+/// What is said of a file that is not written over.
+pub const EXISTS: &str = "there is such a file already; expected another name, or --force to write over it";
+
+/// Whether two paths lead to one file, by whatever names and links. Devices are not files that could be lost.
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    match (one.metadata(), other.metadata()) {
+        (Ok(there), Ok(other_there)) => there.is_file() && is_same_inode(one, &there, other, &other_there),
+        (Err(_), Err(_)) => real(one) == real(other),
+        _ => false,
+    }
+}
+
+#[cfg(unix)]
+fn is_same_inode(_: &Path, there: &Metadata, _: &Path, other_there: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+
+    (there.dev(), there.ino()) == (other_there.dev(), other_there.ino())
+}
+
+#[cfg(not(unix))]
+fn is_same_inode(one: &Path, _: &Metadata, other: &Path, _: &Metadata) -> bool {
+    real(one) == real(other)
+}
+
+/// The path without links, as far as it exists.
+fn real(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    match (path.canonicalize(), absolute.parent().map(Path::canonicalize), absolute.file_name()) {
+        (Ok(real), _, _) => real,
+        (Err(_), Some(Ok(folder)), Some(name)) => folder.join(name),
+        _ => absolute,
+    }
+}
+
+/// The cycle at whose end a match is this old, s.
+pub fn cycle_at(time_s: f32, clock: &CycleClock) -> u64 {
+    (f64::from(time_s) / clock.period_s).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn check(input: &Path, outputs: &[(&'static str, &Path)], force: bool) -> Result<(), String> {
+        let outputs: Vec<Output> =
+            outputs.iter().map(|&(option, path)| Output { option, path: path.to_owned() }).collect();
+        check_files(input, &outputs, force)
+    }
+
+    #[test]
+    fn neither_inputs_nor_what_is_there_nor_each_other_are_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let [input, link, old, new] =
+            ["input.json", "link.jsonl", "old.jsonl", "new.jsonl"].map(|name| folder.path().join(name));
+        fs::write(&input, "{}").unwrap();
+        fs::write(&old, "old").unwrap();
+        fs::hard_link(&input, &link).unwrap();
+        assert_eq!(check(&input, &[("--trace", &new)], false), Ok(()));
+        assert!(check(&input, &[("--trace", &old)], false).unwrap_err().contains("--force"));
+        assert_eq!(check(&input, &[("--trace", &old)], true), Ok(()));
+        for force in [false, true] {
+            for path in [&input, &link] {
+                let message = check(&input, &[("--trace", path)], force).unwrap_err();
+                assert!(message.contains("which the command reads"), "{message}");
+            }
+            let detour = folder.path().join("./new.jsonl");
+            let message = check(&input, &[("--trace", &new), ("--beliefs", &detour)], force).unwrap_err();
+            assert!(message.contains("--trace writes this file already"), "{message}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_no_file_that_could_be_lost() {
+        let null = Path::new("/dev/null");
+        assert_eq!(check(null, &[("--trace", null), ("--beliefs", null)], false), Ok(()));
+    }
+}

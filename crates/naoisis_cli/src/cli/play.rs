@@ -1,0 +1,212 @@
+//! `naoisis play`: a match in a window.
+
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::agents::AgentArguments;
+use super::game_controller::GameControllerArguments;
+use super::pictures::PictureArguments;
+use super::recordings::Recordings;
+use super::run::{length_s, run_scenario};
+use super::run_arguments::RunArguments;
+use super::teams::TeamArguments;
+use super::window::WindowArguments;
+use super::{Program, report};
+use naoisis_sim::scenario::{ScenarioError, ScenarioFile};
+
+/// The match that is played when none is named.
+const DEFAULT_SCENARIO: &str = "match3v3";
+
+/// Arguments of `naoisis play`.
+#[derive(Args, Debug, Clone, Default)]
+pub struct PlayArguments {
+    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`); without one, and
+    /// with nothing else said of the match, the window asks; it has that which was watched last, at first match3v3
+    pub scenario: Option<String>,
+    #[command(flatten)]
+    pub teams: TeamArguments,
+    #[command(flatten)]
+    pub agents: AgentArguments,
+    #[command(flatten)]
+    pub game_controller: GameControllerArguments,
+    /// Seed of all random numbers, instead of the scenario's
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+    /// Record what the window shows from the start, as PNG files in this new or empty folder; without a display, the field
+    #[arg(long, value_name = "DIR")]
+    pub record: Option<PathBuf>,
+    /// Write in place of frames that are there already
+    #[arg(long)]
+    pub force: bool,
+    /// The window.
+    #[command(flatten)]
+    pub window: WindowArguments,
+}
+
+impl PlayArguments {
+    /// Whether nothing is said of the match: who says nothing is asked.
+    #[cfg(feature = "viewer")]
+    fn names_nothing_to_play(&self) -> bool {
+        let Self { scenario, teams, game_controller, seed, record, .. } = self;
+        scenario.is_none()
+            && teams.blue.is_none()
+            && teams.pink.is_none()
+            && seed.is_none()
+            && record.is_none()
+            && *game_controller == GameControllerArguments::default()
+    }
+}
+
+/// Runs the command. Without a display the match is run headless, which is said: a script does not wait for an answer.
+pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
+    let (name, mut file) = match find(arguments) {
+        Ok(found) => found,
+        Err(errors) => return report::scenario_errors(&errors),
+    };
+    if let Some(seed) = arguments.seed {
+        file.scenario.seed = seed;
+    }
+    if let Err(message) = arguments.teams.choose(program.simulator().world(), &mut file) {
+        return report::usage_error(&message);
+    }
+    match display() {
+        #[cfg(feature = "viewer")]
+        Ok(()) => watch(program, &name, &file, arguments),
+        #[cfg(not(feature = "viewer"))]
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            let length_s = length_s(&file.scenario);
+            report::note(&format!(
+                "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
+            ));
+            let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
+            let recordings = Recordings { pictures, ..Recordings::default() };
+            run_scenario(
+                program,
+                &file,
+                &RunArguments {
+                    scenario: name,
+                    recordings,
+                    teams: arguments.teams.clone(),
+                    agents: arguments.agents.clone(),
+                    game_controller: arguments.game_controller.clone(),
+                    force: arguments.force,
+                    ..RunArguments::default()
+                },
+            )
+        }
+    }
+}
+
+/// The scenario of the command line; without one, that which was watched last, as far as it is still there.
+fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), Vec<ScenarioError>> {
+    let check = |name: &str| ScenarioFile::check(name, |_| Vec::new());
+    if let Some(name) = &arguments.scenario {
+        return Ok((name.clone(), check(name)?));
+    }
+    #[cfg(feature = "viewer")]
+    if let Some(name) = naoisis_viewer::viewer::memory::ViewerMemory::of_user().remembered.scenario
+        && display().is_ok()
+        && let Ok(file) = ScenarioFile::find(&name)
+    {
+        return Ok((name, file));
+    }
+    Ok((DEFAULT_SCENARIO.to_owned(), check(DEFAULT_SCENARIO)?))
+}
+
+/// Whether a window can be opened, or why not.
+#[cfg(not(feature = "viewer"))]
+pub(super) fn display() -> Result<(), &'static str> {
+    Err("this program was built without the viewer")
+}
+
+/// Whether a window can be opened, or why not.
+#[cfg(all(feature = "viewer", unix, not(target_os = "macos")))]
+pub(super) fn display() -> Result<(), &'static str> {
+    if std::env::var_os("DISPLAY").is_none_or(|display| display.is_empty()) {
+        return Err("there is no display");
+    }
+    match x11rb::connect(None) {
+        Ok((connection, _)) => {
+            // A server whose last client leaves starts anew, and refuses whoever comes meanwhile: this one stays.
+            core::mem::forget(connection);
+            Ok(())
+        }
+        Err(_) => Err("the display does not answer"),
+    }
+}
+
+/// Whether a window can be opened, or why not.
+#[cfg(all(feature = "viewer", not(all(unix, not(target_os = "macos")))))]
+pub(super) fn display() -> Result<(), &'static str> {
+    Ok(())
+}
+
+#[cfg(feature = "viewer")]
+fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+    use super::pictures::or_force;
+    use super::window;
+    use naoisis_record::record::film::Film;
+    use naoisis_record::record::frames::remove_frames;
+    use naoisis_sim::simulation::MatchApp;
+    use naoisis_viewer::viewer::drive::PlayedFile;
+    use naoisis_viewer::viewer::film::Filming;
+    use naoisis_viewer::viewer::match_panel::WatchedScenarioFile;
+    use naoisis_viewer::viewer::memory::ViewerMemory;
+    use naoisis_viewer::viewer::start_page::StartPage;
+
+    let mut app = match window::open(program, &arguments.window) {
+        Ok(app) => app,
+        Err(message) => return report::usage_error(&message),
+    };
+    app.insert_resource(arguments.agents.settings(name, &arguments.teams));
+    if let Err(fault) = app.start_match(&file.scenario) {
+        return report::scenario_error(&file.source.error(&fault));
+    }
+    app.insert_resource(PlayedFile(Some(file.clone())));
+    if let Err(message) = arguments.game_controller.start(app.world_mut()) {
+        return report::usage_error(&message);
+    }
+    // The next time may be in another folder.
+    let path = std::path::Path::new(name).canonicalize();
+    if let Ok(path) = &path {
+        app.insert_resource(WatchedScenarioFile::of(path));
+    }
+    let file = path.ok().and_then(|path| path.to_str().map(str::to_owned));
+    let mut memory = app.world_mut().resource_mut::<ViewerMemory>();
+    if let Some(file) = &file {
+        memory.note_recent(file);
+    }
+    memory.note_scenario(file.as_deref().unwrap_or(name));
+    if arguments.names_nothing_to_play() {
+        app.insert_resource(StartPage(true));
+    }
+    if let Some(folder) = &arguments.record {
+        let cleared = if arguments.force { remove_frames(folder) } else { Ok(()) };
+        match cleared.and_then(|()| Film::create_frames(folder)) {
+            Ok(film) => app.world_mut().resource_mut::<Filming>().begin(film, 0.0),
+            Err(error) => return report::usage_error(&format!("--record: {error}{}", or_force(&error))),
+        }
+    }
+    window::show(app)
+}
+
+#[cfg(all(test, feature = "viewer"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_who_says_nothing_of_the_match_is_asked() {
+        let of = |change: fn(&mut PlayArguments)| {
+            let mut arguments = PlayArguments::default();
+            change(&mut arguments);
+            arguments.names_nothing_to_play()
+        };
+        assert!(of(|_| ()) && of(|arguments| arguments.force = true));
+        assert!(!of(|arguments| arguments.scenario = Some("match1v1".to_owned())));
+        assert!(!of(|arguments| arguments.teams.blue = Some("exec:python3 my_team.py".to_owned())));
+        assert!(!of(|arguments| arguments.seed = Some(3)));
+        assert!(!of(|arguments| arguments.game_controller.team_messages = true));
+    }
+}

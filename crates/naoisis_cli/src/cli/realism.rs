@@ -1,0 +1,106 @@
+//! `naoisis realism`: what simulated robots do, measured, beside what real ones do.
+
+use clap::Args;
+use core::fmt::Write;
+use std::process::ExitCode;
+
+use super::interrupt::Interrupt;
+use super::report;
+use super::terminal::Printer;
+use naoisis_lab::trials::{self, MeasuredQuantity};
+use naoisis_sim::scenario::{MODELS, ModelError, RobotModel};
+
+/// A measured figure that is farther from the real one is pointed at, as a share of it: as far as chance alone brings a spread in
+/// so many repetitions. Of a standard deviation's `1 / sqrt(2 n)`, that is three: 15 % of 200 repetitions.
+fn far(repetitions: u32) -> f64 {
+    f64::max(0.15, 3.0 / (2.0 * f64::from(repetitions)).sqrt())
+}
+
+/// Arguments of `naoisis realism`.
+#[derive(Args, Debug, Clone)]
+pub struct RealismArguments {
+    /// A model of a robot: a name (see `naoisis list robots`), or a `.ron` file [default: a table for each]
+    #[arg(long, value_name = "MODEL")]
+    robot: Option<String>,
+    /// How often each walk and kick is repeated, with another seed
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    repetitions: u32,
+}
+
+/// Tries the robots and prints the tables.
+pub fn realism(arguments: &RealismArguments) -> ExitCode {
+    let chosen: Vec<RobotModel> = match &arguments.robot {
+        None => MODELS.iter().filter_map(|model| RobotModel::named(model.name)).collect(),
+        Some(name) => match RobotModel::find(name) {
+            Ok(model) => vec![model],
+            Err(error) => return no_model("--robot: ", &error),
+        },
+    };
+    // There is nothing to be closed.
+    if let Err(message) = Interrupt::end_at_once() {
+        return report::failure(&message);
+    }
+    let mut printer = Printer::default();
+    for model in chosen {
+        let measured = trials::measure(&model, arguments.repetitions);
+        match measured.and_then(|quantities| Ok((quantities, trials::not_measured(&model)?))) {
+            Ok((quantities, left_out)) => {
+                printer.print(table(&model, &quantities, &left_out, far(arguments.repetitions)));
+            }
+            Err(error) => return report::failure(&error.to_string()),
+        }
+        if printer.is_closed() {
+            break;
+        }
+    }
+    printer.finish(ExitCode::SUCCESS)
+}
+
+/// Says what is wrong with the model that an argument names, which begins with `argument`: of a file all that is. Exit status 2.
+pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
+    match error {
+        ModelError::Wrong(errors) => report::scenario_errors(errors),
+        _ => report::usage_error(&format!("{argument}{error}; expected {}", error.expected())),
+    }
+}
+
+/// The table of a model, with what of it is `left_out`. What is `far` off, as a share, is marked by `!`, what no source gives by
+/// `?`.
+fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str], far: f64) -> String {
+    let names: Vec<String> = quantities
+        .iter()
+        .map(|quantity| match quantity.unit {
+            "" => quantity.name.clone(),
+            unit => format!("{}, {unit}", quantity.name),
+        })
+        .collect();
+    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
+    let mut text = format!("{}: {}\n", model.name, model.description);
+    let _ = writeln!(text, "  {:width$}  simulated      real  difference    source", "quantity");
+    for (name, quantity) in names.iter().zip(quantities) {
+        let guess = if quantity.is_guess() { '?' } else { ' ' };
+        let MeasuredQuantity { measured, real, source, .. } = quantity;
+        let _ = match (quantity.difference(), quantity.not_seen) {
+            (Some(share), _) => {
+                let mark = if share.abs() > far { '!' } else { guess };
+                writeln!(text, "  {name:width$}  {measured:9.3} {real:9.3}  {:+8.1} % {mark}  {source}", 100.0 * share)
+            }
+            (None, why) => {
+                let why = why.unwrap_or_default();
+                writeln!(
+                    text,
+                    "  {name:width$}  {:>9} {real:9.3}  {:>8}   {guess}  {source} (not seen: {why})",
+                    "-", "-"
+                )
+            }
+        };
+    }
+    let _ = write!(text, "  ! is farther from the real figure than {:.0} %", 100.0 * far);
+    text.push_str(if far > 0.15 { ", which so few repetitions may be by chance" } else { "" });
+    text.push_str("; ? is a guess, for which no source is known\n");
+    for words in left_out {
+        let _ = writeln!(text, "  note: {words}");
+    }
+    text.push('\n');
+    text
+}

@@ -1,0 +1,146 @@
+//! `naoisis robot show`: a model's sheet, and its figures with their sources.
+
+use clap::{Args, Subcommand};
+use core::fmt::Write;
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::notes;
+use super::outputs::EXISTS;
+use super::realism::no_model;
+use super::report;
+use super::terminal::Printer;
+use naoisis_lab::figures::model_sheet;
+use naoisis_record::record::encoder::{Layer, write_png};
+use naoisis_sim::scenario::RobotModel;
+
+/// Arguments of `naoisis robot`.
+#[derive(Args, Debug, Clone)]
+pub struct RobotArguments {
+    #[command(subcommand)]
+    command: RobotCommand,
+}
+
+#[derive(Subcommand, Debug, Clone)]
+enum RobotCommand {
+    /// Show a model: its figures with their sources, and with --out a sheet with pictures
+    Show(ShowArguments),
+}
+
+/// Arguments of `naoisis robot show`.
+#[derive(Args, Debug, Clone)]
+pub struct ShowArguments {
+    /// The model: a name (see `naoisis list robots`), or the path of a .ron file
+    #[arg(value_name = "MODEL")]
+    pub model: String,
+    /// The folder to write the sheet into, as MODEL.png
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Write over a sheet that is there already
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Runs the command.
+pub fn robot(arguments: &RobotArguments) -> ExitCode {
+    let RobotCommand::Show(arguments) = &arguments.command;
+    let model = match RobotModel::find(&arguments.model) {
+        Ok(model) => model,
+        Err(error) => return no_model("", &error),
+    };
+    let sheet = arguments.out.as_ref().map(|folder| folder.join(sheet_name(&model.name)));
+    if let (Some(folder), Some(path)) = (&arguments.out, &sheet) {
+        if let Err(error) = fs::create_dir_all(folder) {
+            return report::usage_error(&format!("--out: {}: {error}", folder.display()));
+        }
+        if path.exists() && !arguments.force {
+            return report::usage_error(&format!("--out: {}: {EXISTS}", path.display()));
+        }
+    }
+    let mut printer = Printer::default();
+    printer.print(format_args!("{}", figures_of(&model)));
+    for words in notes::of_model(&model) {
+        printer.print(format_args!("\nnote: {words}\n"));
+    }
+    if let Some(path) = &sheet {
+        let image = match model_sheet::draw(&model, 1.0) {
+            Ok(image) => image,
+            Err(error) => return report::failure(&error.to_string()),
+        };
+        if let Err(error) = write_png(path, Layer::Colours, &image) {
+            return report::failure(&format!("{}: {error}", path.display()));
+        }
+        printer.print(format_args!("\n{}\n", path.display()));
+    }
+    printer.finish(ExitCode::SUCCESS)
+}
+
+/// Values are in a column of so many letters at most.
+const WIDEST_COLUMN: usize = 44;
+
+/// The model's figures, a line each, with their sources.
+fn figures_of(model: &RobotModel) -> String {
+    let mut figures = Vec::new();
+    collect("", &Value::Object(model.all_settings()), &mut figures);
+    let wide = |of: fn(&(String, String)) -> &String| figures.iter().map(|figure| of(figure).chars().count()).max();
+    let (paths, values) = (wide(|figure| &figure.0).unwrap_or_default(), wide(|figure| &figure.1).unwrap_or_default());
+    // A long list is wider than its column.
+    let values = values.min(WIDEST_COLUMN);
+    let mut text = format!("{}: {}\n\n", model.name, model.description);
+    for (path, value) in &figures {
+        let source = model.source(path).unwrap_or_default();
+        let _ = writeln!(text, "{path:paths$}  {value:values$}  {source}");
+    }
+    text
+}
+
+/// The figures below a path, with their values. Lists of numbers are one.
+fn collect(path: &str, value: &Value, figures: &mut Vec<(String, String)>) {
+    match value {
+        Value::Object(fields) => {
+            for (name, value) in fields {
+                collect(&if path.is_empty() { name.clone() } else { format!("{path}.{name}") }, value, figures);
+            }
+        }
+        Value::Array(values) if values.iter().any(Value::is_object) => {
+            for (index, value) in values.iter().enumerate() {
+                collect(&format!("{path}.{index}"), value, figures);
+            }
+        }
+        Value::Null => figures.push((path.to_owned(), "none".to_owned())),
+        Value::String(word) => figures.push((path.to_owned(), word.clone())),
+        value => figures.push((path.to_owned(), value.to_string())),
+    }
+}
+
+/// The file of a model's sheet. A name is whatever somebody has written: a file's name it is without what leads elsewhere.
+fn sheet_name(model: &str) -> String {
+    let allowed = |character: char| character.is_alphanumeric() || "-_+ ".contains(character);
+    let name: String = model.chars().map(|character| if allowed(character) { character } else { '_' }).collect();
+    format!("{}.png", if name.trim().is_empty() { "robot" } else { &name })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_lies_in_its_folder_whatever_the_model_is_called() {
+        let names = ["booster_k1", "../../evil", "/etc/x", ""].map(sheet_name);
+        assert_eq!(names, ["booster_k1.png", "______evil.png", "_etc_x.png", "robot.png"]);
+    }
+
+    #[test]
+    fn every_figure_is_shown_with_its_source() {
+        let model = RobotModel::named("booster_k1").unwrap();
+        let text = figures_of(&model);
+        let line = text.lines().find(|line| line.starts_with("cameras.mounts.0.tilt_deg")).unwrap();
+        assert!(line.contains("12.2") && line.contains("MuJoCo"), "{line}");
+        assert!(
+            text.lines().skip(2).all(|line| line.split("  ").filter(|part| !part.is_empty()).count() >= 3),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,381 @@
+//! `naoisis run`: a match, headless, as fast as it goes.
+
+use bevy::log::{Level, LogPlugin};
+use bevy::prelude::*;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::expect::{print_verdicts, write_junit};
+use super::interrupt::Interrupt;
+use super::pace::Pace;
+use super::run_arguments::RunArguments;
+use super::terminal::Printer;
+use super::{Program, begin, outputs, report};
+use naoisis_agents::agents::server::{Address, Server, free_robots};
+use naoisis_agents::agents::{self, AgentSettings, BreakOff};
+use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::events::{CycleEvents, MatchEvent};
+use naoisis_core::game::Game;
+use naoisis_core::referee::report::{HEADER, report as match_report};
+use naoisis_core::team::{PerTeam, Team};
+use naoisis_record::expectations::{self, Watch};
+use naoisis_record::record::RecordPlugin;
+use naoisis_record::record::recorder::{self, EndReason, Recorders};
+use naoisis_sim::scenario::{Scenario, ScenarioFile};
+use naoisis_sim::simulation::Snapshot;
+
+/// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
+const CYCLES_PER_PROGRESS: u64 = 16;
+
+/// Runs the command.
+pub fn run(program: Program, arguments: &RunArguments) -> ExitCode {
+    run_match(program, arguments, None, |app| begin::begin(app, arguments))
+}
+
+/// Runs a scenario with the command's other arguments.
+pub fn run_scenario(program: Program, file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
+    run_match(program, arguments, None, |app| begin::begin_with(app, file, arguments))
+}
+
+/// Runs the match that `begin` puts into the app. With an address, programs connect to it before.
+pub(super) fn run_match(
+    program: Program,
+    arguments: &RunArguments,
+    listen: Option<&Address>,
+    begin: impl FnOnce(&mut App) -> Result<(), ExitCode>,
+) -> ExitCode {
+    // That there is no adapter is said by whoever asks for one.
+    let filter = "warn,wgpu_hal::vulkan::instance=off".to_owned();
+    let log = LogPlugin { level: Level::WARN, filter, ..default() };
+    let mut app = program.simulator_with((log, RecordPlugin));
+    if let Err(message) = arguments.check_outputs() {
+        return report::usage_error(&message);
+    }
+    if let Err(status) = begin(&mut app) {
+        return status;
+    }
+    let scenario = app.world().resource::<Scenario>().clone();
+    if let Err(message) = arguments.expectations.check(&scenario) {
+        return report::usage_error(&message);
+    }
+    if let Err(message) = arguments.check_time_of_saving(app.world(), &scenario) {
+        return report::usage_error(&message);
+    }
+    let interrupt = match Interrupt::watch(|| {}) {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
+    };
+    let watched = interrupt.clone();
+    app.world_mut().resource_mut::<AgentSettings>().break_off = Some(BreakOff(Arc::new(move || watched.is_stopped())));
+    if let Err(message) = arguments.game_controller.start(app.world_mut()) {
+        return report::usage_error(&message);
+    }
+    if let Err(error) = agents::start_programs(app.world_mut()) {
+        return report::usage_error(&error.to_string());
+    }
+    match listen.map(|address| let_programs_in(app.world_mut(), address, &interrupt)) {
+        Some(Err(message)) => return report::usage_error(&message),
+        Some(Ok(())) => {}
+        None => tell_of_nobodys_robots(app.world()),
+    }
+    match arguments.recordings.open(app.world(), arguments.force) {
+        Ok(recorders) if recorders.is_empty() => {}
+        Ok(recorders) => recorder::start(app.world_mut(), recorders),
+        Err(message) => return report::usage_error(&message),
+    }
+    let taken = arguments.recordings.take_standard_output();
+    let mut printer = if taken { Printer::to_stderr() } else { Printer::default() };
+    if arguments.explain {
+        printer.print(title(&scenario));
+    }
+    let started_at_cycle = app.world().resource::<CycleClock>().cycle;
+    let started = Instant::now();
+    let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupt, &mut printer, arguments);
+    let wall_s = started.elapsed().as_secs_f64();
+    if !outcome.saved {
+        outcome.not_saved = save(app.world_mut(), arguments).err();
+        if let Some(save_at_s) = arguments.save_at {
+            report::note(&format!("the match ended before {save_at_s} s: it was saved as it ended"));
+        }
+    }
+    agents::dismiss(app.world_mut(), words_of(outcome.reason));
+    let status = finish(app.world_mut(), &outcome, started_at_cycle, wall_s, &mut printer, arguments);
+    let status = match judge(program, &outcome, &scenario, &mut printer, &app, arguments) {
+        Ok(()) => status,
+        Err(failed) if status == ExitCode::SUCCESS => failed,
+        Err(_) => status,
+    };
+    let status = printer.finish(status);
+    if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
+}
+
+/// Says who stands still, as somebody should connect, and cannot.
+fn tell_of_nobodys_robots(world: &World) {
+    let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
+    if !free.is_empty() {
+        report::note(&format!("note: nobody plays {}: `naoisis serve` lets programs connect", free.join(", ")));
+    }
+}
+
+/// Waits until every remote robot of the match is played by a program that connects.
+fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) -> Result<(), String> {
+    let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
+    if free.is_empty() {
+        return Err("no robot of the match is remote: expected a scenario with some, or --blue remote".to_owned());
+    }
+    let server = Server::listen(address).map_err(|error| format!("--listen: {address}: {error}"))?;
+    report::note(&format!("listening at {}; waiting for {}", server.address(), free.join(", ")));
+    server.let_in(world, || interrupt.is_stopped(), report::note);
+    Ok(())
+}
+
+/// Judges what was expected, says what became of it, and writes it down.
+///
+/// # Errors
+/// The exit status if something is not as it should be.
+fn judge(
+    program: Program,
+    outcome: &Outcome,
+    scenario: &Scenario,
+    printer: &mut Printer,
+    app: &App,
+    arguments: &RunArguments,
+) -> Result<(), ExitCode> {
+    let expectations = &arguments.expectations;
+    if expectations.expect.is_empty() && expectations.junit.is_none() || outcome.reason == EndReason::Interrupted {
+        return Ok(());
+    }
+    let mut verdicts = expectations::judge(&outcome.watch, &expectations.of_match());
+    let settings = app.world().get_resource::<AgentSettings>().cloned().unwrap_or_default();
+    let simulator = || {
+        let mut app = program.simulator();
+        app.insert_resource(settings.clone());
+        app
+    };
+    verdicts.extend(expectations.judge_many(simulator, scenario).map_err(|message| report::failure(&message))?);
+    let all_hold = print_verdicts(printer, &verdicts, arguments.quiet);
+    if let Some(path) = &expectations.junit {
+        let written = write_junit(path, &[(arguments.scenario.clone(), verdicts)]);
+        written.map_err(|message| report::failure(&message))?;
+    }
+    if all_hold { Ok(()) } else { Err(ExitCode::FAILURE) }
+}
+
+/// Saves the match, if that is asked for.
+fn save(world: &mut World, arguments: &RunArguments) -> Result<(), String> {
+    let Some(path) = &arguments.save else { return Ok(()) };
+    let saved = Snapshot::take(world).and_then(|snapshot| snapshot.save(path, world));
+    saved.map_err(|error| format!("cannot save the match: {error}"))
+}
+
+/// What came of a run.
+#[derive(Default)]
+struct Outcome {
+    reason: EndReason,
+    goals: Vec<(f64, Team)>,
+    broken_invariants: Vec<String>,
+    /// What is measured for what was expected.
+    watch: Watch,
+    /// Robots whose programs were lost.
+    agents_lost: PerTeam<u32>,
+    /// What the referee decided, and how often, if that is to be explained.
+    decisions: BTreeMap<String, u32>,
+    /// Whether the match was saved on the way, or should have been.
+    saved: bool,
+    /// Why it was not.
+    not_saved: Option<String>,
+}
+
+fn run_to_the_end(
+    world: &mut World,
+    scenario: &Scenario,
+    interrupt: &Interrupt,
+    printer: &mut Printer,
+    arguments: &RunArguments,
+) -> Outcome {
+    let period_s = world.resource::<CycleClock>().period_s;
+    let last_cycle = scenario.last_cycle();
+    let progress = progress_bar(length_s(scenario), arguments.quiet);
+    let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
+    let expected = arguments.expectations.of_match();
+    outcome.watch = Watch::begin(world, &expected);
+    let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
+    let mut pace = arguments.pace.or(arguments.game_controller.pace()).map(|times| Pace::new(times, period_s));
+    loop {
+        let cycle = world.resource::<CycleClock>().cycle;
+        if save_cycle == Some(cycle) {
+            outcome.not_saved = save(world, arguments).err();
+            outcome.saved = true;
+        }
+        if cycle.is_multiple_of(CYCLES_PER_PROGRESS) {
+            progress.set_position((cycle as f64 * period_s) as u64);
+        }
+        if world.resource::<Game>().state == naoisis_core::game::GameState::Finished {
+            outcome.reason = EndReason::FinalWhistle;
+            break;
+        }
+        if last_cycle.is_some_and(|last| cycle >= last) {
+            break;
+        }
+        if interrupt.is_stopped() {
+            outcome.reason = EndReason::Interrupted;
+            break;
+        }
+        if world.get_resource::<Recorders>().is_some_and(Recorders::has_failed) {
+            outcome.reason = EndReason::Failed;
+            break;
+        }
+        if let Some(pace) = &mut pace {
+            pace.wait(|| interrupt.is_stopped());
+        }
+        run_cycle(world);
+        if !expected.is_empty() {
+            outcome.watch.observe(world, &expected);
+        }
+        let time_s = world.resource::<CycleClock>().end_time_s();
+        let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
+        for event in world.resource::<CycleEvents>().iter() {
+            if arguments.explain
+                && let Some(text) = match_report(time_s, to_play_s, event)
+            {
+                *outcome.decisions.entry(event.kind()).or_default() += 1;
+                progress.suspend(|| printer.print(format_args!("{text}\n")));
+            }
+            match event {
+                MatchEvent::AgentLost { robot, message, .. } => {
+                    outcome.agents_lost[robot.team] += 1;
+                    progress
+                        .suspend(|| report::note(&format!("{robot} has lost its program at {time_s:.2} s: {message}")));
+                }
+                MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
+                MatchEvent::InvariantBroken { message } => {
+                    outcome.broken_invariants.push(format!("{time_s:.2} s: {message}"));
+                }
+                _ => {}
+            }
+        }
+    }
+    progress.finish_and_clear();
+    outcome
+}
+
+/// How long a match is, s of its own time: without what the referee adds.
+pub(super) fn length_s(scenario: &Scenario) -> f32 {
+    scenario.longest_s().unwrap_or(scenario.rules.half_s * scenario.rules.halves as f32)
+}
+
+/// Simulated seconds of the match's; hidden where standard error is no terminal.
+fn progress_bar(length_s: f32, quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let progress = ProgressBar::new(length_s.ceil() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} s simulated, {eta} left") {
+        progress.set_style(style);
+    }
+    progress
+}
+
+fn finish(
+    world: &mut World,
+    outcome: &Outcome,
+    started_at_cycle: u64,
+    wall_s: f64,
+    printer: &mut Printer,
+    arguments: &RunArguments,
+) -> ExitCode {
+    let clock = *world.resource::<CycleClock>();
+    let score = world.resource::<Game>().score;
+    let realism = world.get_resource::<Scenario>().map(Scenario::realism_in_words).unwrap_or_default();
+    for said in recorder::finish(world, outcome.reason) {
+        match said {
+            Ok(Some(summary)) if !arguments.quiet => printer.print(summary),
+            Ok(_) => {}
+            // Whoever reads a trace from a pipe may have seen enough.
+            Err(error) if error.is_broken_pipe() => return ExitCode::SUCCESS,
+            Err(error) => {
+                return report::failure(&format!("cannot write {error}; what was written before is of use still"));
+            }
+        }
+    }
+    if !arguments.quiet {
+        printer.print(tally(&outcome.decisions));
+        printer.print(summary(outcome, clock, started_at_cycle, score, &realism, wall_s));
+    }
+    if let Some(message) = &outcome.not_saved {
+        return report::failure(message);
+    }
+    match outcome.broken_invariants.first() {
+        None => ExitCode::SUCCESS,
+        Some(first) => report::failure(&format!(
+            "{} times something that must always hold did not; first at {first}",
+            outcome.broken_invariants.len()
+        )),
+    }
+}
+
+/// What match the report is of.
+fn title(scenario: &Scenario) -> String {
+    let name = if scenario.name.is_empty() { "Match" } else { &scenario.name };
+    let teams = match &scenario.teams {
+        Some(teams) => format!(": blue {} against pink {}", teams.blue, teams.pink),
+        None => String::new(),
+    };
+    let (rules, realism, seed) = (&scenario.rules, scenario.realism_in_words(), scenario.seed);
+    format!("{name}{teams}. Rules {}, realism {realism}, seed {seed}.\n{HEADER}\n", rules.name)
+}
+
+/// How often the referee decided what.
+fn tally(decisions: &BTreeMap<String, u32>) -> String {
+    let count = |(kind, count): (&String, &u32)| format!("{count} {}", kind.replace('_', " "));
+    let counts: Vec<String> = decisions.iter().map(count).collect();
+    if counts.is_empty() { String::new() } else { format!("  decided  {}\n", counts.join(", ")) }
+}
+
+fn summary(
+    outcome: &Outcome,
+    clock: CycleClock,
+    started_at_cycle: u64,
+    score: naoisis_core::game::Score,
+    realism: &str,
+    wall_s: f64,
+) -> String {
+    let mut text = String::new();
+    for (time_s, team) in &outcome.goals {
+        text += &format!("{:>7.1} s  goal for {team}\n", time_s);
+    }
+    if outcome.agents_lost != PerTeam::default() {
+        let PerTeam { blue, pink } = outcome.agents_lost;
+        text += &format!("programs lost: blue {blue}, pink {pink}\n");
+    }
+    let end = words_of(outcome.reason);
+    let simulated_s = clock.end_time_s();
+    // A saved match goes on in the middle.
+    let cycles = clock.cycle - started_at_cycle;
+    text += &format!(
+        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {} times real time, realism {realism}\n",
+        score.blue,
+        score.pink,
+        cycles,
+        factor(cycles as f64 * clock.period_s / wall_s.max(1e-9)),
+    );
+    text
+}
+
+fn words_of(reason: EndReason) -> &'static str {
+    match reason {
+        EndReason::FinalWhistle => "final whistle",
+        EndReason::Duration => "end",
+        EndReason::Interrupted => "interrupted",
+        EndReason::Failed => "stopped",
+    }
+}
+
+/// With as many digits as say something.
+fn factor(value: f64) -> String {
+    let digits = if value < 1.0 { 2 } else { usize::from(value < 10.0) };
+    format!("{value:.digits$}")
+}

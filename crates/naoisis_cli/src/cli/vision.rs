@@ -1,0 +1,134 @@
+//! `naoisis vision`: how well the robots of a scenario see, as a table.
+
+use clap::{Args, ValueEnum};
+use std::process::ExitCode;
+
+use super::calibrate::found;
+use super::interrupt::Interrupt;
+use super::realism::no_model;
+use super::report;
+use super::run_arguments::realism;
+use super::terminal::Printer;
+use naoisis_core::random::RandomStream;
+use naoisis_core::team::{RobotId, Team};
+use naoisis_lab::calibration::{calibrate_by_images, model_file};
+use naoisis_lab::trials::seeing;
+use naoisis_sensing::appearance::robot::RobotDesign;
+use naoisis_sensing::sensing::vision::VisionSource;
+use naoisis_sensing::sensing::vision::image::accuracy::{self, Conditions};
+use naoisis_sim::scenario::{RobotModel, ScenarioFile, Setting};
+
+/// Arguments of `naoisis vision`.
+#[derive(Args, Debug, Clone)]
+pub struct VisionArguments {
+    /// Whose robots look, at which ball, on which pitch: a scenario file, or the name of a built-in scenario
+    #[arg(default_value = "match3v3")]
+    scenario: String,
+    /// Set a field of the scenario: model=rover
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// How much of a real robot there is, instead of the scenario's word: for realism=WORD
+    #[arg(long, value_name = "paper|ideal|realistic", value_parser = realism)]
+    realism: Option<Setting>,
+    /// Random scenes, in each of which a robot looks once with all its cameras
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    scenes: u32,
+    /// Seed of the scenes
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Measure the geometric vision in the same scenes, with the scenario's errors, in place of that on images; of both it is left out how
+    /// far the cameras look beside where the robot thinks
+    #[arg(long)]
+    geometric: bool,
+    /// Print the robot's model with the errors that its images have, for its geometric vision; what was found goes to standard error
+    #[arg(long, conflicts_with = "geometric")]
+    fit: bool,
+    /// How the robots look [default: as in the scenario]
+    #[arg(long, value_enum)]
+    design: Option<Design>,
+    /// Let bodies cast shadows
+    #[arg(long)]
+    shadows: bool,
+    /// Let each pixel see what is at its middle, in place of integrating the light over its area
+    #[arg(long)]
+    no_antialiasing: bool,
+}
+
+/// How robots look.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+enum Design {
+    /// Few boxes
+    Simple,
+    /// Like a NAO
+    Nao,
+}
+
+impl VisionArguments {
+    fn settings(&self) -> Vec<Setting> {
+        self.realism.iter().chain(&self.set).cloned().collect()
+    }
+
+    /// The scenario with what the command line says.
+    fn file(&self) -> Result<ScenarioFile, ExitCode> {
+        let file = super::begin::scenario_file(&self.scenario)?;
+        file.check_with(&self.settings()).map_err(|errors| report::scenario_errors(&errors))
+    }
+
+    /// What the scenario and the command line say.
+    fn conditions(&self, file: &ScenarioFile) -> Conditions {
+        let mut conditions = seeing::conditions(&file.scenario);
+        conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };
+        let cameras = &mut conditions.cameras;
+        match self.design {
+            Some(Design::Simple) => cameras.design = RobotDesign::Simple,
+            Some(Design::Nao) => cameras.design = RobotDesign::Nao,
+            None => {}
+        }
+        cameras.shadows |= self.shadows;
+        cameras.antialiasing &= !self.no_antialiasing;
+        conditions
+    }
+}
+
+/// Draws the scenes, looks at them and prints what was found of what is there.
+pub fn vision(arguments: &VisionArguments) -> ExitCode {
+    let file = match arguments.file() {
+        Ok(file) => file,
+        Err(status) => return status,
+    };
+    let conditions = arguments.conditions(&file);
+    let model = match model_to_fit(arguments, &file) {
+        Ok(model) => model,
+        Err(status) => return status,
+    };
+    // There is nothing to be closed.
+    if let Err(message) = Interrupt::end_at_once() {
+        return report::failure(&message);
+    }
+    let mut printer = Printer::default();
+    let mut stream = RandomStream::for_match(arguments.seed, "accuracy of image vision");
+    let table = accuracy::measure(arguments.scenes as usize, &conditions, &mut stream);
+    match model {
+        Some(model) => {
+            let calibration = calibrate_by_images(&table, &conditions.cameras);
+            report::note(&found(&model, &calibration));
+            let basis = format!("images of {}", arguments.scenario);
+            printer.print(model_file(&model, &format!("{}_by_images", model.name), &basis, &calibration));
+        }
+        None => {
+            let realism = file.scenario.realism_in_words();
+            printer.print(format_args!("{}, realism {realism}: {table}\n", arguments.scenario));
+        }
+    }
+    printer.finish(ExitCode::SUCCESS)
+}
+
+/// The model of who looks, if its figures are asked for.
+fn model_to_fit(arguments: &VisionArguments, file: &ScenarioFile) -> Result<Option<RobotModel>, ExitCode> {
+    if !arguments.fit {
+        return Ok(None);
+    }
+    let robot = file.scenario.robot(RobotId::new(Team::Blue, 1));
+    let name = robot.model.unwrap_or_else(|| file.scenario.model.clone());
+    RobotModel::find(&name).map(Some).map_err(|error| no_model("", &error))
+}

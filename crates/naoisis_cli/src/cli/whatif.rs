@@ -1,0 +1,282 @@
+//! `naoisis whatif`: one moment of a match, many times with other chance.
+
+use bevy::prelude::*;
+use clap::Args;
+use core::fmt::Write;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use super::batch::progress_bar;
+use super::begin::{change_match, is_snapshot, scenario_file};
+use super::interrupt::Interrupt;
+use super::outputs::{Output, check_files};
+use super::teams::TeamArguments;
+use super::terminal::Printer;
+use super::{Program, report};
+use naoisis_core::behaviour::Program as PlayedByProgram;
+use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::game::{Game, GameState};
+use naoisis_core::replace_file::replace_file;
+use naoisis_core::statistics::Estimate;
+use naoisis_core::team::Team;
+use naoisis_record::record::read::TraceReader;
+use naoisis_record::whatif::{Continuation, Continuations, Moment, Outcomes, play_branches};
+use naoisis_sim::scenario::{Format, SavedMatch, Scenario, ScenarioFile, Setting};
+use naoisis_sim::simulation::{MatchApp, Snapshot};
+
+/// Poses and places that differ by less are the same in a trace, m: numbers there have the digits that mean something.
+const SAME_M: f32 = 2e-3;
+
+/// Arguments of `naoisis whatif`.
+#[derive(Args, Debug, Clone)]
+pub struct WhatIfArguments {
+    /// A saved match (.naoisis), a scenario that goes on from one, or a trace and a time in it: match.jsonl@312.5
+    #[arg(value_name = "FILE|TRACE@SECONDS")]
+    moment: String,
+    /// How often the moment is played on
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    times: u32,
+    /// For how long after the moment, s; at most until the final whistle
+    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = super::run_arguments::positive_seconds)]
+    until: f32,
+    /// The teams that play on, instead of those of the moment.
+    #[command(flatten)]
+    teams: TeamArguments,
+    /// Change a field of the scenario at the moment: messages.loss=1
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// Seed of the first time; the next has the next seed
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// How many are played at the same time [default: one a core]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Write the outcomes, and what came of each time
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write over a file that is there already
+    #[arg(long)]
+    force: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the command.
+pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
+    let input = trace_and_time(&arguments.moment).map_or(Path::new(&arguments.moment), |(trace, _)| trace);
+    if let Some(path) = &arguments.json {
+        let output = Output { option: "--json", path: path.clone() };
+        if let Err(message) = check_files(input, &[output], arguments.force) {
+            return report::usage_error(&message);
+        }
+    }
+    let mut app = program.simulator();
+    let moment = go_to_moment(&mut app, arguments)
+        .and_then(|()| Moment::of(app.world_mut()).map_err(|message| report::failure(&message)));
+    let moment = match moment {
+        Ok(moment) => moment,
+        Err(status) => return status,
+    };
+    if app.world().resource::<Game>().state == GameState::Finished {
+        return report::usage_error("the match is over at that moment: nothing comes of it any more");
+    }
+    let watched = Interrupt::watch(|| report::note("finishing those under way; interrupt again to leave them"));
+    let interrupt = match watched {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
+    };
+    let cores = thread_count(arguments.threads);
+    let branches = Continuations {
+        times: arguments.times as usize,
+        for_s: f64::from(arguments.until),
+        first_seed: arguments.seed,
+        threads: cores,
+    };
+    let progress = progress_bar(branches.times, 0, arguments.quiet);
+    let mut rows: Vec<Continuation> = Vec::new();
+    let played = play_branches(
+        &moment,
+        &branches,
+        || program.simulator(),
+        interrupt.stop(),
+        |branch| {
+            progress.inc(1);
+            rows.push(branch);
+        },
+    );
+    progress.finish_and_clear();
+    if let Err(message) = played {
+        return report::failure(&message);
+    }
+    let outcomes = Outcomes::of(&rows);
+    let scenario = app.world().resource::<Scenario>();
+    let realism = scenario.realism_in_words();
+    if let Some(path) = &arguments.json {
+        let value = json!({
+            "moment": arguments.moment, "time_s": moment.time_s, "for_s": arguments.until, "realism": realism,
+            "outcomes": outcomes, "branches": rows,
+        });
+        let written = replace_file(path, |mut file| {
+            serde_json::to_writer_pretty(&mut file, &value)?;
+            std::io::Write::write_all(&mut file, b"\n")
+        });
+        if let Err(problem) = written {
+            return report::failure(&format!("--json: {}: {problem}", path.display()));
+        }
+    }
+    let mut printer = Printer::default();
+    if !arguments.quiet {
+        printer.print(in_words(&moment, &scenario.name, &realism, arguments.until, &outcomes));
+    }
+    interrupt.finish(printer.finish(ExitCode::SUCCESS))
+}
+
+fn thread_count(asked_for: Option<u16>) -> usize {
+    asked_for.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
+}
+
+/// A trace and a time in it, if that is what a word means.
+fn trace_and_time(word: &str) -> Option<(&Path, f64)> {
+    let (path, time) = word.rsplit_once('@')?;
+    let time: f64 = time.parse().ok()?;
+    (time.is_finite() && !is_snapshot(Path::new(word))).then_some((Path::new(path), time))
+}
+
+/// Puts the match into the app as it was at the moment, with the settings that the command line changes.
+fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
+    if is_snapshot(Path::new(&arguments.moment)) {
+        let path = Path::new(&arguments.moment);
+        let snapshot = Snapshot::load(path, app.world()).map_err(|error| report::usage_error(&error.to_string()))?;
+        snapshot
+            .restore(app.world_mut())
+            .map_err(|error| report::usage_error(&format!("{}: {error}", path.display())))?;
+    } else if let Some((path, time_s)) = trace_and_time(&arguments.moment) {
+        play_again(app, path, time_s)?;
+    } else if Format::of_path(Path::new(&arguments.moment)).is_some() {
+        return go_on_from_saved(app, arguments);
+    } else {
+        return Err(no_moment(&arguments.moment));
+    }
+    change_teams(app, arguments)?;
+    refuse_programs(app)?;
+    if arguments.set.is_empty() { Ok(()) } else { change_match(app, &arguments.moment, &arguments.set) }
+}
+
+/// Lets the teams of the command line, if there are any, play on from where the app's match is.
+fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
+    if Team::BOTH.into_iter().all(|team| arguments.teams.of(team).is_none()) {
+        return Ok(());
+    }
+    let failure = |message: String| report::failure(&message);
+    let moment = Moment::of(app.world_mut()).map_err(failure)?;
+    let saved = SavedMatch::of_bytes(moment.bytes()).map_err(failure)?;
+    let scenario = saved.scenario().map_err(failure)?;
+    let text = Scenario { from: Some(saved), ..scenario }.resolved_json();
+    let text = text.map_err(|error| report::failure(&error.to_string()))?;
+    let file = ScenarioFile::from_text(&text, Format::Json, &arguments.moment);
+    let mut file = file.map_err(|error| report::scenario_error(&error))?;
+    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
+    Ok(())
+}
+
+/// Puts the saved match of a scenario that goes on from one into the app, with the scenario's behaviours and settings.
+fn go_on_from_saved(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
+    let file = scenario_file(&arguments.moment)?;
+    let mut file = file.check_with(&arguments.set).map_err(|errors| report::scenario_errors(&errors))?;
+    if file.scenario.from.is_none() {
+        return Err(no_moment(&arguments.moment));
+    }
+    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
+    refuse_programs(app)
+}
+
+fn no_moment(word: &str) -> ExitCode {
+    report::usage_error(&format!(
+        "`{word}` is no moment of a match; expected a saved match (`.naoisis`), a scenario that goes on `from` one, or a trace and a \
+         time in seconds, such as match.jsonl@312.5"
+    ))
+}
+
+fn refuse_programs(app: &mut App) -> Result<(), ExitCode> {
+    if app.world_mut().query::<&PlayedByProgram>().iter(app.world()).next().is_some() {
+        let message =
+            "robots of this match are played by programs, whose thoughts nobody but they can take back to that moment";
+        return Err(report::usage_error(message));
+    }
+    Ok(())
+}
+
+/// Plays the match of a trace again up to a time, s, and sees that it is the same.
+fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
+    let usage_error = |message: String| report::usage_error(&format!("{}: {message}", path.display()));
+    let mut trace = TraceReader::open(path).map_err(|error| report::usage_error(&error.to_string()))?;
+    if time_s < 0.0 {
+        return Err(usage_error(format!("there is no moment at {time_s} s")));
+    }
+    app.start_match(trace.scenario()).map_err(|fault| usage_error(fault.to_string()))?;
+    let mut last_s = 0.0;
+    loop {
+        let record = trace.next_cycle().map_err(|error| report::usage_error(&error.to_string()))?;
+        let Some(record) = record else {
+            return Err(usage_error(format!("it has {last_s:.1} s; there is no moment at {time_s} s")));
+        };
+        last_s = record.time_s;
+        while app.world().resource::<CycleClock>().cycle < record.cycle {
+            run_cycle(app.world_mut());
+        }
+        let is_same = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
+        // What a trace leaves out cannot differ.
+        let mut same = !trace.fields().has("robots.pose")
+            || record
+                .robots
+                .iter()
+                .all(|robot| app.robot_pose(robot.id).is_some_and(|here| is_same(here.position, robot.pose.position)));
+        if let (Some(ball), Some(here)) = (&record.ball, app.ball()) {
+            same &= is_same(here.position, ball.position_m.truncate());
+        }
+        if !same {
+            let message = format!(
+                "played again, the match is another one from {last_s:.2} s on: its behaviours or the program have changed since, or \
+                 something was done to it by hand"
+            );
+            return Err(usage_error(message));
+        }
+        if record.time_s >= time_s - 1e-6 {
+            return Ok(());
+        }
+    }
+}
+
+/// What comes of the moment.
+fn in_words(moment: &Moment, scenario: &str, realism: &str, until_s: f32, outcomes: &Outcomes) -> String {
+    let percent = |estimate: Option<Estimate>| match estimate {
+        Some(Estimate { value, low, high }) => {
+            format!("{:5.1} % ({:.1} to {:.1})", 100.0 * value, 100.0 * low, 100.0 * high)
+        }
+        None => "-".to_owned(),
+    };
+    let mut text = format!(
+        "{scenario} from {:.2} s on, at {}:{}, {} times, for {until_s} s; realism {realism}\n",
+        moment.time_s, moment.score.blue, moment.score.pink, outcomes.times
+    );
+    for team in Team::BOTH {
+        let _ = writeln!(text, "{:20} {}", format!("{team} scores"), percent(outcomes.scores[team]));
+        let _ = writeln!(text, "{:20} {}", format!("{team} scores first"), percent(outcomes.scores_first[team]));
+    }
+    let _ = writeln!(text, "{:20} {}", "nobody scores", percent(outcomes.nobody_scores));
+    if let Some(estimate) = outcomes.goal_difference {
+        let _ = writeln!(text, "{:20} {:+.2} ± {:.2}", "goals, blue - pink", estimate.value, estimate.margin());
+    }
+    if let Some(time_s) = outcomes.first_goal_s {
+        let _ = writeln!(text, "{:20} after {time_s:.1} s, where one falls (median)", "the first goal");
+    }
+    if let Some([x, y]) = outcomes.ball_m {
+        let _ = writeln!(text, "{:20} ({:.2}, {:.2}) m on average, in the end", "the ball", x.value, y.value);
+    }
+    text.push_str("Intervals are those of 95 % confidence.\n");
+    text
+}

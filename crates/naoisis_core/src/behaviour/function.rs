@@ -1,0 +1,132 @@
+//! A behaviour as it is registered: a system whose parameters are safe, its turn among the others, and when it runs.
+
+use bevy::ecs::schedule::{BoxedCondition, IntoScheduleConfigs, ScheduleConfigs};
+use bevy::ecs::system::{BoxedSystem, IntoResult, ReadOnlySystemParam, ScheduleSystem, SystemParamFunction};
+use bevy::prelude::*;
+
+use super::parameters::BehaviourParam;
+
+/// What can be registered as a behaviour: a function or closure whose parameters are all
+/// [known to be safe](super::parameters), or a [`Behaviour`] made of one.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no behaviour",
+    label = "no behaviour",
+    note = "a behaviour is a plain function or closure over queries, resources and `Local`s; not a piped or exclusive system",
+    note = "for an order or a condition: `behaviour(system).after(\"another\").run_if(condition)`"
+)]
+pub trait IntoBehaviour<M> {
+    /// The behaviour.
+    fn into_behaviour(self) -> Behaviour;
+}
+
+/// Tells functions from [`Behaviour`]s.
+#[doc(hidden)]
+pub struct IsFunction;
+
+impl<M: 'static, F> IntoBehaviour<(IsFunction, M)> for F
+where
+    F: SystemParamFunction<M, In = (), Out: IntoResult<()>, Param: BehaviourParam>,
+{
+    fn into_behaviour(self) -> Behaviour {
+        Behaviour {
+            system: Box::new(IntoSystem::into_system(self)),
+            conditions: Vec::new(),
+            before: Vec::new(),
+            after: Vec::new(),
+        }
+    }
+}
+
+impl IntoBehaviour<Behaviour> for Behaviour {
+    fn into_behaviour(self) -> Behaviour {
+        self
+    }
+}
+
+/// A system with safe parameters, to be given a turn and conditions:
+///
+/// ```
+/// use bevy::prelude::*;
+/// use naoisis::prelude::*;
+///
+/// #[derive(Resource, Default)]
+/// struct Tactics {
+///     attack: bool,
+/// }
+///
+/// #[derive(Component, Default)]
+/// struct Captain;
+///
+/// #[derive(Component, Default)]
+/// struct Rusher;
+///
+/// fn call(mut tactics: ResMut<Tactics>, captains: Query<&Percepts, With<Captain>>) {
+///     tactics.attack = captains.iter().any(|percepts| percepts.ball.is_some());
+/// }
+///
+/// fn rush(mut robots: Query<&mut WalkCommand, With<Rusher>>) {
+///     for mut walk in &mut robots {
+///         *walk = WalkCommand::new(0.01, 0.0, 0.0);
+///     }
+/// }
+///
+/// let mut app = App::new();
+/// app.add_plugins(NaoisisPlugins).init_resource::<Tactics>();
+/// app.add_behaviour::<Rusher, _>("rusher", behaviour(rush).run_if(|tactics: Res<Tactics>| tactics.attack));
+/// // So that what it calls for is done in the same cycle.
+/// app.add_behaviour::<Captain, _>("captain", behaviour(call).before("rusher"));
+/// ```
+pub fn behaviour<M>(system: impl IntoBehaviour<M>) -> Behaviour {
+    system.into_behaviour()
+}
+
+/// A behaviour with its turn and its conditions, made by [`behaviour`].
+#[must_use = "a behaviour does nothing until it is added to an app"]
+pub struct Behaviour {
+    pub(super) system: BoxedSystem,
+    pub(super) conditions: Vec<BoxedCondition>,
+    pub(super) before: Vec<String>,
+    pub(super) after: Vec<String>,
+}
+
+impl Behaviour {
+    /// Runs only in the cycles in which the condition holds; without it, its robots keep their last commands or none,
+    /// as those are made. With several conditions, when all of them hold.
+    ///
+    /// A condition is what it is to Bevy, a system that returns a `bool` and changes nothing, under the same barrier as
+    /// the behaviour itself.
+    pub fn run_if<M: 'static, C>(mut self, condition: C) -> Self
+    where
+        C: SystemParamFunction<M, In = (), Out: IntoResult<bool>, Param: BehaviourParam + ReadOnlySystemParam>,
+    {
+        self.conditions.push(Box::new(IntoSystem::into_system(condition)));
+        self
+    }
+
+    /// Decides before the behaviour of this name, which is registered already.
+    pub fn before(mut self, name: impl Into<String>) -> Self {
+        self.before.push(name.into());
+        self
+    }
+
+    /// Decides after the behaviour of this name, which is registered already. Without a word, a behaviour decides after
+    /// all that were registered earlier.
+    pub fn after(mut self, name: impl Into<String>) -> Self {
+        self.after.push(name.into());
+        self
+    }
+
+    /// The name of its system.
+    pub(super) fn name(&self) -> String {
+        self.system.name().to_string()
+    }
+
+    /// The system with its conditions, for a schedule.
+    pub fn into_configs(self) -> ScheduleConfigs<ScheduleSystem> {
+        let mut configs = IntoScheduleConfigs::into_configs(self.system);
+        for condition in self.conditions {
+            configs.run_if_dyn(condition);
+        }
+        configs
+    }
+}

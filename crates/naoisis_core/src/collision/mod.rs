@@ -1,0 +1,304 @@
+//! Collisions between robots, posts and ball (paper, section 3.2).
+//!
+//! In [`CycleSystems::Collide`] all robots that walked are brought to where they can be, then the ball's free path of
+//! the cycle is bent by whatever stands or moves in its way. Torsos meet torsos and posts; the ball meets bases,
+//! posts and the goals' frames. See [`robots`] and [`ball`] for the two models.
+
+use bevy::ecs::query::QueryData;
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+pub mod ball;
+pub mod ball_obstacle;
+mod bodies;
+pub mod footprints;
+pub mod robots;
+
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS, RollingBall};
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::events::{CollisionPartner, CollisionType, CycleEvents, MatchEvent};
+use crate::game::{Penalty, Rules};
+use crate::geometry::{Pose, wrap_angle};
+use crate::knowledge::Knowledge;
+use crate::pitch::{Pitch, Post};
+use crate::robot::body::{Body, BodyBox};
+use crate::robot::motion::MotionLimits;
+use crate::robot::posture::Posture;
+use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::team::RobotId;
+use ball::{BallContact, roll_ball};
+use ball_obstacle::BallObstacle;
+use robots::{Cylinder, RobotBody, RobotContact, SeparationWorkspace, Touched, hold_back_from_end, resolve_robots};
+
+/// Collisions of robots, posts and ball, in [`CycleSystems::Collide`].
+pub struct CollisionPlugin;
+
+impl Plugin for CollisionPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Contacts>()
+            .register_type::<Contacts>()
+            .add_systems(Cycle, collide.in_set(CycleSystems::Collide));
+    }
+}
+
+/// Who touches whom since the last cycle, so that a collision is reported once, when the contact begins.
+#[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, Serialize, Deserialize, @Knowledge::Truth)]
+pub struct Contacts {
+    touching: Vec<(Option<RobotId>, CollisionPartner)>,
+}
+
+impl Contacts {
+    /// The robots whose bases the ball touched in the last cycle, in the order in which it touched them.
+    pub fn robots_at_ball(&self) -> impl DoubleEndedIterator<Item = RobotId> + '_ {
+        self.touching.iter().filter(|(_, with)| *with == CollisionPartner::Ball).filter_map(|(robot, _)| *robot)
+    }
+
+    /// The pairs of robots that touched in the last cycle, in the order of their ids.
+    pub fn robots_in_contact(&self) -> impl Iterator<Item = (RobotId, RobotId)> + '_ {
+        self.touching.iter().filter_map(|(robot, with)| match with {
+            CollisionPartner::Robot(other) => robot.map(|robot| (robot, *other)),
+            _ => None,
+        })
+    }
+
+    /// Notes the contacts of a cycle, and keeps of `collisions` those that began in it.
+    fn update(&mut self, collisions: &mut Vec<Collision>) {
+        let mut began = Vec::new();
+        core::mem::swap(&mut began, collisions);
+        let touching: Vec<_> = began.iter().map(|collision| (collision.robot, collision.with)).collect();
+        for (index, collision) in began.into_iter().enumerate() {
+            let pair = touching[index];
+            if !self.touching.contains(&pair) && !touching[..index].contains(&pair) {
+                collisions.push(collision);
+            }
+        }
+        self.touching = touching;
+    }
+}
+
+/// A collision in the cycle under way.
+#[derive(Clone, Copy, Debug)]
+struct Collision {
+    robot: Option<RobotId>,
+    with: CollisionPartner,
+    collision_type: CollisionType,
+    speed: f32,
+    position: Vec2,
+}
+
+/// What [`collide`] works with, kept between cycles so that a steady match allocates nothing.
+#[derive(Default)]
+struct Scratch {
+    ids: Vec<RobotId>,
+    entities: Vec<Entity>,
+    bases: Vec<BodyBox>,
+    bodies: Vec<RobotBody>,
+    cylinders: Vec<Cylinder>,
+    obstacles: Vec<BallObstacle>,
+    workspace: SeparationWorkspace,
+    robot_contacts: Vec<RobotContact>,
+    ball_contacts: Vec<BallContact>,
+    held: Vec<bool>,
+    /// Strips that dives block: the diver's body, and where its strip is in the robot frame.
+    strips: Vec<(usize, Pose, BodyBox)>,
+    collisions: Vec<Collision>,
+}
+
+/// A robot that may collide.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct CollidingRobot {
+    pose: &'static mut Pose,
+    previous: &'static PreviousPose,
+    bounds: &'static Body,
+    limits: &'static MotionLimits,
+    penalty: &'static Penalty,
+    posture: &'static Posture,
+    velocity: &'static mut Velocity,
+}
+
+fn collide(
+    mut scratch: Local<Scratch>,
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    pitch: Res<Pitch>,
+    mut contacts: ResMut<Contacts>,
+    mut events: ResMut<CycleEvents>,
+    posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
+    rules: Res<Rules>,
+    mut robots: Query<CollidingRobot, With<RobotId>>,
+    mut balls: Query<
+        (&mut Pose, &PreviousPose, &BallPhysics, &mut BallVelocity, &mut BallPath),
+        (With<Ball>, Without<RobotId>),
+    >,
+) {
+    let scratch = &mut *scratch;
+    let duration = clock.period();
+    scratch.gather(&roster, &posts, robots.as_readonly(), rules.dive_reach_m, duration);
+    resolve_robots(&mut scratch.bodies, &scratch.cylinders, &mut scratch.workspace, &mut scratch.robot_contacts);
+    for (mut pose, previous, physics, mut velocity, mut path) in &mut balls {
+        let start = physics.rolling_ball(previous.0.position, path.start_velocity);
+        scratch.set_obstacles(&pitch);
+        let rolled = roll_ball(start, &scratch.obstacles, duration, &mut scratch.ball_contacts, &mut path.corners);
+        let end = rolled.unwrap_or_else(|| {
+            scratch.hold_back_from_wedged_ball(start.position, start.radius);
+            path.corners.clear();
+            path.corners.extend([start.position; 2]);
+            RollingBall { velocity: Vec2::ZERO, ..start }
+        });
+        pose.position = end.position;
+        velocity.0 = end.velocity;
+    }
+    scratch.describe_collisions(duration);
+    contacts.update(&mut scratch.collisions);
+    events.extend(scratch.collisions.drain(..).map(|collision| MatchEvent::Collision {
+        robot: collision.robot,
+        with: collision.with,
+        collision_type: collision.collision_type,
+        speed_mps: collision.speed,
+        position_m: collision.position,
+    }));
+    for (entity, body) in scratch.entities.iter().zip(&scratch.bodies) {
+        let Ok(mut robot) = robots.get_mut(*entity) else { continue };
+        if *robot.pose != body.end {
+            *robot.pose = body.end;
+        }
+        *robot.velocity = Velocity {
+            linear: (body.end.position - body.start.position) / duration,
+            angular: wrap_angle(body.end.heading - body.start.heading) / duration,
+        };
+    }
+}
+
+impl Scratch {
+    fn gather(
+        &mut self,
+        roster: &Roster,
+        posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
+        robots: Query<CollidingRobotReadOnly, With<RobotId>>,
+        dive_reach_m: f32,
+        duration: f32,
+    ) {
+        self.ids.clear();
+        self.entities.clear();
+        self.bases.clear();
+        self.bodies.clear();
+        self.held.clear();
+        self.strips.clear();
+        for (id, entity) in roster.iter() {
+            let Ok(robot) = robots.get(entity) else { continue };
+            if robot.penalty.is_off_pitch() {
+                continue;
+            }
+            if let Some((middle, strip)) = robot.posture.strip(robot.bounds, dive_reach_m) {
+                self.strips.push((self.bodies.len(), middle, strip));
+            }
+            self.ids.push(id);
+            self.entities.push(entity);
+            self.bases.push(robot.bounds.base);
+            self.held.push(false);
+            self.bodies.push(RobotBody {
+                start: robot.previous.0,
+                end: *robot.pose,
+                torso: robot.bounds.torso,
+                most_way: robot.limits.max_linear_mps * duration,
+            });
+        }
+        self.cylinders.clear();
+        self.cylinders.extend(posts.iter().map(|(pose, post)| Cylinder { centre: pose.position, radius: post.radius }));
+        // Posts have no names; their places give them an order.
+        self.cylinders.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x).then(a.centre.y.total_cmp(&b.centre.y)));
+    }
+
+    /// What the ball can meet: first the robots' bases, in the order of the bodies, then the strips that dives block,
+    /// then posts and bars.
+    fn set_obstacles(&mut self, pitch: &Pitch) {
+        self.obstacles.clear();
+        self.obstacles.extend(self.bodies.iter().zip(&self.bases).map(|(body, base)| BallObstacle::Base {
+            start: body.start,
+            end: body.end,
+            base: *base,
+        }));
+        self.obstacles.extend(self.strips.iter().map(|(body, middle, strip)| {
+            let pose = self.bodies[*body].end.compose(*middle);
+            BallObstacle::Base { start: pose, end: pose, base: *strip }
+        }));
+        self.obstacles.extend(
+            self.cylinders
+                .iter()
+                .map(|cylinder| BallObstacle::Cylinder { centre: cylinder.centre, radius: cylinder.radius }),
+        );
+        if pitch.goal.ground_bars {
+            let radius = pitch.goal.bar_diameter_m / 2.0;
+            self.obstacles.extend(pitch.ground_bars().map(|bar| BallObstacle::Bar {
+                start: bar.start,
+                end: bar.end,
+                radius,
+            }));
+        }
+    }
+
+    /// The body that an obstacle belongs to; none for posts and bars.
+    fn owner_of(&self, obstacle: usize) -> Option<usize> {
+        match obstacle.checked_sub(self.bodies.len()) {
+            None => Some(obstacle),
+            Some(strip) => self.strips.get(strip).map(|(body, ..)| *body),
+        }
+    }
+
+    /// A ball that has nowhere to go stays, and whoever would walk into it stays too.
+    fn hold_back_from_wedged_ball(&mut self, ball: Vec2, radius: f32) {
+        for (held, obstacle) in self.held.iter_mut().zip(&self.obstacles) {
+            let (before, after) = (obstacle.signed_distance(ball, 0.0).0, obstacle.signed_distance(ball, 1.0).0);
+            *held = after < before.min(radius);
+        }
+        hold_back_from_end(&mut self.bodies, &self.cylinders, &mut self.held);
+    }
+
+    fn describe_collisions(&mut self, duration: f32) {
+        self.collisions.clear();
+        for contact in &self.robot_contacts {
+            let (robot, with, collision_type) = match contact.touched {
+                Touched::Cylinder(_) => (contact.robot, CollisionPartner::Post, CollisionType::RobotAndPost),
+                Touched::Robot(other) => {
+                    let both = contact.robot_moved && contact.touched_moved;
+                    let (robot, with) =
+                        if contact.robot_moved { (contact.robot, other) } else { (other, contact.robot) };
+                    let collision_type =
+                        if both { CollisionType::MovingRobots } else { CollisionType::MovingAndStaticRobot };
+                    (robot, CollisionPartner::Robot(self.ids[with]), collision_type)
+                }
+            };
+            self.collisions.push(Collision {
+                robot: Some(self.ids[robot]),
+                with,
+                collision_type,
+                speed: contact.approach / duration,
+                position: contact.point,
+            });
+        }
+        for contact in &self.ball_contacts {
+            let rolling = contact.ball_speed > REST_SPEED_MPS;
+            let owner = self.owner_of(contact.obstacle);
+            let (robot, with, collision_type) = match owner.map(|body| (body, &self.bodies[body])) {
+                None => (None, CollisionPartner::Post, CollisionType::BallAndPost),
+                Some((index, body)) => {
+                    let collision_type = match (body.is_moving(), rolling) {
+                        (true, true) => CollisionType::MovingRobotAndMovingBall,
+                        (true, false) => CollisionType::MovingRobotAndStaticBall,
+                        (false, _) => CollisionType::StandingRobotAndBall,
+                    };
+                    (Some(self.ids[index]), CollisionPartner::Ball, collision_type)
+                }
+            };
+            self.collisions.push(Collision {
+                robot,
+                with,
+                collision_type,
+                speed: contact.approach_speed,
+                position: contact.position,
+            });
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! Messages between team-mates (paper, section 3.3).
+//!
+//! Once a cycle each robot may share one structure, a [`TeamMessage`], with its team-mates: it puts it in its
+//! [`Outbox`]. Each team-mate finds it in its [`Inbox`] in a later cycle, or never: messages get lost, for each recipient
+//! independently. Opponents never hear anything.
+//!
+//! **Delay.** A message arrives `delay_cycles` after it was sent, by default in the next cycle, and up to `jitter_cycles`
+//! later, evenly distributed, so that one message may overtake another.
+//!
+//! **Loss.** With probability `loss`, and always beyond `range_m` where there is one. None by default.
+//!
+//! **Size.** Texts and datagrams of more than `max_text_bytes`, by default 128 as for messages as a whole in 2025 (512 in the
+//! Humanoid Soccer League of 2026), are refused at the sender; so is a message with a number that is not finite, with a place more than a kilometre away, or of more than 64 robots. A scenario may give a
+//! team a budget of messages and of bytes for the match, beyond which nothing is sent: what a message counts for is
+//! [`TeamMessage::size_bytes`]. A model, a team or a robot may have smaller limits of its own ([`MessageLimits`]). A league's budget is another matter: what is beyond is sent, and
+//! [the rules](crate::game::Rules::message_budget) say what follows. Those of 2010 have none (500 Kbit/s for everything that a
+//! team sends), those of 2025 have 1200 messages.
+//!
+//! **The real NAO** broadcasts UDP packets in the wireless network of the venue, where losing most of them for a while is
+//! nothing unusual.
+//!
+//! What became of all messages is counted in [`MessageStatistics`].
+
+use bevy::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+mod datagram;
+mod limits;
+mod message;
+mod status_report;
+#[cfg(test)]
+mod tests;
+
+pub use datagram::Datagram;
+pub use limits::MessageLimits;
+pub use message::{MOST_ROBOTS, TeamMessage};
+pub use status_report::StatusReport;
+
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
+use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
+use crate::geometry::Pose;
+use crate::knowledge::Knowledge;
+use crate::random::{RandomStream, RandomStreams};
+use crate::robot::Roster;
+use crate::team::{PerTeam, RobotId};
+
+/// Carries messages: sends them in [`CycleSystems::Act`], delivers them in [`CycleSystems::Communicate`].
+pub struct CommunicationPlugin;
+
+impl Plugin for CommunicationPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<Outbox>()
+            .register_type::<StatusReport>()
+            .register_type::<Inbox>()
+            .register_type::<MessageLimits>()
+            .register_type::<MessageSettings>()
+            .register_type::<MessagesInFlight>()
+            .register_type::<MessageStatistics>()
+            .init_resource::<MessageSettings>()
+            .init_resource::<MessagesInFlight>()
+            .init_resource::<MessageStatistics>()
+            .init_resource::<Roster>()
+            .add_systems(
+                Cycle,
+                (deliver_messages.in_set(CycleSystems::Communicate), send_messages.in_set(ActSystems::Say)),
+            );
+    }
+}
+
+/// What the robot says in this cycle, if anything. None again after every cycle.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Command)]
+pub struct Outbox(pub Option<TeamMessage>);
+
+/// A message that arrived.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
+pub struct ReceivedMessage {
+    /// Who sent it.
+    pub from: RobotId,
+    /// In which cycle.
+    pub sent_cycle: u64,
+    /// What it says.
+    pub say: TeamMessage,
+}
+
+/// The messages that arrived in this cycle, ordered by sender, then by the cycle in which they were sent.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Sensor)]
+pub struct Inbox(pub Vec<ReceivedMessage>);
+
+/// How messages travel.
+#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @Knowledge::Public)]
+#[serde(default, deny_unknown_fields)]
+pub struct MessageSettings {
+    /// Probability that a recipient does not get a message, independently for each.
+    pub loss: f32,
+    /// Cycles from sending to arrival; at least 1, less is taken for 1.
+    pub delay_cycles: u32,
+    /// Greatest number of cycles that a message may take longer; each up to it is as likely.
+    pub jitter_cycles: u32,
+    /// Greatest distance between sender and recipient, m; none for the whole pitch.
+    pub range_m: Option<f32>,
+    /// Greatest length of the texts and the datagram in a message together, bytes.
+    pub max_text_bytes: u32,
+    /// Messages that a team can send in a match: what is beyond is refused; none for any number. What a league allows is a
+    /// matter of its [rules](crate::game::Rules::message_budget).
+    pub max_messages: Option<u32>,
+    /// Bytes that a team may send in a match; none for any number.
+    pub max_bytes: Option<u64>,
+    /// What robots that say nothing of their own send at most: what their model says.
+    #[serde(skip_serializing_if = "MessageLimits::is_unset")]
+    pub robots: MessageLimits,
+}
+
+impl Default for MessageSettings {
+    fn default() -> Self {
+        Self {
+            loss: 0.0,
+            delay_cycles: 1,
+            jitter_cycles: 0,
+            range_m: None,
+            max_text_bytes: 128,
+            max_messages: None,
+            max_bytes: None,
+            robots: MessageLimits::default(),
+        }
+    }
+}
+
+impl MessageSettings {
+    /// What becomes of a message on its way to a recipient at this distance, m.
+    pub fn delivery(&self, distance: f32, stream: &mut RandomStream) -> Delivery {
+        if self.range_m.is_some_and(|range| distance > range) {
+            return Delivery::OutOfRange;
+        }
+        if stream.chance(self.loss) {
+            return Delivery::Lost;
+        }
+        let jitter = match self.jitter_cycles {
+            0 => 0,
+            most => ((stream.uniform() * (most as f32 + 1.0)) as u32).min(most),
+        };
+        Delivery::AfterCycles(self.delay_cycles.max(1) + jitter)
+    }
+}
+
+/// What becomes of a message on its way to one recipient.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Delivery {
+    /// It arrives so many cycles after it was sent.
+    AfterCycles(u32),
+    /// It gets lost.
+    Lost,
+    /// The recipient is too far away.
+    OutOfRange,
+}
+
+/// A message on its way to one recipient.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct MessageInFlight {
+    /// Who will get it.
+    pub to: RobotId,
+    /// In which cycle.
+    pub arrival_cycle: u64,
+    /// The message, as it will be received.
+    pub message: ReceivedMessage,
+}
+
+/// All messages on their way.
+#[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @Knowledge::Truth)]
+pub struct MessagesInFlight(pub Vec<MessageInFlight>);
+
+/// What became of the messages of one team.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct TeamMessageStatistics {
+    /// Messages that behaviours sent.
+    pub sent: u32,
+    /// Their lengths, added up.
+    pub sent_bytes: u64,
+    /// Messages refused, because they were too long, not finite or out of range.
+    pub refused: u32,
+    /// Messages refused, because the team had spent its budget.
+    pub over_budget: u32,
+    /// Recipients that a message reached.
+    pub delivered: u32,
+    /// Recipients for which a message was lost.
+    pub lost: u32,
+    /// Recipients that were out of range.
+    pub out_of_range: u32,
+}
+
+/// What became of all messages of the match.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
+#[reflect(Resource, @Knowledge::Truth)]
+pub struct MessageStatistics(pub PerTeam<TeamMessageStatistics>);
+
+/// Hands the messages out that arrive in this cycle.
+pub fn deliver_messages(
+    clock: Res<CycleClock>,
+    roster: Res<Roster>,
+    mut in_flight: ResMut<MessagesInFlight>,
+    mut statistics: ResMut<MessageStatistics>,
+    mut inboxes: Query<&mut Inbox>,
+) {
+    for mut inbox in &mut inboxes {
+        if !inbox.0.is_empty() {
+            inbox.0.clear();
+        }
+    }
+    if in_flight.0.is_empty() {
+        return;
+    }
+    for arrived in in_flight.0.extract_if(.., |message| message.arrival_cycle <= clock.cycle) {
+        let team = &mut statistics[arrived.message.from.team];
+        match roster.get(arrived.to).and_then(|recipient| inboxes.get_mut(recipient).ok()) {
+            Some(mut inbox) => {
+                team.delivered += 1;
+                let place = inbox.0.partition_point(|message| {
+                    (message.from, message.sent_cycle) <= (arrived.message.from, arrived.message.sent_cycle)
+                });
+                inbox.0.insert(place, arrived.message);
+            }
+            None => team.lost += 1,
+        }
+    }
+}
+
+fn send_messages(
+    clock: Res<CycleClock>,
+    roster: Res<Roster>,
+    settings: Res<MessageSettings>,
+    mut in_flight: ResMut<MessagesInFlight>,
+    mut statistics: ResMut<MessageStatistics>,
+    mut events: ResMut<CycleEvents>,
+    mut outboxes: Query<(&mut Outbox, Option<&MessageLimits>)>,
+    mut recipients: Query<(&Pose, &mut RandomStreams), With<Inbox>>,
+    poses: Query<&Pose>,
+) {
+    for (from, sender) in roster.iter() {
+        let Ok((mut outbox, own_limits)) = outboxes.get_mut(sender) else { continue };
+        // Not touching what is empty keeps change detection useful.
+        if outbox.0.is_none() {
+            continue;
+        }
+        let Some(say) = outbox.0.take() else { continue };
+        let team = &mut statistics[from.team];
+        let limits = settings.limits_with(own_limits.unwrap_or(&settings.robots));
+        if let Some(reason) = limits.refusal(&say, team) {
+            let count = if reason == Refusal::BudgetSpent { &mut team.over_budget } else { &mut team.refused };
+            *count += 1;
+            // A team that is over its budget would fill the record with one and the same refusal.
+            if reason != Refusal::BudgetSpent || *count == 1 {
+                events.push(MatchEvent::CommandRefused { robot: from, command: CommandKind::Say, reason });
+            }
+            continue;
+        }
+        team.sent += 1;
+        team.sent_bytes += say.size_bytes() as u64;
+        let place = poses.get(sender).map_or(Vec2::ZERO, |pose| pose.position);
+        for (to, recipient) in roster.iter().filter(|(to, _)| to.team == from.team && *to != from) {
+            let Ok((pose, mut streams)) = recipients.get_mut(recipient) else { continue };
+            match settings.delivery(pose.position.distance(place), &mut streams.messages) {
+                Delivery::AfterCycles(cycles) => in_flight.0.push(MessageInFlight {
+                    to,
+                    arrival_cycle: clock.cycle + u64::from(cycles),
+                    message: ReceivedMessage { from, sent_cycle: clock.cycle, say: say.clone() },
+                }),
+                Delivery::Lost => team.lost += 1,
+                Delivery::OutOfRange => team.out_of_range += 1,
+            }
+        }
+    }
+}

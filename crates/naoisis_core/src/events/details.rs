@@ -1,0 +1,223 @@
+//! What events say in detail: what came of a kick, who met whom, which command was refused and why.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::team::RobotId;
+
+/// What came of a kick.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KickResult {
+    /// The ball was struck.
+    Kicked,
+    /// A side kick from the wrong side: a straight kick at reduced speed.
+    Reduced,
+    /// The ball was not struck; the reason says why.
+    Missed,
+}
+
+impl KickResult {
+    /// Whether the leg swings in a kick of this result: one that found no ball is still a kick.
+    pub fn swings(self, reason: Option<KickMiss>) -> bool {
+        self != KickResult::Missed || reason == Some(KickMiss::OutOfReach)
+    }
+}
+
+/// What made a robot fall.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum FallCause {
+    /// It met another robot.
+    #[default]
+    Collision,
+    /// It lost its balance while it walked.
+    Walking,
+    /// It lost its balance in a kick.
+    Kick,
+    /// It tried to get up, and fell back.
+    GettingUp,
+}
+
+/// Why a kick missed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum KickMiss {
+    /// The robot lies, gets up or dives.
+    Down,
+    /// The ball's centre was outside the kick's rectangle (paper, Table 2).
+    OutOfReach,
+    /// The robot was already kicking or recovering.
+    Busy,
+    /// The robot is penalised.
+    Penalised,
+    /// Play is stopped.
+    PlayStopped,
+    /// The speed is not a number.
+    NotANumber,
+    /// There is no ball.
+    NoBall,
+    /// The robot has no kick of this name.
+    NoSuchKick,
+}
+
+/// What met in a collision.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum CollisionType {
+    /// Two moving robots.
+    MovingRobots,
+    /// A moving and a static robot.
+    MovingAndStaticRobot,
+    /// A moving robot and a post.
+    RobotAndPost,
+    /// A moving robot and a moving ball.
+    MovingRobotAndMovingBall,
+    /// A moving robot and a static ball.
+    MovingRobotAndStaticBall,
+    /// A standing robot and a rolling ball.
+    StandingRobotAndBall,
+    /// The ball and a post or a goal's frame.
+    BallAndPost,
+}
+
+/// What a robot or the ball ran into.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
+#[non_exhaustive]
+pub enum CollisionPartner {
+    /// Another robot.
+    Robot(RobotId),
+    /// A goal post, a bar or an extra post.
+    Post,
+    /// The ball.
+    Ball,
+}
+
+impl Serialize for CollisionPartner {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            CollisionPartner::Robot(id) => id.serialize(serializer),
+            CollisionPartner::Post => serializer.serialize_str("post"),
+            CollisionPartner::Ball => serializer.serialize_str("ball"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for CollisionPartner {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        match word.as_str() {
+            "post" => Ok(CollisionPartner::Post),
+            "ball" => Ok(CollisionPartner::Ball),
+            word => word.parse().map(CollisionPartner::Robot).map_err(serde::de::Error::custom),
+        }
+    }
+}
+
+/// A command that a behaviour may give.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CommandKind {
+    /// [`WalkCommand`](crate::robot::motion::WalkCommand).
+    Walk,
+    /// [`HeadCommand`](crate::robot::head::HeadCommand).
+    Head,
+    /// [`KickCommand`](crate::robot::kick::KickCommand).
+    Kick,
+    /// [`Outbox`](crate::communication::Outbox).
+    Say,
+    /// [`PostureCommand`](crate::robot::posture::PostureCommand).
+    Posture,
+}
+
+/// Why a command was refused.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Refusal {
+    /// A number in it is not finite.
+    NotFinite,
+    /// A number in it is beyond anything that could be meant, or a text in it is too long.
+    TooLarge,
+    /// The team has sent all the messages or bytes that it may send in a match. Reported once a team.
+    BudgetSpent,
+    /// It is not allowed now: the rules do not have it, or the robot is busy or penalised.
+    NotAllowed,
+}
+
+impl Refusal {
+    /// Why a command with these numbers is refused, if it is: metres and radians beyond [`LARGEST_COMMAND`] are an error of
+    /// the behaviour, where merely ambitious ones are scaled down.
+    pub fn of_numbers<const COUNT: usize>(numbers: [f32; COUNT]) -> Option<Refusal> {
+        if numbers.iter().any(|number| !number.is_finite()) {
+            Some(Refusal::NotFinite)
+        } else if numbers.iter().any(|number| number.abs() > LARGEST_COMMAND) {
+            Some(Refusal::TooLarge)
+        } else {
+            None
+        }
+    }
+}
+
+/// The largest number that a command may have, in metres or radians.
+pub const LARGEST_COMMAND: f32 = 1000.0;
+
+/// Why the program that played a robot does so no more.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum AgentLoss {
+    /// It could not be started, or asked for what there is not.
+    Refused,
+    /// It ended, or hung up, as if it were done.
+    Closed,
+    /// It ended with an error.
+    Crashed,
+    /// It did not answer in time.
+    TimedOut,
+    /// It sent something that is no answer.
+    Malformed,
+    /// It sent a message that is too long.
+    TooLong,
+    /// It answered for another cycle.
+    WrongCycle,
+}
+
+/// A line over which the ball left the pitch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoundaryLine {
+    /// A side line.
+    Side,
+    /// A goal line, outside the goal.
+    Goal,
+}
+
+/// Why a goal does not count.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum DisallowedGoal {
+    /// It was shot straight from the kick-off.
+    KickOffShot,
+    /// Only one robot of the team had played the ball since the last restart.
+    NotIndirect,
+    /// The team has sent more messages than it may.
+    TooManyMessages,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_refused_and_what_is_absurd_too() {
+        assert_eq!(Refusal::of_numbers([0.0, f32::NAN]), Some(Refusal::NotFinite));
+        assert_eq!(Refusal::of_numbers([0.0, f32::INFINITY]), Some(Refusal::NotFinite));
+        assert_eq!(Refusal::of_numbers([0.0, -1e9]), Some(Refusal::TooLarge));
+        assert_eq!(Refusal::of_numbers([0.0, 999.0]), None);
+    }
+}

@@ -1,0 +1,189 @@
+//! The match as data: its state, score, half, clock and sides, its rules, penalties, set plays, and the evidence for what was
+//! decided. Everybody may know these types; only the [referee](crate::referee) writes them.
+
+use bevy::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+mod evidence;
+mod intervention;
+mod outside_referee;
+mod penalty;
+mod rules;
+mod set_play;
+mod shoot_out;
+
+pub use evidence::{Evidence, Measurement, RobotEvidence};
+pub use intervention::{Intervention, Interventions, TimedIntervention};
+pub use outside_referee::OutsideReferee;
+pub use penalty::{ActivePenalty, Penalty, PenaltyReason, RuleName};
+pub use rules::{
+    BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError,
+    ShootOutProcedure, SideContacts,
+};
+pub use set_play::{SetPlay, SetPlayKind};
+pub use shoot_out::{ShootOut, Shot, ShotRank, Standing};
+
+use crate::cycle::CycleClock;
+use crate::knowledge::Knowledge;
+use crate::pitch::End;
+use crate::team::{PerTeam, Team};
+
+/// The state of the game (2010 rule book, section 3.2).
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GameState {
+    /// Before the match.
+    #[default]
+    Initial,
+    /// Before the first `ready` of a half: robots stand, and wait for the referee to raise its arms (2025 rule book, section
+    /// 3.2).
+    Standby,
+    /// Robots walk to their places for a kick-off.
+    Ready,
+    /// Robots stand and wait for the whistle.
+    Set,
+    /// The ball is in play.
+    Playing,
+    /// After the final whistle.
+    Finished,
+}
+
+impl GameState {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            GameState::Initial => "initial",
+            GameState::Standby => "standby",
+            GameState::Ready => "ready",
+            GameState::Set => "set",
+            GameState::Playing => "playing",
+            GameState::Finished => "finished",
+        }
+    }
+}
+
+/// The goals of each team.
+pub type Score = PerTeam<u32>;
+
+/// The true state of the match.
+#[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @Knowledge::Truth)]
+pub struct Game {
+    /// The state of play.
+    pub state: GameState,
+    /// Cycles since it began.
+    pub state_cycles: u64,
+    /// Goals of both teams so far.
+    pub score: Score,
+    /// The half under way, from 1.
+    pub half: u32,
+    /// Cycles left in this half; none where the rules have no clock.
+    pub cycles_left: Option<u64>,
+    /// Which end the blue team defends.
+    pub blue_end: End,
+    /// The team that has, or had last, the kick-off.
+    pub kick_off_team: Team,
+    /// Whether play was last restarted by a drop ball instead: neither team has the kick-off.
+    pub drop_ball: bool,
+    /// The free kick, or the kick-off that is one team's own, that is under way.
+    pub set_play: Option<SetPlay>,
+    /// How many messages each team may still send; none where it is not limited.
+    pub messages_left: Option<PerTeam<u32>>,
+    /// Whether each team has sent more than it may: its goals do not count.
+    pub goals_void: PerTeam<bool>,
+    /// The penalty shoot-out under way, or that decided the match.
+    pub shoot_out: Option<ShootOut>,
+    /// How often the robots were placed for a restart.
+    pub restarts: u32,
+    /// How often the referee has whistled.
+    pub whistles: u32,
+    /// How often it has raised its arms for a half's first `ready`.
+    pub ready_signals: u32,
+}
+
+impl Game {
+    /// The match before its first cycle: blue defends the blue goal and kicks off. Without a clock, as in debug mode,
+    /// there is nothing to wait for, and the ball is in play.
+    pub fn at_start(rules: &Rules, clock: &CycleClock) -> Self {
+        Self {
+            state: if rules.clock { GameState::Initial } else { GameState::Playing },
+            half: 1,
+            cycles_left: rules.clock.then(|| rules.half_cycles(clock)),
+            messages_left: rules.message_budget.map(|budget| PerTeam { blue: budget, pink: budget }),
+            ..Self::default()
+        }
+    }
+
+    /// The end that `team` defends.
+    pub fn own_end(&self, team: Team) -> End {
+        match team {
+            Team::Blue => self.blue_end,
+            Team::Pink => self.blue_end.opposite(),
+        }
+    }
+
+    /// The team that defends `end`.
+    pub fn defender_of(&self, end: End) -> Team {
+        if end == self.blue_end { Team::Blue } else { Team::Pink }
+    }
+
+    /// Whether this team has, or had last, the kick-off.
+    pub fn has_kick_off(&self, team: Team) -> bool {
+        self.kick_off() == Some(team)
+    }
+
+    /// The team that has, or had last, the kick-off; none at a drop ball.
+    pub fn kick_off(&self) -> Option<Team> {
+        (!self.drop_ball).then_some(self.kick_off_team)
+    }
+
+    /// Seconds left in this half; none where the rules have no clock.
+    pub fn time_left_s(&self, clock: &CycleClock) -> Option<f32> {
+        self.cycles_left.map(|cycles| (cycles as f64 * clock.period_s) as f32)
+    }
+
+    /// Whether this half has been kicked off.
+    fn half_has_begun(&self, rules: &Rules, clock: &CycleClock) -> bool {
+        self.cycles_left.is_some_and(|left| left < rules.half_cycles(clock))
+    }
+
+    /// Whether the half's clock runs now: in play, and where the rules say so in `ready` and `set`, but for those before its
+    /// first kick-off, from which a half is counted.
+    pub fn clock_runs(&self, rules: &Rules, clock: &CycleClock) -> bool {
+        match self.state {
+            GameState::Playing => self.shoot_out.is_none(),
+            GameState::Ready | GameState::Set => {
+                rules.clock_runs_in_stoppages && self.shoot_out.is_none() && self.half_has_begun(rules, clock)
+            }
+            GameState::Initial | GameState::Standby | GameState::Finished => false,
+        }
+    }
+
+    /// Longest duration of `ready`, s: of a kick-off's or a penalty kick's.
+    pub fn ready_s(&self, rules: &Rules) -> f32 {
+        if self.penalty_kick().is_some() { rules.penalty_kick_ready_s } else { rules.ready_s }
+    }
+
+    /// The penalty kick under way, or being prepared.
+    pub fn penalty_kick(&self) -> Option<SetPlay> {
+        self.set_play.filter(|set_play| set_play.kind == SetPlayKind::PenaltyKick)
+    }
+
+    /// Cycles left of what the game waits for: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
+    pub fn secondary_cycles_left(&self, rules: &Rules, clock: &CycleClock) -> Option<u64> {
+        let left = |duration_s: f32, cycles: u64| u64::from(clock.cycles_in(duration_s)).saturating_sub(cycles);
+        match (self.state, &self.set_play, &self.shoot_out) {
+            (GameState::Ready, ..) => Some(left(self.ready_s(rules), self.state_cycles)),
+            (GameState::Set, ..) => Some(left(rules.set_s, self.state_cycles)),
+            (GameState::Playing, Some(set_play), _) => Some(set_play.cycles_left),
+            (GameState::Playing, None, Some(shoot_out)) => Some(left(shoot_out.shot_s(rules), shoot_out.shot.cycles)),
+            (GameState::Initial | GameState::Standby | GameState::Playing | GameState::Finished, ..) => None,
+        }
+    }
+
+    /// The team that kicks off the half: blue the first, then in turn.
+    pub fn first_kick_off_of_half(half: u32) -> Team {
+        if half % 2 == 1 { Team::Blue } else { Team::Pink }
+    }
+}

@@ -1,0 +1,46 @@
+//! Files that are read whole: none that never ends, and none that would fill the memory.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// The bytes of an ordinary file that has at most so many.
+///
+/// # Errors
+/// Those of the file system, and when it is another kind of file or a larger one.
+pub fn read_file(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
+    // A pipe would be waited for as soon as it is opened.
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("this is no ordinary file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most_bytes + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most_bytes {
+        let message = format!("the file has more than {} MiB", most_bytes >> 20);
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn larger_and_endless_files_are_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        fs::write(&path, vec![7; 1 << 20]).unwrap();
+        assert_eq!(read_file(&path, 1 << 20).unwrap().len(), 1 << 20);
+        fs::write(&path, vec![7; (1 << 20) + 1]).unwrap();
+        assert_eq!(read_file(&path, 1 << 20).unwrap_err().to_string(), "the file has more than 1 MiB");
+        for other in [
+            folder.path(),
+            #[cfg(unix)]
+            Path::new("/dev/zero"),
+        ] {
+            assert_eq!(read_file(other, 1 << 20).unwrap_err().to_string(), "this is no ordinary file");
+        }
+        assert_eq!(read_file(&folder.path().join("nowhere"), 9).unwrap_err().kind(), io::ErrorKind::NotFound);
+    }
+}

@@ -1,0 +1,249 @@
+//! Walking step by step, as real robots do: what their legs and the ground make of walk commands.
+//!
+//! The paper's robots do at once and exactly what they are told. The legs of a real one change their speed from one step to the
+//! next, and not by much; turning and going sideways take from going forward; and so slow a walk as stays within the play of the
+//! joints is a step on the spot. Then the ground slips: by a share that each robot keeps for the match, with a drift of its
+//! heading, and a little differently at every step. What the legs do, [odometry](naoisis_sensing::sensing::odometry) counts; of the slip it
+//! knows nothing.
+//!
+//! Nothing here depends on the duration of a cycle.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::motion_limits::MotionLimits;
+pub use super::motion_limits::{Gait, Slip, StepNoise};
+use super::walk_command::WalkCommand;
+use crate::knowledge::Knowledge;
+use crate::random::RandomStream;
+
+impl StepNoise {
+    /// An error of a step: forward and to the left, m, and of the turn, radians.
+    pub fn draw(&self, step: WalkCommand, stream: &mut RandomStream) -> WalkCommand {
+        let (way, turn) = (step.translation().length(), step.dtheta.abs());
+        let translation_sd = self.translation_sd_m * way.sqrt();
+        let heading_variance =
+            self.heading_per_metre_sd * self.heading_per_metre_sd * way + self.rotation_sd * self.rotation_sd * turn;
+        WalkCommand {
+            dx: stream.gaussian(translation_sd),
+            dy: stream.gaussian(translation_sd),
+            dtheta: stream.gaussian(heading_variance.sqrt()),
+        }
+    }
+}
+
+/// What the ground let a robot go of its last step, m and radians, in the robot frame before the turn. A collision may have kept it
+/// from going all of it.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct GroundStep(pub WalkCommand);
+
+/// Where a robot is in its walk.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct GaitState {
+    /// The velocity of the legs in the step under way: forward and to the left, m/s, and counter-clockwise, rad/s.
+    velocity: Vec3,
+    /// What the ground lets the robot go of it.
+    on_ground: Vec3,
+    /// What is left of that step, s.
+    left_s: f32,
+    /// How this robot's slip and drift differ from the mean, in standard deviations; none before its first step.
+    footing: Option<[f32; 2]>,
+}
+
+impl GaitState {
+    /// Stands still at once.
+    pub fn stand(&mut self) {
+        if self.left_s != 0.0 || self.velocity != Vec3::ZERO {
+            (self.velocity, self.on_ground, self.left_s) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+        }
+    }
+
+    /// What the legs do in a cycle of `period` seconds in which they are told `command`, and what the ground makes of it. Each step
+    /// takes over what is told when it begins, and slips as a whole.
+    pub fn walk(
+        &mut self,
+        command: WalkCommand,
+        gait: &Gait,
+        limits: &MotionLimits,
+        period: f32,
+        stream: &mut RandomStream,
+    ) -> [WalkCommand; 2] {
+        /// Shorter than any cycle, s.
+        const NOTHING_S: f32 = 1e-6;
+
+        let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, limits);
+        let ([mut way, mut on_ground], mut left_s) = ([Vec3::ZERO; 2], period);
+        while left_s > NOTHING_S {
+            if self.left_s <= NOTHING_S {
+                self.velocity = gait.next_velocity(gait.within(self.velocity, limits), wanted);
+                if self.velocity == Vec3::ZERO {
+                    self.stand();
+                    break;
+                }
+                self.on_ground = self.slip(self.velocity * gait.step_s, &gait.slip, stream) / gait.step_s;
+                self.left_s = gait.step_s;
+            }
+            let time_s = left_s.min(self.left_s);
+            way += self.velocity * time_s;
+            on_ground += self.on_ground * time_s;
+            left_s -= time_s;
+            self.left_s -= time_s;
+        }
+        [way, on_ground].map(|way| WalkCommand::new(way.x, way.y, way.z))
+    }
+
+    /// What the ground makes of a step of the legs.
+    fn slip(&mut self, step: Vec3, slip: &Slip, stream: &mut RandomStream) -> Vec3 {
+        let [scale, drift] = *self.footing.get_or_insert_with(|| [stream.gaussian(1.0), stream.gaussian(1.0)]);
+        // Ground that carries a robot backwards is none.
+        let scale = (slip.scale + scale * slip.scale_sd).max(0.0);
+        let translation = step.truncate();
+        let drift = drift * slip.drift_sd * translation.length();
+        let error = slip.error.draw(WalkCommand::new(step.x, step.y, step.z), stream);
+        let error = Vec3::new(error.dx, error.dy, error.dtheta);
+        (scale * translation).extend(step.z + drift) + error
+    }
+}
+
+impl Gait {
+    /// A velocity (m/s, m/s, rad/s) in the same direction that the robot can walk at: the shares that each direction takes of what
+    /// it can do add up, and 1 is all. So rUNSWift's robots of 2010 were limited (report, `FastWalk`).
+    fn within(&self, velocity: Vec3, limits: &MotionLimits) -> Vec3 {
+        let forward = if velocity.x < 0.0 { self.backward_mps } else { limits.max_linear_mps };
+        let greatest = Vec3::new(forward, self.sideways_mps, limits.max_angular);
+        // What it cannot do at all takes nothing from the rest.
+        let possible = Vec3::select(greatest.cmpgt(Vec3::ZERO), velocity, Vec3::ZERO);
+        let share = (possible.abs() / greatest.max(Vec3::splat(f32::MIN_POSITIVE))).element_sum();
+        if share > 1.0 { possible / share } else { possible }
+    }
+
+    /// What comes of a wanted velocity in the end: not faster than the robot can, and nothing where it is too slow.
+    pub fn reachable(&self, wanted: Vec3, limits: &MotionLimits) -> Vec3 {
+        let Vec3 { x, y, z } = self.within(wanted, limits);
+        let gets_ahead = Vec2::new(x, y).length() >= self.least_mps;
+        let turns = z.abs() >= self.least_angular;
+        let [x, y] = if gets_ahead { [x, y] } else { [0.0; 2] };
+        Vec3::new(x, y, if turns { z } else { 0.0 })
+    }
+
+    /// The velocity of the step after one of `velocity`, on the way to `wanted`.
+    fn next_velocity(&self, velocity: Vec3, wanted: Vec3) -> Vec3 {
+        let translation = velocity.truncate().move_towards(wanted.truncate(), self.acceleration_mps2 * self.step_s);
+        let most_turn = self.angular_acceleration * self.step_s;
+        translation.extend(velocity.z + (wanted.z - velocity.z).clamp(-most_turn, most_turn))
+    }
+
+    /// The greatest speed from which a robot comes to rest within a distance, m/s. It has no say in the step under way.
+    pub fn braking_speed(&self, distance_m: f32) -> f32 {
+        braking_speed(distance_m, self.acceleration_mps2, self.step_s)
+    }
+
+    /// The greatest speed of turning from which a robot comes to rest within an angle, rad/s.
+    pub fn braking_turn(&self, angle: f32) -> f32 {
+        braking_speed(angle, self.angular_acceleration, self.step_s)
+    }
+}
+
+/// The greatest speed v from which n steps of duration s, each slower by a s, end within a distance d. The first goes on at v:
+/// d = v s + v²/(2 a) - v s/2, of which v = -a s/2 + √((a s/2)² + 2 a d).
+fn braking_speed(distance: f32, acceleration: f32, step_s: f32) -> f32 {
+    let half = acceleration * step_s / 2.0;
+    (half * half + 2.0 * acceleration * distance.max(0.0)).sqrt() - half
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    /// What the legs do in so many seconds of the same command, and how long each velocity lasted.
+    fn walked(velocity: [f32; 3], cycles_per_second: u32, seconds: u32, state: &mut GaitState) -> Vec3 {
+        let period = 1.0 / cycles_per_second as f32;
+        let [x, y, z] = velocity.map(|velocity| velocity * period);
+        let mut stream = RandomStream::for_match(1, "gait test");
+        let mut way = Vec3::ZERO;
+        for _ in 0..cycles_per_second * seconds {
+            let [step, on_ground] =
+                state.walk(WalkCommand::new(x, y, z), &Gait::default(), &limits(), period, &mut stream);
+            assert_eq!(step, on_ground);
+            way += Vec3::new(step.dx, step.dy, step.dtheta);
+        }
+        way
+    }
+
+    fn limits() -> MotionLimits {
+        MotionLimits { max_linear_mps: 0.24, max_angular: 1.6, ..MotionLimits::default() }
+    }
+
+    #[test]
+    fn speed_grows_from_step_to_step_and_does_not_depend_on_the_cycle() {
+        for cycles_per_second in [4, 10, 30, 83] {
+            let mut state = GaitState::default();
+            // Steps of 0.25 s at 0.075, 0.15, 0.225 and then 0.24 m/s.
+            let way = walked([1.0, 0.0, 0.0], cycles_per_second, 1, &mut state);
+            assert_abs_diff_eq!(way.x, 0.25 * (0.075 + 0.15 + 0.225 + 0.24), epsilon = 1e-4);
+            // And back: two steps at 0.165 and 0.09 forwards, two at 0.015 and -0.06.
+            let way = walked([-1.0, 0.0, 0.0], cycles_per_second, 1, &mut state);
+            assert_abs_diff_eq!(way.x, 0.25 * (0.165 + 0.09 + 0.015 - 0.06), epsilon = 1e-4);
+        }
+    }
+
+    #[test]
+    fn sideways_and_turning_take_from_forward() {
+        let (gait, limits) = (Gait::default(), limits());
+        assert_eq!(gait.reachable(Vec3::new(9.0, 0.0, 0.0), &limits), Vec3::new(0.24, 0.0, 0.0));
+        assert_eq!(gait.reachable(Vec3::new(-9.0, 0.0, 0.0), &limits), Vec3::new(-0.15, 0.0, 0.0));
+        // Half of each.
+        let all = gait.reachable(Vec3::new(0.24, 0.0, 1.6), &limits);
+        assert_abs_diff_eq!(all, Vec3::new(0.12, 0.0, 0.8), epsilon = 1e-6);
+        // A third of each.
+        let all = gait.reachable(Vec3::new(0.24, -0.19, 1.6), &limits);
+        assert_abs_diff_eq!(all, Vec3::new(0.24, -0.19, 1.6) / 3.0, epsilon = 1e-6);
+        // Too slow to get anywhere.
+        assert_eq!(gait.reachable(Vec3::new(0.01, 0.01, 0.05), &limits), Vec3::ZERO);
+        let cannot_turn = MotionLimits { max_angular: 0.0, ..limits };
+        assert_eq!(gait.reachable(Vec3::new(0.2, 0.0, 1.0), &cannot_turn), Vec3::new(0.2, 0.0, 0.0));
+    }
+
+    #[test]
+    fn who_brakes_in_time_stops_where_it_should() {
+        let gait = Gait::default();
+        let velocity = Vec3::new(0.225, 0.0, 0.0);
+        let mut state = GaitState { velocity, on_ground: velocity, left_s: gait.step_s, footing: None };
+        let way = walked([0.0; 3], 30, 3, &mut state);
+        // The step under way, and two of 0.15 and 0.075 m/s.
+        assert_abs_diff_eq!(way.x, 0.25 * (0.225 + 0.15 + 0.075), epsilon = 1e-4);
+        assert_abs_diff_eq!(gait.braking_speed(way.x), 0.225, epsilon = 1e-4);
+        assert_eq!((state.velocity, state.left_s), (Vec3::ZERO, 0.0));
+        assert_abs_diff_eq!(gait.braking_speed(0.0), 0.0, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn slip_is_a_bias_of_each_robot_and_the_rest_grows_with_the_roots_of_way_and_turn() {
+        let error = StepNoise { translation_sd_m: 0.02, heading_per_metre_sd: 0.05, rotation_sd: 0.1 };
+        let slip = Slip { scale: 0.9, scale_sd: 0.05, drift_sd: 0.1, error };
+        let mut stream = RandomStream::for_match(3, "gait test");
+        let robots = 4000;
+        let mut squares = [0.0f64; 3];
+        let mut mean = 0.0;
+        for _ in 0..robots {
+            // A metre in a straight line, in 20 steps.
+            let mut state = GaitState::default();
+            let mut way = Vec3::ZERO;
+            for _ in 0..20 {
+                way += state.slip(Vec3::new(0.05, 0.0, 0.0), &slip, &mut stream);
+            }
+            mean += f64::from(way.x) / f64::from(robots);
+            for (square, error) in squares.iter_mut().zip([way.x - 0.9, way.y, way.z]) {
+                *square += f64::from(error * error) / f64::from(robots);
+            }
+        }
+        // Bias and error add up as squares. A standard deviation of 4000 is known to 1.1 %: four of them, 99.99 % confidence.
+        assert_abs_diff_eq!(mean, 0.9, epsilon = 4.0 * 0.054 / 4000.0_f64.sqrt());
+        for (square, expected) in squares.into_iter().zip([0.05_f64.hypot(0.02), 0.02, 0.1_f64.hypot(0.05)]) {
+            assert!((square.sqrt() / expected - 1.0).abs() < 4.0 * 0.0112, "{} instead of {expected}", square.sqrt());
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Kicks: the four types of the paper's section 3.2 and a robot's own, the place of the ball that each needs, and their course in
+//! time.
+
+mod settings;
+
+pub use settings::{KickModel, KickSettings, OwnKicks, UnknownKick};
+
+use bevy::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
+use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
+use crate::game::{Game, GameState, Penalty};
+use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
+use crate::kick_geometry::{KickType, Strike};
+use crate::knowledge::Knowledge;
+use crate::random::{RandomStream, RandomStreams};
+use crate::robot::Roster;
+use crate::robot::posture::Posture;
+use crate::team::RobotId;
+
+/// Takes over kick commands in [`ActSystems::Kick`] and strikes the ball in [`CycleSystems::Kick`].
+pub struct KickPlugin;
+
+impl Plugin for KickPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<KickCommand>()
+            .register_type::<KickPhase>()
+            .register_type::<KickSettings>()
+            .add_systems(Cycle, take_kick_commands.in_set(ActSystems::Kick))
+            .add_systems(Cycle, swing_legs.in_set(CycleSystems::Kick));
+    }
+}
+
+/// A kick that a behaviour wants.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KickRequest {
+    /// The kind of kick, and with which foot.
+    #[serde(rename = "type")]
+    pub kick_type: KickType,
+    /// 0 to 1: the share of the type's greatest launch speed. Clamped outside; a kick of NaN is refused.
+    #[serde(default = "full_speed")]
+    pub speed: f32,
+    /// Where the ball should go, radians (degrees in files) to the left of straight ahead: kicks that can be aimed heed it within
+    /// their limits, others do not. What is not finite counts as straight ahead.
+    #[serde(default, rename = "direction_deg", with = "file_units::degrees", skip_serializing_if = "is_ahead")]
+    #[schemars(with = "f32")]
+    pub direction: f32,
+}
+
+impl KickRequest {
+    /// A kick straight ahead, or wherever the foot sends the ball.
+    pub fn new(kick_type: KickType, speed: f32) -> Self {
+        Self { kick_type, speed, direction: 0.0 }
+    }
+}
+
+fn is_ahead(direction: &f32) -> bool {
+    *direction == 0.0
+}
+
+fn full_speed() -> f32 {
+    1.0
+}
+
+/// The kick wanted in this cycle, if any. None again after every cycle.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Command)]
+pub struct KickCommand(pub Option<KickRequest>);
+
+/// Where a robot is in the course of a kick: it neither walks nor kicks again before it has recovered.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub enum KickPhase {
+    /// Does not kick, and may begin to.
+    #[default]
+    Ready,
+    /// The leg swings, that of a side kick to the front first; the ball is struck when the time is over.
+    WindUp {
+        /// The kick under way.
+        request: KickRequest,
+        /// Cycles until the foot meets the ball.
+        cycles_left: u32,
+    },
+    /// Regaining balance.
+    Recovering {
+        /// Cycles until the robot may walk again.
+        cycles_left: u32,
+    },
+}
+
+/// The speed at which the ball leaves, m/s: so that it rolls the kick's greatest distance at speed 1.
+pub fn launch_speed(
+    strike: Strike,
+    speed: f32,
+    settings: &KickSettings,
+    rolling: Rolling,
+    stream: &mut RandomStream,
+) -> f32 {
+    let kick = strike.range_of;
+    let greatest = rolling.speed_for_distance(settings.max_distance_m(kick));
+    let least_m = settings.min_distance_m(kick);
+    let least = if least_m > 0.0 { rolling.speed_for_distance(least_m) } else { 0.0 };
+    let wanted = (greatest * speed).max(least);
+    let factor = if strike.reduced { settings.wrong_side_speed_factor } else { 1.0 };
+    let error = 1.0 + stream.gaussian(settings.speed_sd_of(kick));
+    (wanted * factor * error).max(0.0)
+}
+
+fn take_kick_commands(
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    game: Res<Game>,
+    mut events: ResMut<CycleEvents>,
+    mut robots: Query<(&RobotId, &KickSettings, &Penalty, &Posture, &mut KickCommand, &mut KickPhase)>,
+) {
+    for entity in roster.entities() {
+        let Ok((id, settings, penalty, posture, mut command, mut phase)) = robots.get_mut(entity) else { continue };
+        let Some(request) = command.0 else { continue };
+        command.0 = None;
+        let reason = if request.speed.is_nan() {
+            events.push(MatchEvent::CommandRefused {
+                robot: *id,
+                command: CommandKind::Kick,
+                reason: Refusal::NotFinite,
+            });
+            Some(KickMiss::NotANumber)
+        } else if settings.check(request.kick_type).is_err() {
+            Some(KickMiss::NoSuchKick)
+        } else if penalty.is_active() {
+            Some(KickMiss::Penalised)
+        } else if !posture.is_upright() {
+            Some(KickMiss::Down)
+        } else if *phase != KickPhase::Ready {
+            Some(KickMiss::Busy)
+        } else if game.state != GameState::Playing {
+            Some(KickMiss::PlayStopped)
+        } else {
+            None
+        };
+        if let Some(reason) = reason {
+            events.push(missed(*id, request, reason));
+            continue;
+        }
+        let direction = if request.direction.is_finite() { request.direction } else { 0.0 };
+        let request = KickRequest { speed: request.speed.clamp(0.0, 1.0), direction, ..request };
+        let wind_up_s = settings.wind_up_of_s(request.kick_type);
+        *phase = KickPhase::WindUp { request, cycles_left: clock.cycles_in(wind_up_s) };
+    }
+}
+
+fn swing_legs(
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    mut events: ResMut<CycleEvents>,
+    mut robots: Query<(&RobotId, &Pose, &KickSettings, &mut KickPhase, &mut RandomStreams)>,
+    mut ball: Query<(&Pose, &BallPhysics, &mut BallVelocity), (With<Ball>, Without<RobotId>)>,
+) {
+    // Several robots may strike the ball in the same cycle: it then gets the sum of what each would have given it.
+    let mut struck: Option<Vec2> = None;
+    for entity in roster.entities() {
+        let Ok((id, pose, settings, mut phase, mut streams)) = robots.get_mut(entity) else { continue };
+        let KickPhase::WindUp { request, cycles_left } = *phase else {
+            *phase = advance_phase(*phase, 0);
+            continue;
+        };
+        let recovery_cycles = clock.cycles_in(settings.recovery_of_s(request.kick_type));
+        *phase = advance_phase(*phase, recovery_cycles);
+        let is_extended = request.kick_type.is_side_kick()
+            && cycles_left == cycles_after_extension(request.kick_type, settings, &clock);
+        if cycles_left > 0 && !is_extended {
+            continue;
+        }
+        let ball_in_robot = ball.single().ok().map(|(place, ..)| pose.inverse_transform_point(place.position));
+        let strike = ball_in_robot.and_then(|ball| settings.strike(request.kick_type, ball, request.direction));
+        // On the wrong side it is the extending foot that strikes, and not the one that moves aside.
+        let strike = strike.filter(|strike| if strike.reduced { is_extended } else { cycles_left == 0 });
+        let (Some(strike), Ok((_, physics, _))) = (strike, ball.single()) else {
+            if cycles_left == 0 {
+                let reason = if ball_in_robot.is_some() { KickMiss::OutOfReach } else { KickMiss::NoBall };
+                events.push(missed(*id, request, reason));
+            }
+            continue;
+        };
+        if cycles_left > 0 {
+            // The foot met the ball on its way to the front: the side motion, which goes on, has nothing left to strike.
+            *phase = recovering((cycles_left + recovery_cycles).saturating_sub(1));
+        }
+        let speed = launch_speed(strike, request.speed, settings, physics.rolling, &mut streams.kick);
+        let direction = wrap_angle(
+            pose.heading
+                + angle_of(strike.direction)
+                + streams.kick.gaussian(settings.direction_sd_of(strike.range_of)),
+        );
+        *struck.get_or_insert_default() += unit(direction) * speed;
+        events.push(MatchEvent::Kick {
+            robot: *id,
+            kick_type: request.kick_type,
+            speed: Some(request.speed),
+            result: if strike.reduced { KickResult::Reduced } else { KickResult::Kicked },
+            reason: None,
+            direction: Some(direction),
+            launch_speed_mps: Some(speed),
+        });
+    }
+    if let (Some(velocity), Ok((_, _, mut ball_velocity))) = (struck, ball.single_mut()) {
+        ball_velocity.0 = velocity;
+    }
+}
+
+fn missed(robot: RobotId, request: KickRequest, reason: KickMiss) -> MatchEvent {
+    MatchEvent::Kick {
+        robot,
+        kick_type: request.kick_type,
+        speed: (!request.speed.is_nan()).then(|| request.speed.clamp(0.0, 1.0)),
+        result: KickResult::Missed,
+        reason: Some(reason),
+        direction: None,
+        launch_speed_mps: None,
+    }
+}
+
+/// Cycles that are left of a kick's wind-up when the foot of a side kick is extended to the front.
+fn cycles_after_extension(kick_type: KickType, settings: &KickSettings, clock: &CycleClock) -> u32 {
+    let [wind_up, extension] =
+        [settings.wind_up_of_s(kick_type), settings.extension_of_s(kick_type)].map(|time_s| clock.cycles_in(time_s));
+    wind_up.saturating_sub(extension)
+}
+
+/// A phase one cycle later. The foot meets the ball in the cycle in which nothing is left of the wind-up, which is the first of the
+/// recovery.
+pub fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> KickPhase {
+    match phase {
+        KickPhase::Ready => KickPhase::Ready,
+        KickPhase::WindUp { cycles_left: 0, .. } => recovering(recovery_cycles.saturating_sub(1)),
+        KickPhase::WindUp { request, cycles_left } => KickPhase::WindUp { request, cycles_left: cycles_left - 1 },
+        KickPhase::Recovering { cycles_left } => recovering(cycles_left.saturating_sub(1)),
+    }
+}
+
+/// Regaining balance, for so many cycles more.
+fn recovering(cycles_left: u32) -> KickPhase {
+    match cycles_left {
+        0 => KickPhase::Ready,
+        cycles_left => KickPhase::Recovering { cycles_left },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kick_geometry::strike;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn the_launch_speed_scales_with_the_speed_and_reaches_the_greatest_distance() {
+        let mut stream = RandomStream::for_match(1, "test");
+        let (settings, rolling) = (KickSettings::default(), Rolling::default());
+        let straight = strike(KickType::RightStraight, Vec2::new(0.15, -0.05)).unwrap();
+        let full = launch_speed(straight, 1.0, &settings, rolling, &mut stream);
+        assert_abs_diff_eq!(rolling.distance(full), 4.0, epsilon = 1e-5);
+        assert_eq!(launch_speed(straight, 0.25, &settings, rolling, &mut stream), 0.25 * full);
+        assert_eq!(launch_speed(straight, 0.0, &settings, rolling, &mut stream), 0.0);
+        let wrong = strike(KickType::RightSide, Vec2::new(0.15, -0.05)).unwrap();
+        assert_eq!(launch_speed(wrong, 1.0, &settings, rolling, &mut stream), 0.5 * full);
+    }
+
+    #[test]
+    fn a_kick_takes_its_wind_up_and_recovery() {
+        let request = KickRequest::new(KickType::LeftStraight, 1.0);
+        let mut phase = KickPhase::WindUp { request, cycles_left: 2 };
+        let mut strikes = Vec::new();
+        let mut cycles = 0;
+        while phase != KickPhase::Ready {
+            strikes.push(matches!(phase, KickPhase::WindUp { cycles_left: 0, .. }));
+            phase = advance_phase(phase, 5);
+            cycles += 1;
+        }
+        // Two cycles of wind-up, then five of recovery, the first of which is that of the strike.
+        assert_eq!((cycles, strikes.iter().position(|strike| *strike)), (7, Some(2)));
+    }
+}

@@ -1,0 +1,281 @@
+//! What a robot looks like: its colours, where its number is, and what of it has the colour of its team.
+
+use bevy::prelude::*;
+use core::fmt;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// A colour: red, green and blue, sRGB, from 0 to 255.
+pub type Rgb = [u8; 3];
+
+/// The plastic of a NAO.
+const LIGHT: Rgb = [228, 230, 234];
+/// Dark shells.
+const DARK: Rgb = [74, 78, 86];
+/// The joints of a NAO, and the number on its chest.
+const JOINT: Rgb = [58, 61, 67];
+/// Its eyes.
+const EYE: Rgb = [60, 205, 190];
+
+/// What a robot looks like, but for the measures of its body. The band in the team's colour is where its body has the
+/// [waistband](super::body::Waistband).
+///
+/// In files one of the words `nao`, `light` and `dark`, or an object with the fields that differ from `light`.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect)]
+pub struct Look {
+    /// By what it is drawn.
+    pub shape: LookShape,
+    /// What it carries at its top.
+    pub head: Top,
+    /// The colour of its shells.
+    pub shell: Rgb,
+    /// The colour of what is between them: joints, feet of wheels, the face.
+    pub joints: Rgb,
+    /// The colour of its eyes.
+    pub eyes: Rgb,
+    /// Where its number is.
+    pub number: NumberPlaces,
+    /// How high above the ground the middle of its number is, m; none for as high as the trunk suggests.
+    pub number_z_m: Option<f32>,
+    /// The colour of the number.
+    pub number_colour: Rgb,
+    /// The colour of the plates that carry the number.
+    pub plates: Rgb,
+    /// Limbs whose shells have the team's colour, besides the band. Robots that see by their images find others by the band.
+    pub team_limbs: TeamLimbs,
+}
+
+impl Look {
+    /// A robot of its body's measures, with light shells.
+    pub const LIGHT: Look = Look {
+        shape: LookShape::Measures,
+        head: Top::Head,
+        shell: LIGHT,
+        joints: JOINT,
+        eyes: EYE,
+        number: NumberPlaces { chest: true, back: true },
+        number_z_m: None,
+        number_colour: JOINT,
+        plates: LIGHT,
+        team_limbs: TeamLimbs { head: false, arms: false, legs: false },
+    };
+    /// The same with dark shells.
+    pub const DARK: Look = Look { shell: DARK, joints: LIGHT, ..Look::LIGHT };
+    /// The NAO.
+    pub const NAO: Look = Look { shape: LookShape::Nao, ..Look::LIGHT };
+
+    /// The looks that have a word in files.
+    pub const WORDS: [(&'static str, Look); 3] = [("nao", Look::NAO), ("light", Look::LIGHT), ("dark", Look::DARK)];
+
+    /// The look that a word stands for.
+    pub fn named(word: &str) -> Option<Look> {
+        Self::WORDS.into_iter().find(|(name, _)| *name == word).map(|(_, look)| look)
+    }
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Look::LIGHT
+    }
+}
+
+/// By what a robot is drawn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LookShape {
+    /// As the NAO, whatever the measures of the body.
+    Nao,
+    /// By the measures of its body: a trunk, a head, and such legs and arms as it has.
+    Measures,
+}
+
+/// What a robot of its measures carries at its top.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Top {
+    /// A head with a face.
+    Head,
+    /// A mast with a camera.
+    Mast,
+}
+
+/// Where a robot has its number: a list of `chest` and `back` in files.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(from = "Vec<NumberPlace>", into = "Vec<NumberPlace>")]
+pub struct NumberPlaces {
+    /// On its chest.
+    pub chest: bool,
+    /// On its back.
+    pub back: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum NumberPlace {
+    Chest,
+    Back,
+}
+
+impl From<Vec<NumberPlace>> for NumberPlaces {
+    fn from(places: Vec<NumberPlace>) -> Self {
+        let has = |place| places.contains(&place);
+        Self { chest: has(NumberPlace::Chest), back: has(NumberPlace::Back) }
+    }
+}
+
+impl From<NumberPlaces> for Vec<NumberPlace> {
+    fn from(NumberPlaces { chest, back }: NumberPlaces) -> Self {
+        let places = [(chest, NumberPlace::Chest), (back, NumberPlace::Back)];
+        places.into_iter().filter_map(|(is_there, place)| is_there.then_some(place)).collect()
+    }
+}
+
+/// Limbs in the team's colour: a list of `head`, `arms` and `legs` in files.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(from = "Vec<TeamLimb>", into = "Vec<TeamLimb>")]
+pub struct TeamLimbs {
+    /// The head.
+    pub head: bool,
+    /// Both arms.
+    pub arms: bool,
+    /// Both legs, and the feet.
+    pub legs: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum TeamLimb {
+    Head,
+    Arms,
+    Legs,
+}
+
+impl From<Vec<TeamLimb>> for TeamLimbs {
+    fn from(limbs: Vec<TeamLimb>) -> Self {
+        let has = |limb| limbs.contains(&limb);
+        Self { head: has(TeamLimb::Head), arms: has(TeamLimb::Arms), legs: has(TeamLimb::Legs) }
+    }
+}
+
+impl From<TeamLimbs> for Vec<TeamLimb> {
+    fn from(TeamLimbs { head, arms, legs }: TeamLimbs) -> Self {
+        let limbs = [(head, TeamLimb::Head), (arms, TeamLimb::Arms), (legs, TeamLimb::Legs)];
+        limbs.into_iter().filter_map(|(is_there, limb)| is_there.then_some(limb)).collect()
+    }
+}
+
+macro_rules! look_fields {
+    ($($(#[$attribute:meta])* $field:ident: $type:ty,)*) => {
+        /// A [`Look`] that is an object.
+        #[derive(Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        struct LookFields {
+            $($(#[$attribute])* $field: $type,)*
+        }
+
+        impl From<LookFields> for Look {
+            fn from(LookFields { $($field,)* }: LookFields) -> Self {
+                Self { $($field,)* }
+            }
+        }
+
+        impl From<Look> for LookFields {
+            fn from(Look { $($field,)* }: Look) -> Self {
+                Self { $($field,)* }
+            }
+        }
+    };
+}
+
+look_fields! {
+    shape: LookShape,
+    head: Top,
+    shell: Rgb,
+    joints: Rgb,
+    eyes: Rgb,
+    number: NumberPlaces,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    number_z_m: Option<f32>,
+    number_colour: Rgb,
+    plates: Rgb,
+    team_limbs: TeamLimbs,
+}
+
+impl Default for LookFields {
+    fn default() -> Self {
+        Look::default().into()
+    }
+}
+
+impl Look {
+    /// All its fields as an object, whether or not there is a word for it.
+    pub fn fields(self) -> impl Serialize {
+        LookFields::from(self)
+    }
+}
+
+impl Serialize for Look {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match Self::WORDS.iter().find(|(_, look)| look == self) {
+            Some((word, _)) => serializer.serialize_str(word),
+            None => LookFields::from(*self).serialize(serializer),
+        }
+    }
+}
+
+// By hand: an untagged enum would lose where something is wrong.
+impl<'de> Deserialize<'de> for Look {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct LookVisitor;
+
+        impl<'de> Visitor<'de> for LookVisitor {
+            type Value = Look;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str(
+                    "`nao`, `light`, `dark`, or an object such as { \"shell\": [200, 30, 30], \"number\": [\"back\"] }",
+                )
+            }
+
+            fn visit_str<E: Error>(self, word: &str) -> Result<Look, E> {
+                Look::named(word).ok_or_else(|| E::unknown_variant(word, &["nao", "light", "dark"]))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Look, A::Error> {
+                LookFields::deserialize(MapAccessDeserializer::new(map)).map(Look::from)
+            }
+        }
+
+        deserializer.deserialize_any(LookVisitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_look_is_a_word_or_what_differs_from_light() {
+        let read = |json: &str| serde_json::from_str::<Look>(json);
+        let written = |look: Look| serde_json::to_string(&look).unwrap();
+        for (word, look) in Look::WORDS {
+            assert_eq!((read(&format!("\"{word}\"")).unwrap(), written(look)), (look, format!("\"{word}\"")));
+            // Spelt out it is the same.
+            assert_eq!(read(&serde_json::to_string(&look.fields()).unwrap()).unwrap(), look);
+        }
+        let own = read(r#"{ "shell": [200, 30, 30], "number": ["back"], "team_limbs": ["arms"] }"#).unwrap();
+        assert_eq!(
+            (own.shell, own.joints, own.number),
+            ([200, 30, 30], JOINT, NumberPlaces { chest: false, back: true })
+        );
+        assert!(own.team_limbs.arms && !own.team_limbs.legs);
+        assert_eq!(read(&written(own)).unwrap(), own);
+        for wrong in
+            [r#""drak""#, r#"{ "shel": [0, 0, 0] }"#, r#"{ "shell": [0, 0, 256] }"#, r#"{ "number": ["belly"] }"#]
+        {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! How a robot's body is: upright, fallen, getting up, diving. What makes it so: [`falls`](super::falls).
+
+use bevy::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::body::{Body, BodyBox};
+use crate::geometry::Pose;
+use crate::kick_geometry::Side;
+use crate::knowledge::Knowledge;
+
+/// What a robot does with its whole body, rather than with its legs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum PostureRequest {
+    /// Gets up from a fall or dive.
+    GetUp,
+    /// Dives to a side; the robot lies afterwards.
+    Dive(Side),
+}
+
+/// The request of this cycle, if any. None again after every cycle.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Command)]
+pub struct PostureCommand(pub Option<PostureRequest>);
+
+/// How a robot's body is.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub enum Posture {
+    /// On its feet.
+    #[default]
+    Upright,
+    /// Lies.
+    Fallen {
+        /// Cycles since it fell.
+        cycles: u64,
+    },
+    /// Gets up.
+    GettingUp {
+        /// Cycles since it fell.
+        cycles: u64,
+        /// Cycles until it stands.
+        cycles_left: u64,
+    },
+    /// Dives.
+    Diving {
+        /// To which side.
+        side: Side,
+        /// Cycles until it lies.
+        cycles_left: u64,
+        /// Whether its body keeps the ball off: not if the ball was under it already.
+        blocks: bool,
+    },
+}
+
+/// Rear and front of the strip that a dive blocks, robot frame, m: as thick as a body that lies.
+fn strip_x_m(body: &Body) -> [f32; 2] {
+    [-body.lying_height_m / 3.0, body.lying_height_m * 2.0 / 3.0]
+}
+
+impl Posture {
+    /// Whether the robot stands on its feet.
+    pub fn is_upright(self) -> bool {
+        self == Posture::Upright
+    }
+
+    /// Cycles since it fell, if it lies or gets up.
+    pub fn cycles_down(self) -> Option<u64> {
+        match self {
+            Posture::Fallen { cycles } | Posture::GettingUp { cycles, .. } => Some(cycles),
+            Posture::Upright | Posture::Diving { .. } => None,
+        }
+    }
+
+    /// The strip that a dive blocks against the ball: the pose of its middle in the robot frame, and its box.
+    pub fn strip(self, body: &Body, reach_m: f32) -> Option<(Pose, BodyBox)> {
+        match self {
+            Posture::Diving { side, blocks: true, .. } => Some(dive_strip(side, body, reach_m)),
+            _ => None,
+        }
+    }
+
+    /// A cycle later. `request` is what the robot is told, if it may act.
+    pub fn advance(self, request: Option<PostureRequest>, get_up_cycles: u64, dive_cycles: u64) -> Posture {
+        match (self, request) {
+            (Posture::Upright, Some(PostureRequest::Dive(side))) => {
+                Posture::Diving { side, cycles_left: dive_cycles, blocks: true }
+            }
+            (Posture::Upright, _) => Posture::Upright,
+            (Posture::Diving { cycles_left: 0, .. }, _) => Posture::Fallen { cycles: 1 },
+            (Posture::Diving { side, cycles_left, blocks }, _) => {
+                Posture::Diving { side, cycles_left: cycles_left - 1, blocks }
+            }
+            (Posture::Fallen { cycles }, Some(PostureRequest::GetUp)) => {
+                Posture::GettingUp { cycles: cycles + 1, cycles_left: get_up_cycles }
+            }
+            (Posture::Fallen { cycles }, _) => Posture::Fallen { cycles: cycles + 1 },
+            (Posture::GettingUp { cycles_left: 0, .. }, _) => Posture::Upright,
+            (Posture::GettingUp { cycles, cycles_left }, _) => {
+                Posture::GettingUp { cycles: cycles + 1, cycles_left: cycles_left - 1 }
+            }
+        }
+    }
+}
+
+/// The strip that a dive to `side` covers: the pose of its middle in the robot frame, and its box.
+/// It begins where the base ends.
+pub(super) fn dive_strip(side: Side, body: &Body, reach_m: f32) -> (Pose, BodyBox) {
+    let sign = match side {
+        Side::Left => 1.0,
+        Side::Right => -1.0,
+    };
+    let middle = Pose::new(0.0, sign * (body.base.half_width_m + reach_m / 2.0), 0.0);
+    (middle, BodyBox { x_m: strip_x_m(body), half_width_m: reach_m / 2.0, z_m: [0.0, body.lying_height_m] })
+}
+
+impl Body {
+    /// The room that this body takes in a posture: as it is on its feet, and low where it lies.
+    #[must_use]
+    pub fn in_posture(self, posture: Posture) -> Body {
+        if !matches!(posture, Posture::Fallen { .. } | Posture::Diving { .. }) {
+            return self;
+        }
+        let z_m = [0.0, self.lying_height_m];
+        Body {
+            torso: BodyBox { z_m, ..self.torso },
+            base: BodyBox { z_m, ..self.base },
+            height_m: self.lying_height_m,
+            ..self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn a_fallen_robot_lies_until_it_is_told_to_get_up_which_takes_its_time() {
+        let mut posture = Posture::Fallen { cycles: 0 };
+        for _ in 0..10 {
+            posture = posture.advance(None, 5, 3);
+        }
+        assert_eq!(posture, Posture::Fallen { cycles: 10 });
+        posture = posture.advance(Some(PostureRequest::GetUp), 5, 3);
+        let mut cycles = 0;
+        while !posture.is_upright() {
+            posture = posture.advance(None, 5, 3);
+            cycles += 1;
+        }
+        // Five cycles of getting up, and the next it stands.
+        assert_eq!(cycles, 6);
+    }
+
+    #[test]
+    fn a_dive_blocks_a_strip_on_its_side_for_its_time_and_ends_on_the_ground() {
+        let mut posture = Posture::Upright.advance(Some(PostureRequest::Dive(Side::Right)), 5, 3);
+        let (middle, strip) = posture.strip(&Body::default(), 0.5).unwrap();
+        // From 10 cm to 60 cm to the right.
+        assert_abs_diff_eq!(middle.position.y + strip.half_width_m, -0.1, epsilon = 1e-6);
+        assert_abs_diff_eq!(middle.position.y - strip.half_width_m, -0.6, epsilon = 1e-6);
+        for _ in 0..4 {
+            posture = posture.advance(Some(PostureRequest::GetUp), 5, 3);
+        }
+        assert_eq!((posture, posture.strip(&Body::default(), 0.5)), (Posture::Fallen { cycles: 1 }, None));
+    }
+
+    #[test]
+    fn a_lying_body_is_low_and_any_other_as_it_is_on_its_feet() {
+        let tall = Body { height_m: 1.2, ..Body::default() };
+        for body in [Body::default(), tall] {
+            let lying = body.in_posture(Posture::Fallen { cycles: 0 });
+            assert!(lying.height_m < 0.2 && lying.torso.z_m[1] < 0.2);
+            assert_eq!((lying.torso.x_m, lying.base.half_width_m), (body.torso.x_m, body.base.half_width_m));
+            for posture in [Posture::Upright, Posture::GettingUp { cycles: 9, cycles_left: 1 }] {
+                assert_eq!(body.in_posture(posture), body);
+            }
+        }
+    }
+}

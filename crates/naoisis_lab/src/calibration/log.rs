@@ -1,0 +1,356 @@
+//! Logs: tables in CSV of what a robot did.
+
+use csv::{ReaderBuilder, StringRecord};
+use std::io::Read;
+
+use naoisis_core::kick_geometry::KickType;
+
+/// The columns of a log: kind of row, name, what it is, and whether such a row must have it. Other columns are not looked at.
+pub const COLUMNS: &[(&str, &str, &str, bool)] = &[
+    ("walk", "true_forward_m", "where it got to, in its frame at the start, m", true),
+    ("walk", "true_left_m", "the same to the left, m", true),
+    ("walk", "true_turn_deg", "by how much it turned, degrees", true),
+    ("walk", "odometry_forward_m", "where its odometry says that it got to, m", true),
+    ("walk", "odometry_left_m", "the same to the left, m", true),
+    ("walk", "odometry_turn_deg", "by how much its odometry says that it turned, degrees", true),
+    ("walk", "planned_forward_m", "where its steps, as they were planned, lead to, m", false),
+    ("walk", "planned_left_m", "the same to the left, m", false),
+    ("walk", "planned_turn_deg", "by how much they turn, degrees", false),
+    ("kick", "kick", "the kick: left_straight, right_straight, left_side, right_side, or one of the robot's own", true),
+    ("kick", "start_forward_m", "where the ball lay, in the robot's frame, m", true),
+    ("kick", "start_left_m", "the same to the left, m", true),
+    ("kick", "rest_forward_m", "where it came to rest, in the robot's frame at the kick, m", true),
+    ("kick", "rest_left_m", "the same to the left, m", true),
+    ("kick", "speed", "the strength of the kick, 0 to 1; full without it", false),
+    ("sighting", "thing", "what was in view: ball, goal_post, robot, junction, penalty_cross or centre_circle", true),
+    ("sighting", "true_forward_m", "where it was, in the robot's frame, m", true),
+    ("sighting", "true_left_m", "the same to the left, m", true),
+    ("sighting", "seen_forward_m", "where the robot saw it, m; empty if it did not", true),
+    ("sighting", "seen_left_m", "the same to the left, m", true),
+    ("sighting", "motion", "what the robot did: standing or walking", true),
+    ("sighting", "time_s", "when, s", false),
+    ("sighting", "lens_height_m", "height of the lens, m; 0.5 without it", false),
+    ("any", "kind", "what the row is: walk, kick or sighting; as the columns have it without", false),
+    ("any", "robot", "which robot it was, by any name", false),
+];
+
+/// Where something was, or where a robot got to: m, to the front and to the left.
+pub type Place = [f64; 2];
+
+/// A walk, straight or on the spot.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Walk {
+    /// Which robot: its place among the log's.
+    pub robot: usize,
+    /// Where it got to, m, and how far it turned, degrees.
+    pub real: (Place, f64),
+    /// The same by its odometry.
+    pub odometry: (Place, f64),
+    /// The same by its steps as they were planned.
+    pub planned: Option<(Place, f64)>,
+}
+
+/// A kick, and where the ball came to rest.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Kick {
+    /// Which robot: its place among the log's.
+    pub robot: usize,
+    /// Which kick.
+    pub kick_type: KickType,
+    /// Where the ball lay, m, robot frame.
+    pub start: Place,
+    /// Where it came to rest, m, robot frame.
+    pub rest: Place,
+    /// The strength, 0 to 1.
+    pub speed: f64,
+}
+
+/// What can be seen.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[expect(missing_docs, reason = "the names say it")]
+#[non_exhaustive]
+pub enum Thing {
+    Ball,
+    GoalPost,
+    Robot,
+    Junction,
+    PenaltyCross,
+    CentreCircle,
+}
+
+impl Thing {
+    /// All of them, with the word of a log and the class of a model's vision.
+    pub const NAMES: [(Thing, &'static str, &'static str); 6] = [
+        (Thing::Ball, "ball", "ball"),
+        (Thing::GoalPost, "goal_post", "goal_posts"),
+        (Thing::Robot, "robot", "robots"),
+        (Thing::Junction, "junction", "junctions"),
+        (Thing::PenaltyCross, "penalty_cross", "penalty_crosses"),
+        (Thing::CentreCircle, "centre_circle", "centre_circle"),
+    ];
+}
+
+/// What a robot does while it looks.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Motion {
+    /// It stands.
+    Standing,
+    /// It walks.
+    Walking,
+}
+
+/// Something in view, seen or not.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LoggedSighting {
+    /// Which robot: its place among the log's.
+    pub robot: usize,
+    /// What is in view.
+    pub thing: Thing,
+    /// Where it is, m, robot frame.
+    pub real: Place,
+    /// Where the robot sees it, m, robot frame, if it does.
+    pub seen: Option<Place>,
+    /// What the robot does.
+    pub motion: Motion,
+    /// When, s.
+    pub time_s: Option<f64>,
+    /// Height of the lens, m.
+    pub lens_height_m: f64,
+}
+
+/// What a robot did.
+#[derive(Clone, PartialEq, Debug, Default)]
+#[non_exhaustive]
+pub struct RobotLog {
+    /// Its walks.
+    pub walks: Vec<Walk>,
+    /// Its kicks.
+    pub kicks: Vec<Kick>,
+    /// What was in view.
+    pub sightings: Vec<LoggedSighting>,
+    /// The robots by name, in the order in which they come.
+    pub robots: Vec<String>,
+}
+
+/// What is wrong with a log.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[error("line {line}{}: {kind}", .column.as_ref().map(|column| format!(", column `{column}`")).unwrap_or_default())]
+pub struct LogError {
+    /// The line, from 1.
+    pub line: u64,
+    /// The column's name, if it is one's.
+    pub column: Option<String>,
+    /// What is wrong.
+    pub kind: LogErrorKind,
+}
+
+/// What is wrong with a row of a log.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogErrorKind {
+    /// It is no table.
+    #[error("this is no CSV: {0}")]
+    NotCsv(String),
+    /// The columns are those of no kind of row.
+    #[error("the columns are those of no walks, kicks or sightings: {0}")]
+    NoKind(String),
+    /// A value is missing.
+    #[error("nothing is there; expected {0}")]
+    Missing(&'static str),
+    /// A value is another thing.
+    #[error("`{value}` is not what was expected: {expected}")]
+    Wrong {
+        /// What is there.
+        value: String,
+        /// What should be.
+        expected: String,
+    },
+}
+
+impl RobotLog {
+    /// Adds the rows of a table. Its first line names the [columns](COLUMNS).
+    ///
+    /// # Errors
+    /// At the first row that cannot be read.
+    pub fn read(&mut self, table: impl Read) -> Result<(), LogError> {
+        let mut reader = ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(table);
+        let not_csv = |error: &csv::Error| {
+            let line = error.position().map_or(1, csv::Position::line);
+            LogError { line, column: None, kind: LogErrorKind::NotCsv(error.to_string()) }
+        };
+        let header = reader.headers().map_err(|error| not_csv(&error))?.clone();
+        let kind = if header.iter().any(|column| column == "kind") { None } else { Some(kind_of(&header)?) };
+        for row in reader.records() {
+            let row = row.map_err(|error| not_csv(&error))?;
+            Row { header: &header, row: &row, line: row.position().map_or(1, csv::Position::line) }
+                .add_to(self, kind)?;
+        }
+        Ok(())
+    }
+
+    fn robot(&mut self, name: &str) -> usize {
+        match self.robots.iter().position(|robot| robot == name) {
+            Some(index) => index,
+            None => {
+                self.robots.push(name.to_owned());
+                self.robots.len() - 1
+            }
+        }
+    }
+}
+
+/// The kind of the rows of a table with these columns.
+fn kind_of(header: &StringRecord) -> Result<&'static str, LogError> {
+    let lacking = |kind: &str| {
+        let needed = COLUMNS.iter().filter(|(of, .., needed)| *of == kind && *needed);
+        needed.map(|(_, name, ..)| *name).filter(|name| header.iter().all(|column| column != *name)).collect::<Vec<_>>()
+    };
+    let kinds = ["walk", "kick", "sighting"].map(|kind| (kind, lacking(kind)));
+    if let Some((kind, _)) = kinds.iter().find(|(_, lacking)| lacking.is_empty()) {
+        return Ok(kind);
+    }
+    let words = kinds.map(|(kind, lacking)| format!("a {kind} lacks {}", lacking.join(", "))).join("; ");
+    Err(LogError { line: 1, column: None, kind: LogErrorKind::NoKind(words) })
+}
+
+/// A row and the names of its cells.
+struct Row<'a> {
+    header: &'a StringRecord,
+    row: &'a StringRecord,
+    line: u64,
+}
+
+impl Row<'_> {
+    fn add_to(&self, log: &mut RobotLog, kind: Option<&str>) -> Result<(), LogError> {
+        let robot = log.robot(self.cell("robot").unwrap_or_default());
+        match kind.or_else(|| self.cell("kind")) {
+            Some("walk") => log.walks.push(self.walk(robot)?),
+            Some("kick") => log.kicks.push(self.kick(robot)?),
+            Some("sighting") => log.sightings.push(self.sighting(robot)?),
+            Some(other) => return Err(self.wrong("kind", other, "`walk`, `kick` or `sighting`")),
+            None => return Err(self.missing("kind")),
+        }
+        Ok(())
+    }
+
+    fn walk(&self, robot: usize) -> Result<Walk, LogError> {
+        let planned = match self.optional("planned_forward_m")? {
+            Some(_) => Some(self.motion("planned")?),
+            None => None,
+        };
+        Ok(Walk { robot, real: self.motion("true")?, odometry: self.motion("odometry")?, planned })
+    }
+
+    fn motion(&self, of: &str) -> Result<(Place, f64), LogError> {
+        Ok((self.place(of)?, self.number(&format!("{of}_turn_deg"))?))
+    }
+
+    fn kick(&self, robot: usize) -> Result<Kick, LogError> {
+        let name = self.cell("kick").ok_or_else(|| self.missing("kick"))?;
+        let kick_type: KickType = name.parse().map_err(|_| {
+            let names = KickType::ALL.map(|kick| format!("`{kick}`")).join(", ");
+            self.wrong("kick", name, &format!("one of {names}, or the name of a kick of the robot's own"))
+        })?;
+        let speed = self.optional("speed")?.unwrap_or(1.0);
+        if !(0.0..=1.0).contains(&speed) {
+            return Err(self.wrong("speed", &speed.to_string(), "a number from 0 to 1"));
+        }
+        Ok(Kick { robot, kick_type, start: self.place("start")?, rest: self.place("rest")?, speed })
+    }
+
+    fn sighting(&self, robot: usize) -> Result<LoggedSighting, LogError> {
+        let name = self.cell("thing").ok_or_else(|| self.missing("thing"))?;
+        let thing = Thing::NAMES.into_iter().find(|(_, word, _)| *word == name);
+        let (thing, ..) = thing.ok_or_else(|| {
+            let names = Thing::NAMES.map(|(_, word, _)| format!("`{word}`")).join(", ");
+            self.wrong("thing", name, &format!("one of {names}"))
+        })?;
+        let motion = match self.cell("motion").ok_or_else(|| self.missing("motion"))? {
+            "standing" => Motion::Standing,
+            "walking" => Motion::Walking,
+            other => return Err(self.wrong("motion", other, "`standing` or `walking`")),
+        };
+        let seen = match (self.cell("seen_forward_m"), self.cell("seen_left_m")) {
+            (None, None) => None,
+            _ => Some(self.place("seen")?),
+        };
+        let lens_height_m = self.optional("lens_height_m")?.unwrap_or(0.5);
+        if lens_height_m <= 0.0 {
+            return Err(self.wrong("lens_height_m", &lens_height_m.to_string(), "a height above the ground, m"));
+        }
+        let (real, time_s) = (self.place("true")?, self.optional("time_s")?);
+        Ok(LoggedSighting { robot, thing, real, seen, motion, time_s, lens_height_m })
+    }
+
+    fn place(&self, of: &str) -> Result<Place, LogError> {
+        Ok([self.number(&format!("{of}_forward_m"))?, self.number(&format!("{of}_left_m"))?])
+    }
+
+    fn number(&self, column: &str) -> Result<f64, LogError> {
+        self.optional(column)?.ok_or_else(|| self.missing(column))
+    }
+
+    fn optional(&self, column: &str) -> Result<Option<f64>, LogError> {
+        let Some(cell) = self.cell(column) else { return Ok(None) };
+        let number = cell.parse::<f64>().ok().filter(|number| number.is_finite() && number.abs() < 1e6);
+        number.map(Some).ok_or_else(|| self.wrong(column, cell, "a number"))
+    }
+
+    /// What is in a column, if anything.
+    fn cell(&self, column: &str) -> Option<&str> {
+        let index = self.header.iter().position(|name| name == column)?;
+        self.row.get(index).filter(|cell| !cell.is_empty())
+    }
+
+    fn missing(&self, column: &str) -> LogError {
+        let meaning =
+            COLUMNS.iter().find(|(_, name, ..)| *name == column).map_or("a value", |(_, _, meaning, _)| meaning);
+        LogError { line: self.line, column: Some(column.to_owned()), kind: LogErrorKind::Missing(meaning) }
+    }
+
+    fn wrong(&self, column: &str, value: &str, expected: &str) -> LogError {
+        let kind = LogErrorKind::Wrong { value: value.to_owned(), expected: expected.to_owned() };
+        LogError { line: self.line, column: Some(column.to_owned()), kind }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_all_kinds_stand_in_one_table_or_in_one_each() {
+        let mut log = RobotLog::default();
+        log.read(
+            "kind,robot,kick,start_forward_m,start_left_m,rest_forward_m,rest_left_m,thing,true_forward_m,true_left_m,seen_forward_m,seen_left_m,motion\n\
+             kick,anna,left_side,0.16,0.02,0.2,-1.3,,,,,,\n\
+             # a remark\n\
+             sighting,bert,,,,,,ball,2,0.5,,,walking\n"
+                .as_bytes(),
+        )
+        .unwrap();
+        log.read(
+            "true_forward_m,true_left_m,true_turn_deg,odometry_forward_m,odometry_left_m,odometry_turn_deg,robot,weather\n\
+             0.9,0.01,3,1,0,0,anna,fine\n"
+                .as_bytes(),
+        )
+        .unwrap();
+        assert_eq!((log.kicks[0].kick_type, log.kicks[0].speed), (KickType::LeftSide, 1.0));
+        assert_eq!((log.sightings[0].seen, log.sightings[0].motion), (None, Motion::Walking));
+        assert_eq!((log.walks[0].planned, log.walks[0].robot), (None, 0));
+        assert_eq!(log.robots, ["anna", "bert"]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_by_line_and_column() {
+        let error = |text: &str| RobotLog::default().read(text.as_bytes()).unwrap_err().to_string();
+        let header = "kick,start_forward_m,start_left_m,rest_forward_m,rest_left_m\n";
+        let words = error(&format!("{header}left_straight,0.1,0,x,0\n"));
+        assert_eq!(words, "line 2, column `rest_forward_m`: `x` is not what was expected: a number");
+        assert!(error(&format!("{header}back heel,0.1,0,1,0\n")).contains("one of `left_straight`"));
+        assert!(error(&format!("{header}left_straight,0.1,0,,0\n")).contains("expected where it came to rest"));
+        assert!(error("a,b\n1,2\n").contains("a kick lacks kick, start_forward_m"));
+        assert!(error("kind\njump\n").contains("line 2, column `kind`: `jump`"));
+        assert!(error(&format!("{header}left_straight,0.1\n")).contains("line 2"));
+    }
+}

@@ -1,0 +1,91 @@
+//! A model with the figures that were found, as a file.
+
+use serde_json::{Map, Value, json};
+
+use super::{Calibration, FittedFigure};
+use naoisis_sim::scenario::RobotModel;
+
+/// The file of a model of this name: that of `model` with the figures that were found in place of its own, and where they are from.
+pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calibration) -> String {
+    let mut realistic = model.realistic.clone();
+    let settings = &model.settings;
+    let mut sources = model.sources.clone();
+    for FittedFigure { path, estimate, basis } in &calibration.figures {
+        let digits = rounded(estimate.value, estimate.margin());
+        set(&mut realistic, path, json!(digits));
+        // What was said of the group is not said of this figure any more.
+        let [low, high] = [estimate.low, estimate.high].map(|end| rounded(end, estimate.margin()));
+        sources.insert(path.clone(), format!("{log}: {basis}, {low} to {high} with 95 % confidence"));
+    }
+    let description = format!("{}; calibrated by {log}", model.description);
+    let mut text = String::new();
+    text.push_str("// Made by naoisis. A scenario with `model: \"./this_file.ron\"` and `realism: \"realistic\"` plays with it.\n");
+    let value = json!({ "name": name, "description": description, "settings": settings, "realistic": realistic, "sources": sources });
+    write(&value, 0, false, &mut text);
+    text.push('\n');
+    text
+}
+
+/// As many digits as mean something beside a margin.
+fn rounded(value: f64, margin: f64) -> f64 {
+    if !(margin.is_finite() && margin > 0.0) {
+        return value;
+    }
+    let unit = libm::pow(10.0, libm::floor(libm::log10(margin)) - 1.0);
+    // Through text, as 3 * 0.1 is not 0.3.
+    let digits = (-libm::log10(unit)).max(0.0) as usize;
+    format!("{:.digits$}", (value / unit).round() * unit).parse().unwrap_or(value)
+}
+
+/// Puts a value at a path of names, making the objects on the way.
+fn set(fields: &mut Map<String, Value>, path: &str, value: Value) {
+    match path.split_once('.') {
+        None => {
+            fields.insert(path.to_owned(), value);
+        }
+        Some((first, rest)) => {
+            let inner = fields.entry(first).or_insert_with(|| json!({}));
+            if !inner.is_object() {
+                *inner = json!({});
+            }
+            if let Value::Object(inner) = inner {
+                set(inner, rest, value);
+            }
+        }
+    }
+}
+
+/// Writes a value as RON: objects with their fields' names, but for the sources, whose names are paths.
+fn write(value: &Value, depth: usize, is_map: bool, text: &mut String) {
+    let indent = |depth: usize| "    ".repeat(depth);
+    match value {
+        Value::Object(fields) => {
+            let [open, close] = if is_map { ["{", "}"] } else { ["(", ")"] };
+            text.push_str(open);
+            text.push('\n');
+            for (name, value) in fields {
+                text.push_str(&indent(depth + 1));
+                if is_map {
+                    text.push_str(&json!(name).to_string());
+                } else {
+                    text.push_str(name);
+                }
+                text.push_str(": ");
+                write(value, depth + 1, depth == 0 && name == "sources", text);
+                text.push_str(",\n");
+            }
+            text.push_str(&indent(depth));
+            text.push_str(close);
+        }
+        Value::Array(values) => {
+            text.push('[');
+            for (index, value) in values.iter().enumerate() {
+                text.push_str(if index == 0 { "" } else { ", " });
+                write(value, depth, false, text);
+            }
+            text.push(']');
+        }
+        Value::Null => text.push_str("None"),
+        other => text.push_str(&other.to_string()),
+    }
+}

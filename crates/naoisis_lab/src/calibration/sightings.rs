@@ -1,0 +1,280 @@
+//! Where cameras look beside where they should, and from how far away things are recognised.
+
+use bevy::math::{DMat3, DVec3};
+
+use super::log::{LoggedSighting, Motion, Thing};
+use super::{Calibration, basis, between_robots, groups, mean, variance, wrap_degrees};
+use naoisis_core::statistics::{Estimate, jackknife};
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::vision::{ClassNoise, VisionNoise};
+use naoisis_sim::scenario::{RobotModel, Scenario};
+
+/// Sightings that are so much later than the one before are not compared with it, s.
+const LONGEST_GAP_S: f64 = 0.2;
+/// Sightings of a thing from which its detection curve is found.
+const FOR_A_CURVE: usize = 100;
+/// No detection curve is steeper: a model's exponent is at most 100.
+const STEEPEST: f64 = 60.0;
+
+/// An error of the cameras: to the left and down, degrees.
+#[derive(Clone, Copy)]
+struct Off {
+    robot: usize,
+    motion: Motion,
+    time_s: Option<f64>,
+    yaw_deg: f64,
+    pitch_deg: f64,
+    /// The variance that the pixel itself has, degrees².
+    pixel_variance: f64,
+}
+
+/// Finds what sightings tell.
+pub(super) fn fit(sightings: &[LoggedSighting], model: &RobotModel, into: &mut Calibration) {
+    if sightings.is_empty() {
+        into.lacking.push("vision.noise: no sightings".to_owned());
+        return;
+    }
+    let scenario = model.scenario().unwrap_or_default();
+    let offs: Vec<Off> = sightings.iter().filter_map(|sighting| off(sighting, &scenario)).collect();
+    gaze(&offs, into);
+    for (thing, word, class) in Thing::NAMES {
+        let of_thing: Vec<LoggedSighting> =
+            sightings.iter().copied().filter(|sighting| sighting.thing == thing).collect();
+        if !of_thing.is_empty() {
+            let rows: Vec<Detection> = of_thing.iter().map(Detection::of).collect();
+            detection(&rows, word, class, into);
+        }
+    }
+}
+
+/// By how much the cameras were off when something was seen.
+fn off(sighting: &LoggedSighting, scenario: &Scenario) -> Option<Off> {
+    let seen = sighting.seen?;
+    let bearing = |[x, y]: [f64; 2]| libm::atan2(y, x);
+    let depression = |[x, y]: [f64; 2]| libm::atan2(sighting.lens_height_m, libm::hypot(x, y));
+    // What is seen too far to the right is seen by cameras that look too far to the left; what is seen too high up, by
+    // cameras that look too far down.
+    let yaw_deg = wrap_degrees((bearing(sighting.real) - bearing(seen)).to_degrees());
+    let pitch_deg = (depression(sighting.real) - depression(seen)).to_degrees();
+    let noise = &scenario.vision.noise;
+    let pixel = f64::from(class_of(noise, sighting.thing).pixel_sd) / focal_length(&scenario.cameras);
+    let head = f64::from(noise.head_angle_sd);
+    let pixel_variance = (pixel * pixel + head * head) * 1.0_f64.to_degrees() * 1.0_f64.to_degrees();
+    Some(Off {
+        robot: sighting.robot,
+        motion: sighting.motion,
+        time_s: sighting.time_s,
+        yaw_deg,
+        pitch_deg,
+        pixel_variance,
+    })
+}
+
+fn class_of(noise: &VisionNoise, thing: Thing) -> &ClassNoise {
+    match thing {
+        Thing::Ball => &noise.ball,
+        Thing::GoalPost => &noise.goal_posts,
+        Thing::Robot => &noise.robots,
+        Thing::Junction => &noise.junctions,
+        Thing::PenaltyCross => &noise.penalty_crosses,
+        Thing::CentreCircle => &noise.centre_circle,
+    }
+}
+
+/// Pixels for a radian in the middle of the image.
+pub(super) fn focal_length(cameras: &CameraSettings) -> f64 {
+    let diagonal = libm::hypot(f64::from(cameras.width), f64::from(cameras.height));
+    diagonal / 2.0 / libm::tan(f64::from(cameras.diagonal_fov) / 2.0)
+}
+
+/// Bias, spread and correlation of where cameras look.
+fn gaze(offs: &[Off], into: &mut Calibration) {
+    let robot = |off: &Off| off.robot;
+    let pixel =
+        |offs: &[Off]| mean(&offs.iter().map(|off| off.pixel_variance).collect::<Vec<f64>>()).unwrap_or_default();
+    // About each robot's own mean, yaw and pitch together.
+    let within = move |offs: &[Off]| -> Option<f64> {
+        let (mut squares, mut degrees) = (0.0, 0.0);
+        for of_robot in super::by_robot(offs, robot) {
+            for angle in [|off: &Off| off.yaw_deg, |off: &Off| off.pitch_deg] {
+                let values: Vec<f64> = of_robot.iter().map(angle).collect();
+                squares += variance(&values)? * (values.len() as f64 - 1.0);
+                degrees += values.len() as f64 - 1.0;
+            }
+        }
+        Some((squares / degrees - pixel(offs)).max(0.0).sqrt())
+    };
+    for (motion, name) in [(Motion::Standing, "standing"), (Motion::Walking, "walking")] {
+        let of_motion: Vec<Off> = offs.iter().copied().filter(|off| off.motion == motion).collect();
+        let estimate = if of_motion.len() < 20 { None } else { jackknife(&groups(&of_motion, robot), within) };
+        let needs = format!("{} sightings while {name}; twenty are needed", of_motion.len());
+        let path = format!("vision.noise.gaze.{name}_sd_deg");
+        into.add(&path, estimate, &basis(&of_motion, "sightings", robot), &needs);
+    }
+    let all = basis(offs, "sightings", robot);
+    // Each robot's two means are two draws of the bias.
+    let bias = between_robots(offs, robot, |offs| {
+        let of = |angle: fn(&Off) -> f64| {
+            Some([mean(&offs.iter().map(angle).collect::<Vec<f64>>())?, chance_of_mean(offs, angle)])
+        };
+        Some([of(|off| off.yaw_deg)?, of(|off| off.pitch_deg)?])
+    });
+    into.add("vision.noise.gaze.bias_sd_deg", bias, &all, "sightings of fewer than three robots (column `robot`)");
+    if offs.iter().any(|off| off.time_s.is_none()) {
+        into.lacking.push("vision.noise.gaze.correlation_s: a column `time_s` in every row".to_owned());
+        return;
+    }
+    let correlation = if offs.len() < 100 { None } else { jackknife(&groups(offs, robot), correlation_s) };
+    into.add("vision.noise.gaze.correlation_s", correlation, &all, "fewer than a hundred sightings with `time_s`");
+}
+
+/// The variance of a robot's mean, of which neighbouring values are alike: from the means of stretches.
+fn chance_of_mean(offs: &[Off], angle: fn(&Off) -> f64) -> f64 {
+    let length = offs.len().div_ceil(super::STRETCHES).max(1);
+    let means: Vec<f64> =
+        offs.chunks(length).filter_map(|offs| mean(&offs.iter().map(angle).collect::<Vec<f64>>())).collect();
+    variance(&means).unwrap_or_default() / (means.len() as f64).max(1.0)
+}
+
+/// After which time the correlation is 1/e: from that of neighbours, whose own error is their pixel's. A process of first
+/// order, of which the covariance a time dt apart is exp(-dt / τ) of the variance.
+fn correlation_s(offs: &[Off]) -> Option<f64> {
+    let (mut products, mut squares, mut gaps, mut pairs) = (0.0, 0.0, 0.0, 0.0);
+    for of_robot in super::by_robot(offs, |off| off.robot) {
+        for motion in [Motion::Standing, Motion::Walking] {
+            let rows: Vec<Off> = of_robot.iter().copied().filter(|off| off.motion == motion).collect();
+            for angle in [|off: &Off| off.yaw_deg, |off: &Off| off.pitch_deg] {
+                let Some(mean) = mean(&rows.iter().map(angle).collect::<Vec<f64>>()) else { continue };
+                for pair in rows.windows(2) {
+                    let gap = pair[1].time_s? - pair[0].time_s?;
+                    if gap <= 0.0 || gap > LONGEST_GAP_S {
+                        continue;
+                    }
+                    let [one, other] = [angle(&pair[0]) - mean, angle(&pair[1]) - mean];
+                    products += one * other;
+                    squares += (one * one + other * other) / 2.0 - pair[0].pixel_variance;
+                    gaps += gap;
+                    pairs += 1.0;
+                }
+            }
+        }
+    }
+    let correlation = products / squares;
+    (pairs > 0.0 && correlation > 0.0 && correlation < 1.0).then(|| -(gaps / pairs) / libm::log(correlation))
+}
+
+/// The figures of a detection curve, in the order of [`Curve::parameters`].
+pub(super) fn detection_paths(class: &str) -> [String; 3] {
+    ["miss_probability", "falloff.half_distance_m", "falloff.exponent"]
+        .map(|name| format!("vision.noise.{class}.{name}"))
+}
+
+/// Finds misses and fall-off of a thing, or says what it lacks.
+fn detection(sightings: &[Detection], word: &str, class: &str, into: &mut Calibration) {
+    match detection_curve(sightings) {
+        Some(estimates) => {
+            let basis = basis(sightings, "sightings", |sighting| sighting.robot);
+            for (path, estimate) in detection_paths(class).iter().zip(estimates) {
+                into.add(path, Some(estimate), &basis, "");
+            }
+        }
+        None => {
+            let missed = sightings.iter().filter(|sighting| !sighting.is_seen).count();
+            let words = format!(
+                "vision.noise.{class}: {} rows of `{word}`, {missed} of them not seen; {FOR_A_CURVE} rows are needed, those where it \
+                 was not seen included, from near and far",
+                sightings.len()
+            );
+            into.lacking.push(words);
+        }
+    }
+}
+
+/// Misses and fall-off of a thing: the parameters that make what was seen and what was not the likeliest. None where there is too
+/// little to tell how it falls off.
+pub(super) fn detection_curve(sightings: &[Detection]) -> Option<[Estimate; 3]> {
+    if sightings.len() < FOR_A_CURVE || sightings.iter().all(|sighting| sighting.is_seen) {
+        return None;
+    }
+    let groups = groups(sightings, |sighting| sighting.robot);
+    let usual = Curve::new(0.1, 4.0, 6.0);
+    let estimate =
+        |index: usize| jackknife(&groups, |sightings| Some(Curve::fitted(sightings, usual).parameters()[index]));
+    let estimates = [estimate(0)?, estimate(1)?, estimate(2)?];
+    let [_, half_distance_m, exponent] = &estimates;
+    // An interval wider than what it is of says nothing.
+    let is_known = |estimate: &Estimate| estimate.margin() < estimate.value;
+    (is_known(half_distance_m) && is_known(exponent) && exponent.value < STEEPEST).then_some(estimates)
+}
+
+/// Whether something in view was seen.
+#[derive(Clone, Copy)]
+pub(super) struct Detection {
+    pub(super) robot: usize,
+    pub(super) distance_m: f64,
+    pub(super) is_seen: bool,
+}
+
+impl Detection {
+    fn of(sighting: &LoggedSighting) -> Self {
+        let distance_m = libm::hypot(sighting.real[0], sighting.real[1]);
+        Self { robot: sighting.robot, distance_m, is_seen: sighting.seen.is_some() }
+    }
+}
+
+/// A detection curve: seen with probability (1 - miss) / (1 + (d / half)^exponent). Its parameters as numbers of which any will
+/// do: the logarithms of the odds of a miss, of the half distance in m, and of the exponent.
+#[derive(Clone, Copy)]
+struct Curve(DVec3);
+
+impl Curve {
+    /// From a probability, a distance in m and an exponent.
+    fn new(miss: f64, half_m: f64, exponent: f64) -> Self {
+        Self(DVec3::new(libm::log(miss / (1.0 - miss)), libm::log(half_m), libm::log(exponent)))
+    }
+
+    fn parameters(self) -> [f64; 3] {
+        let Self(DVec3 { x, y, z }) = self;
+        [1.0 / (1.0 + libm::exp(-x)), libm::exp(y), libm::exp(z)]
+    }
+
+    /// With which probability something at a distance, m, is seen, and how that changes with the parameters.
+    fn seen_at(self, distance_m: f64) -> (f64, DVec3) {
+        let [miss, half_m, exponent] = self.parameters();
+        let times = libm::pow(distance_m / half_m, exponent);
+        let noticed = 1.0 / (1.0 + times);
+        let seen = (1.0 - miss) * noticed;
+        let by_times = -seen * noticed * times;
+        let slopes =
+            DVec3::new(-seen * miss, -by_times * exponent, by_times * exponent * libm::log(distance_m / half_m));
+        (seen, slopes)
+    }
+
+    /// The likeliest, by Fisher's scoring: steps along the slope of the likelihood, as long as its information says. Where hardly
+    /// anything lies between what is always seen and what never is, its steepness is that of `start`, give or take a factor of e.
+    fn fitted(sightings: &[Detection], start: Curve) -> Curve {
+        /// No parameter changes by more in a step.
+        const LONGEST_STEP: f64 = 0.5;
+        let mut curve = start;
+        for _ in 0..100 {
+            let mut slope = DVec3::new(0.0, 0.0, start.0.z - curve.0.z);
+            let mut information = DMat3::from_diagonal(DVec3::new(1e-6, 1e-6, 1.0));
+            for sighting in sightings {
+                let (seen, slopes) = curve.seen_at(sighting.distance_m.max(1e-3));
+                let weight = 1.0 / (seen * (1.0 - seen)).max(1e-9);
+                let off = f64::from(u8::from(sighting.is_seen)) - seen;
+                slope += slopes * (weight * off);
+                information += DMat3::from_cols(slopes * slopes.x, slopes * slopes.y, slopes * slopes.z) * weight;
+            }
+            let step = information.inverse() * slope;
+            if !step.is_finite() {
+                break;
+            }
+            curve = Curve(curve.0 + step.clamp(DVec3::splat(-LONGEST_STEP), DVec3::splat(LONGEST_STEP)));
+            if step.length() < 1e-8 {
+                break;
+            }
+        }
+        curve
+    }
+}

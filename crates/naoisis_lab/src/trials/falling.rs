@@ -1,0 +1,207 @@
+//! Trials of falls, and of getting up.
+
+use serde_json::{Value, json};
+
+use super::walking::walks;
+use super::{Laboratory, MeasuredQuantity, TRIED, TrialError, mean_of};
+use naoisis_core::events::{CollisionPartner, FallCause, MatchEvent};
+use naoisis_core::geometry::to_degrees;
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::robot::falls::{CollisionFalls, fall_probability};
+use naoisis_sensing::sensing::status::BodyStatus;
+use naoisis_sim::scenario::RobotModel;
+use naoisis_sim::simulation::MatchApp;
+
+/// Seconds of each trial, for each repetition.
+const TIME_S: u32 = 60;
+/// Collisions, for each repetition.
+const COLLISIONS: u32 = 2;
+/// Falls are rare: robots are tried that fall so much more often.
+const OFTENER: f32 = 10.0;
+
+const NOBODY_FELL: &str = "nobody fell in so few repetitions";
+const NOBODY_GOT_UP: &str = "nobody fell and got up in so few repetitions";
+
+/// What came of a robot that always gets up again.
+#[derive(Default)]
+struct Falls {
+    /// How often it fell for the reason that is tried.
+    falls: f64,
+    /// How often it fell back.
+    fell_back: f64,
+    /// How long it took to get up, s, each time.
+    got_up_s: Vec<f64>,
+    /// How long it walked, s.
+    walked_s: f64,
+    /// How often it kicked.
+    kicked: f64,
+}
+
+/// How fast a robot may turn in a trial, °/s: nobody turns here, and who turns fast has no cycle of a second.
+fn turns_degps(laboratory: &Laboratory) -> Result<f32, TrialError> {
+    const MOST_DEGPS: f32 = 150.0;
+    Ok(to_degrees(laboratory.scenario(json!({}))?.motion.max_angular).min(MOST_DEGPS))
+}
+
+/// Lets a robot do something in cycles of so many seconds, and get up again when it falls.
+fn fall(
+    laboratory: &mut Laboratory,
+    action: Value,
+    own: Value,
+    cycle_s: f64,
+    cause: FallCause,
+    cycles: u32,
+) -> Result<Falls, TrialError> {
+    const ALWAYS_S: f64 = 1e9;
+    let mut does = json!({ "from_s": 0, "until_s": ALWAYS_S, "posture": "get_up" });
+    if let (Value::Object(does), Value::Object(action)) = (&mut does, action) {
+        does.extend(action);
+    }
+    let turns_degps = turns_degps(laboratory)?;
+    laboratory.begin(json!({
+        "motion": { "max_angular_degps": turns_degps },
+        // Out of reach of any kick.
+        "cycle_s": cycle_s, "falls": own, "kicks": { "wind_up_s": 0, "extension_s": 0, "recovery_s": 0 }, "ball": { "position_m": [0, 3] },
+        "robots": [{ "team": "blue", "number": 1, "behaviour": { "script": [does] } }],
+    }))?;
+    let mut result = Falls::default();
+    let mut down_s = 0.0;
+    for _ in 0..cycles {
+        laboratory.app.run_cycles(1);
+        let body = laboratory.reading::<BodyStatus>();
+        result.walked_s += if body == BodyStatus::Walking { cycle_s } else { 0.0 };
+        down_s += cycle_s;
+        for event in laboratory.app.events() {
+            match event {
+                MatchEvent::Fall { cause: FallCause::GettingUp, .. } => {
+                    (result.fell_back, down_s) = (result.fell_back + 1.0, 0.0);
+                }
+                MatchEvent::Fall { cause: of, .. } => {
+                    result.falls += f64::from(u8::from(*of == cause));
+                    down_s = 0.0;
+                }
+                MatchEvent::GotUp { .. } => result.got_up_s.push(down_s),
+                MatchEvent::Kick { result: kick, reason, .. } if kick.swings(*reason) => result.kicked += 1.0,
+                _ => {}
+            }
+        }
+    }
+    Ok(result)
+}
+
+/// In how many of so many head-on collisions the tried robot falls, and in how many it should by the speeds at which they
+/// met; none if there were no collisions.
+fn collide(
+    laboratory: &mut Laboratory,
+    falls: CollisionFalls,
+    repetitions: u32,
+) -> Result<Option<[f64; 2]>, TrialError> {
+    /// How far apart they begin, m: enough to get to the full speed, or near it.
+    const APART_M: f32 = 1.5;
+    /// Longer than usual, as nothing depends on it, s.
+    const CYCLE_S: f64 = 0.1;
+    /// They walk until then, s.
+    const ALWAYS_S: f64 = 1e9;
+    /// Until they are at their speed, s.
+    const BEGINNING_S: f32 = 10.0;
+
+    let walks = json!({ "script": [{ "from_s": 0, "until_s": ALWAYS_S, "walk": [9, 0, 0] }] });
+    let (mut collisions, mut fell, mut expected) = (0.0, 0.0, 0.0);
+    // Straight at each other, so that none passes by.
+    let still = json!({ "scale": 1, "scale_sd": 0, "drift_sd_degpm": 0,
+        "error": { "translation_sd_m": 0, "heading_per_metre_sd_deg": 0, "rotation_sd_deg": 0 } });
+    let motion = laboratory.scenario(json!({}))?.motion;
+    let has_gait = motion.gait.is_some();
+    let meet_s = BEGINNING_S + APART_M / motion.max_linear_mps.max(1e-3);
+    let turns_degps = turns_degps(laboratory)?;
+    let gait = if has_gait { json!({ "slip": still }) } else { Value::Null };
+    for seed in 1..=repetitions {
+        laboratory.begin(json!({
+            "seed": seed, "ball": null, "cycle_s": CYCLE_S, "falls": { "falls_per_min": 0 },
+            "motion": { "gait": gait, "max_angular_degps": turns_degps },
+            "robots": [
+                { "team": "blue", "number": 1, "pose": [0, 0, 0], "behaviour": walks },
+                { "team": "pink", "number": 1, "pose": [APART_M, 0, 180], "behaviour": walks },
+            ],
+        }))?;
+        let cycles = laboratory.cycles(meet_s.into());
+        laboratory.app.run_until(cycles, |app| {
+            let mut met = false;
+            for event in app.events() {
+                match event {
+                    MatchEvent::Collision { speed_mps, with: CollisionPartner::Robot(_), .. } if !met => {
+                        met = true;
+                        collisions += 1.0;
+                        expected += f64::from(fall_probability(*speed_mps, falls.from_mps, falls.certain_mps));
+                    }
+                    MatchEvent::Fall { robot, cause: FallCause::Collision, .. } if *robot == TRIED => fell += 1.0,
+                    _ => {}
+                }
+            }
+            met
+        });
+    }
+    Ok((collisions > 0.0).then_some([fell / collisions, expected / collisions]))
+}
+
+/// How often robots fall, and how they get up.
+///
+/// # Errors
+/// When the model makes no scenario.
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
+    let mut laboratory = Laboratory::new(model);
+    let scenario = laboratory.scenario(json!({}))?;
+    let (real, has_walk) = (scenario.falls, walks(&scenario));
+    let main_kick = scenario.kicks.get(KickType::LeftStraight).map(|_| KickType::LeftStraight);
+    let main_kick = main_kick.or(scenario.kicks.strongest());
+    let cycles = TIME_S * repetitions.max(2);
+    let often = json!({ "falls_per_min": OFTENER * real.falls_per_min, "get_up_failure": 0 });
+    let walking = json!({ "walk": [9, 0, 0] });
+    let falls = fall(&mut laboratory, walking.clone(), often, 1.0, FallCause::Walking, cycles)?;
+    let gets_up = json!({ "falls_per_min": 60, "get_up_failure": 0 });
+    let ups = fall(&mut laboratory, walking.clone(), gets_up, 0.1, FallCause::Walking, cycles / 5)?;
+    let at_once = json!({ "falls_per_min": 1000, "get_up_s": 0 });
+    let tries = fall(&mut laboratory, walking, at_once, 0.1, FallCause::Walking, cycles)?;
+    let mut kicks = None;
+    if let Some(kick) = main_kick {
+        let kicking = json!({ "kick": { "type": kick.name() } });
+        let at_once = json!({ "falls_per_min": 0, "get_up_s": 0, "get_up_failure": 0 });
+        kicks = Some(fall(&mut laboratory, kicking, at_once, 0.1, FallCause::Kick, cycles)?);
+    }
+
+    let collisions = match real.collisions {
+        Some(falls) if has_walk => collide(&mut laboratory, falls, COLLISIONS * repetitions)?,
+        _ => None,
+    };
+
+    let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
+    let a_minute = 60.0 * falls.falls / falls.walked_s.max(1.0) / f64::from(OFTENER);
+    let get_up_s = real.get_up_s.unwrap_or(scenario.rules.get_up_s);
+    let quantities = [
+        has_walk.then(|| {
+            let path = "falls.falls_per_min";
+            quantity("falls in a minute at full speed", "", a_minute, real.falls_per_min, path)
+                .if_seen(falls.falls, NOBODY_FELL)
+        }),
+        kicks.map(|kicks| {
+            let share = kicks.falls / kicks.kicked.max(1.0);
+            quantity("kicks in which it falls", "", share, real.kick_probability, "falls.kick_probability")
+                .if_seen(kicks.falls, NOBODY_FELL)
+        }),
+        collisions.map(|[fell, expected]| {
+            let path = "falls.collisions";
+            quantity("head-on collisions in which it falls", "", fell, expected as f32, path).if_seen(fell, NOBODY_FELL)
+        }),
+        // Who does not walk does not fall in these trials.
+        has_walk.then(|| {
+            quantity("getting up", "s", mean_of(&ups.got_up_s), get_up_s, "falls.get_up_s")
+                .if_seen(ups.got_up_s.len() as f64, NOBODY_GOT_UP)
+        }),
+        has_walk.then(|| {
+            let share = tries.fell_back / (tries.fell_back + tries.got_up_s.len() as f64).max(1.0);
+            quantity("tries to get up that fail", "", share, real.get_up_failure, "falls.get_up_failure")
+                .if_seen(tries.fell_back, "no try failed in so few repetitions")
+        }),
+    ];
+    Ok(quantities.into_iter().flatten().collect())
+}

@@ -1,0 +1,158 @@
+//! Trials of kicks, and of the ball that they send rolling.
+
+use bevy::math::Vec2;
+use serde_json::json;
+
+use super::{Laboratory, MeasuredQuantity, TRIED, TrialError, deviation_of, mean_of};
+use naoisis_core::ball::Rolling;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::events::MatchEvent;
+use naoisis_core::geometry::{to_degrees, wrap_angle};
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::robot::kick::KickPhase;
+use naoisis_sim::scenario::RobotModel;
+use naoisis_sim::simulation::MatchApp;
+
+/// How often what has no spread is repeated.
+const FEW: u32 = 5;
+
+/// What came of kicks of a type.
+#[derive(Default)]
+struct Kicks {
+    /// How far the ball rolled, m.
+    distances: Vec<f64>,
+    /// How far off the direction was, degrees.
+    directions: Vec<f64>,
+    /// When it left, s after the command.
+    departures: Vec<f64>,
+    /// When the robot was ready again, s after the command.
+    ready: Vec<f64>,
+}
+
+/// Lets a robot kick a ball at `place`, m, robot frame, and waits until it rests.
+fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitions: u32) -> Result<Kicks, TrialError> {
+    /// Longer than any ball rolls.
+    const LONGEST_S: f64 = 40.0;
+
+    let mut kicks = Kicks::default();
+    for seed in 1..=repetitions.max(2) {
+        let script = json!({ "script": [{ "from_s": 0, "kick": { "type": kick_type.name() } }] });
+        laboratory.begin(json!({
+            "seed": seed, "ball": { "position_m": [place.x, place.y] }, "falls": { "kick_probability": 0 },
+            // The ball is free to roll as far as it does.
+            "field": { "preset": "spl2025", "length_m": 40, "width_m": 20 },
+            "robots": [{ "team": "blue", "number": 1, "behaviour": script }],
+        }))?;
+        let start = laboratory.app.ball().unwrap_or_default().position;
+        let cycles = laboratory.cycles(LONGEST_S);
+        let period_s = laboratory.period_s();
+        let (mut direction, mut is_ready) = (None, false);
+        laboratory.app.run_until(cycles, |app| {
+            let cycle = app.world().resource::<CycleClock>().cycle;
+            for event in app.events() {
+                if let MatchEvent::Kick { direction: Some(angle), .. } = event {
+                    direction = Some(*angle);
+                    // It leaves within the cycle that has just ended.
+                    kicks.departures.push((cycle - 1) as f64 * period_s);
+                }
+            }
+            if !is_ready && direction.is_some() && app.robot::<KickPhase>(TRIED) == Some(&KickPhase::Ready) {
+                is_ready = true;
+                kicks.ready.push(cycle as f64 * period_s);
+            }
+            is_ready && app.ball_velocity().is_none_or(|velocity| velocity.length() == 0.0)
+        });
+        let end = laboratory.app.ball().unwrap_or_default().position;
+        kicks.distances.push(f64::from(end.distance(start)));
+        kicks.directions.extend(direction.map(|angle| f64::from(to_degrees(wrap_angle(angle)))));
+    }
+    Ok(kicks)
+}
+
+/// Distances, spreads and times of the kicks that the robot has, and how the ball slows down.
+///
+/// # Errors
+/// When the model makes no scenario.
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
+    let mut laboratory = Laboratory::new(model);
+    let real = laboratory.scenario(json!({}))?;
+    let mut of_type = |kick_type: KickType| match real.kicks.geometry(kick_type) {
+        Some(geometry) => kick(&mut laboratory, kick_type, geometry.best_m, repetitions).map(Some),
+        None => Ok(None),
+    };
+    let side = of_type(KickType::LeftSide)?;
+    // A robot without the straight kick is measured by that which reaches furthest.
+    let Some(main) =
+        real.kicks.get(KickType::RightStraight).map(|_| KickType::RightStraight).or(real.kicks.strongest())
+    else {
+        return Ok(Vec::new());
+    };
+    let Some(straight) = of_type(main)? else { return Ok(Vec::new()) };
+    let mut own = Vec::new();
+    for (name, model) in real.kicks.own.iter() {
+        if let Some(kicks) = of_type(KickType::Own(*name))? {
+            own.push((*name, mean_of(&kicks.distances), model.max_distance_m));
+        }
+    }
+    // A ball on the wrong side is struck as soon as the foot is at the front.
+    let [of_side, of_straight] = [KickType::LeftSide, KickType::LeftStraight].map(|kick| real.kicks.geometry(kick));
+    let extended = match (of_side, of_straight) {
+        (Some(side), Some(straight)) if !side.admits(straight.best_m) => {
+            Some(kick(&mut laboratory, KickType::LeftSide, straight.best_m, FEW)?)
+        }
+        _ => None,
+    };
+    laboratory.begin(json!({ "ball": { "position_m": [-3, 0], "velocity_mps": [1, 0] } }))?;
+    let second = laboratory.cycles(1.0);
+    laboratory.app.run_cycles(second);
+    let speed_left = f64::from(laboratory.app.ball_velocity().unwrap_or_default().length());
+
+    let (kicks, latency, rolling) = (real.kicks, real.latency, real.ball.unwrap_or_default().rolling);
+    // The way of a ball grows with its speed, or with the square of it where it slows down evenly: so does its spread.
+    let distance_spread = match rolling {
+        Rolling::ExponentialPerS(_) => kicks.speed_sd_of(main),
+        Rolling::ConstantMps2(_) => 2.0 * kicks.speed_sd_of(main),
+    };
+    let relative_spread = deviation_of(&straight.distances) / mean_of(&straight.distances);
+    let departure_s = latency.kick_s + kicks.wind_up_of_s(main);
+    let whole_s = departure_s + kicks.recovery_of_s(main);
+    let quantity = |name: &str, unit, measured, real: f32, path: &str| {
+        laboratory.quantity(name, unit, measured, real.into(), path)
+    };
+    let side = side.filter(|_| main != KickType::LeftSide).map(|side| {
+        quantity("side kick", "m", mean_of(&side.distances), kicks.left_side.max_distance_m, "kicks.left_side")
+    });
+    let extended = extended.map(|extended| {
+        let real_s = latency.kick_s + kicks.extension_of_s(KickType::LeftSide);
+        let path = "kicks.extension_s";
+        quantity("command to a side kick's foot at the front", "s", mean_of(&extended.departures), real_s, path)
+    });
+    let own = own.into_iter().filter(|(name, ..)| main != KickType::Own(*name)).map(|(name, measured, real)| {
+        quantity(&format!("kick {name}"), "m", measured, real, &format!("kicks.own.{name}"))
+    });
+    let (name, path) = match main {
+        KickType::Own(name) => (format!("kick {name}"), format!("kicks.own.{name}")),
+        KickType::LeftStraight | KickType::RightStraight => ("straight kick".to_owned(), format!("kicks.{main}")),
+        KickType::LeftSide | KickType::RightSide => ("side kick".to_owned(), format!("kicks.{main}")),
+    };
+    // What a kick says for itself counts more than what all have in common.
+    let of_main = |field: &str| {
+        let own = format!("{path}.{field}");
+        if model.says(&own) { own } else { format!("kicks.{field}") }
+    };
+    let straight = [
+        quantity(&name, "m", mean_of(&straight.distances), kicks.max_distance_m(main), &path),
+        quantity("spread of a kick's way, of the whole", "", relative_spread, distance_spread, &of_main("speed_sd")),
+        quantity(
+            "spread of a kick's direction",
+            "°",
+            deviation_of(&straight.directions),
+            to_degrees(kicks.direction_sd_of(main)),
+            &of_main("direction_sd_deg"),
+        ),
+        quantity("command to ball's departure", "s", mean_of(&straight.departures), departure_s, &of_main("wind_up_s")),
+        quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, &of_main("recovery_s")),
+        quantity("ball's speed after a second from 1 m/s", "m/s", speed_left, rolling.advance(1.0, 1.0).1, "ball"),
+    ];
+    Ok(straight.into_iter().chain(side).chain(extended).chain(own).collect())
+}

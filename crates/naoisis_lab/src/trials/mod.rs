@@ -1,0 +1,308 @@
+//! Trials: what a simulated robot does, measured by running it, beside what the real one does.
+//!
+//! Each quantity is measured as one would in a laboratory: robots walk, kick and look at things, in matches of their own with
+//! everything `realistic`, and only poses, events and readings are looked at. The real figure is that of the robot's
+//! [model](RobotModel), with its source. `naoisis realism` prints the table.
+//!
+//! ```
+//! use naoisis::scenario::RobotModel;
+//! use naoisis::trials;
+//!
+//! let model = RobotModel::named("nao").unwrap();
+//! let speed = trials::walking::measure(&model, 3)?.remove(0);
+//! assert_eq!((speed.name.as_str(), speed.unit), ("speed forward", "m/s"));
+//! assert!(speed.difference().is_some_and(|share| share.abs() < 0.15));
+//! # Ok::<(), naoisis::trials::TrialError>(())
+//! ```
+
+use bevy::prelude::*;
+use serde_json::{Map, Value, json};
+
+use naoisis_core::geometry::Pose;
+use naoisis_core::team::{RobotId, Team};
+use naoisis_sim::scenario::{RobotModel, Scenario, ScenarioError, ScenarioFault};
+use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+
+pub mod falling;
+pub mod kicking;
+pub mod lateness;
+pub mod looking;
+pub mod recognising;
+pub mod seeing;
+pub mod sensing;
+pub mod walking;
+
+/// A quantity of a robot, measured and real.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct MeasuredQuantity {
+    /// What it is, in a few words.
+    pub name: String,
+    /// Its unit, as it is printed.
+    pub unit: &'static str,
+    /// What the simulated robot does; nought where that was [not seen](Self::not_seen).
+    pub measured: f64,
+    /// Why it was not seen what the simulated robot does, as in "nobody fell"; none if it was.
+    pub not_seen: Option<&'static str>,
+    /// What the real one does.
+    pub real: f64,
+    /// Where the real figure is from: what the model's `sources` say of it, [`NOT_GIVEN`] of a figure of its own of which they say nothing,
+    /// and of what the model does not say that it is the paper's. What no source gives begins with `guess:`.
+    pub source: String,
+}
+
+/// The source of a figure that a model has and of which its `sources` say nothing.
+pub const NOT_GIVEN: &str = "not given";
+
+impl MeasuredQuantity {
+    /// How far the measured value is from the real one, as a share of the real one; none if it was not seen.
+    pub fn difference(&self) -> Option<f64> {
+        let share = if self.real == 0.0 { self.measured } else { self.measured / self.real - 1.0 };
+        self.not_seen.is_none().then_some(share)
+    }
+
+    /// The same if it was seen so often, and else not seen: what happens seldom need not happen in few trials.
+    fn if_seen(self, times: f64, otherwise: &'static str) -> Self {
+        Self { not_seen: (times == 0.0 && self.real != 0.0).then_some(otherwise), ..self }
+    }
+
+    /// Whether no source gives the real figure.
+    pub fn is_guess(&self) -> bool {
+        self.source.starts_with("guess:") || self.source == NOT_GIVEN
+    }
+}
+
+/// Why a robot cannot be tried.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrialError {
+    /// Its model makes no scenario.
+    #[error("the model makes no scenario: {0}")]
+    Scenario(#[from] ScenarioError),
+    /// The match of a trial cannot start.
+    #[error("a trial cannot start: {0}")]
+    Start(#[from] ScenarioFault),
+}
+
+/// All quantities of a model, from so many repetitions of what is left to chance. What the robot lacks is not measured:
+/// [`not_measured`] says what.
+///
+/// # Errors
+/// When the model makes no scenario.
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
+    let mut quantities = walking::measure(model, repetitions)?;
+    quantities.extend(kicking::measure(model, repetitions)?);
+    quantities.extend(falling::measure(model, repetitions)?);
+    quantities.extend(looking::measure(model)?);
+    quantities.extend(sensing::measure(model, repetitions)?);
+    quantities.extend(recognising::measure(model, repetitions)?);
+    quantities.extend(lateness::measure(model)?);
+    Ok(quantities)
+}
+
+/// What is not measured of a model, as the robot lacks it: a reason each, in words.
+///
+/// # Errors
+/// When the model makes no scenario.
+pub fn not_measured(model: &RobotModel) -> Result<Vec<&'static str>, TrialError> {
+    let real = Laboratory::new(model).scenario(json!({}))?;
+    let reasons = [
+        (!walking::walks(&real), "it does not walk: nothing is measured of its steps"),
+        (!walking::turns(&real), "it does not turn: nothing is measured of its turns"),
+        (real.kicks.strongest().is_none(), "it has no kicks: nothing is measured of them"),
+        (!sensing::has_cameras(&real), "it has no cameras: nothing is measured of what it sees"),
+        (
+            sensing::has_cameras(&real) && !sensing::sees_ahead(&real),
+            "its cameras do not show it a ball 2 m ahead while its head is level: the errors of what it sees are not measured",
+        ),
+        (
+            sensing::has_cameras(&real) && !looking::shows_its_width(&real),
+            "its cameras do not show it a ball 7 m ahead while its head is level: how wide they see is not measured",
+        ),
+        (!real.sonar.fitted, "it has no sonars: nothing is measured of them"),
+    ];
+    Ok(reasons.into_iter().filter_map(|(lacks, words)| lacks.then_some(words)).collect())
+}
+
+/// The robot that is tried.
+const TRIED: RobotId = RobotId::new(Team::Blue, 1);
+
+/// A laboratory for a model: a pitch without a referee, on which one trial follows another.
+struct Laboratory<'a> {
+    model: &'a RobotModel,
+    app: App,
+}
+
+impl<'a> Laboratory<'a> {
+    fn new(model: &'a RobotModel) -> Self {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        Self { model, app }
+    }
+
+    /// The settings that the model's words stand for, as a scenario.
+    fn scenario(&self, own: Value) -> Result<Scenario, TrialError> {
+        let mut fields = Map::new();
+        fields.insert("model".to_owned(), json!(self.model.reference()));
+        fields.insert("realism".to_owned(), json!("realistic"));
+        fields.insert("rules".to_owned(), json!("free"));
+        fields.insert("field".to_owned(), json!("spl2025"));
+        if let Value::Object(own) = own {
+            fields.extend(own);
+        }
+        Ok(Scenario::from_json(&Value::Object(fields).to_string())?)
+    }
+
+    /// Begins a trial: a match with these fields of a scenario.
+    fn begin(&mut self, own: Value) -> Result<(), TrialError> {
+        let scenario = self.scenario(own)?;
+        self.app.start_match(&scenario)?;
+        Ok(())
+    }
+
+    /// The cycles in a time, s.
+    fn cycles(&self, time_s: f64) -> usize {
+        (time_s / self.period_s()).round() as usize
+    }
+
+    fn period_s(&self) -> f64 {
+        self.app.world().resource::<naoisis_core::cycle::CycleClock>().period_s
+    }
+
+    /// Where the tried robot is.
+    fn pose(&self) -> Pose {
+        self.app.robot_pose(TRIED).unwrap_or_default()
+    }
+
+    /// A reading or state of the tried robot.
+    fn reading<C: Component + Clone + Default>(&self) -> C {
+        self.app.robot::<C>(TRIED).cloned().unwrap_or_default()
+    }
+
+    fn quantity(&self, name: &str, unit: &'static str, measured: f64, real: f64, path: &str) -> MeasuredQuantity {
+        let source = match self.model.source(path) {
+            _ if !self.model.says(path) => "guess: the paper's",
+            Some(source) => source,
+            None => NOT_GIVEN,
+        };
+        let source = source.to_owned();
+        MeasuredQuantity { name: name.to_owned(), unit, measured, not_seen: None, real, source }
+    }
+}
+
+/// The mean.
+fn mean_of(values: &[f64]) -> f64 {
+    // The sum of nothing is a negative nought.
+    (0.0 + values.iter().sum::<f64>()) / (values.len() as f64).max(1.0)
+}
+
+/// The standard deviation about the mean.
+fn deviation_of(values: &[f64]) -> f64 {
+    let mean = mean_of(values);
+    let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    (squares / (values.len() as f64 - 1.0).max(1.0)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::scenario::MODELS;
+
+    /// Of 200 repetitions, a standard deviation is known to 5 % (1 / sqrt(2 n)): three of them are within the 15 % that a
+    /// realistic figure may be off, with 99.7 % confidence.
+    #[test]
+    fn every_measured_figure_is_within_15_percent_of_the_real_one() {
+        for preset in MODELS {
+            let model = RobotModel::named(preset.name).unwrap();
+            let quantities = measure(&model, 200).unwrap();
+            assert!(quantities.len() >= 15);
+            for quantity in quantities {
+                let difference = quantity.difference();
+                assert!(difference.is_some_and(|share| share.abs() <= 0.15), "{}: {quantity:?}", model.name);
+            }
+        }
+    }
+
+    /// What is measured of the model of a file with these settings and sources, by name, and what is not.
+    fn measured(settings: &str, sources: &str, repetitions: u32) -> (Vec<MeasuredQuantity>, Vec<&'static str>) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("own.ron");
+        let body = "torso: (x_m: (-0.1, 0.1), half_width_m: 0.15, z_m: (0.0, 0.45)), \
+                    waistband: (z_m: (0.2, 0.3), half_size_m: (0.11, 0.16))";
+        let text = format!(
+            r#"(name: "own", description: "", settings: (body: ({body}), {settings}),
+                realistic: (falls: (falls_per_min: 0.5, kick_probability: 0.2)), sources: {{ {sources} }})"#
+        );
+        std::fs::write(&path, text).unwrap();
+        let model = RobotModel::find(&path.to_string_lossy()).unwrap();
+        (measure(&model, repetitions).unwrap(), not_measured(&model).unwrap())
+    }
+
+    #[test]
+    fn what_a_robot_lacks_is_not_measured_and_said() {
+        let (quantities, left_out) = measured("motion: (max_linear_mps: 0.5)", "", 10);
+        let words = ["it has no kicks", "it has no cameras", "it has no sonars"];
+        assert_eq!(left_out.len(), words.len());
+        for (reason, words) in left_out.iter().zip(words) {
+            assert!(reason.starts_with(words), "{left_out:?}");
+        }
+        assert!(quantities.iter().any(|quantity| quantity.name == "messages lost"));
+        for quantity in &quantities {
+            let is_of_what_it_lacks =
+                ["kick", "ball", "sonar", "image"].iter().any(|word| quantity.name.contains(word));
+            assert!(!is_of_what_it_lacks && quantity.difference().is_none_or(|share| share > -0.9), "{quantity:?}");
+        }
+        // A camera that looks at the ground, and a kick of another name than those of the paper.
+        let flap = "(max_distance_m: 3, wind_up_s: 0.3, region: (x_m: (0.1, 0.3), y_m: (-0.1, 0.1), foot_m: (0.1, 0), best_m: (0.2, 0), direction: ahead))";
+        let camera = r#"(name: "chin", position_m: (0.1, 0, 0.4), tilt_deg: 80)"#;
+        let settings = format!(
+            r#"motion: (max_linear_mps: 0, max_angular_degps: 0), cameras: (mounts: [{camera}]), kicks: (own: {{ "flap": {flap} }})"#
+        );
+        let (quantities, left_out) = measured(&settings, "", 10);
+        assert!(left_out.iter().any(|reason| reason.starts_with("its cameras do not show it a ball 2 m ahead")));
+        assert!(left_out.iter().any(|reason| reason.starts_with("it does not walk")), "{left_out:?}");
+        for quantity in &quantities {
+            let is_there = quantity.difference().is_none_or(|share| share > -0.9);
+            assert!(is_there && !quantity.name.contains("speed forward"), "{quantity:?}");
+        }
+    }
+
+    #[test]
+    fn what_did_not_happen_in_few_trials_is_not_seen_and_differs_by_nothing() {
+        let seldom = "motion: (max_linear_mps: 0.5), falls: (falls_per_min: 0.0001, get_up_s: Some(3.0))";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("own.ron");
+        let text = format!(r#"(name: "own", description: "", settings: ({seldom}), realistic: (), sources: {{}})"#);
+        std::fs::write(&path, text).unwrap();
+        let falls = falling::measure(&RobotModel::find(&path.to_string_lossy()).unwrap(), 2).unwrap();
+        let fell = falls.iter().find(|quantity| quantity.name.starts_with("falls in a minute")).unwrap();
+        assert_eq!((fell.measured, fell.difference()), (0.0, None));
+        assert!(fell.not_seen.is_some_and(|why| why.contains("nobody fell")), "{fell:?}");
+    }
+
+    #[test]
+    fn a_figures_source_is_that_of_the_file_or_none_and_never_another_robots() {
+        let (quantities, _) = measured(
+            "motion: (max_linear_mps: 0.5, max_angular_degps: 80)",
+            r#""motion.max_angular_degps": "tape measure""#,
+            2,
+        );
+        let source = |name: &str| {
+            let of_name = quantities.iter().find(|quantity| quantity.name == name);
+            of_name.map(|quantity| (quantity.source.as_str(), quantity.is_guess()))
+        };
+        assert_eq!(source("turn"), Some(("tape measure", false)));
+        assert_eq!(source("speed forward"), Some((NOT_GIVEN, true)));
+        assert_eq!(source("speed backward"), Some((NOT_GIVEN, true)));
+        assert_eq!(source("falls in a minute at full speed"), Some((NOT_GIVEN, true)));
+        assert_eq!(source("messages lost"), Some(("guess: the paper's", true)));
+    }
+
+    #[test]
+    fn every_model_can_be_measured() {
+        for preset in MODELS {
+            let model = RobotModel::named(preset.name).unwrap();
+            assert!(measure(&model, 2).unwrap().len() >= 15, "{}", model.name);
+        }
+    }
+}

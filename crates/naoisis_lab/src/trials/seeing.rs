@@ -1,0 +1,26 @@
+//! How well the robots of a scenario see.
+
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::team::{PerTeam, RobotId, Team};
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::fidelity::SensorFidelity;
+use naoisis_sensing::sensing::vision::VisionSettings;
+use naoisis_sensing::sensing::vision::image::accuracy::Conditions;
+use naoisis_sim::scenario::Scenario;
+
+/// What the first blue robot of a scenario looks at, and by what it sees: its pitch, ball and robots, its cameras and its vision.
+pub fn conditions(scenario: &Scenario) -> Conditions {
+    let [own, other] = Team::BOTH.map(|team| scenario.robot(RobotId::new(team, 1)));
+    let [own_body, other_body] = [&own, &other].map(|robot| scenario.body_of(robot));
+    let cameras = CameraSettings { neck_m: own_body.neck_m, ..own.cameras.unwrap_or(scenario.cameras) };
+    let [yaw, pitch] = own.head;
+    let vision: VisionSettings = own.vision.as_ref().unwrap_or(&scenario.vision).clone();
+    Conditions {
+        pitch: scenario.field.clone(),
+        ball_radius_m: scenario.ball.unwrap_or_default().radius_m,
+        bodies: PerTeam::new(|team| if team == Team::Blue { own_body } else { other_body }),
+        head: own.head_limits.unwrap_or(scenario.head).reached_from(HeadAngles { yaw, pitch }),
+        cameras,
+        vision: vision.with_fidelity(scenario.fidelity_of(&own).vision),
+    }
+}

@@ -1,0 +1,310 @@
+//! The mistakes of all matches of a batch: found while they are played, a row each in a table beside that of the matches, and
+//! counted.
+
+use bevy::prelude::*;
+use core::fmt::{self, Write as _};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufReader, Seek, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
+use super::observer::MatchRow;
+use super::table::setting_columns;
+use super::table_file::{TableError, TableFile};
+use super::{Batch, Variants};
+use crate::record::mistakes::{Mistake, MistakeKind};
+use crate::record::{RecordPlugin, lean_double, lean_single};
+use naoisis_core::team::RobotId;
+
+/// Lets the matches of a batch whose apps have it note their [mistakes](crate::record::mistakes) in
+/// [`MatchRow::mistakes`]. Matches are the same with it, and take a little longer.
+pub struct FindMistakes;
+
+impl Plugin for FindMistakes {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<RecordPlugin>() {
+            app.add_plugins(RecordPlugin);
+        }
+        app.init_resource::<MistakesAreFound>();
+    }
+}
+
+/// That a match's mistakes are found while it is played.
+#[derive(Resource, Default)]
+pub(super) struct MistakesAreFound;
+
+/// The columns before those of the settings.
+const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
+
+/// The columns after those of the settings.
+const COLUMNS: [&str; 10] = ["kind", "robot", "other", "from_s", "until_s", "x_m", "y_m", "worst", "unit", "realism"];
+
+/// How many mistakes of each kind somebody made, and in how many matches, by the name of who it is.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct MistakeCounts {
+    counts: BTreeMap<String, ([u32; MistakeKind::ALL.len()], usize)>,
+}
+
+impl MistakeCounts {
+    /// Those that these made, in so many matches as `matches` says of each.
+    pub fn of(mistakes: impl IntoIterator<Item = (String, MistakeKind, u32)>, matches: impl Fn(&str) -> usize) -> Self {
+        let mut counts = BTreeMap::<String, ([u32; MistakeKind::ALL.len()], usize)>::new();
+        for (who, kind, count) in mistakes {
+            let matches = matches(&who);
+            let (counts, of_matches) = counts.entry(who).or_default();
+            counts[kind as usize] += count;
+            *of_matches = matches;
+        }
+        Self { counts }
+    }
+}
+
+/// A line for each who made some and a column for each kind that there was: how many there were in a match.
+impl fmt::Display for MistakeCounts {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let is_there = |kind: &MistakeKind| self.counts.values().any(|(counts, _)| counts[*kind as usize] > 0);
+        let kinds: Vec<MistakeKind> = MistakeKind::ALL.into_iter().filter(is_there).collect();
+        if kinds.is_empty() {
+            return writeln!(formatter, "no mistakes were found");
+        }
+        const TITLE: &str = "mistakes a match";
+        let width = self.counts.keys().map(|who| who.chars().count()).max().unwrap_or(0).max(TITLE.len());
+        write!(formatter, "{TITLE:<width$}")?;
+        kinds.iter().try_for_each(|kind| write!(formatter, "  {kind}"))?;
+        for (who, (counts, matches)) in &self.counts {
+            write!(formatter, "\n{who:<width$}")?;
+            for &kind in &kinds {
+                let mean = f64::from(counts[kind as usize]) / (*matches).max(1) as f64;
+                write!(formatter, "  {mean:>width$.2}", width = kind.words().len())?;
+            }
+        }
+        formatter.write_char('\n')
+    }
+}
+
+/// The table of a batch's mistakes, in a file, and their counts.
+pub struct MistakeTable {
+    path: PathBuf,
+    file: File,
+    counts: BTreeMap<(usize, RobotId, MistakeKind), u32>,
+}
+
+impl MistakeTable {
+    /// The table of a batch whose matches from the index `first` up to `next` were played earlier: new if there are none, or else
+    /// the one that was written along with them. What it has of later matches, which were not finished, is cut off.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or holds something else.
+    pub fn open<V: Variants>(path: &Path, batch: &Batch<V>, first: usize, next: usize) -> Result<Self, TableError> {
+        let io_error = |error| TableError::Io { path: path.to_owned(), error };
+        if !path.exists() && next > first {
+            return Err(TableError::NoMistakes { path: path.to_owned(), matches: next - first });
+        }
+        let mut opened = TableFile::open(path)?;
+        let header = header(batch);
+        let mut counts = BTreeMap::new();
+        let mut lines = Lines { reader: BufReader::new(&opened.file), read_bytes: 0 };
+        let mut whole_bytes = 0;
+        match lines.next_whole().map_err(io_error)? {
+            Line::Whole(line) if line == header => {
+                whole_bytes = lines.read_bytes;
+                let (mut number, mut latest) = (1, first);
+                loop {
+                    number += 1;
+                    let line = match lines.next_whole().map_err(io_error)? {
+                        Line::Whole(line) => line,
+                        Line::Part(part) if is_of_played(&part, next) => {
+                            let message = "the table is cut off, and there is a row of the match already".to_owned();
+                            return Err(TableError::foreign(path, number, message));
+                        }
+                        Line::Part(_) => break,
+                    };
+                    let fault = || TableError::foreign(path, number, "this is no mistake of this batch".to_owned());
+                    let (index, who, kind) = read_row(batch, &line).ok_or_else(fault)?;
+                    // Of the match after those that were played there may be some, and of none behind it.
+                    if index > next || !(first..).contains(&index) || index < latest {
+                        return Err(fault());
+                    }
+                    latest = index;
+                    if index == next {
+                        continue;
+                    }
+                    *counts.entry((batch.job(index).0, who, kind)).or_default() += 1;
+                    whole_bytes = lines.read_bytes;
+                }
+            }
+            Line::Part(part) if header.starts_with(&part) && next == first => {}
+            _ => return Err(TableError::foreign(path, 1, "this is no table of this batch's mistakes".to_owned())),
+        }
+        let cut = opened.file.set_len(whole_bytes).and_then(|()| opened.file.seek(SeekFrom::End(0)));
+        cut.map_err(io_error)?;
+        if whole_bytes == 0 {
+            opened.write_header(&header)?;
+        }
+        Ok(Self { path: path.to_owned(), file: opened.file, counts })
+    }
+
+    /// Writes the mistakes of a match, before its row is written.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write<V: Variants>(&mut self, batch: &Batch<V>, row: &MatchRow) -> Result<(), TableError> {
+        let lines: String = row.mistakes.iter().map(|mistake| line(batch, row, mistake)).collect();
+        for mistake in &row.mistakes {
+            *self.counts.entry((row.variant, mistake.robot, mistake.kind)).or_default() += 1;
+        }
+        let written: io::Result<()> = self.file.write_all(lines.as_bytes());
+        written.map_err(|error| TableError::NotWritten { path: self.path.clone(), error })
+    }
+
+    /// The counts of each variant's robots: the variant, the robot, the kind, and how many.
+    pub fn counts(&self) -> impl Iterator<Item = (usize, RobotId, MistakeKind, u32)> {
+        self.counts.iter().map(|((variant, robot, kind), count)| (*variant, *robot, *kind, *count))
+    }
+}
+
+fn header<V: Variants>(batch: &Batch<V>) -> String {
+    let columns = setting_columns(batch);
+    line_of(LEADING_COLUMNS.into_iter().chain(columns.iter().map(String::as_str)).chain(COLUMNS))
+}
+
+/// The cells that say which match it is.
+fn match_cells<V: Variants>(batch: &Batch<V>, index: usize) -> Vec<String> {
+    let (variant, seed) = batch.job(index);
+    let mut cells = vec![(index + 1).to_string(), seed.to_string()];
+    cells.extend(batch.variants.values(variant).into_iter().map(as_text));
+    cells
+}
+
+fn line<V: Variants>(batch: &Batch<V>, row: &MatchRow, mistake: &Mistake) -> String {
+    let mut cells = match_cells(batch, row.index);
+    let seconds = |time_s: f64| lean_double(time_s).to_string();
+    let metres = |length_m: f32| lean_single(length_m).to_string();
+    cells.extend([
+        mistake.kind.key(),
+        mistake.robot.to_string(),
+        mistake.other.map(|other| other.to_string()).unwrap_or_default(),
+        seconds(mistake.from_s),
+        seconds(mistake.until_s),
+        metres(mistake.position_m.x),
+        metres(mistake.position_m.y),
+        mistake.worst.map(metres).unwrap_or_default(),
+        mistake.unit().to_owned(),
+        batch.variants.realism(row.variant),
+    ]);
+    line_of(cells.iter().map(String::as_str))
+}
+
+/// Whether a line that is cut off is of a match that has a row already, when those up to the index `next` have one.
+fn is_of_played(part: &str, next: usize) -> bool {
+    part.split_once(',').and_then(|(number, _)| number.parse::<usize>().ok()).is_some_and(|number| number <= next)
+}
+
+/// The match of a line, who made the mistake, and of which kind it is; none if it is of no such batch.
+fn read_row<V: Variants>(batch: &Batch<V>, line: &str) -> Option<(usize, RobotId, MistakeKind)> {
+    let cells = cells_of(line);
+    let index = cells.first()?.parse::<usize>().ok()?.checked_sub(1).filter(|index| *index < batch.len())?;
+    let ours = match_cells(batch, index);
+    if cells.len() != ours.len() + COLUMNS.len() || !cells.starts_with(&ours) {
+        return None;
+    }
+    let kind = MistakeKind::ALL.into_iter().find(|kind| kind.key() == cells[ours.len()])?;
+    Some((index, cells[ours.len() + 1].parse().ok()?, kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::run_batch;
+    use core::sync::atomic::AtomicBool;
+    use naoisis_sim::scenario::Scenario;
+    use naoisis_sim::simulation::NaoisisPlugins;
+    use std::fs;
+
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins((NaoisisPlugins, FindMistakes));
+        app
+    }
+
+    fn batch() -> Batch {
+        let mut scenario = Scenario::named("match3v3").unwrap();
+        scenario.duration_s = Some(20.0);
+        Batch { variants: vec![scenario], matches: 3, first_seed: 1, threads: 2 }
+    }
+
+    fn rows(batch: &Batch) -> Vec<MatchRow> {
+        let mut rows = Vec::new();
+        run_batch(batch, 0, simulator, &AtomicBool::new(false), |row| rows.push(row));
+        rows
+    }
+
+    #[test]
+    fn names_of_kinds_are_those_of_the_report_of_a_match() {
+        for kind in MistakeKind::ALL {
+            assert_eq!(serde_json::to_value(kind).unwrap(), kind.key());
+        }
+    }
+
+    #[test]
+    fn counts_are_means_of_the_matches_of_each() {
+        let (missed, lost) = (MistakeKind::KickMissed, MistakeKind::OwnPoseLost);
+        let made = [("roles", missed, 3), ("chasers", lost, 1), ("roles", missed, 2)];
+        let made = made.map(|(who, kind, count)| (who.to_owned(), kind, count));
+        let counts = MistakeCounts::of(made, |who| if who == "roles" { 2 } else { 4 });
+        let expected = "mistakes a match  own pose lost  kick missed\n\
+                        chasers                    0.25         0.00\n\
+                        roles                      0.00         2.50\n";
+        assert_eq!(counts.to_string(), expected);
+        assert_eq!(MistakeCounts::default().to_string(), "no mistakes were found\n");
+    }
+
+    #[test]
+    fn a_table_that_goes_on_is_the_one_that_was_written_at_once_and_so_are_its_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mistakes.csv");
+        let (batch, text) = (batch(), || fs::read_to_string(&path).unwrap());
+        let rows = rows(&batch);
+        assert!(rows.iter().all(|row| !row.mistakes.is_empty()), "matches without mistakes show nothing");
+        let mut table = MistakeTable::open(&path, &batch, 0, 0).unwrap();
+        rows.iter().for_each(|row| table.write(&batch, row).unwrap());
+        let (whole, counts) = (text(), table.counts.clone());
+        assert_eq!(counts.values().sum::<u32>() as usize, whole.lines().count() - 1);
+        drop(table);
+        for played in 0..=rows.len() {
+            // What was written of the match under way is cut off, in the middle of a line too.
+            let number = |line: &str| line.split(',').next().and_then(|cell| cell.parse::<usize>().ok()).unwrap_or(0);
+            let mut there: String = whole.split_inclusive('\n').filter(|line| number(line) <= played + 1).collect();
+            if played < rows.len() {
+                there.truncate(there.len() - 3);
+            }
+            fs::write(&path, &there).unwrap();
+            let mut table = MistakeTable::open(&path, &batch, 0, played).unwrap();
+            rows[played..].iter().for_each(|row| table.write(&batch, row).unwrap());
+            assert!(text() == whole && table.counts == counts, "{played}");
+        }
+    }
+
+    #[test]
+    fn tables_of_something_else_are_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mistakes.csv");
+        let batch = batch();
+        assert!(matches!(MistakeTable::open(&path, &batch, 0, 2), Err(TableError::NoMistakes { matches: 2, .. })));
+        drop(MistakeTable::open(&path, &batch, 0, 0).unwrap());
+        let header = fs::read_to_string(&path).unwrap();
+        let wrong_seed = format!("{header}1,7,kick_missed,blue1,,1,1,0,0,,,\n");
+        let wrong_kind = format!("{header}1,1,yawned,blue1,,1,1,0,0,,,\n");
+        // Whose first match was not played here, and whose matches are in no order.
+        let of_another = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,,\n");
+        let unordered = format!("{header}2,2,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_missed,blue1,,1,1,0,0,,,\n");
+        // Of the first match, that was played, a part is lost.
+        let cut_off = format!("{header}1,1,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_mis");
+        for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &of_another, &unordered, &cut_off] {
+            fs::write(&path, text).unwrap();
+            assert!(matches!(MistakeTable::open(&path, &batch, 0, 1), Err(TableError::Foreign { .. })), "{text}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+    }
+}

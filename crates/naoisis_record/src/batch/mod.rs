@@ -1,0 +1,256 @@
+//! Many seeded matches on many threads, and what they come to.
+//!
+//! One match is one `World` on one thread; threads take the next match when they are done with one. What comes out is
+//! the same whatever the number of threads: each match depends on its scenario and seed only, and the [`MatchRow`]s
+//! come in the order of the matches.
+//!
+//! ```
+//! use core::sync::atomic::AtomicBool;
+//! use naoisis::batch::{Batch, run_batch};
+//! use naoisis::prelude::*;
+//! use bevy::prelude::*;
+//!
+//! let scenario = Scenario { duration_s: Some(2.0), ..Scenario::named("match3v3")? };
+//! let batch = Batch { variants: vec![scenario], matches: 4, first_seed: 1, threads: 2 };
+//! let mut rows = Vec::new();
+//! let simulator = || {
+//!     let mut app = App::new();
+//!     app.add_plugins(NaoisisPlugins);
+//!     app
+//! };
+//! run_batch(&batch, 0, simulator, &AtomicBool::new(false), |row| rows.push(row));
+//! assert_eq!(rows.iter().map(|row| row.seed).collect::<Vec<_>>(), [1, 2, 3, 4]);
+//! # Ok::<(), naoisis::scenario::ScenarioError>(())
+//! ```
+
+use bevy::prelude::*;
+use core::ops::Range;
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc;
+use std::thread;
+
+mod csv_lines;
+pub mod merge;
+pub mod mistakes;
+pub mod observer;
+pub mod pairs;
+pub mod summary;
+pub mod sweep;
+pub mod table;
+mod table_file;
+pub mod variants;
+
+use mistakes::MistakesAreFound;
+use observer::MatchObserver;
+pub use observer::{MatchOutcome, MatchRow};
+pub use variants::Variants;
+
+use crate::record::mistakes::MistakeFinder;
+use naoisis_agents::agents::{self, AgentSettings};
+use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::game::{Game, GameState};
+use naoisis_sensing::sensing::jobs::SensingThreads;
+use naoisis_sim::interface::gather::{CurrentRecord, gather_start};
+use naoisis_sim::scenario::Scenario;
+use naoisis_sim::simulation::MatchApp;
+
+/// The matches to be played: with every seed, one of every variant.
+#[derive(Clone, Debug)]
+pub struct Batch<V = Vec<Scenario>> {
+    /// The scenarios, each with settings of its own; their seeds do not matter.
+    pub variants: V,
+    /// Matches of each variant.
+    pub matches: usize,
+    /// The seed of the first match of each variant; that of the next is one more.
+    pub first_seed: u64,
+    /// Matches that are played at the same time, at least 1.
+    pub threads: usize,
+}
+
+impl<V: Variants> Batch<V> {
+    /// The number of matches of all variants.
+    pub fn len(&self) -> usize {
+        self.matches.saturating_mul(self.variants.count())
+    }
+
+    /// Whether there is nothing to be played.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The matches of one part of several, `shard` being from 1 to `shards`: each match is in one part, and their tables, one after
+    /// the other, are that of the whole.
+    pub fn part(&self, shard: usize, shards: usize) -> Range<usize> {
+        let until = |shard: usize| (self.len() as u128 * shard as u128 / shards.max(1) as u128) as usize;
+        until(shard.saturating_sub(1))..until(shard)
+    }
+
+    /// Variant and seed of a match. The variants of one seed are neighbours, so that a batch with more matches begins
+    /// with those of the smaller one.
+    pub fn job(&self, index: usize) -> (usize, u64) {
+        let variants = self.variants.count().max(1);
+        (index % variants, self.first_seed.wrapping_add((index / variants) as u64))
+    }
+}
+
+/// Plays the matches of a batch from the one with index `first` on: [`run_part`] to its end.
+pub fn run_batch<V: Variants>(
+    batch: &Batch<V>,
+    first: usize,
+    simulator: impl Fn() -> App + Sync,
+    stop: &AtomicBool,
+    finished: impl FnMut(MatchRow),
+) {
+    run_part(batch, first..batch.len(), simulator, stop, finished);
+}
+
+/// Plays the matches of a batch with these indices, each in a fresh app, and hands over a row for each, in their order. When
+/// `stop` turns true, the matches under way are finished, and no others begin.
+///
+/// A match whose behaviour panics, or that cannot be started, is a row with that
+/// [outcome](MatchRow::outcome), and the others go on.
+pub fn run_part<V: Variants>(
+    batch: &Batch<V>,
+    indices: Range<usize>,
+    simulator: impl Fn() -> App + Sync,
+    stop: &AtomicBool,
+    mut finished: impl FnMut(MatchRow),
+) {
+    let next = AtomicUsize::new(indices.start);
+    let (sender, receiver) = mpsc::channel();
+    thread::scope(|scope| {
+        for _ in 0..batch.threads.clamp(1, indices.len().max(1)) {
+            let (sender, next, simulator, indices) = (sender.clone(), &next, &simulator, &indices);
+            scope.spawn(move || {
+                while !stop.load(Ordering::Relaxed) {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= indices.end {
+                        break;
+                    }
+                    let (variant, seed) = batch.job(index);
+                    let row = match batch.variants.scenario(variant) {
+                        Ok(scenario) => play(simulator, &Scenario { seed, ..scenario }),
+                        Err(message) => MatchRow::failed(seed, MatchOutcome::Refused, message),
+                    };
+                    let row = MatchRow { index, variant, ..row };
+                    if sender.send(row).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        // Whoever is ahead waits for those before it.
+        let mut waiting = BTreeMap::new();
+        let mut expected = indices.start;
+        for row in receiver {
+            waiting.insert(row.index, row);
+            while let Some(row) = waiting.remove(&expected) {
+                expected += 1;
+                finished(row);
+            }
+        }
+    });
+}
+
+/// Plays one match to its end.
+pub fn play(simulator: impl Fn() -> App, scenario: &Scenario) -> MatchRow {
+    let played = catch_unwind(AssertUnwindSafe(|| {
+        let mut app = simulator();
+        // The matches have the cores.
+        app.insert_resource(SensingThreads(1));
+        match app.start_match(scenario) {
+            Ok(app) => play_to_the_end(app.world_mut(), scenario),
+            Err(fault) => MatchRow::failed(scenario.seed, MatchOutcome::Refused, fault.to_string()),
+        }
+    }));
+    played.unwrap_or_else(|payload| {
+        let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+        let message = text.unwrap_or_else(|| "without a message".to_owned());
+        MatchRow::failed(scenario.seed, MatchOutcome::Panicked, message)
+    })
+}
+
+fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {
+    if world.contains_resource::<AgentSettings>()
+        && let Err(error) = agents::start_programs(world)
+    {
+        return MatchRow::failed(scenario.seed, MatchOutcome::Refused, error.to_string());
+    }
+    let mut observer = MatchObserver::begin(world);
+    let mut finder = world.contains_resource::<MistakesAreFound>().then(|| {
+        gather_start(world);
+        MistakeFinder::new(scenario)
+    });
+    let last_cycle = scenario.last_cycle();
+    let (outcome, farewell) = loop {
+        if let Some(finder) = &mut finder {
+            finder.look(&world.resource::<CurrentRecord>().record);
+        }
+        if world.resource::<Game>().state == GameState::Finished {
+            break (MatchOutcome::FinalWhistle, "final whistle");
+        }
+        let cycle = world.resource::<CycleClock>().cycle;
+        if last_cycle.is_some_and(|last| cycle >= last) {
+            break (MatchOutcome::Duration, "end");
+        }
+        run_cycle(world);
+        observer.observe(world);
+    };
+    agents::dismiss(world, farewell);
+    let mistakes = finder.map(|finder| finder.mistakes()).unwrap_or_default();
+    MatchRow { mistakes, ..observer.row(world, scenario.seed, outcome) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::simulation::NaoisisPlugins;
+
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }
+
+    fn short_match() -> Scenario {
+        Scenario { duration_s: Some(4.0), ..Scenario::named("match3v3").unwrap() }
+    }
+
+    fn rows_of(batch: &Batch, first: usize) -> Vec<MatchRow> {
+        let mut rows = Vec::new();
+        run_batch(batch, first, simulator, &AtomicBool::new(false), |row| rows.push(row));
+        rows
+    }
+
+    #[test]
+    fn the_rows_are_the_same_whatever_the_number_of_threads_and_wherever_a_batch_goes_on() {
+        let quiet = Scenario { duration_s: Some(1.0), ..short_match() };
+        let batch = Batch { variants: vec![short_match(), quiet], matches: 3, first_seed: 5, threads: 1 };
+        let rows = rows_of(&batch, 0);
+        assert_eq!(
+            rows.iter().map(|row| (row.index, row.variant, row.seed)).collect::<Vec<_>>(),
+            [(0, 0, 5), (1, 1, 5), (2, 0, 6), (3, 1, 6), (4, 0, 7), (5, 1, 7)]
+        );
+        assert!(rows.iter().all(|row| row.outcome == MatchOutcome::Duration));
+        assert_eq!(rows_of(&Batch { threads: 3, ..batch.clone() }, 0), rows);
+        assert_eq!(rows_of(&Batch { threads: 2, ..batch }, 4), rows[4..]);
+    }
+
+    #[test]
+    fn after_a_stop_no_match_begins() {
+        let stop = AtomicBool::new(false);
+        let batch = Batch { variants: vec![short_match()], matches: 100, first_seed: 1, threads: 2 };
+        let mut rows = 0;
+        run_batch(&batch, 0, simulator, &stop, |_| {
+            rows += 1;
+            stop.store(true, Ordering::Relaxed);
+        });
+        // Those under way are finished.
+        assert!((1..100).contains(&rows), "{rows}");
+        run_batch(&batch, 0, simulator, &stop, |_| panic!("it was stopped before it began"));
+    }
+}

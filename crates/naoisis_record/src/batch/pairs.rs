@@ -1,0 +1,335 @@
+//! Every team against every other, with changed sides, and who beats whom.
+
+use core::fmt::{self, Write};
+
+use super::observer::MatchRow;
+use naoisis_core::statistics::{Estimate, mean, share};
+use naoisis_core::team::{PerTeam, Team};
+
+/// What the matches of two teams come to, as the first of them sees it, with 95 % confidence.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PairSummary {
+    /// Matches that were played as they should be.
+    pub matches: usize,
+    /// Matches that were not.
+    pub failed: usize,
+    /// Whether those in each colour were one and the same match whatever their seeds: nothing was left to chance, and the intervals
+    /// say nothing.
+    pub repeated: bool,
+    /// Matches that the first team won, as a share.
+    pub wins: Option<Estimate>,
+    /// Matches that nobody won, as a share.
+    pub draws: Option<Estimate>,
+    /// Matches that the second team won, as a share.
+    pub losses: Option<Estimate>,
+    /// Of the matches that somebody won, those that the first team did, as a share.
+    pub share_of_wins: Option<Estimate>,
+    /// The first team's goals in a match.
+    pub goals: Option<Estimate>,
+    /// The second team's goals in a match.
+    pub goals_against: Option<Estimate>,
+    /// The first team's goals less the second's.
+    pub goal_difference: Option<Estimate>,
+    /// Of the balls that each team kicked without scoring, those of which the next touch was a team-mate's, as a share: the first
+    /// team's and the second's.
+    pub kept: [Option<Estimate>; 2],
+}
+
+impl PairSummary {
+    /// Of matches, each with the colour in which the first team played it.
+    pub fn of<'a>(rows: impl Iterator<Item = (&'a MatchRow, Team)>) -> Self {
+        let (valid, failed): (Vec<_>, Vec<_>) = rows.partition(|(row, _)| row.outcome.is_valid());
+        let goals: Vec<[f64; 2]> = valid
+            .iter()
+            .map(|(row, first)| [*first, first.opponent()].map(|team| f64::from(row.goals[team])))
+            .collect();
+        let kept = |whose: fn(Team) -> Team| {
+            let sum = |counts: fn(&MatchRow) -> PerTeam<u32>| {
+                valid.iter().map(|(row, first)| counts(row)[whose(*first)] as usize).sum::<usize>()
+            };
+            let kept = sum(|row| row.kept);
+            share(kept, kept + sum(|row| row.given_away))
+        };
+        let wins = goals.iter().filter(|[own, other]| own > other).count();
+        let losses = goals.iter().filter(|[own, other]| own < other).count();
+        let mean_of = |value: fn(&[f64; 2]) -> f64| mean(&goals.iter().map(value).collect::<Vec<f64>>());
+        Self {
+            matches: valid.len(),
+            failed: failed.len(),
+            repeated: MatchRow::are_repetitions(&valid.iter().map(|(row, _)| *row).collect::<Vec<_>>()),
+            wins: share(wins, valid.len()),
+            draws: share(valid.len() - wins - losses, valid.len()),
+            losses: share(losses, valid.len()),
+            share_of_wins: share(wins, wins + losses),
+            goals: mean_of(|goals| goals[0]),
+            goals_against: mean_of(|goals| goals[1]),
+            goal_difference: mean_of(|goals| goals[0] - goals[1]),
+            kept: [kept(|first| first), kept(Team::opponent)],
+        }
+    }
+
+    /// Whether one of the two is the better with 95 % confidence: of the matches that somebody won, more than half are
+    /// the first team's (true), or fewer are (false). None while that cannot be told, as of a match that is repeated.
+    pub fn is_first_better(&self) -> Option<bool> {
+        let share = self.share_of_wins?;
+        if self.repeated {
+            None
+        } else if share.low > 0.5 {
+            Some(true)
+        } else if share.high < 0.5 {
+            Some(false)
+        } else {
+            None
+        }
+    }
+
+    /// The same matches as the second team sees them.
+    pub fn reversed(&self) -> Self {
+        let complement = |estimate: Estimate| Estimate {
+            value: 1.0 - estimate.value,
+            low: 1.0 - estimate.high,
+            high: 1.0 - estimate.low,
+        };
+        let negative =
+            |estimate: Estimate| Estimate { value: -estimate.value, low: -estimate.high, high: -estimate.low };
+        Self {
+            wins: self.losses,
+            losses: self.wins,
+            share_of_wins: self.share_of_wins.map(complement),
+            goals: self.goals_against,
+            goals_against: self.goals,
+            goal_difference: self.goal_difference.map(negative),
+            kept: [self.kept[1], self.kept[0]],
+            ..self.clone()
+        }
+    }
+}
+
+/// All pairs of some teams.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Pairs {
+    teams: Vec<String>,
+}
+
+/// A match of two teams.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Pairing {
+    /// The teams' places in their list: the first one's before the second one's.
+    pub teams: [usize; 2],
+    /// The colour in which the first of them plays.
+    pub first: Team,
+}
+
+impl Pairs {
+    /// Those of these teams.
+    pub fn of(teams: Vec<String>) -> Self {
+        Self { teams }
+    }
+
+    /// Every two of the teams, in blue and pink and the other way round.
+    pub fn pairings(&self) -> impl Iterator<Item = Pairing> {
+        self.pairs().flat_map(|teams| Team::BOTH.map(|first| Pairing { teams, first }))
+    }
+
+    /// The names of who plays in blue and of who plays in pink.
+    pub fn names(&self, pairing: Pairing) -> [&str; 2] {
+        let [first, second] = pairing.teams.map(|team| self.teams[team].as_str());
+        match pairing.first {
+            Team::Blue => [first, second],
+            Team::Pink => [second, first],
+        }
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        let count = self.teams.len();
+        (0..count).flat_map(move |first| (first + 1..count).map(move |second| [first, second]))
+    }
+
+    /// What came of the pairs' matches, each with its pairing.
+    pub fn table<'a>(&self, rows: impl Iterator<Item = (&'a MatchRow, Pairing)>) -> PairTable {
+        let rows: Vec<(&MatchRow, Pairing)> = rows.collect();
+        let summary = |teams| {
+            let matches = rows.iter().filter(|(_, pairing)| pairing.teams == teams);
+            (teams, PairSummary::of(matches.map(|(row, pairing)| (*row, pairing.first))))
+        };
+        PairTable { teams: self.teams.clone(), pairs: self.pairs().map(summary).collect() }
+    }
+}
+
+/// Who beats whom, as a text: a table of the teams, and a line for each pair.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PairTable {
+    teams: Vec<String>,
+    pairs: Vec<([usize; 2], PairSummary)>,
+}
+
+impl PairTable {
+    /// What the matches of two teams came to, as the first of them sees it. None if they did not play each other.
+    pub fn summary(&self, first: &str, second: &str) -> Option<PairSummary> {
+        self.pairs.iter().find_map(|([one, other], summary)| {
+            let names = [self.teams[*one].as_str(), self.teams[*other].as_str()];
+            if names == [first, second] {
+                Some(summary.clone())
+            } else if names == [second, first] {
+                Some(summary.reversed())
+            } else {
+                None
+            }
+        })
+    }
+}
+
+impl fmt::Display for PairTable {
+    fn fmt(&self, text: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const CELL: usize = 16;
+        let widest = self.teams.iter().map(String::len).max().unwrap_or_default().max(4);
+        write!(text, "{:widest$}", "wins")?;
+        for team in &self.teams {
+            write!(text, " {:>CELL$}", format!("against {team}"))?;
+        }
+        writeln!(text)?;
+        for row in &self.teams {
+            write!(text, "{row:widest$}")?;
+            for column in &self.teams {
+                let cell = self.summary(row, column).and_then(|summary| {
+                    let mark = if summary.is_first_better() == Some(true) { '*' } else { ' ' };
+                    Some(format!("{:.1} %{mark}", 100.0 * summary.wins?.value))
+                });
+                write!(text, " {:>CELL$}", cell.unwrap_or_else(|| "- ".to_owned()))?;
+            }
+            writeln!(text)?;
+        }
+        for ([first, second], summary) in &self.pairs {
+            let better = |better: bool| {
+                let summary = if better { summary.clone() } else { summary.reversed() };
+                (if better { [*first, *second] } else { [*second, *first] }, summary)
+            };
+            // The better one is named first.
+            let first_is_better = summary.share_of_wins.is_none_or(|share| share.value >= 0.5);
+            let ([first, second], summary) = better(first_is_better);
+            let [first, second] = [&self.teams[first], &self.teams[second]];
+            let mut line = String::new();
+            match summary.is_first_better() {
+                Some(_) => write!(line, "{first} beats {second}")?,
+                None if summary.repeated => write!(line, "{first} and {second}: every seed plays the same match")?,
+                None => write!(line, "{first} and {second}: no difference that is sure")?,
+            }
+            write!(line, ": {} matches", summary.matches)?;
+            for (what, share) in [("wins", summary.wins), ("draws", summary.draws), ("losses", summary.losses)] {
+                if let Some(share) = share {
+                    write!(line, ", {:.1} % {what}", 100.0 * share.value)?;
+                }
+            }
+            if let Some(share) = summary.share_of_wins {
+                let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
+                write!(line, "; of those that somebody won, {value:.1} %")?;
+                if !summary.repeated {
+                    write!(line, " ({low:.1} to {high:.1})")?;
+                }
+            }
+            if let (Some(own), Some(other), Some(difference)) =
+                (summary.goals, summary.goals_against, summary.goal_difference)
+            {
+                let [own, other, value] = [own.value, other.value, difference.value];
+                write!(line, "; goals {own:.2} : {other:.2}, difference {value:+.2}")?;
+                if !summary.repeated {
+                    write!(line, " ± {:.2}", difference.margin())?;
+                }
+            }
+            if let [Some(own), Some(other)] = summary.kept.map(|kept| kept.map(|kept| 100.0 * kept.value)) {
+                write!(line, "; balls kept {own:.0} % : {other:.0} %")?;
+            }
+            if summary.failed > 0 {
+                write!(line, "; {} failed", summary.failed)?;
+            }
+            writeln!(text, "{line}")?;
+        }
+        if self.pairs.iter().any(|(_, summary)| summary.is_first_better().is_some()) {
+            writeln!(text, "* The row's team beats the column's, with 95 % confidence.")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::observer::MatchOutcome;
+
+    fn row(blue: u32, pink: u32) -> MatchRow {
+        MatchRow { goals: PerTeam { blue, pink }, ..MatchRow::failed(1, MatchOutcome::FinalWhistle, String::new()) }
+    }
+
+    fn teams(names: &[&str]) -> Pairs {
+        Pairs::of(names.iter().map(|name| (*name).to_owned()).collect())
+    }
+
+    #[test]
+    fn every_two_teams_play_in_both_colours() {
+        let pairs = teams(&["a", "b", "c"]);
+        let names: Vec<[&str; 2]> = pairs.pairings().map(|pairing| pairs.names(pairing)).collect();
+        assert_eq!(names, [["a", "b"], ["b", "a"], ["a", "c"], ["c", "a"], ["b", "c"], ["c", "b"]]);
+    }
+
+    #[test]
+    fn a_win_is_a_win_in_either_colour() {
+        // Two wins, one in each colour, a draw, a loss in pink.
+        let rows = [(row(2, 0), Team::Blue), (row(0, 1), Team::Pink), (row(1, 1), Team::Blue), (row(3, 0), Team::Pink)];
+        let summary = PairSummary::of(rows.iter().map(|(row, first)| (row, *first)));
+        assert_eq!([summary.wins, summary.draws, summary.losses].map(|share| share.unwrap().value), [0.5, 0.25, 0.25]);
+        assert_eq!(summary.share_of_wins.unwrap().value, 2.0 / 3.0);
+        assert_eq!([summary.goals, summary.goals_against].map(|goals| goals.unwrap().value), [1.0, 1.0]);
+        assert_eq!(summary.is_first_better(), None, "three matches tell nothing");
+    }
+
+    #[test]
+    fn the_other_side_of_a_pair_is_its_mirror() {
+        let rows = [(row(2, 0), Team::Blue), (row(1, 0), Team::Blue), (row(0, 0), Team::Blue), (row(0, 1), Team::Blue)];
+        let summary = PairSummary::of(rows.iter().map(|(row, first)| (row, *first)));
+        let other = PairSummary::of(rows.iter().map(|(row, first)| (row, first.opponent())));
+        assert_eq!(summary.reversed().wins, other.wins);
+        assert_eq!(summary.reversed().goals, other.goals);
+        let [reversed, other] = [summary.reversed(), other].map(|summary| summary.share_of_wins.unwrap());
+        assert!((reversed.low - other.low).abs() < 1e-9 && (reversed.high - other.high).abs() < 1e-9);
+    }
+
+    #[test]
+    fn whoever_wins_nearly_always_beats_the_other_and_the_table_says_so() {
+        let pairs = teams(&["weak", "strong"]);
+        let rows: Vec<(MatchRow, Pairing)> = (0..20)
+            .flat_map(|outs| pairs.pairings().map(move |pairing| (outs, pairing)))
+            .map(|(outs, pairing)| {
+                let row = if pairing.first == Team::Blue { row(0, 1) } else { row(2, 0) };
+                (MatchRow { outs, ..row }, pairing)
+            })
+            .collect();
+        let table = pairs.table(rows.iter().map(|(row, pairing)| (row, *pairing)));
+        assert_eq!(table.summary("strong", "weak").unwrap().is_first_better(), Some(true));
+        assert_eq!(table.summary("weak", "strong").unwrap().is_first_better(), Some(false));
+        assert_eq!(table.summary("strong", "strong"), None);
+        let text = table.to_string();
+        assert!(text.contains("strong beats weak: 40 matches, 100.0 % wins"), "{text}");
+        assert!(text.contains("100.0 %*"), "{text}");
+        // Evenly matched, nobody beats anybody.
+        let even = rows.iter().enumerate().map(|(index, (row, _))| {
+            (row, Pairing { teams: [0, 1], first: if index % 4 < 2 { Team::Blue } else { Team::Pink } })
+        });
+        let text = pairs.table(even).to_string();
+        assert!(text.contains("no difference that is sure") && !text.contains('*'), "{text}");
+    }
+
+    #[test]
+    fn a_match_that_every_seed_plays_again_makes_nobody_sure() {
+        let pairs = teams(&["weak", "strong"]);
+        let rows: Vec<(MatchRow, Pairing)> = (0..40)
+            .flat_map(|seed| pairs.pairings().zip(0..).map(move |(pairing, variant)| (seed, variant, pairing)))
+            .map(|(seed, variant, pairing)| {
+                let row = if pairing.first == Team::Blue { row(0, 1) } else { row(2, 0) };
+                (MatchRow { seed, variant, ..row }, pairing)
+            })
+            .collect();
+        let text = pairs.table(rows.iter().map(|(row, pairing)| (row, *pairing))).to_string();
+        assert!(text.contains("strong and weak: every seed plays the same match: 80 matches, 100.0 % wins"), "{text}");
+        assert!(!text.contains('*') && !text.contains('±') && !text.contains(" to "), "{text}");
+    }
+}

@@ -1,0 +1,447 @@
+//! The table of a batch: comma-separated values, a row a match, in the order of the matches.
+//!
+//! Behind the match's number and seed come the settings of its variant, then what came of it, and at last a
+//! fingerprint of the scenario, by which a later batch knows whether the table is its own and goes on where it ends. A setting that
+//! is called like another column, such as `realism` and `duration_s`, has `set.` before its name.
+//!
+//! A text that a spreadsheet would take for a formula has an apostrophe before it.
+
+use core::ops::Range;
+use std::fs::File;
+use std::io::{BufReader, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
+use super::observer::{MatchOutcome, MatchRow};
+pub use super::table_file::TableError;
+use super::table_file::TableFile;
+use super::variants::fingerprint;
+use super::{Batch, Variants};
+use naoisis_core::team::PerTeam;
+use naoisis_sim::scenario::Scenario;
+
+/// The columns before those of the settings.
+const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
+
+/// The columns after those of the settings.
+const COLUMNS: [&str; 23] = [
+    "outcome",
+    "duration_s",
+    "blue_goals",
+    "pink_goals",
+    "blue_own_goals",
+    "pink_own_goals",
+    "blue_kicks",
+    "pink_kicks",
+    "blue_kept",
+    "pink_kept",
+    "blue_given_away",
+    "pink_given_away",
+    "blue_penalties",
+    "pink_penalties",
+    "outs",
+    "blue_possession",
+    "ball_in_blue_half",
+    "messages_lost",
+    "blue_belief_error_m",
+    "pink_belief_error_m",
+    "note",
+    "realism",
+    SCENARIO,
+];
+
+/// The column of the fingerprint.
+const SCENARIO: &str = "scenario";
+
+/// What is said of a file that is something else.
+const NO_TABLE: &str = "this is no table of matches";
+
+/// The table of a batch, as a file or in memory only.
+pub struct Table {
+    columns: Vec<String>,
+    file: Option<(PathBuf, File)>,
+}
+
+/// The names of a batch's settings as columns of its tables: one that is called like another column has `set.` before it.
+pub(super) fn setting_columns<V: Variants>(batch: &Batch<V>) -> Vec<String> {
+    let is_taken = |column: &str| LEADING_COLUMNS.contains(&column) || COLUMNS.contains(&column);
+    let unlike_others = |column: String| if is_taken(&column) { format!("set.{column}") } else { column };
+    batch.variants.columns().into_iter().map(unlike_others).collect()
+}
+
+impl Table {
+    /// A table that is written nowhere.
+    pub fn unwritten() -> Self {
+        Self { columns: Vec::new(), file: None }
+    }
+
+    /// The table of this batch in a file: new, or with the rows that are there already, which are returned. A last
+    /// line that is not complete is cut off.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or holds another table.
+    pub fn open<V: Variants>(path: &Path, batch: &Batch<V>) -> Result<(Table, Vec<MatchRow>), TableError> {
+        Self::open_part(path, batch, 0..batch.len())
+    }
+
+    /// As [`Table::open`], for the matches of a batch with these indices.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or holds another table.
+    pub fn open_part<V: Variants>(
+        path: &Path,
+        batch: &Batch<V>,
+        indices: Range<usize>,
+    ) -> Result<(Table, Vec<MatchRow>), TableError> {
+        let io_error = |error| TableError::Io { path: path.to_owned(), error };
+        let mut opened = TableFile::open(path)?;
+        let mut table = Table::of(batch);
+        let header = table.header();
+        let mut lines = Lines { reader: BufReader::new(&opened.file), read_bytes: 0 };
+        let mut rows = Vec::new();
+        match lines.next_whole().map_err(io_error)? {
+            Line::Whole(first) if first == header => {
+                while let Line::Whole(line) = lines.next_whole().map_err(io_error)? {
+                    let number = rows.len() + 2;
+                    let index = indices.start + rows.len();
+                    if index >= indices.end {
+                        let message = format!("the table has more matches than the {} of this batch", indices.len());
+                        return Err(TableError::foreign(path, number, message));
+                    }
+                    let row = table.read_row(batch, index, &line);
+                    rows.push(row.map_err(|difference| TableError::foreign(path, number, difference))?);
+                }
+                let whole_bytes = lines.read_bytes;
+                let cut = opened.file.set_len(whole_bytes).and_then(|()| opened.file.seek(SeekFrom::End(0)));
+                cut.map_err(io_error)?;
+            }
+            Line::Whole(first) => return Err(TableError::foreign(path, 1, table.difference_of_columns(&first))),
+            Line::Part(part) if header.starts_with(&part) => {
+                let cut = opened.file.set_len(0).and_then(|()| opened.file.seek(SeekFrom::Start(0)));
+                cut.map_err(io_error)?;
+                opened.write_header(&header)?;
+            }
+            Line::Part(_) => return Err(TableError::foreign(path, 1, NO_TABLE.to_owned())),
+        }
+        table.file = Some((path.to_owned(), opened.file));
+        Ok((table, rows))
+    }
+
+    /// Writes a row of this batch.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write<V: Variants>(&mut self, batch: &Batch<V>, row: &MatchRow) -> Result<(), TableError> {
+        if let Some((path, file)) = &mut self.file {
+            let line = line_of(cells(batch, row).iter().map(String::as_str));
+            file.write_all(line.as_bytes()).map_err(|error| TableError::NotWritten { path: path.clone(), error })?;
+        }
+        Ok(())
+    }
+
+    fn names(&self) -> impl Iterator<Item = &str> {
+        LEADING_COLUMNS.into_iter().chain(self.columns.iter().map(String::as_str)).chain(COLUMNS)
+    }
+
+    /// That of a batch, written nowhere.
+    pub(super) fn of<V: Variants>(batch: &Batch<V>) -> Self {
+        Self { columns: setting_columns(batch), file: None }
+    }
+
+    pub(super) fn header(&self) -> String {
+        line_of(self.names())
+    }
+
+    /// How the columns of a file differ from those of the batch.
+    pub(super) fn difference_of_columns(&self, first_line: &str) -> String {
+        let theirs = cells_of(first_line);
+        if !theirs.iter().map(String::as_str).take(LEADING_COLUMNS.len()).eq(LEADING_COLUMNS) {
+            return NO_TABLE.to_owned();
+        }
+        let ours: Vec<&str> = self.names().collect();
+        let list = |names: Vec<&str>| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let more: Vec<&str> = theirs.iter().map(String::as_str).filter(|name| !ours.contains(name)).collect();
+        if theirs == ours {
+            return "another program saved the table, with other ends of lines, quotes, or a mark at its beginning"
+                .to_owned();
+        }
+        let fewer: Vec<&str> = ours.into_iter().filter(|name| theirs.iter().all(|other| other != name)).collect();
+        match (more.is_empty(), fewer.is_empty()) {
+            (false, false) => format!("the table has {} where this batch has {}", list(more), list(fewer)),
+            (false, true) => format!("the table has {}, which this batch has not", list(more)),
+            (true, false) => format!("the table has no {}, which this batch has", list(fewer)),
+            (true, true) => "the columns are in another order than in this batch".to_owned(),
+        }
+    }
+
+    /// The row of a line, or how it differs from what this batch would write there.
+    pub(super) fn read_row<V: Variants>(&self, batch: &Batch<V>, index: usize, line: &str) -> Result<MatchRow, String> {
+        if index >= batch.len() {
+            return Err(format!("the table has more matches than the {} of this batch", batch.len()));
+        }
+        let theirs = cells_of(line);
+        let (variant, seed) = batch.job(index);
+        let no_row = || "this is no row of the table".to_owned();
+        let row = self.row_of(&theirs, index, variant).ok_or_else(no_row)?;
+        let ours = cells(batch, &MatchRow { seed, ..row.clone() });
+        let different = self.names().zip(theirs.iter().zip(&ours)).find(|(_, (theirs, ours))| theirs != ours);
+        match different {
+            None if theirs.len() == ours.len() => Ok(row),
+            Some((SCENARIO, (theirs, _))) => Err(difference_of_scenarios(batch, &row, theirs)),
+            Some((name, (theirs, ours))) => Err(format!("`{name}` is {theirs}, and {ours} in this batch")),
+            None => Err(no_row()),
+        }
+    }
+
+    fn row_of(&self, cells: &[String], index: usize, variant: usize) -> Option<MatchRow> {
+        let first = LEADING_COLUMNS.len() + self.columns.len();
+        let cell = |column: usize| cells.get(first + column).map(String::as_str);
+        let count = |column: usize| cell(column)?.parse::<u32>().ok();
+        let counts = |column: usize| Some(PerTeam { blue: count(column)?, pink: count(column + 1)? });
+        let share = |column: usize| match cell(column)? {
+            "" => Some(None),
+            number => number.parse::<f64>().ok().map(Some),
+        };
+        let outcome: MatchOutcome = serde_json::from_value(cell(0)?.into()).ok()?;
+        Some(MatchRow {
+            index,
+            variant,
+            seed: cells.get(1)?.parse().ok()?,
+            outcome,
+            duration_s: cell(1)?.parse().ok()?,
+            goals: counts(2)?,
+            own_goals: counts(4)?,
+            kicks: counts(6)?,
+            kept: counts(8)?,
+            given_away: counts(10)?,
+            penalties: counts(12)?,
+            outs: count(14)?,
+            blue_possession: share(15)?,
+            ball_in_blue_half: share(16)?,
+            messages_lost: share(17)?,
+            belief_error_m: PerTeam { blue: share(18)?, pink: share(19)? },
+            note: cell(20)?.to_owned(),
+            mistakes: Vec::new(),
+        })
+    }
+}
+
+/// The rows of a batch as the text of a table, as a file of it is.
+pub fn table_text<'a, V: Variants>(batch: &Batch<V>, rows: impl IntoIterator<Item = &'a MatchRow>) -> String {
+    let header = Table::of(batch).header();
+    let lines = rows.into_iter().map(|row| line_of(cells(batch, row).iter().map(String::as_str)));
+    core::iter::once(header).chain(lines).collect()
+}
+
+/// How the scenario of a row differs from this batch's, as far as its fingerprint tells: whether it is but for its duration the
+/// same.
+fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs: &str) -> String {
+    let duration = |duration_s: Option<f32>| duration_s.map_or("not given".to_owned(), |s| format!("{s} s"));
+    let difference = batch.variants.scenario(row.variant).ok().and_then(|ours| {
+        let with = |duration_s| fingerprint(&Scenario { duration_s, ..ours.clone() });
+        let played = [None, Some(row.duration_s as f32)].into_iter().find(|played| with(*played) == theirs)?;
+        Some(format!("the duration is {}, and {} in this batch", duration(played), duration(ours.duration_s)))
+    });
+    difference.unwrap_or_else(|| {
+        "the scenario, `--duration` or a `--set` that is the same for all is another than in this batch".to_owned()
+    })
+}
+
+/// The cells of a match of this batch.
+fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
+    let outcome = serde_json::to_value(row.outcome).ok();
+    let outcome = outcome.as_ref().and_then(|outcome| outcome.as_str()).unwrap_or_default().to_owned();
+    let share = |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
+    let mut cells = vec![(row.index + 1).to_string(), row.seed.to_string()];
+    cells.extend(batch.variants.values(row.variant).into_iter().map(as_text));
+    cells.extend([outcome, format!("{:.3}", row.duration_s)]);
+    for counts in [row.goals, row.own_goals, row.kicks, row.kept, row.given_away, row.penalties] {
+        cells.extend([counts.blue.to_string(), counts.pink.to_string()]);
+    }
+    cells.push(row.outs.to_string());
+    let PerTeam { blue, pink } = row.belief_error_m;
+    cells.extend([row.blue_possession, row.ball_in_blue_half, row.messages_lost, blue, pink].map(share));
+    // A row is a line.
+    let note = as_text(row.note.replace(['\n', '\r'], " "));
+    cells.extend([note, batch.variants.realism(row.variant), batch.variants.fingerprint(row.variant)]);
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    /// Two variants, of which the second has values that spreadsheets would take for formulas.
+    #[derive(Clone, Debug)]
+    struct TwoVariants {
+        columns: Vec<&'static str>,
+        scenarios: Vec<Scenario>,
+    }
+
+    impl Variants for TwoVariants {
+        fn count(&self) -> usize {
+            2
+        }
+
+        fn scenario(&self, index: usize) -> Result<Scenario, String> {
+            self.scenarios.scenario(index)
+        }
+
+        fn columns(&self) -> Vec<String> {
+            self.columns.iter().map(|column| (*column).to_owned()).collect()
+        }
+
+        fn values(&self, index: usize) -> Vec<String> {
+            let values = [["0", "a"], ["-0.5", "=b, c"]][index];
+            values.map(str::to_owned)[..self.columns.len()].to_vec()
+        }
+    }
+
+    fn batch() -> Batch<TwoVariants> {
+        let scenarios = vec![Scenario::default(), Scenario::default()];
+        let variants = TwoVariants { columns: vec!["messages.loss", "name"], scenarios };
+        Batch { variants, matches: 3, first_seed: 7, threads: 1 }
+    }
+
+    #[test]
+    fn settings_that_are_called_like_other_columns_are_told_apart() {
+        let mut batch = batch();
+        batch.variants.columns = vec!["realism", "duration_s"];
+        let header = cells_of(&table_text(&batch, []));
+        assert_eq!(header[2..4], ["set.realism", "set.duration_s"]);
+        let different: std::collections::BTreeSet<_> = header.iter().collect();
+        assert_eq!(different.len(), header.len());
+    }
+
+    fn row(index: usize) -> MatchRow {
+        let (variant, seed) = batch().job(index);
+        MatchRow {
+            index,
+            variant,
+            goals: PerTeam { blue: index as u32, pink: 2 },
+            blue_possession: Some(0.25),
+            ..MatchRow::failed(seed, MatchOutcome::Panicked, "said \"no\",\nand left".to_owned())
+        }
+    }
+
+    #[test]
+    fn texts_are_no_formulas_and_numbers_stay_numbers() {
+        for (cell, written) in [
+            ("=1+1", "'=1+1"),
+            ("-x", "'-x"),
+            ("@x", "'@x"),
+            ("+x", "'+x"),
+            ("-0.5", "-0.5"),
+            ("+2", "+2"),
+            ("a=b", "a=b"),
+        ] {
+            assert_eq!(as_text(cell.to_owned()), written);
+        }
+        let line = line_of(
+            cells(&batch(), &MatchRow { note: "=HYPERLINK(1)".to_owned(), ..row(1) }).iter().map(String::as_str),
+        );
+        assert!(line.contains(",-0.5,\"'=b, c\",") && line.contains(",'=HYPERLINK(1),"), "{line}");
+    }
+
+    #[test]
+    fn a_table_goes_on_where_it_was_cut_off() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        let (mut table, rows) = Table::open(&path, &batch()).unwrap();
+        assert!(rows.is_empty());
+        for index in 0..3 {
+            table.write(&batch(), &row(index)).unwrap();
+        }
+        drop(table);
+        let whole = fs::read_to_string(&path).unwrap();
+        assert_eq!(whole.lines().count(), 4, "{whole}");
+        // Killed in the middle of the third row.
+        fs::write(&path, &whole[..whole.len() - 20]).unwrap();
+        let (mut table, rows) = Table::open(&path, &batch()).unwrap();
+        assert_eq!(rows.len(), 2);
+        assert_eq!(rows[1].goals, row(1).goals);
+        assert_eq!(rows[1].blue_possession, Some(0.25));
+        table.write(&batch(), &row(2)).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), whole);
+    }
+
+    #[test]
+    fn a_table_that_was_cut_off_in_the_middle_of_a_letter_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        let accented = |index| MatchRow { note: "tombé".to_owned(), ..row(index) };
+        let mut table = Table::open(&path, &batch()).unwrap().0;
+        table.write(&batch(), &accented(0)).unwrap();
+        table.write(&batch(), &accented(1)).unwrap();
+        drop(table);
+        let whole = fs::read(&path).unwrap();
+        let cut = whole.iter().rposition(|byte| *byte == "é".as_bytes()[1]).unwrap();
+        fs::write(&path, &whole[..cut]).unwrap();
+        let (mut table, rows) = Table::open(&path, &batch()).unwrap();
+        assert_eq!(rows, [accented(0)]);
+        table.write(&batch(), &accented(1)).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), whole);
+    }
+
+    #[test]
+    fn two_batches_do_not_write_one_table_and_none_writes_to_a_device() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        let first = Table::open(&path, &batch()).unwrap();
+        assert!(matches!(Table::open(&path, &batch()), Err(TableError::InUse { .. })));
+        drop(first);
+        assert!(Table::open(&path, &batch()).is_ok());
+        assert!(matches!(Table::open(folder.path(), &batch()), Err(TableError::NotAFile { .. })));
+    }
+
+    #[test]
+    fn another_batchs_table_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        let (mut table, _) = Table::open(&path, &batch()).unwrap();
+        table.write(&batch(), &row(0)).unwrap();
+        drop(table);
+        let whole = fs::read_to_string(&path).unwrap();
+        let with = |change: fn(&mut TwoVariants)| {
+            let mut other = batch();
+            change(&mut other.variants);
+            other
+        };
+        for (other, words) in [
+            (Batch { first_seed: 8, ..batch() }, "2: `seed` is 7, and 8 in this batch"),
+            (Batch { matches: 0, ..batch() }, "2: the table has more matches than the 0 of this batch"),
+            (
+                with(|other| other.scenarios[0].name = "another".to_owned()),
+                "2: the scenario, `--duration` or a `--set`",
+            ),
+            (
+                with(|other| other.scenarios[0].duration_s = Some(20.0)),
+                "2: the duration is not given, and 20 s in this batch",
+            ),
+            (with(|other| other.columns.truncate(1)), "1: the table has `name`, which this batch has not"),
+            (with(|other| other.columns[0] = "rules"), "1: the table has `messages.loss` where this batch has `rules`"),
+            (with(|other| other.columns[1] = "rules"), "1: the table has `name` where this batch has `rules`"),
+            (with(|other| other.columns.swap(0, 1)), "1: the columns are in another order"),
+        ] {
+            let error = Table::open(&path, &other).err().unwrap().to_string();
+            assert!(error.contains(&format!("table.csv:{words}")), "{error}");
+        }
+        fs::write(&path, whole.replace(",0,a,", ",0.5,a,")).unwrap();
+        let error = Table::open(&path, &batch()).err().unwrap().to_string();
+        assert!(
+            error.contains("table.csv:2: `messages.loss` is 0.5, and 0 in this batch; expected the table"),
+            "{error}"
+        );
+        for text in [format!("\u{feff}{whole}"), whole.replace('\n', "\r\n")] {
+            fs::write(&path, text).unwrap();
+            let error = Table::open(&path, &batch()).err().unwrap().to_string();
+            assert!(error.contains("table.csv:1: another program saved the table"), "{error}");
+        }
+        fs::write(&path, "my diary").unwrap();
+        assert!(Table::open(&path, &batch()).is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "my diary");
+        fs::write(&path, whole).unwrap();
+        assert!(Table::open(&path, &Batch { matches: 5, threads: 2, ..batch() }).is_ok());
+    }
+}

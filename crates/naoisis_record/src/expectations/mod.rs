@@ -1,0 +1,27 @@
+//! Whether a match was what is [expected](naoisis_sim::scenario::Expectation) of it: a test of a team, in a line.
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::expectations::play;
+//! use naoisis::prelude::*;
+//!
+//! let scenario = Scenario::named("kick_right_straight")?;
+//! let expected = ["blue1.kicks >= 1 within 2 s".parse()?, "blue.goals >= 1".parse()?];
+//! let simulator = || {
+//!     let mut app = App::new();
+//!     app.add_plugins(NaoisisPlugins);
+//!     app
+//! };
+//! let verdicts = play(simulator, &scenario, &expected)?;
+//! assert!(verdicts[0].holds && !verdicts[1].holds);
+//! assert_eq!(verdicts[1].to_string(), "blue.goals >= 1: it was 0");
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+
+mod junit;
+mod measure;
+mod verdict;
+
+pub use junit::junit;
+pub use measure::MatchMeasurement;
+pub use verdict::{Verdict, Watch, judge, play, play_all};

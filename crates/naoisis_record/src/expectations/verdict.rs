@@ -1,0 +1,238 @@
+//! What became of expectations: of one match, and of many.
+
+use bevy::prelude::*;
+use core::fmt;
+use core::sync::atomic::{AtomicU32, Ordering};
+use std::sync::Mutex;
+use std::thread;
+
+use super::measure::MatchMeasurement;
+use crate::record::mistakes::{Mistake, MistakeFinder, MistakeKind};
+use naoisis_agents::agents;
+use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::game::{Game, GameState};
+use naoisis_sensing::sensing::jobs::SensingThreads;
+use naoisis_sim::interface::gather::{CurrentRecord, gather_on_demand, record_now};
+use naoisis_sim::scenario::{Expectation, Frequency, Quantity, RobotQuantity, Scenario, TeamQuantity};
+use naoisis_sim::simulation::MatchApp;
+
+/// What became of an expectation.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Verdict {
+    /// What was expected.
+    pub expectation: Expectation,
+    /// Whether it was so.
+    pub holds: bool,
+    /// What was, in words.
+    pub found: String,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}: {}", self.expectation, self.found)
+    }
+}
+
+/// What is to be judged of a match that is being played: what was measured of it when the time of each expectation was over.
+#[derive(Clone, Debug, Default)]
+pub struct Watch {
+    measurement: MatchMeasurement,
+    /// Finds mistakes, if any are expected.
+    finder: Option<MistakeFinder>,
+    /// When it began, s since the start of the match.
+    began_s: f64,
+    /// What each expectation came to, once its time was over.
+    values: Vec<Option<Option<f64>>>,
+}
+
+impl Watch {
+    /// Begins to watch a match where it is: what was before does not count.
+    pub fn begin(world: &mut World, expected: &[Expectation]) -> Self {
+        let began_s = world.resource::<CycleClock>().end_time_s();
+        let finder = looks_for_mistakes(expected).then(|| {
+            // Somebody else may gather it already.
+            if !world.contains_resource::<CurrentRecord>() {
+                gather_on_demand(world);
+            }
+            let mut finder = MistakeFinder::new(world.resource::<Scenario>());
+            finder.look(record_now(world));
+            finder
+        });
+        Self { measurement: MatchMeasurement::begin(world), finder, began_s, values: Vec::new() }
+    }
+
+    /// Measures the cycle that has just ended.
+    pub fn observe(&mut self, world: &mut World, expected: &[Expectation]) {
+        self.measurement.observe(world);
+        if let Some(finder) = &mut self.finder {
+            finder.look(record_now(world));
+        }
+        self.values.resize(expected.len(), None);
+        let clock = world.resource::<CycleClock>();
+        let now_s = clock.end_time_s() - self.began_s + clock.period_s / 1000.0;
+        for (index, expectation) in expected.iter().enumerate() {
+            if self.values[index].is_none() && expectation.within_s.is_some_and(|within_s| within_s <= now_s) {
+                self.values[index] = Some(self.value(expectation.quantity));
+            }
+        }
+    }
+
+    /// What a quantity comes to until now.
+    fn value(&self, quantity: Quantity) -> Option<f64> {
+        let count = |is_meant: &dyn Fn(&Mistake) -> bool, kind: Option<MistakeKind>| {
+            let is_of_kind = |mistake: &&Mistake| kind.is_none_or(|kind| mistake.kind == kind) && is_meant(mistake);
+            self.finder.as_ref().map(|finder| finder.mistakes().iter().filter(is_of_kind).count() as f64)
+        };
+        match quantity {
+            Quantity::OfTeam(team, TeamQuantity::Mistakes(kind)) => count(&|mistake| mistake.robot.team == team, kind),
+            Quantity::OfRobot(robot, RobotQuantity::Mistakes(kind)) => count(&|mistake| mistake.robot == robot, kind),
+            quantity => self.measurement.value(quantity),
+        }
+    }
+
+    /// What each quantity came to, at the end of its time or of the match.
+    fn values<'a>(&'a self, expected: &'a [Expectation]) -> impl Iterator<Item = Option<f64>> + 'a {
+        expected.iter().enumerate().map(|(index, expectation)| {
+            let at_its_time = self.values.get(index).copied().flatten();
+            at_its_time.unwrap_or_else(|| self.value(expectation.quantity))
+        })
+    }
+}
+
+fn looks_for_mistakes(expected: &[Expectation]) -> bool {
+    expected.iter().any(|expectation| expectation.quantity.is_of_mistakes())
+}
+
+/// Judges what is expected of one match that was watched to its end.
+pub fn judge(watch: &Watch, expected: &[Expectation]) -> Vec<Verdict> {
+    let verdict = |(expectation, value): (&Expectation, Option<f64>)| Verdict {
+        expectation: *expectation,
+        holds: holds(expectation, value),
+        found: value
+            .map_or_else(|| "there was nothing to measure".to_owned(), |value| format!("it was {}", rounded(value))),
+    };
+    expected.iter().zip(watch.values(expected)).map(verdict).collect()
+}
+
+fn holds(expectation: &Expectation, value: Option<f64>) -> bool {
+    value.is_some_and(|value| expectation.comparison.holds(value, expectation.number))
+}
+
+/// With three decimal places at most.
+fn rounded(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}
+
+/// Plays a match to its end, and judges it.
+///
+/// # Errors
+/// Why it cannot be started.
+pub fn play(
+    simulator: impl Fn() -> App,
+    scenario: &Scenario,
+    expected: &[Expectation],
+) -> Result<Vec<Verdict>, String> {
+    watched(&simulator, scenario, expected).map(|watch| judge(&watch, expected))
+}
+
+fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expectation]) -> Result<Watch, String> {
+    let mut app = simulator();
+    app.start_match(scenario).map_err(|fault| fault.to_string())?;
+    let world = app.world_mut();
+    if world.contains_resource::<agents::AgentSettings>() {
+        agents::start_programs(world).map_err(|error| error.to_string())?;
+    }
+    let mut watch = Watch::begin(world, expected);
+    let last_cycle = scenario.last_cycle();
+    while world.resource::<Game>().state != GameState::Finished
+        && last_cycle.is_none_or(|last| world.resource::<CycleClock>().cycle < last)
+    {
+        run_cycle(world);
+        watch.observe(world, expected);
+    }
+    agents::dismiss(world, "end");
+    Ok(watch)
+}
+
+/// Plays the matches that expectations are about, each with the next seed, on so many threads, and judges them. Those that are
+/// about one match are judged by that of the scenario's own seed.
+///
+/// # Errors
+/// Why one cannot be started.
+pub fn play_all(
+    simulator: impl Fn() -> App + Sync,
+    scenario: &Scenario,
+    expected: &[Expectation],
+    threads: usize,
+) -> Result<Vec<Verdict>, String> {
+    let of_all = |expectation: &Expectation| expectation.frequency.map_or(1, |frequency| frequency.matches);
+    let matches = expected.iter().map(of_all).max().unwrap_or(0);
+    let next = AtomicU32::new(0);
+    let results = Mutex::new(vec![None; matches as usize]);
+    thread::scope(|scope| {
+        for _ in 0..threads.clamp(1, matches.max(1) as usize) {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= matches {
+                        break;
+                    }
+                    let scenario = Scenario { seed: scenario.seed.wrapping_add(index.into()), ..scenario.clone() };
+                    let alone = || {
+                        let mut app = simulator();
+                        // The matches have the cores.
+                        app.insert_resource(SensingThreads(1));
+                        app
+                    };
+                    let values = watched(&alone, &scenario, expected)
+                        .map(|watch| watch.values(expected).collect::<Vec<Option<f64>>>());
+                    if let Ok(mut results) = results.lock() {
+                        results[index as usize] = Some(values);
+                    }
+                }
+            });
+        }
+    });
+    let results = results.into_inner().map_err(|_| "a match panicked".to_owned())?;
+    let values: Vec<Vec<Option<f64>>> = results
+        .into_iter()
+        .map(|result| result.unwrap_or_else(|| Err("a match was not played".to_owned())))
+        .collect::<Result<_, _>>()?;
+    let verdict = |(index, expectation): (usize, &Expectation)| {
+        let values = values.iter().take(of_all(expectation) as usize).map(|values| values[index]);
+        judge_all(expectation, &values.collect::<Vec<_>>())
+    };
+    Ok(expected.iter().enumerate().map(verdict).collect())
+}
+
+/// Judges an expectation by what its quantity came to in each match.
+fn judge_all(expectation: &Expectation, values: &[Option<f64>]) -> Verdict {
+    let Some(Frequency { percent, .. }) = expectation.frequency else {
+        let watch = Watch { values: vec![values.first().copied()], ..Watch::default() };
+        return judge(&watch, core::slice::from_ref(expectation)).remove(0);
+    };
+    let count = values.iter().filter(|value| holds(expectation, **value)).count();
+    let share = 100.0 * count as f64 / values.len().max(1) as f64;
+    Verdict {
+        expectation: *expectation,
+        holds: share >= percent,
+        found: format!("it was so in {} % ({count} of {})", rounded(share), values.len()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_of_matches_is_counted_and_what_could_not_be_measured_does_not_hold() {
+        let values = [Some(0.0), Some(1.0), None, Some(2.0)];
+        let verdict = |text: &str| judge_all(&text.parse().unwrap(), &values);
+        assert!(verdict("blue.goals >= 1 in 50 % of 4").holds);
+        let short = verdict("blue.goals >= 1 in 51 % of 4");
+        assert!(!short.holds);
+        assert_eq!(short.to_string(), "blue.goals >= 1 in 51 % of 4: it was so in 50 % (2 of 4)");
+        assert!(verdict("blue.goals <= 0").holds);
+        assert!(!judge_all(&"blue1.pose_error_m < 9".parse().unwrap(), &[None]).holds);
+    }
+}

@@ -1,0 +1,342 @@
+//! Beliefs against the truth, as a table: a row a robot, ten times a second, and a summary at the end.
+
+use bevy::prelude::*;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use super::output_file::OutputFile;
+use super::recorder::{MatchEnd, RecordError, Recorder};
+use naoisis_core::geometry::{Pose, to_degrees};
+use naoisis_core::pitch::End;
+use naoisis_core::statistics::median;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::covariance::{ELLIPSE_95, ELLIPSOID_95};
+use naoisis_sensing::belief::error::{BeliefError, Truth};
+use naoisis_sensing::belief::{point_team_from_pitch, team_from_pitch};
+use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::scenario::Scenario;
+
+/// Rows a second.
+const RATE_HZ: f64 = 10.0;
+
+const HEADER: &str = "cycle,time_s,robot,position_error_m,heading_error_deg,pose_nees,ball_error_m,\
+                      ball_velocity_error_mps,ball_nees,opponents,opponents_known,opponents_within_ellipse,\
+                      opponent_error_m,false_tracks,realism";
+
+/// A table of errors that is being written, and what its summary needs.
+pub struct BeliefRecorder {
+    output: OutputFile,
+    file: BufWriter<File>,
+    /// Every so many cycles there are rows.
+    every: u64,
+    /// How everything was when the robots sensed: at the end of the cycle before.
+    sensed: Sensed,
+    /// How real the match is, in words.
+    realism: String,
+    robots: Vec<RobotErrors>,
+    error: Option<io::Error>,
+}
+
+/// What is true at the end of a cycle: what robots sense in the next one, and what their beliefs in that are about.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Sensed {
+    /// Place (m) and velocity (m/s) of the ball, pitch frame.
+    pub ball: Option<[Vec2; 2]>,
+    poses: Vec<(RobotId, Pose)>,
+}
+
+impl Sensed {
+    /// What a record says.
+    pub fn of(record: &CycleRecord) -> Self {
+        Self {
+            ball: record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(Vec3::truncate)),
+            poses: record.robots.iter().map(|robot| (robot.id, robot.pose)).collect(),
+        }
+    }
+
+    /// Where a robot was, pitch frame.
+    pub fn pose(&self, id: RobotId) -> Option<Pose> {
+        self.poses.iter().find(|(other, _)| *other == id).map(|(_, pose)| *pose)
+    }
+}
+
+/// What is remembered of one robot's errors, or of all robots' if it is nobody's.
+#[derive(Default)]
+struct RobotErrors {
+    id: Option<RobotId>,
+    position_m: Vec<f64>,
+    heading_deg: Vec<f64>,
+    /// How often the truth was within the ellipse of 95 %, and how often there was one: of the pose, of the ball, of opponents.
+    pose_within: [u32; 2],
+    ball_m: Vec<f64>,
+    ball_velocity_mps: Vec<f64>,
+    ball_within: [u32; 2],
+    opponent_m: Vec<f64>,
+    opponents_within: [u32; 2],
+    false_tracks: u32,
+    /// When the ball, and each opponent by its number, came into being for this robot and was not known yet, s.
+    unknown_since_s: Vec<(RobotId, f64)>,
+    ball_unknown_since_s: Option<f64>,
+    detect_ball_s: Vec<f64>,
+    detect_opponent_s: Vec<f64>,
+}
+
+impl BeliefRecorder {
+    /// A table in a file, which replaces any that is there when the match is over.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn create(path: &Path) -> Result<Self, RecordError> {
+        let output = OutputFile::create(path)?;
+        let mut file = BufWriter::new(output.writer()?);
+        let error = writeln!(file, "{HEADER}").err();
+        Ok(Self {
+            output,
+            file,
+            every: 1,
+            sensed: Sensed::default(),
+            realism: String::new(),
+            robots: Vec::new(),
+            error,
+        })
+    }
+
+    fn write_rows(&mut self, record: &CycleRecord) -> io::Result<()> {
+        let ball = self.sensed.ball;
+        let present = || record.robots.iter().filter(|robot| robot.penalised.is_none());
+        // A robot that was sent off looks for nothing meanwhile.
+        for robot in &mut self.robots {
+            if present().all(|present| Some(present.id) != robot.id) {
+                robot.ball_unknown_since_s = None;
+                robot.unknown_since_s.clear();
+            }
+        }
+        for robot in present() {
+            let Some(belief) = &robot.belief else { continue };
+            let opponents: Vec<(RobotId, Vec2)> = present()
+                .filter(|other| other.id.team != robot.id.team)
+                .filter_map(|other| Some((other.id, self.sensed.pose(other.id)?.position)))
+                .collect();
+            let Some(pose) = self.sensed.pose(robot.id) else { continue };
+            let truth = truth(pose, ball, &opponents, record.game.own_end(robot.id.team));
+            let mut known = vec![false; opponents.len()];
+            let error = BeliefError::of(belief, &truth, |index| known[index] = true);
+            let ball_known = belief.ball.is_some() || ball.is_none();
+            self.note(robot.id, record.time_s, &error, ball_known, &opponents, &known);
+            self.write(record.cycle, record.time_s, robot.id, &error)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, cycle: u64, time_s: f64, id: RobotId, error: &BeliefError) -> io::Result<()> {
+        let cell = |value: Option<f32>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
+        writeln!(
+            self.file,
+            "{cycle},{time_s:.3},{id},{:.4},{:.3},{},{},{},{},{},{},{},{},{},\"{}\"",
+            error.position_m,
+            to_degrees(error.heading),
+            cell(error.pose_nees),
+            cell(error.ball.map(|ball| ball.position_m)),
+            cell(error.ball.map(|ball| ball.velocity_mps)),
+            cell(error.ball.and_then(|ball| ball.nees)),
+            error.opponents,
+            error.opponents_known,
+            error.opponents_within,
+            cell(error.opponent_m),
+            error.false_tracks,
+            self.realism,
+        )
+    }
+
+    fn note(
+        &mut self,
+        id: RobotId,
+        time_s: f64,
+        error: &BeliefError,
+        ball_known: bool,
+        opponents: &[(RobotId, Vec2)],
+        known: &[bool],
+    ) {
+        let index = self.robots.iter().position(|robot| robot.id == Some(id)).unwrap_or_else(|| {
+            self.robots.push(RobotErrors { id: Some(id), ..default() });
+            self.robots.len() - 1
+        });
+        let robot = &mut self.robots[index];
+        robot.position_m.push(f64::from(error.position_m));
+        robot.heading_deg.push(f64::from(to_degrees(error.heading)));
+        count(&mut robot.pose_within, error.pose_nees, ELLIPSOID_95);
+        if let Some(ball) = error.ball {
+            robot.ball_m.push(f64::from(ball.position_m));
+            robot.ball_velocity_mps.push(f64::from(ball.velocity_mps));
+            count(&mut robot.ball_within, ball.nees, ELLIPSE_95);
+        }
+        robot.opponent_m.extend(error.opponent_m.map(f64::from));
+        robot.opponents_within[0] += error.opponents_within;
+        robot.opponents_within[1] += error.opponents_known;
+        robot.false_tracks += error.false_tracks;
+        match (ball_known, robot.ball_unknown_since_s) {
+            (false, None) => robot.ball_unknown_since_s = Some(time_s),
+            (true, Some(since)) => {
+                robot.detect_ball_s.push(time_s - since);
+                robot.ball_unknown_since_s = None;
+            }
+            _ => {}
+        }
+        robot.unknown_since_s.retain(|(other, _)| opponents.iter().any(|(id, _)| id == other));
+        for ((other, _), known) in opponents.iter().zip(known) {
+            let since = robot.unknown_since_s.iter().position(|(id, _)| id == other);
+            match (known, since) {
+                (false, None) => robot.unknown_since_s.push((*other, time_s)),
+                (true, Some(index)) => {
+                    let (_, since) = robot.unknown_since_s.swap_remove(index);
+                    robot.detect_opponent_s.push(time_s - since);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+impl Recorder for BeliefRecorder {
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
+        self.sensed = Sensed::of(record);
+        self.realism = scenario.realism_in_words();
+        self.every = (1.0 / (RATE_HZ * scenario.cycle_s)).round().max(1.0) as u64;
+    }
+
+    fn record(&mut self, record: &CycleRecord, _: &mut World) {
+        if self.error.is_none() && record.cycle.is_multiple_of(self.every) {
+            self.error = self.write_rows(record).err();
+        }
+        self.sensed = Sensed::of(record);
+    }
+
+    fn has_failed(&self) -> bool {
+        self.error.is_some()
+    }
+
+    /// Says the summary, a line a robot and one of all.
+    fn finish(mut self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
+        let written = self.error.take().map_or_else(|| self.file.flush(), Err);
+        self.output.close(written)?;
+        if self.robots.is_empty() {
+            return Ok(Some("no robot has beliefs\n".to_owned()));
+        }
+        self.robots.sort_by_key(|robot| robot.id);
+        if self.robots.len() > 1 {
+            self.robots.push(RobotErrors::of_all(&self.robots));
+        }
+        let cells = self.robots.iter_mut().map(RobotErrors::cells);
+        Ok(Some(aligned(core::iter::once(COLUMNS.map(str::to_owned)).chain(cells))))
+    }
+}
+
+/// The columns of the summary: medians, but for how often the truth is within the ellipse of 95 %, and the mean number of false
+/// tracks.
+const COLUMNS: [&str; 15] = [
+    "robot",
+    "position m",
+    "90 %",
+    "most",
+    "heading deg",
+    "90 %",
+    "in 95 %",
+    "ball m",
+    "ball m/s",
+    "in 95 %",
+    "found after s",
+    "opponent m",
+    "in 95 %",
+    "found after s",
+    "false tracks",
+];
+
+/// Rows with their columns below each other.
+fn aligned(rows: impl Iterator<Item = [String; COLUMNS.len()]>) -> String {
+    let rows: Vec<_> = rows.collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
+    let widths: [usize; COLUMNS.len()] = core::array::from_fn(width);
+    rows.iter()
+        .map(|row| {
+            let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+            cells.join("  ") + "\n"
+        })
+        .collect()
+}
+
+impl RobotErrors {
+    /// Those of several robots together.
+    fn of_all(robots: &[Self]) -> Self {
+        let mut all = Self::default();
+        for robot in robots {
+            all.position_m.extend(&robot.position_m);
+            all.heading_deg.extend(&robot.heading_deg);
+            all.ball_m.extend(&robot.ball_m);
+            all.ball_velocity_mps.extend(&robot.ball_velocity_mps);
+            all.opponent_m.extend(&robot.opponent_m);
+            all.detect_ball_s.extend(&robot.detect_ball_s);
+            all.detect_opponent_s.extend(&robot.detect_opponent_s);
+            all.false_tracks += robot.false_tracks;
+            let counts = [
+                (&mut all.pose_within, robot.pose_within),
+                (&mut all.ball_within, robot.ball_within),
+                (&mut all.opponents_within, robot.opponents_within),
+            ];
+            for ([inside, of_all], robot) in counts {
+                *inside += robot[0];
+                *of_all += robot[1];
+            }
+        }
+        all
+    }
+
+    fn cells(&mut self) -> [String; COLUMNS.len()] {
+        let number = |values: &[f64]| median(values.to_vec()).map_or("-".to_owned(), |value| format!("{value:.3}"));
+        let share = |[inside, all]: [u32; 2]| match all {
+            0 => "-".to_owned(),
+            all => format!("{:.0} %", 100.0 * f64::from(inside) / f64::from(all)),
+        };
+        let rows = self.position_m.len().max(1) as f64;
+        [
+            self.id.map_or_else(|| "all".to_owned(), |id| id.to_string()),
+            number(&self.position_m),
+            format!("{:.3}", quantile(&mut self.position_m, 0.9)),
+            format!("{:.2}", quantile(&mut self.position_m, 1.0)),
+            number(&self.heading_deg),
+            format!("{:.2}", quantile(&mut self.heading_deg, 0.9)),
+            share(self.pose_within),
+            number(&self.ball_m),
+            number(&self.ball_velocity_mps),
+            share(self.ball_within),
+            number(&self.detect_ball_s),
+            number(&self.opponent_m),
+            share(self.opponents_within),
+            number(&self.detect_opponent_s),
+            format!("{:.2}", f64::from(self.false_tracks) / rows),
+        ]
+    }
+}
+
+fn truth(pose: Pose, ball: Option<[Vec2; 2]>, opponents: &[(RobotId, Vec2)], own_end: End) -> Truth {
+    let to_team = |place: Vec2| point_team_from_pitch(place, own_end);
+    Truth {
+        pose: team_from_pitch(pose, own_end),
+        ball: ball.map(|[place, velocity]| [to_team(place), to_team(velocity)]),
+        opponents: opponents.iter().map(|(_, place)| to_team(*place)).collect(),
+    }
+}
+
+fn count([inside, all]: &mut [u32; 2], nees: Option<f32>, edge: f32) {
+    if let Some(nees) = nees {
+        *all += 1;
+        *inside += u32::from(nees <= edge);
+    }
+}
+
+/// The value below which this share of the values lies.
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let index = ((values.len() as f64 * share).ceil() as usize).clamp(1, values.len().max(1)) - 1;
+    values.get(index).copied().unwrap_or_default()
+}

@@ -1,0 +1,109 @@
+//! Log formats by name: what `naoisis run --log NAME=FILE` can write, a program's own included.
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//! use naoisis::interface::cycle_record::CycleRecord;
+//! use naoisis::record::output_file::OutputFile;
+//! use naoisis::record::recorder::{MatchEnd, RecordError, Recorder};
+//! use std::io::Write;
+//! use std::path::{Path, PathBuf};
+//!
+//! /// The ball's places, a line a cycle.
+//! struct BallLog {
+//!     path: PathBuf,
+//!     lines: String,
+//! }
+//!
+//! impl BallLog {
+//!     fn create(path: &Path) -> Result<Self, RecordError> {
+//!         Ok(Self { path: path.to_owned(), lines: String::new() })
+//!     }
+//! }
+//!
+//! impl Recorder for BallLog {
+//!     fn record(&mut self, record: &CycleRecord, _: &mut World) {
+//!         if let Some(ball) = &record.ball {
+//!             self.lines += &format!("{},{},{}\n", record.time_s, ball.position_m.x, ball.position_m.y);
+//!         }
+//!     }
+//!
+//!     fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
+//!         let output = OutputFile::create(&self.path)?;
+//!         let written = output.writer()?.write_all(self.lines.as_bytes());
+//!         output.close(written).map(|()| None)
+//!     }
+//! }
+//!
+//! let mut app = App::new();
+//! app.add_plugins(NaoisisPlugins).add_log_format("ball", "where the ball was, as CSV", BallLog::create);
+//! ```
+//!
+//! In a [program of one's own](naoisis_cli::cli::run), `my_team run match3v3 --log ball=ball.csv` writes it then.
+
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::recorder::{RecordError, Recorder};
+
+/// Makes a recorder that writes to a file.
+type Create = Box<dyn Fn(&Path) -> Result<Box<dyn Recorder>, RecordError> + Send + Sync>;
+
+/// A log format.
+pub struct LogFormat {
+    /// What it is, in a few words.
+    pub description: String,
+    create: Create,
+}
+
+impl LogFormat {
+    /// A recorder that writes to this file, in place of what is there.
+    ///
+    /// # Errors
+    /// When the file cannot be made.
+    pub fn create(&self, path: &Path) -> Result<Box<dyn Recorder>, RecordError> {
+        (self.create)(path)
+    }
+}
+
+/// The log formats by name.
+#[derive(Resource, Default)]
+pub struct LogFormats(BTreeMap<String, LogFormat>);
+
+impl LogFormats {
+    /// All formats by name, sorted.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &LogFormat)> {
+        self.0.iter().map(|(name, format)| (name.as_str(), format))
+    }
+
+    /// The format of this name.
+    pub fn get(&self, name: &str) -> Option<&LogFormat> {
+        self.0.get(name)
+    }
+}
+
+/// Registers log formats.
+pub trait LogFormatApp {
+    /// Registers a log format: `create` makes the recorder that writes to a file. Of two with the same name the later counts.
+    fn add_log_format<R: Recorder>(
+        &mut self,
+        name: &str,
+        description: &str,
+        create: impl Fn(&Path) -> Result<R, RecordError> + Send + Sync + 'static,
+    ) -> &mut Self;
+}
+
+impl LogFormatApp for App {
+    fn add_log_format<R: Recorder>(
+        &mut self,
+        name: &str,
+        description: &str,
+        create: impl Fn(&Path) -> Result<R, RecordError> + Send + Sync + 'static,
+    ) -> &mut Self {
+        let create: Create = Box::new(move |path| Ok(Box::new(create(path)?)));
+        let format = LogFormat { description: description.to_owned(), create };
+        self.world_mut().get_resource_or_init::<LogFormats>().0.insert(name.to_owned(), format);
+        self
+    }
+}

@@ -1,0 +1,514 @@
+//! What has happened in a match so far, to look at it again.
+//!
+//! A [`History`] keeps a record of every cycle: that of a trace's line, whether the match is being played here or was
+//! read from a file. Records are kept compressed in blocks; one block at a time is unpacked to be looked at.
+
+use bevy::prelude::*;
+use core::ops::ControlFlow;
+use std::collections::VecDeque;
+use std::io;
+use std::ops::{Range, RangeInclusive};
+use std::path::Path;
+
+use super::read::{Ending, TraceError, TraceReader};
+use naoisis_core::events::{KickResult, MatchEvent};
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::team::{RobotId, Team};
+use naoisis_sensing::appearance::stride::Swing;
+use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::interface::fields::Fields;
+use naoisis_sim::scenario::Scenario;
+
+/// Records in a block.
+const BLOCK: usize = 64;
+/// A block is full at this many bytes, whatever the number of records.
+const LARGEST_BLOCK_BYTES: usize = 8 << 20;
+/// Beyond this many bytes the oldest blocks are forgotten.
+const MOST_BYTES: usize = 400 << 20;
+/// A trace with more cycles is not read: they would be more than a day at 30 a second.
+const MOST_CYCLES: u64 = 3_000_000;
+/// A trace whose events have more bytes is not read: those of a match have less than one of a hundred parts of it.
+const MOST_EVENT_BYTES: usize = 64 << 20;
+/// How well blocks are compressed: the fastest of zstd's levels.
+const LEVEL: i32 = 1;
+
+/// A whole trace, to look at.
+pub struct ReadTrace {
+    /// What the match started from; its seed is in it.
+    pub scenario: Scenario,
+    /// The records of its cycles.
+    pub history: History,
+    /// Everything that happened, with its time, s.
+    pub events: Vec<(f64, MatchEvent)>,
+    /// The last of its records.
+    pub last: Option<CycleRecord>,
+    /// Every so many cycles have a record.
+    pub every: u64,
+    /// The parts that records have.
+    pub fields: Fields,
+    /// How it ends.
+    pub ending: Ending,
+}
+
+impl ReadTrace {
+    /// Reads a trace to its end.
+    ///
+    /// # Errors
+    /// What is wrong with it, and where.
+    pub fn open(path: &Path) -> Result<ReadTrace, TraceError> {
+        Self::open_told(path, |_| ControlFlow::Continue(()))
+    }
+
+    /// Reads a trace to its end, and tells after each cycle until when, in s, it is read: whoever is told may break it off there.
+    ///
+    /// # Errors
+    /// What is wrong with it, and where.
+    pub fn open_told(path: &Path, mut told: impl FnMut(f64) -> ControlFlow<()>) -> Result<ReadTrace, TraceError> {
+        let mut reader = TraceReader::open(path)?;
+        let mut read = ReadTrace {
+            scenario: reader.scenario().clone(),
+            history: History::of_every(reader.every()),
+            events: Vec::new(),
+            last: None,
+            every: reader.every(),
+            fields: reader.fields().clone(),
+            ending: Ending::NotYet,
+        };
+        let (mut cycles, mut event_bytes) = (0, 0);
+        while let Some(record) = reader.next_cycle()? {
+            if let Err(error) = read.history.push(&record) {
+                return Err(TraceError::Io { path: path.to_owned(), error: io::Error::other(error) });
+            }
+            read.events.extend(record.events.iter().map(|event| (record.time_s, event.clone())));
+            cycles += 1;
+            if !record.events.is_empty() {
+                event_bytes += serde_json::to_string(&record.events).map_or(0, |text| text.len());
+            }
+            if cycles > MOST_CYCLES || event_bytes > MOST_EVENT_BYTES {
+                let error = io::Error::other(format!(
+                    "the trace is too large to be shown: it ends nowhere near {:.0} s",
+                    record.time_s
+                ));
+                return Err(TraceError::Io { path: path.to_owned(), error });
+            }
+            let time_s = record.time_s;
+            read.last = Some(record);
+            if told(time_s).is_break() {
+                return Ok(read);
+            }
+        }
+        read.ending = reader.ending();
+        Ok(read)
+    }
+}
+
+/// What a mark on the timeline stands for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MarkKind {
+    /// A goal.
+    Goal,
+    /// The ball left the pitch.
+    Out,
+    /// A robot was penalised.
+    Penalty,
+    /// A half began, or the match ended.
+    Whistle,
+}
+
+/// A moment that is worth finding again.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Mark {
+    /// The cycle in which it was.
+    pub cycle: u64,
+    /// What it was.
+    pub kind: MarkKind,
+    /// The team that it is to be credited to or blamed on.
+    pub team: Option<Team>,
+}
+
+impl Mark {
+    fn of(event: &MatchEvent, cycle: u64) -> Option<Mark> {
+        let (kind, team) = match event {
+            MatchEvent::Goal { team, .. } => (MarkKind::Goal, Some(*team)),
+            MatchEvent::BallOut { last_touch, .. } => (MarkKind::Out, *last_touch),
+            MatchEvent::Penalty { robot, .. } => (MarkKind::Penalty, Some(robot.team)),
+            MatchEvent::HalfBegins { .. } | MatchEvent::FinalWhistle => (MarkKind::Whistle, None),
+            _ => return None,
+        };
+        Some(Mark { cycle, kind, team })
+    }
+}
+
+/// A kick, for the leg to swing.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct KickMark {
+    /// The cycle in which it was.
+    pub cycle: u64,
+    /// Who kicked.
+    pub robot: RobotId,
+    /// Which kick.
+    pub kick_type: KickType,
+    /// Whether it struck the ball on the wrong side.
+    pub is_reduced: bool,
+}
+
+/// Some records in a row, as bytes.
+#[derive(Clone, Default, Debug)]
+struct Block {
+    /// The records one after another; compressed but in the last block.
+    bytes: Vec<u8>,
+    /// The cycle of each record, and where it ends in the unpacked bytes.
+    ends: Vec<(u64, usize)>,
+}
+
+impl Block {
+    fn last_cycle(&self) -> Option<u64> {
+        self.ends.last().map(|(cycle, _)| *cycle)
+    }
+
+    /// The records until a cycle, of a block that is not compressed.
+    fn until(mut self, cycle: u64) -> Block {
+        self.ends.retain(|(earlier, _)| *earlier <= cycle);
+        self.bytes.truncate(self.ends.last().map_or(0, |(_, end)| *end));
+        self
+    }
+
+    /// Where in the unpacked bytes the first record is that is not before a cycle.
+    fn find(&self, cycle: u64) -> Option<Range<usize>> {
+        let place = self.ends.partition_point(|(earlier, _)| *earlier < cycle);
+        let start = place.checked_sub(1).map_or(0, |previous| self.ends[previous].1);
+        self.ends.get(place).map(|(_, end)| start..*end)
+    }
+}
+
+/// The records of all cycles so far, or of every so many.
+#[derive(Resource, Clone, Debug)]
+pub struct History {
+    /// From one record to the next are at most so many cycles.
+    every: u64,
+    /// Whole blocks, compressed.
+    packed: VecDeque<Block>,
+    packed_bytes: usize,
+    /// The records since then.
+    open: Block,
+    marks: Vec<Mark>,
+    kicks: Vec<KickMark>,
+    /// The block that was looked at last, unpacked, and the cycle of its last record.
+    unpacked: Option<(u64, Vec<u8>)>,
+}
+
+impl Default for History {
+    fn default() -> Self {
+        Self::of_every(1)
+    }
+}
+
+/// A record that cannot be kept or read. It is the program's own, so that this does not happen.
+#[derive(Debug, thiserror::Error)]
+#[error("a record of the match cannot be kept: {0}")]
+pub struct HistoryError(String);
+
+impl History {
+    /// An empty history of every so many cycles, at least.
+    pub fn of_every(every: u64) -> Self {
+        Self {
+            every: every.max(1),
+            packed: VecDeque::new(),
+            packed_bytes: 0,
+            open: Block::default(),
+            marks: Vec::new(),
+            kicks: Vec::new(),
+            unpacked: None,
+        }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        *self = Self::of_every(self.every);
+    }
+
+    /// Whether there is no record.
+    pub fn is_empty(&self) -> bool {
+        self.last_cycle().is_none()
+    }
+
+    /// The first and last cycle that there is a record of.
+    pub fn cycles(&self) -> Option<RangeInclusive<u64>> {
+        let (first, _) = self.blocks().next()?.ends.first()?;
+        Some(*first..=self.last_cycle()?)
+    }
+
+    /// The last cycle that there is a record of.
+    pub fn last_cycle(&self) -> Option<u64> {
+        self.open.last_cycle().or_else(|| self.packed.back().and_then(Block::last_cycle))
+    }
+
+    /// The moments that are worth finding again, in their order.
+    pub fn marks(&self) -> &[Mark] {
+        &self.marks
+    }
+
+    /// The last kick of a robot until the end of a cycle.
+    pub fn last_kick(&self, robot: RobotId, cycle: u64) -> Option<KickMark> {
+        let until = self.kicks.partition_point(|kick| kick.cycle <= cycle);
+        self.kicks[..until].iter().rev().find(|kick| kick.robot == robot).copied()
+    }
+
+    /// How the leg of a robot with these kicks swings at the end of a cycle of so many seconds: for the next kick if it has begun, or else
+    /// as of the last.
+    pub fn swing(&self, robot: RobotId, cycle: u64, period_s: f64, kicks: &KickSettings) -> Option<Swing> {
+        let until = self.kicks.partition_point(|kick| kick.cycle <= cycle);
+        let swing = |kick: &KickMark| {
+            let strikes_s = kick.cycle.saturating_sub(1) as f64 * period_s;
+            Swing::of(kick.kick_type, kick.is_reduced, strikes_s, kicks)
+        };
+        let next = self.kicks[until..].iter().find(|kick| kick.robot == robot).map(swing);
+        let begun = next.filter(|next| next.begins_s < cycle as f64 * period_s);
+        begun.or_else(|| self.last_kick(robot, cycle).as_ref().map(swing))
+    }
+
+    /// Bytes of memory that the records take.
+    pub fn size_bytes(&self) -> usize {
+        self.packed_bytes + self.open.bytes.len()
+    }
+
+    /// Keeps the record of a cycle. If it does not follow the last one, those before it are forgotten.
+    ///
+    /// # Errors
+    /// When the record cannot be encoded.
+    pub fn push(&mut self, record: &CycleRecord) -> Result<(), HistoryError> {
+        let (cycle, events) = (record.cycle, &record.events);
+        if !self.last_cycle().is_some_and(|last| last < cycle && cycle - last <= self.every) {
+            self.clear();
+        }
+        serde_json::to_writer(&mut self.open.bytes, record).map_err(|error| HistoryError(error.to_string()))?;
+        self.open.ends.push((cycle, self.open.bytes.len()));
+        self.marks.extend(events.iter().filter_map(|event| Mark::of(event, cycle)));
+        self.kicks.extend(events.iter().filter_map(|event| match event {
+            MatchEvent::Kick { robot, kick_type, result, reason, .. } if result.swings(*reason) => {
+                let is_reduced = *result == KickResult::Reduced;
+                Some(KickMark { cycle, robot: *robot, kick_type: *kick_type, is_reduced })
+            }
+            _ => None,
+        }));
+        if self.open.ends.len() == BLOCK || self.open.bytes.len() > LARGEST_BLOCK_BYTES {
+            self.pack()?;
+        }
+        Ok(())
+    }
+
+    /// The record of a cycle, or the first one after it; none where there is neither.
+    ///
+    /// # Errors
+    /// When it cannot be decoded.
+    pub fn record(&mut self, cycle: u64) -> Result<Option<CycleRecord>, HistoryError> {
+        let (bytes, range) = match self.packed.get(self.block_of(cycle)) {
+            None => (&self.open.bytes, self.open.find(cycle)),
+            Some(packed) => {
+                let last = packed.last_cycle().unwrap_or_default();
+                if self.unpacked.as_ref().is_none_or(|(unpacked, _)| *unpacked != last) {
+                    let size = packed.ends.last().map_or(0, |(_, end)| *end);
+                    let bytes =
+                        zstd::bulk::decompress(&packed.bytes, size).map_err(|error| HistoryError(error.to_string()))?;
+                    self.unpacked = Some((last, bytes));
+                }
+                match &self.unpacked {
+                    Some((_, bytes)) => (bytes, packed.find(cycle)),
+                    None => return Ok(None),
+                }
+            }
+        };
+        let Some(range) = range else { return Ok(None) };
+        serde_json::from_slice(&bytes[range]).map(Some).map_err(|error| HistoryError(error.to_string()))
+    }
+
+    /// What there was until the end of a cycle, for a match that goes on from there in another way.
+    ///
+    /// # Errors
+    /// When the records around that cycle cannot be decoded.
+    pub fn until(&self, cycle: u64) -> Result<History, HistoryError> {
+        let whole = self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last <= cycle));
+        let part = match self.packed.get(whole) {
+            Some(packed) => {
+                let size = packed.ends.last().map_or(0, |(_, end)| *end);
+                let bytes =
+                    zstd::bulk::decompress(&packed.bytes, size).map_err(|error| HistoryError(error.to_string()))?;
+                Block { bytes, ends: packed.ends.clone() }
+            }
+            None => self.open.clone(),
+        };
+        let packed: VecDeque<Block> = self.packed.iter().take(whole).cloned().collect();
+        Ok(History {
+            every: self.every,
+            packed_bytes: packed.iter().map(|block| block.bytes.len()).sum(),
+            packed,
+            open: part.until(cycle),
+            marks: self.marks.iter().filter(|mark| mark.cycle <= cycle).copied().collect(),
+            kicks: self.kicks.iter().filter(|kick| kick.cycle <= cycle).copied().collect(),
+            unpacked: None,
+        })
+    }
+
+    /// The cycle of the first record that is not before a cycle, and that of the record before it. Of a cycle after the last
+    /// record, the last.
+    pub fn around(&self, cycle: u64) -> (Option<u64>, u64) {
+        let index = self.block_of(cycle);
+        let block = self.packed.get(index).unwrap_or(&self.open);
+        let place = block.ends.partition_point(|(earlier, _)| *earlier < cycle);
+        let before = place.checked_sub(1).map(|place| block.ends[place].0);
+        let before = before.or_else(|| self.packed.get(index.checked_sub(1)?)?.last_cycle());
+        match block.ends.get(place) {
+            Some((found, _)) => (before, *found),
+            None => (None, self.last_cycle().unwrap_or_default()),
+        }
+    }
+
+    /// Which block has the first record that is not before a cycle; beyond the packed ones, the open one.
+    fn block_of(&self, cycle: u64) -> usize {
+        self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last < cycle))
+    }
+
+    fn blocks(&self) -> impl Iterator<Item = &Block> {
+        self.packed.iter().chain([&self.open])
+    }
+
+    fn pack(&mut self) -> Result<(), HistoryError> {
+        let mut block = core::mem::take(&mut self.open);
+        block.bytes = zstd::bulk::compress(&block.bytes, LEVEL).map_err(|error| HistoryError(error.to_string()))?;
+        self.packed_bytes += block.bytes.len();
+        self.packed.push_back(block);
+        while self.packed_bytes > MOST_BYTES
+            && let Some(oldest) = self.packed.pop_front()
+        {
+            self.packed_bytes -= oldest.bytes.len();
+            self.unpacked = None;
+            let forgotten = oldest.last_cycle().unwrap_or_default();
+            self.marks.retain(|mark| mark.cycle > forgotten);
+            self.kicks.retain(|kick| kick.cycle > forgotten);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::RecordPlugin;
+    use naoisis_core::robot::Roster;
+    use naoisis_core::robot::body::Body;
+    use naoisis_core::robot::head::HeadAngles;
+    use naoisis_sensing::appearance::stride::Stride;
+    use naoisis_sim::interface::gather::{CurrentRecord, gather_start};
+    use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+
+    #[test]
+    fn every_record_comes_back_as_it_was() {
+        let mut app = App::new();
+        app.add_plugins((NaoisisPlugins, RecordPlugin));
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        gather_start(app.world_mut());
+        let (mut history, mut records) = (History::default(), Vec::new());
+        for _ in 0..=200 {
+            let record = app.world().resource::<CurrentRecord>().record.clone();
+            history.push(&record).unwrap();
+            records.push(record);
+            app.run_cycles(1);
+        }
+        assert_eq!(history.cycles(), Some(0..=200));
+        // There and back, so that blocks are unpacked again.
+        for cycle in (0..=200_u64).chain((0..=200).rev().step_by(7)) {
+            assert_eq!(history.record(cycle).unwrap().as_ref(), Some(&records[cycle as usize]), "cycle {cycle}");
+        }
+        assert_eq!(history.record(201).unwrap(), None);
+    }
+
+    #[test]
+    fn legs_swing_in_playback_as_they_did() {
+        for (kick, wind_up_s, ball_y_m) in [
+            ("left_straight", 0.0, 0.05),
+            ("left_straight", 0.7, 0.05),
+            ("left_side", 0.7, -0.05),
+            ("left_side", 0.7, 0.05),
+        ] {
+            let mut app = App::new();
+            app.add_plugins((NaoisisPlugins, RecordPlugin));
+            let scenario = format!(
+                r#"{{ "rules": "free", "ball": {{ "position_m": [0.15, {ball_y_m}] }}, "kicks": {{ "wind_up_s": {wind_up_s} }},
+                     "robots": [{{ "number": 1, "behaviour": {{ "script": [{{ "from_s": 0.5, "kick": {{ "type": "{kick}" }} }}] }} }}] }}"#
+            );
+            app.start_match(&Scenario::from_json(&scenario).unwrap()).unwrap();
+            gather_start(app.world_mut());
+            let id = RobotId::new(Team::Blue, 1);
+            let entity = app.world().resource::<Roster>().get(id).unwrap();
+            app.world_mut().entity_mut(entity).insert(Stride::default());
+            let (mut history, mut live) = (History::default(), Vec::new());
+            for _ in 0..60 {
+                app.run_cycles(1);
+                history.push(&app.world().resource::<CurrentRecord>().record).unwrap();
+                live.push(*app.robot::<Stride>(id).unwrap());
+            }
+            let legs = |stride: Stride| stride.joints(id, HeadAngles::default(), &Body::default()).legs[0];
+            for (cycle, live) in (1..).zip(live) {
+                let kick = history.swing(id, cycle, 1.0 / 30.0, app.robot::<KickSettings>(id).unwrap());
+                let [was, again] = [live, Stride { kick, ..live }].map(legs);
+                assert!(
+                    (was.hip - again.hip).abs() < 1e-3 && (was.aside - again.aside).abs() < 1e-3,
+                    "{scenario}: {cycle}"
+                );
+            }
+        }
+    }
+
+    fn empty_record(cycle: u64) -> CycleRecord {
+        CycleRecord { cycle, ..default() }
+    }
+
+    #[test]
+    fn a_jump_of_the_clock_begins_a_new_history() {
+        let mut history = History::default();
+        let goal = MatchEvent::Goal { team: Team::Pink, scorer: None, own_goal: false, evidence: default() };
+        for cycle in 5..=80 {
+            let events = if cycle == 7 { vec![goal.clone()] } else { Vec::new() };
+            history.push(&CycleRecord { events, ..empty_record(cycle) }).unwrap();
+        }
+        assert_eq!(history.cycles(), Some(5..=80));
+        assert_eq!(history.marks(), [Mark { cycle: 7, kind: MarkKind::Goal, team: Some(Team::Pink) }]);
+        history.push(&empty_record(0)).unwrap();
+        assert_eq!((history.cycles(), history.marks()), (Some(0..=0), &[][..]));
+    }
+
+    #[test]
+    fn what_was_until_a_cycle_goes_on_in_another_way() {
+        let mut history = History::default();
+        for cycle in 0..=200 {
+            let goal = MatchEvent::Goal { team: Team::Pink, scorer: None, own_goal: false, evidence: default() };
+            let events = if cycle % 100 == 50 { vec![goal] } else { Vec::new() };
+            history.push(&CycleRecord { events, ..empty_record(cycle) }).unwrap();
+        }
+        for last in [0, 63, 64, 100, 199, 200, 500] {
+            let mut until = history.until(last).unwrap();
+            let last = last.min(200);
+            assert_eq!(until.cycles(), Some(0..=last));
+            assert_eq!(until.marks().len(), history.marks().iter().filter(|mark| mark.cycle <= last).count());
+            until.push(&CycleRecord { time_s: 7.0, ..empty_record(last + 1) }).unwrap();
+            assert_eq!(until.cycles(), Some(0..=last + 1));
+            for cycle in 0..=last {
+                assert_eq!(until.record(cycle).unwrap(), history.record(cycle).unwrap());
+            }
+        }
+    }
+
+    #[test]
+    fn where_only_every_so_many_cycles_have_a_record_the_next_one_is_found() {
+        let mut history = History::of_every(10);
+        for cycle in (0..=2000).step_by(10).chain([2003]) {
+            history.push(&empty_record(cycle)).unwrap();
+        }
+        assert_eq!(history.cycles(), Some(0..=2003));
+        for (asked, found) in [(0, 0), (1, 10), (640, 640), (641, 650), (1999, 2000), (2001, 2003)] {
+            assert_eq!(history.record(asked).unwrap().map(|record| record.cycle), Some(found));
+        }
+        assert_eq!(history.record(2004).unwrap(), None);
+    }
+}

@@ -1,0 +1,306 @@
+//! Mistakes that are found by themselves: what a team would want to look at after a match, from the
+//! [records of its cycles](CycleRecord), those of a running match and of a trace alike.
+//!
+//! | mistake | when |
+//! |---|---|
+//! | `ball_misplaced` | for half a second a robot believes the ball more than 0.5 m from where it is |
+//! | `own_pose_lost` | for a second it believes itself more than 0.5 m, or 30°, from where it is |
+//! | `ball_not_seen` | the robot of its team that is nearest to the ball, within 2 m, has not seen it for 3 s |
+//! | `kick_missed` | a kick did not reach the ball |
+//! | `kick_at_own_goal` | the ball left towards the own goal, fast enough to get there |
+//! | `ball_given_away` | a kick that was not at the goal: an opponent touched the ball next, or it was out |
+//! | `team_mates_collide` | two robots of a team ran into each other |
+//! | `same_ball` | for a second two robots of a team, neither its keeper, walked to the ball within 0.75 m of it |
+//!
+//! Only play counts. A mistake that goes on is one, from when it began until it was over, with the worst of what was measured.
+
+use bevy::prelude::*;
+use serde::Serialize;
+
+use super::kick_outcomes::{KickEnd, KickFollower, StruckKick};
+pub use naoisis_core::events::MistakeKind;
+use naoisis_core::events::{CollisionPartner, KickMiss, KickResult, MatchEvent};
+use naoisis_core::game::GameState;
+use naoisis_core::geometry::wrap_angle;
+use naoisis_core::team::{RobotId, Team};
+use naoisis_sensing::belief::{pitch_from_team, point_pitch_from_team};
+use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_sim::scenario::Scenario;
+
+/// How far a believed ball or pose may be from the truth, m.
+const MISPLACED_M: f32 = 0.5;
+/// How far the heading may, radians.
+const TURNED: f32 = core::f32::consts::FRAC_PI_6;
+/// How near a robot must be to the ball that it should see, m.
+const OWN_BALL_M: f32 = 2.0;
+/// How near two robots go for the same ball, m, and how fast towards it, m/s.
+const SAME_BALL_M: f32 = 0.75;
+const TOWARDS_MPS: f32 = 0.05;
+/// What happens again so soon is the same mistake still, s.
+const SAME_S: f64 = 2.0;
+/// A kick is at the goal that passes no further beside a post, m.
+const BESIDE_GOAL_M: f32 = 0.5;
+/// The jersey number of the keeper.
+const KEEPER: u8 = 1;
+
+/// A mistake of a robot.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Mistake {
+    /// What went wrong.
+    pub kind: MistakeKind,
+    /// Whose mistake it is.
+    pub robot: RobotId,
+    /// The other robot that was in it, if any: the team-mate, or the opponent that got the ball.
+    pub other: Option<RobotId>,
+    /// When it began, s since the start of the match.
+    pub from_s: f64,
+    /// When it was over, s.
+    pub until_s: f64,
+    /// Where the robot was when it began, m, pitch frame.
+    pub position_m: Vec2,
+    /// The greatest of what was measured, if anything was, in its [unit](Mistake::unit): how far away ball or place were, how
+    /// fast the two met or the ball was.
+    pub worst: Option<f32>,
+}
+
+impl Mistake {
+    /// What [`Mistake::worst`] is in.
+    pub fn unit(&self) -> &'static str {
+        match self.kind {
+            MistakeKind::BallMisplaced | MistakeKind::OwnPoseLost | MistakeKind::BallNotSeen => "m",
+            MistakeKind::TeamMatesCollide | MistakeKind::KickAtOwnGoal => "m/s",
+            _ => "",
+        }
+    }
+
+    fn is_of(&self, kind: MistakeKind, robot: RobotId) -> bool {
+        self.kind == kind && self.robot == robot
+    }
+}
+
+/// Finds mistakes, cycle by cycle.
+#[derive(Clone, Debug)]
+pub struct MistakeFinder {
+    kicks: KickFollower,
+    /// What lasts, and may become a mistake.
+    under_way: Vec<Mistake>,
+    found: Vec<Mistake>,
+}
+
+impl MistakeFinder {
+    /// A finder for the matches of a scenario.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self { kicks: KickFollower::new(scenario), under_way: Vec::new(), found: Vec::new() }
+    }
+
+    /// Looks at the next cycle.
+    pub fn look(&mut self, record: &CycleRecord) {
+        for (kick, end) in self.kicks.look(record) {
+            self.judge_kick(kick, end, record.time_s);
+        }
+        if record.game.state != GameState::Playing {
+            self.end(|_| true);
+            return;
+        }
+        for robot in record.robots.iter().filter(|robot| robot.penalised.is_none()) {
+            self.look_at_beliefs(record, robot);
+        }
+        self.look_at_teams(record);
+        for event in &record.events {
+            self.look_at_event(record, event);
+        }
+        // What was not so in this cycle is over.
+        self.end(|mistake| mistake.until_s < record.time_s);
+    }
+
+    /// All mistakes in the order in which they began, when the match is over, or until now.
+    pub fn mistakes(&self) -> Vec<Mistake> {
+        let mut whole = self.clone();
+        if let Some((kick, end)) = whole.kicks.finish() {
+            whole.judge_kick(kick, end, kick.time_s);
+        }
+        whole.end(|_| true);
+        let mut all = whole.found;
+        all.sort_by(|one, other| one.from_s.total_cmp(&other.from_s).then(one.robot.cmp(&other.robot)));
+        all
+    }
+
+    /// What robots believe, against what is.
+    fn look_at_beliefs(&mut self, record: &CycleRecord, robot: &RobotRecord) {
+        let Some(belief) = &robot.belief else { return };
+        let own_end = record.game.own_end(robot.id.team);
+        let pose = pitch_from_team(belief.pose, own_end);
+        let away_m = pose.position.distance(robot.pose.position);
+        let turned = wrap_angle(pose.heading - robot.pose.heading).abs();
+        if away_m > MISPLACED_M || turned > TURNED {
+            self.goes_on(MistakeKind::OwnPoseLost, record, robot, None, Some(away_m));
+        }
+        let ball = record.ball.map(|ball| ball.position_m.truncate());
+        if let (Some(ball), Some(believed)) = (ball, belief.ball) {
+            let away_m = point_pitch_from_team(believed.position_m, own_end).distance(ball);
+            if away_m > MISPLACED_M {
+                self.goes_on(MistakeKind::BallMisplaced, record, robot, None, Some(away_m));
+            }
+        }
+    }
+
+    /// What the robots of each team do with respect to each other.
+    fn look_at_teams(&mut self, record: &CycleRecord) {
+        let Some(ball) = record.ball.map(|ball| ball.position_m.truncate()) else { return };
+        for team in Team::BOTH {
+            let is_there =
+                |robot: &&RobotRecord| robot.id.team == team && robot.penalised.is_none() && robot.posture.is_upright();
+            let distance = |robot: &RobotRecord| robot.pose.position.distance(ball);
+            let robots = || record.robots.iter().filter(is_there);
+            let nearest = robots().min_by(|one, other| distance(one).total_cmp(&distance(other)));
+            if let Some(robot) = nearest.filter(|robot| distance(robot) < OWN_BALL_M && robot.percepts.ball.is_none()) {
+                self.goes_on(MistakeKind::BallNotSeen, record, robot, None, Some(distance(robot)));
+            }
+            let goes = |robot: &&RobotRecord| {
+                let towards = (ball - robot.pose.position).normalize_or_zero();
+                robot.id.number != KEEPER
+                    && distance(robot) < SAME_BALL_M
+                    && robot.velocity.linear.dot(towards) > TOWARDS_MPS
+            };
+            let mut both = robots().filter(goes);
+            if let (Some(one), Some(other)) = (both.next(), both.next()) {
+                // It is the mistake of the one that is further away.
+                let (near, far) = if distance(one) < distance(other) { (one, other) } else { (other, one) };
+                self.goes_on(MistakeKind::SameBall, record, far, Some(near.id), None);
+            }
+        }
+    }
+
+    fn look_at_event(&mut self, record: &CycleRecord, event: &MatchEvent) {
+        match event {
+            MatchEvent::Kick { robot, result: KickResult::Missed, reason: Some(KickMiss::OutOfReach), .. } => {
+                self.happened(MistakeKind::KickMissed, record, *robot, None, None);
+            }
+            MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Robot(other), speed_mps, .. }
+                if robot.team == other.team =>
+            {
+                self.happened(MistakeKind::TeamMatesCollide, record, *robot, Some(*other), Some(*speed_mps));
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether a kick was a mistake, now that it is known what became of it.
+    fn judge_kick(&mut self, kick: StruckKick, end: KickEnd, until_s: f64) {
+        let mistake = |kind, other, worst| Mistake {
+            kind,
+            robot: kick.robot,
+            other,
+            from_s: kick.time_s,
+            until_s,
+            position_m: kick.position_m,
+            worst,
+        };
+        let pitch = self.kicks.pitch();
+        if kick.is_at_own_goal(pitch) {
+            self.found.push(mistake(MistakeKind::KickAtOwnGoal, None, Some(kick.speed_mps)));
+            return;
+        }
+        let is_given_away = match end {
+            KickEnd::Touched(robot) => robot.team != kick.robot.team,
+            KickEnd::Out => true,
+            KickEnd::Goal(_) | KickEnd::Stopped => false,
+        };
+        if is_given_away && !kick.is_at_goal(pitch, BESIDE_GOAL_M) {
+            let other = if let KickEnd::Touched(robot) = end { Some(robot) } else { None };
+            self.found.push(mistake(MistakeKind::BallGivenAway, other, None));
+        }
+    }
+
+    /// Something lasts: it is so in this cycle, too.
+    fn goes_on(
+        &mut self,
+        kind: MistakeKind,
+        record: &CycleRecord,
+        robot: &RobotRecord,
+        other: Option<RobotId>,
+        measured: Option<f32>,
+    ) {
+        let known = self.under_way.iter_mut().find(|mistake| mistake.is_of(kind, robot.id));
+        match known {
+            Some(mistake) => {
+                mistake.until_s = record.time_s;
+                mistake.worst = greater(mistake.worst, measured);
+            }
+            None => self.under_way.push(Mistake {
+                kind,
+                robot: robot.id,
+                other,
+                from_s: record.time_s,
+                until_s: record.time_s,
+                position_m: robot.pose.position,
+                worst: measured,
+            }),
+        }
+    }
+
+    /// Something happened in an instant; soon after the last time it is the same still.
+    fn happened(
+        &mut self,
+        kind: MistakeKind,
+        record: &CycleRecord,
+        robot: RobotId,
+        other: Option<RobotId>,
+        measured: Option<f32>,
+    ) {
+        let is_same = |mistake: &&mut Mistake| mistake.is_of(kind, robot) && record.time_s - mistake.until_s < SAME_S;
+        if let Some(mistake) = self.found.iter_mut().rev().find(is_same) {
+            mistake.until_s = record.time_s;
+            mistake.worst = greater(mistake.worst, measured);
+            return;
+        }
+        let position_m = record.robot(robot).map_or(Vec2::ZERO, |robot| robot.pose.position);
+        let (from_s, until_s) = (record.time_s, record.time_s);
+        self.found.push(Mistake { kind, robot, other, from_s, until_s, position_m, worst: measured });
+    }
+
+    /// Ends what lasts no more: it becomes a mistake if it lasted long enough.
+    fn end(&mut self, is_over: impl Fn(&Mistake) -> bool) {
+        let found = &mut self.found;
+        self.under_way.retain(|mistake| {
+            let over = is_over(mistake);
+            if over && has_lasted(mistake) {
+                let is_same = |before: &&mut Mistake| {
+                    before.is_of(mistake.kind, mistake.robot) && mistake.from_s - before.until_s < SAME_S
+                };
+                match found.iter_mut().rev().find(is_same) {
+                    Some(before) => {
+                        before.until_s = mistake.until_s;
+                        before.worst = greater(before.worst, mistake.worst);
+                    }
+                    None => found.push(*mistake),
+                }
+            }
+            !over
+        });
+    }
+}
+
+/// How long it must last to be one, s; none of what happens in an instant.
+fn least_s(kind: MistakeKind) -> Option<f64> {
+    match kind {
+        MistakeKind::BallMisplaced => Some(0.5),
+        MistakeKind::OwnPoseLost | MistakeKind::SameBall => Some(1.0),
+        MistakeKind::BallNotSeen => Some(3.0),
+        _ => None,
+    }
+}
+
+fn has_lasted(mistake: &Mistake) -> bool {
+    least_s(mistake.kind).is_none_or(|least_s| mistake.until_s - mistake.from_s >= least_s)
+}
+
+fn greater(one: Option<f32>, other: Option<f32>) -> Option<f32> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.max(other)),
+        (one, other) => one.or(other),
+    }
+}
+
+#[cfg(test)]
+mod tests;

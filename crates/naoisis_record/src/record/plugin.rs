@@ -1,0 +1,29 @@
+//! When in a cycle a match is recorded.
+
+use bevy::prelude::*;
+
+use super::formats::LogFormatApp;
+use super::recorder::{self, Recorders};
+use super::trace::TraceRecorder;
+use naoisis_core::cycle::{Cycle, CycleHalf, CycleSystems};
+use naoisis_sim::interface::gather::{GatherPlugin, RecordSystems};
+
+/// Gathers the record of every cycle ([`GatherPlugin`]), and lets the [recorders](recorder) have it.
+pub struct RecordPlugin;
+
+impl Plugin for RecordPlugin {
+    fn build(&self, app: &mut App) {
+        let trace = "a line of JSON a cycle, compressed if its name ends in .zst";
+        app.add_plugins(GatherPlugin)
+            .add_log_format("trace", trace, TraceRecorder::create)
+            // Recorders have the whole world to look at: they come when nobody else is at work.
+            .configure_sets(
+                Cycle,
+                RecordSystems::Write.after(CycleSystems::Record).before(CycleSystems::Last).in_set(CycleHalf::Act),
+            )
+            .add_systems(
+                Cycle,
+                recorder::record_cycle.in_set(RecordSystems::Write).run_if(resource_exists::<Recorders>),
+            );
+    }
+}

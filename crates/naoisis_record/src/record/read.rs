@@ -1,0 +1,428 @@
+//! Reading traces: plain or compressed, whole or broken off.
+//!
+//! Whatever is wrong is a [`TraceError`] with the file, line and column, and what was expected. A trace whose program was
+//! killed lacks its last line, or has a part of it: what it has until there is read, and [`TraceReader::ending`] says so.
+
+use serde::Deserialize;
+use serde_json::Value;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+use super::recorder::{EndReason, MatchEnd};
+use super::trace::{FORMAT, VERSION, is_compressed};
+use naoisis_sim::interface::cycle_record::{BallRecord, CycleRecord, RobotRecord};
+use naoisis_sim::interface::fields::Fields;
+use naoisis_sim::scenario::{FieldPath, Scenario, read_settings};
+
+/// A longer line is no cycle of a trace: one of twenty-two robots that all draw as much as they may has a tenth of it.
+const LONGEST_LINE_BYTES: u64 = 4 << 20;
+/// A header may have a long scenario.
+const LONGEST_HEADER_BYTES: u64 = 16 << 20;
+/// No match has more robots.
+const MOST_ROBOTS: usize = 2 * u8::MAX as usize;
+/// No match lasts longer, s: thirty years.
+const LONGEST_MATCH_S: f64 = 1e9;
+/// No robot and no ball is farther away, or faster, m and m/s.
+const FARTHEST: f32 = 1e6;
+
+/// Why a trace cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TraceError {
+    /// The file cannot be opened or read.
+    #[error("{}: {error}; expected a trace, as `naoisis run --trace` writes it", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// A line is wrong.
+    #[error("{}:{line}:{column}: {message}; expected {expected}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// The column in bytes, from 1.
+        column: usize,
+        /// What is wrong.
+        message: String,
+        /// What was expected instead.
+        expected: String,
+    },
+}
+
+/// How a trace ends.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Ending {
+    /// There are more lines.
+    NotYet,
+    /// With its last line, for this reason.
+    Proper(EndReason),
+    /// Without it: the program that wrote it was killed.
+    BrokenOff,
+}
+
+#[derive(Deserialize)]
+struct HeaderLine {
+    format: String,
+    version: u32,
+    #[serde(default = "one")]
+    every: u64,
+    #[serde(default)]
+    fields: Fields,
+    scenario: Value,
+}
+
+fn one() -> u64 {
+    1
+}
+
+#[derive(Deserialize)]
+struct LineType {
+    #[serde(rename = "type")]
+    line_type: String,
+}
+
+/// A trace that is being read, line by line.
+pub struct TraceReader {
+    path: PathBuf,
+    lines: BufReader<Box<dyn Read + Send>>,
+    text: Vec<u8>,
+    line: u64,
+    every: u64,
+    fields: Fields,
+    scenario: Scenario,
+    /// The number of the last cycle, and its time, s.
+    last: Option<(u64, f64)>,
+    ending: Ending,
+}
+
+impl TraceReader {
+    /// Opens a trace, compressed if its name ends in `.zst`, and reads its header.
+    ///
+    /// # Errors
+    /// When there is no such file, or it does not begin as a trace does.
+    pub fn open(path: &Path) -> Result<Self, TraceError> {
+        let io_error = |error| TraceError::Io { path: path.to_owned(), error };
+        let file = File::open(path).map_err(io_error)?;
+        let reader: Box<dyn Read + Send> = if is_compressed(path) {
+            Box::new(zstd::stream::read::Decoder::new(file).map_err(io_error)?)
+        } else {
+            Box::new(file)
+        };
+        Self::new(path, reader)
+    }
+
+    /// Reads the header of a trace from a reader. `path` is what errors call it.
+    ///
+    /// # Errors
+    /// When it does not begin as a trace does.
+    pub fn new(path: &Path, reader: impl Read + Send + 'static) -> Result<Self, TraceError> {
+        let mut trace = Self {
+            path: path.to_owned(),
+            lines: BufReader::with_capacity(1 << 16, Box::new(reader)),
+            text: Vec::new(),
+            line: 0,
+            every: 1,
+            fields: Fields::default(),
+            scenario: Scenario::default(),
+            last: None,
+            ending: Ending::NotYet,
+        };
+        let expected = "a trace, which begins with its header";
+        if !trace.next_line(LONGEST_HEADER_BYTES)? {
+            return Err(trace.fault(1, "the file has no whole line", expected));
+        }
+        if trace.line_type()? != "header" {
+            return Err(trace.fault(1, "this line is no header", expected));
+        }
+        let header: HeaderLine = trace.parse("the header of a trace")?;
+        if header.format != FORMAT || header.version > VERSION {
+            let message = format!("this is `{}`, version {}", header.format, header.version);
+            return Err(trace.fault(1, &message, &format!("`{FORMAT}`, version {VERSION}")));
+        }
+        trace.every = header.every.max(1);
+        trace.fields = header.fields;
+        trace.scenario = trace.scenario_of(&header.scenario)?;
+        Ok(trace)
+    }
+
+    /// The scenario of the header, which must be as sound as that of a file.
+    fn scenario_of(&self, value: &Value) -> Result<Scenario, TraceError> {
+        let scenario = read_settings::<Scenario>(value, &FieldPath::default());
+        let sound = scenario.and_then(|scenario| scenario.validate().map(|()| scenario));
+        sound.map_err(|fault| {
+            let path = fault.path.clone().within(&FieldPath::from("scenario"));
+            self.fault(1, &format!("`{path}`: {}", fault.message), &fault.expected)
+        })
+    }
+
+    /// What the match started from; its seed is in it.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// Every so many cycles have a line.
+    pub fn every(&self) -> u64 {
+        self.every
+    }
+
+    /// The parts that its lines have.
+    pub fn fields(&self) -> &Fields {
+        &self.fields
+    }
+
+    /// Bytes that the line which was read last has in the file, before any compression.
+    pub fn line_bytes(&self) -> usize {
+        self.text.len()
+    }
+
+    /// How the trace ends, as far as it was read.
+    pub fn ending(&self) -> Ending {
+        self.ending
+    }
+
+    /// The next cycle; none after the last.
+    ///
+    /// # Errors
+    /// What is wrong with its line, and where.
+    pub fn next_cycle(&mut self) -> Result<Option<CycleRecord>, TraceError> {
+        if self.ending != Ending::NotYet {
+            return Ok(None);
+        }
+        if !self.next_line(LONGEST_LINE_BYTES)? {
+            self.ending = Ending::BrokenOff;
+            return Ok(None);
+        }
+        match self.line_type()?.as_str() {
+            "cycle" => {}
+            "end" => {
+                let end: MatchEnd = self.parse("the last line of a trace")?;
+                self.ending = Ending::Proper(end.reason);
+                return Ok(None);
+            }
+            other => {
+                let message = format!("there is no line of type `{other}`");
+                return Err(self.fault(1, &message, "`cycle` or `end`"));
+            }
+        }
+        let record: CycleRecord = self.parse("a cycle of a trace")?;
+        if let Some((last, _)) = self.last
+            && !(record.cycle > last && record.cycle - last <= self.every)
+        {
+            let message = format!("this is cycle {}, after cycle {last}", record.cycle);
+            let expected = if self.every == 1 { "cycle" } else { "at most cycle" };
+            return Err(self.fault(1, &message, &format!("{expected} {}", last.saturating_add(self.every))));
+        }
+        if record.robots.len() > MOST_ROBOTS {
+            return Err(self.fault(1, "there are more robots than can play", &format!("at most {MOST_ROBOTS}")));
+        }
+        self.check_times_and_places(&record)?;
+        self.last = Some((record.cycle, record.time_s));
+        Ok(Some(record))
+    }
+
+    /// That time does not go back, and that everything is where it can be shown.
+    fn check_times_and_places(&self, record: &CycleRecord) -> Result<(), TraceError> {
+        let from_s = self.last.map_or(0.0, |(_, last_s)| last_s);
+        if !(from_s..=LONGEST_MATCH_S).contains(&record.time_s) {
+            let message = format!("`time_s` is {}", record.time_s);
+            return Err(self.fault(1, &message, &format!("{from_s} s to {LONGEST_MATCH_S} s")));
+        }
+        let is_near = |numbers: &[f32]| numbers.iter().all(|number| number.abs() <= FARTHEST);
+        let expected = format!("at most {FARTHEST} m, and m/s");
+        if let Some(BallRecord { position_m, velocity_mps }) = record.ball
+            && !(is_near(&position_m.to_array()) && is_near(&velocity_mps.to_array()))
+        {
+            return Err(self.fault(1, "`ball` is too far away, or too fast", &expected));
+        }
+        for RobotRecord { id, pose, velocity, odometry, .. } in &record.robots {
+            let places = [pose.position, odometry.position, velocity.linear];
+            if !places.iter().all(|place| is_near(&place.to_array())) {
+                return Err(self.fault(1, &format!("the robot {id} is too far away, or too fast"), &expected));
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the next line without its end. False where there is none, or only the beginning of one.
+    fn next_line(&mut self, longest_bytes: u64) -> Result<bool, TraceError> {
+        self.text.clear();
+        let read = (&mut self.lines).take(longest_bytes).read_until(b'\n', &mut self.text);
+        match read {
+            // A compressed trace that was broken off ends in the middle of a block.
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(false),
+            Err(error) => return Err(TraceError::Io { path: self.path.clone(), error }),
+            Ok(_) => {}
+        }
+        self.line += 1;
+        if self.text.pop_if(|byte| *byte == b'\n').is_some() {
+            return Ok(true);
+        }
+        if self.text.len() as u64 == longest_bytes {
+            let message = format!("the line has more than {} MiB", longest_bytes >> 20);
+            return Err(self.fault(1, &message, "a line of a trace"));
+        }
+        // The last line may lack its end, if it is whole otherwise.
+        Ok(serde_json::from_slice::<serde::de::IgnoredAny>(&self.text).is_ok())
+    }
+
+    fn line_type(&self) -> Result<String, TraceError> {
+        // Nearly all lines say it first, and need not be read twice.
+        if self.text.starts_with(br#"{"type":"cycle","#) {
+            return Ok("cycle".to_owned());
+        }
+        self.parse::<LineType>("a line of a trace: an object with a `type`").map(|line| line.line_type)
+    }
+
+    fn parse<'de, T: Deserialize<'de>>(&'de self, expected: &str) -> Result<T, TraceError> {
+        serde_json::from_slice(&self.text).map_err(|error| {
+            let message = error.to_string();
+            // The place is said in the file's own lines.
+            let message = message.split(" at line ").next().unwrap_or_default();
+            self.fault(error.column(), message, expected)
+        })
+    }
+
+    fn fault(&self, column: usize, message: &str, expected: &str) -> TraceError {
+        TraceError::Line {
+            path: self.path.clone(),
+            line: self.line.max(1),
+            column: column.max(1),
+            message: message.to_owned(),
+            expected: expected.to_owned(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::recorder::Recorder;
+    use crate::record::trace::TraceRecorder;
+    use bevy::prelude::World;
+    use naoisis_core::events::MatchEvent;
+    use naoisis_core::geometry::Pose;
+    use naoisis_core::robot::posture::Posture;
+
+    const HEADER: &str = r#"{"type":"header","format":"naoisis-trace","version":1,"seed":3,"scenario":{"seed":3}}"#;
+
+    fn cycle(number: u64) -> String {
+        format!(
+            r#"{{"type":"cycle","cycle":{number},"time_s":0.1,"ball":null,"robots":[{{"id":"pink2","pose":[1,2,90],
+            "velocity":[0.1,0,90],"head_deg":[90,-30],"penalised":null,"odometry":[0,0,0],"sonar_m":{{"left":null,"right":0.4}},
+            "percepts":{{"ball":null,"goal_posts":[],"robots":[],"landmarks":[]}},"inbox":[],"belief":null,"unknown":1}}],"game":{{"state":"playing","score":{{"blue":1,"pink":0}},
+            "half":1,"time_left_s":5.0}},"events":[{{"kind":"final_whistle"}}]}}"#
+        )
+        .replace('\n', "")
+    }
+
+    fn read(lines: &[&str]) -> Result<(Vec<CycleRecord>, Ending), TraceError> {
+        let text = lines.join("\n");
+        let mut trace = TraceReader::new(Path::new("match.jsonl"), io::Cursor::new(text.into_bytes()))?;
+        let mut records = Vec::new();
+        while let Some(record) = trace.next_cycle()? {
+            records.push(record);
+        }
+        Ok((records, trace.ending()))
+    }
+
+    fn message(lines: &[&str]) -> String {
+        read(lines).expect_err("a broken trace").to_string()
+    }
+
+    #[test]
+    fn times_and_places_are_those_of_a_match() {
+        let expected = "expected at most 1000000 m, and m/s";
+        for (from, to, told) in [
+            ("0.1,\"ball", "-1,\"ball", "`time_s` is -1; expected 0.1 s to 1000000000 s"),
+            ("0.1,\"ball", "1e300,\"ball", "; expected 0.1 s to 1000000000 s"),
+            ("0.1,\"ball", "0.09,\"ball", "`time_s` is 0.09; expected 0.1 s to 1000000000 s"),
+            ("[1,2,90]", "[1,1e38,90]", "the robot pink2 is too far away, or too fast; "),
+            ("[0.1,0,90]", "[0.1,-1e9,90]", expected),
+            (
+                "\"ball\":null,\"robots",
+                "\"ball\":{\"position_m\":[0,0,1e38],\"velocity_mps\":[0,0,0]},\"robots",
+                "`ball` is too",
+            ),
+        ] {
+            let wrong = cycle(1).replacen(from, to, 1);
+            assert_ne!(wrong, cycle(1), "{from}");
+            let said = message(&[HEADER, &cycle(0), &wrong, ""]);
+            assert!(said.starts_with("match.jsonl:3:1: ") && said.contains(told), "{said}");
+        }
+    }
+
+    #[test]
+    fn cycles_are_read_in_radians() {
+        let end = r#"{"type":"end","reason":"final_whistle"}"#;
+        let (records, ending) = read(&[HEADER, &cycle(0), &cycle(1), end]).unwrap();
+        assert_eq!((records.len(), ending), (2, Ending::Proper(EndReason::FinalWhistle)));
+        let robot = &records[1].robots[0];
+        let quarter = core::f32::consts::FRAC_PI_2;
+        assert_eq!(robot.pose, Pose::new(1.0, 2.0, quarter));
+        assert_eq!((robot.velocity.angular, robot.head.yaw), (quarter, quarter));
+        assert_eq!((robot.posture, robot.sonar_m.right), (Posture::Upright, Some(0.4)));
+        assert_eq!(records[1].events, [MatchEvent::FinalWhistle]);
+    }
+
+    #[test]
+    fn a_trace_of_a_killed_program_is_read_as_far_as_it_goes() {
+        let whole = cycle(1);
+        for rest in [&[][..], &[""], &["{"], &[&whole[..40]]] {
+            let (records, ending) = read(&[&[HEADER, &cycle(0)], rest].concat()).unwrap();
+            assert_eq!((records.len(), ending), (1, Ending::BrokenOff), "{rest:?}");
+        }
+    }
+
+    #[test]
+    fn every_line_that_was_written_is_in_the_file_when_the_program_is_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["plain.jsonl", "small.jsonl.zst"] {
+            let path = folder.path().join(name);
+            let mut recorder = TraceRecorder::create(&path).unwrap();
+            recorder.start(&Scenario::default(), &CycleRecord::default(), &mut World::new());
+            // Whoever is killed closes nothing.
+            core::mem::forget(recorder);
+            assert!(TraceReader::open(&path).is_ok(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_place() {
+        assert_eq!(
+            message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":x}", ""]),
+            "match.jsonl:3:25: expected value; expected a cycle of a trace"
+        );
+        assert_eq!(
+            message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":1,\"robots\":[]}", ""]),
+            "match.jsonl:3:38: missing field `time_s`; expected a cycle of a trace"
+        );
+        assert_eq!(
+            message(&[HEADER, &cycle(0), &cycle(2), ""]),
+            "match.jsonl:3:1: this is cycle 2, after cycle 0; expected cycle 1"
+        );
+        assert_eq!(
+            message(&["{\"type\":\"cycle\"}", ""]),
+            "match.jsonl:1:1: this line is no header; expected a trace, which begins with its header"
+        );
+        let scenario = |scenario: &str| message(&[&HEADER.replace(r#"{"seed":3}"#, scenario), &cycle(0), ""]);
+        assert_eq!(
+            scenario(r#"{"cycle_s":0}"#),
+            "match.jsonl:1:1: `scenario.cycle_s`: `cycle_s` is 0; expected 0.001 to 1 s"
+        );
+        assert!(scenario(r#"{"sede":3}"#).contains("1:1: `scenario.sede`: there is no field `sede`"));
+        assert!(
+            scenario(r#"{"robots":[{"number":1},{"number":1}]}"#)
+                .contains("1:1: `scenario.robots[1].number`: there is a blue1 already")
+        );
+        assert!(message(&[""]).contains("the file has no whole line"));
+        assert_eq!(
+            message(&[&HEADER.replace("naoisis-trace", "rosbag"), ""]),
+            "match.jsonl:1:1: this is `rosbag`, version 1; expected `naoisis-trace`, version 1"
+        );
+    }
+}

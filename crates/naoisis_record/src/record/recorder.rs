@@ -1,0 +1,156 @@
+//! Recorders: whatever writes a match down. All have one shape, so that a new format is a file with a [`Recorder`] and a line
+//! that adds it.
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//! use naoisis::interface::cycle_record::CycleRecord;
+//! use naoisis::record::recorder::{self, EndReason, MatchEnd, RecordError, Recorder};
+//! use naoisis::record::RecordPlugin;
+//!
+//! /// How far the ball rolls.
+//! #[derive(Default)]
+//! struct Odometer {
+//!     last: Option<Vec3>,
+//!     way_m: f32,
+//! }
+//!
+//! impl Recorder for Odometer {
+//!     fn record(&mut self, record: &CycleRecord, _: &mut World) {
+//!         let place = record.ball.map(|ball| ball.position_m);
+//!         self.way_m += self.last.zip(place).map_or(0.0, |(last, place)| place.distance(last));
+//!         self.last = place;
+//!     }
+//!
+//!     fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
+//!         Ok(Some(format!("the ball rolled {:.1} m", self.way_m)))
+//!     }
+//! }
+//!
+//! let mut app = App::new();
+//! app.add_plugins((NaoisisPlugins, RecordPlugin));
+//! app.start_match(&Scenario::named("kick_right_straight")?)?;
+//! recorder::start(app.world_mut(), vec![Box::new(Odometer::default())]);
+//! app.run_cycles(500);
+//! let said = recorder::finish(app.world_mut(), EndReason::Duration);
+//! assert_eq!(said[0].as_ref().unwrap().as_deref(), Some("the ball rolled 4.0 m"));
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+pub use super::error::RecordError;
+use naoisis_core::communication::MessageStatistics;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Game, Score};
+use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::interface::gather::{self, CurrentRecord};
+use naoisis_sim::scenario::Scenario;
+use naoisis_sim::simulation::resolved;
+
+/// Something that writes a match down. What goes wrong on the way it keeps for the end.
+pub trait Recorder: Send + Sync + 'static {
+    /// A match begins, or goes on: the scenario has everything that it started from, the record how it is now.
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
+        let _ = scenario;
+        self.record(record, world);
+    }
+
+    /// A cycle is over. The world is that of the match, for what the record lacks; pictures may be taken of it, and nothing
+    /// may be changed in it.
+    fn record(&mut self, record: &CycleRecord, world: &mut World);
+
+    /// Whether something went wrong, so that nothing more can be written.
+    fn has_failed(&self) -> bool {
+        false
+    }
+
+    /// The match is over, and `last` is its last record: closes what is written. What is to be said of it, if anything.
+    ///
+    /// # Errors
+    /// The first thing that went wrong.
+    fn finish(self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError>;
+}
+
+/// Why a match ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EndReason {
+    /// The final whistle.
+    FinalWhistle,
+    /// The duration is over.
+    #[default]
+    Duration,
+    /// The user or the system stopped the run.
+    Interrupted,
+    /// An error stopped the run.
+    Failed,
+}
+
+/// How a match ended.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(tag = "type", rename = "end")]
+pub struct MatchEnd {
+    /// What ended it.
+    pub reason: EndReason,
+    /// Goals of both teams.
+    #[serde(default)]
+    pub score: Score,
+    /// Cycles since the start.
+    #[serde(default)]
+    pub cycles: u64,
+    /// What became of all messages.
+    #[serde(default)]
+    pub messages: MessageStatistics,
+}
+
+/// The recorders of the match that is being played.
+#[derive(Resource, Default)]
+pub struct Recorders(Vec<Box<dyn Recorder>>);
+
+impl Recorders {
+    /// Whether one of them cannot write any more.
+    pub fn has_failed(&self) -> bool {
+        self.0.iter().any(|recorder| recorder.has_failed())
+    }
+
+    /// Has something done with each recorder, the current record and the world.
+    fn each(&mut self, world: &mut World, act: impl Fn(&mut dyn Recorder, &CycleRecord, &mut World)) {
+        world.resource_scope(|world, current: Mut<CurrentRecord>| {
+            for recorder in &mut self.0 {
+                act(&mut **recorder, &current.record, world);
+            }
+        });
+    }
+}
+
+/// Lets recorders write down the match in the world, from now on. The app must have the [`RecordPlugin`](super::RecordPlugin).
+pub fn start(world: &mut World, recorders: Vec<Box<dyn Recorder>>) {
+    gather::gather_start(world);
+    let Some(scenario) = world.get_resource::<Scenario>() else { return };
+    let scenario = resolved(world, scenario);
+    let mut recorders = Recorders(recorders);
+    recorders.each(world, |recorder, record, world| recorder.start(&scenario, record, world));
+    world.insert_resource(recorders);
+}
+
+/// Lets the recorders write down the cycle that has just ended.
+pub(super) fn record_cycle(world: &mut World) {
+    world.resource_scope(|world, mut recorders: Mut<Recorders>| {
+        recorders.each(world, |recorder, record, world| recorder.record(record, world));
+    });
+}
+
+/// Ends all records of the match in the world. What each recorder has to say, in the order in which they were added.
+pub fn finish(world: &mut World, reason: EndReason) -> Vec<Result<Option<String>, RecordError>> {
+    let Some(Recorders(recorders)) = world.remove_resource() else { return Vec::new() };
+    let end = MatchEnd {
+        reason,
+        score: world.resource::<Game>().score,
+        cycles: world.resource::<CycleClock>().cycle,
+        messages: *world.resource::<MessageStatistics>(),
+    };
+    let last = world.resource::<CurrentRecord>().record.clone();
+    recorders.into_iter().map(|recorder| recorder.finish(&end, &last)).collect()
+}

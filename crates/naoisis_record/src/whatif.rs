@@ -1,0 +1,301 @@
+//! What if: one moment of a match, played on many times with other chance.
+//!
+//! A [`Moment`] is a match between two cycles. A [branch](play_branches) goes on from it with random numbers of its own: what chance
+//! has decided already, such as how a robot's cameras hang, stays as it was. [`Outcomes`] says how often what came of it.
+
+use bevy::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::game::{Game, GameState};
+use naoisis_core::statistics::{self, Estimate};
+use naoisis_core::team::{PerTeam, Team};
+use naoisis_sensing::sensing::jobs::SensingThreads;
+use naoisis_sim::simulation::{MatchApp, Snapshot};
+
+/// A match between two cycles, as bytes: each thread makes its own of it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Moment {
+    bytes: Vec<u8>,
+    /// When it is, s since the start of the match.
+    pub time_s: f64,
+    /// The score at that time.
+    pub score: PerTeam<u32>,
+}
+
+impl Moment {
+    /// The match in `world` as it is now.
+    ///
+    /// # Errors
+    /// What cannot be saved of it.
+    pub fn of(world: &mut World) -> Result<Moment, String> {
+        let snapshot = Snapshot::take(world).map_err(|error| error.to_string())?;
+        let bytes = snapshot.to_bytes(world)?;
+        Ok(Moment { bytes, time_s: world.resource::<CycleClock>().end_time_s(), score: score(world) })
+    }
+
+    /// Puts the match into `world` as it was, to go on as it did.
+    ///
+    /// # Errors
+    /// When it is the state of no match that `world` can have.
+    pub fn put_back(&self, world: &mut World) -> Result<(), String> {
+        let snapshot = Snapshot::from_bytes(&self.bytes, world)?;
+        snapshot.restore(world).map_err(|error| error.to_string())
+    }
+
+    /// The match as the bytes of a file: that of a [saved match](Snapshot::save).
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Bytes of memory that it takes.
+    pub fn size_bytes(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// Puts the match into `world` as it was, but with other chance to come: that of `seed`.
+    ///
+    /// # Errors
+    /// When it is the state of no match that `world` can have.
+    pub fn restore(&self, world: &mut World, seed: u64) -> Result<(), String> {
+        let snapshot = Snapshot::from_bytes(&self.bytes, world)?;
+        snapshot.restore_with_chance(world, seed).map_err(|error| error.to_string())
+    }
+}
+
+fn score(world: &World) -> PerTeam<u32> {
+    world.resource::<Game>().score
+}
+
+/// What came of a moment, once.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[non_exhaustive]
+pub struct Continuation {
+    /// Its number, from 0.
+    pub index: usize,
+    /// The seed of the chance that it was played with.
+    pub seed: u64,
+    /// The goals of both teams since the moment.
+    pub goals: PerTeam<u32>,
+    /// Who scored first, and how long after the moment, s.
+    pub first_goal: Option<(Team, f64)>,
+    /// Where the ball is in the end, m, pitch frame; none where there is none.
+    pub ball_m: Option<Vec2>,
+    /// When it ends, s since the start of the match.
+    pub end_s: f64,
+}
+
+/// How often, how far and by how much a moment is played on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Continuations {
+    /// Continuations to play.
+    pub times: usize,
+    /// How long after the moment they end, s; at the final whistle at the latest.
+    pub for_s: f64,
+    /// The seed of the first; the next has the next.
+    pub first_seed: u64,
+    /// Continuations that are played at the same time, at least 1.
+    pub threads: usize,
+}
+
+/// Plays a moment on, each time with another seed, and hands over what came of it, in the order of the seeds. When `stop` turns
+/// true, the branches under way are finished, and no others begin.
+///
+/// # Errors
+/// When the moment cannot be put into an app that `simulator` makes.
+pub fn play_branches(
+    moment: &Moment,
+    branches: &Continuations,
+    simulator: impl Fn() -> App + Sync,
+    stop: &AtomicBool,
+    mut finished: impl FnMut(Continuation),
+) -> Result<(), String> {
+    let next = AtomicUsize::new(0);
+    let (sender, receiver) = mpsc::channel();
+    thread::scope(|scope| {
+        for _ in 0..branches.threads.clamp(1, branches.times.max(1)) {
+            let (sender, next, simulator) = (sender.clone(), &next, &simulator);
+            scope.spawn(move || {
+                let mut app = simulator();
+                // The branches have the cores.
+                app.insert_resource(SensingThreads(1));
+                while !stop.load(Ordering::Relaxed) {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= branches.times {
+                        break;
+                    }
+                    let seed = branches.first_seed.wrapping_add(index as u64);
+                    let branch = play(&mut app, moment, branches.for_s, index, seed);
+                    let failed = branch.is_err();
+                    if sender.send(branch).is_err() || failed {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        let mut waiting = BTreeMap::new();
+        let mut expected = 0;
+        for branch in receiver {
+            let branch = branch?;
+            waiting.insert(branch.index, branch);
+            while let Some(branch) = waiting.remove(&expected) {
+                expected += 1;
+                finished(branch);
+            }
+        }
+        Ok(())
+    })
+}
+
+fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Result<Continuation, String> {
+    moment.restore(app.world_mut(), seed)?;
+    let world = app.world_mut();
+    let mut first_goal = None;
+    let goals = |world: &World| {
+        let now = score(world);
+        PerTeam { blue: now.blue.saturating_sub(moment.score.blue), pink: now.pink.saturating_sub(moment.score.pink) }
+    };
+    while world.resource::<CycleClock>().end_time_s() - moment.time_s < for_s - 1e-6
+        && world.resource::<Game>().state != GameState::Finished
+    {
+        run_cycle(world);
+        if first_goal.is_none() {
+            let scorer = Team::BOTH.into_iter().find(|team| goals(world)[*team] > 0);
+            first_goal = scorer.map(|team| (team, world.resource::<CycleClock>().end_time_s() - moment.time_s));
+        }
+    }
+    let goals = goals(world);
+    let end_s = world.resource::<CycleClock>().end_time_s();
+    let ball_m = app.ball().map(|ball| ball.position);
+    Ok(Continuation { index, seed, goals, first_goal, ball_m, end_s })
+}
+
+/// How often what came of a moment, with intervals of 95 % confidence.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+#[non_exhaustive]
+pub struct Outcomes {
+    /// Continuations that were played.
+    pub times: usize,
+    /// The share in which each team scores.
+    pub scores: PerTeam<Option<Estimate>>,
+    /// The share in which each team scores first.
+    pub scores_first: PerTeam<Option<Estimate>>,
+    /// The share in which nobody scores.
+    pub nobody_scores: Option<Estimate>,
+    /// Blue's goals less pink's, on average.
+    pub goal_difference: Option<Estimate>,
+    /// When the first goal falls, s after the moment, where one does: the middle of them.
+    pub first_goal_s: Option<f64>,
+    /// Where the ball is in the end, m, pitch frame, on average.
+    pub ball_m: Option<[Estimate; 2]>,
+}
+
+impl Outcomes {
+    /// Those of some branches.
+    pub fn of(branches: &[Continuation]) -> Self {
+        let share = |holds: &dyn Fn(&Continuation) -> bool| {
+            statistics::share(branches.iter().filter(|branch| holds(branch)).count(), branches.len())
+        };
+        let per_team = |holds: fn(&Continuation, Team) -> bool| {
+            let of = |team| share(&|branch| holds(branch, team));
+            PerTeam { blue: of(Team::Blue), pink: of(Team::Pink) }
+        };
+        let mean = |value: &dyn Fn(&Continuation) -> Option<f64>| {
+            statistics::mean(&branches.iter().filter_map(value).collect::<Vec<f64>>())
+        };
+        let ball = |axis: usize| mean(&|branch| branch.ball_m.map(|ball| f64::from(ball[axis])));
+        Self {
+            times: branches.len(),
+            scores: per_team(|branch, team| branch.goals[team] > 0),
+            scores_first: per_team(|branch, team| branch.first_goal.is_some_and(|(scorer, _)| scorer == team)),
+            nobody_scores: share(&|branch| branch.first_goal.is_none()),
+            goal_difference: mean(&|branch| Some(f64::from(branch.goals.blue) - f64::from(branch.goals.pink))),
+            first_goal_s: statistics::median(
+                branches.iter().filter_map(|branch| branch.first_goal.map(|(_, time_s)| time_s)).collect(),
+            ),
+            ball_m: ball(0).zip(ball(1)).map(|(x, y)| [x, y]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::scenario::Scenario;
+    use naoisis_sim::simulation::NaoisisPlugins;
+
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }
+
+    fn moment() -> Moment {
+        let mut app = simulator();
+        let scenario = Scenario::from_json(
+            r#"{ "realism": "realistic", "rules": "free", "ball": { "position_m": [0.16, -0.05] }, "robots": [
+                 { "number": 1, "behaviour": { "script": [{ "from_s": 4, "kick": { "type": "right_straight" } }] } }] }"#,
+        );
+        app.start_match(&scenario.unwrap()).unwrap();
+        // Shortly before the kick, of which direction and speed are left to chance.
+        app.run_cycles(100);
+        Moment::of(app.world_mut()).unwrap()
+    }
+
+    fn played(moment: &Moment, threads: usize) -> Vec<Continuation> {
+        let branches = Continuations { times: 4, for_s: 3.0, first_seed: 7, threads };
+        let mut rows = Vec::new();
+        play_branches(moment, &branches, simulator, &AtomicBool::new(false), |branch| rows.push(branch)).unwrap();
+        rows
+    }
+
+    #[test]
+    fn branches_differ_by_their_seed_alone_and_come_in_order_on_any_number_of_threads() {
+        let moment = moment();
+        let rows = played(&moment, 1);
+        assert_eq!(played(&moment, 3), rows);
+        assert_eq!(
+            rows.iter().map(|branch| (branch.index, branch.seed)).collect::<Vec<_>>(),
+            [(0, 7), (1, 8), (2, 9), (3, 10)]
+        );
+        assert!(rows.iter().all(|branch| (branch.end_s - moment.time_s - 3.0).abs() < 0.02));
+        assert!(rows.windows(2).any(|pair| pair[0].ball_m != pair[1].ball_m));
+    }
+
+    #[test]
+    fn a_moment_with_its_own_seed_begins_as_it_was() {
+        let moment = moment();
+        let mut app = simulator();
+        moment.restore(app.world_mut(), 3).unwrap();
+        let again = Moment::of(app.world_mut()).unwrap();
+        assert_eq!((again.time_s, again.score), (moment.time_s, moment.score));
+    }
+
+    #[test]
+    fn outcomes_are_shares_of_the_branches() {
+        let branch = |index: usize, blue: u32, pink: u32, first: Option<(Team, f64)>| Continuation {
+            index,
+            seed: 1,
+            goals: PerTeam { blue, pink },
+            first_goal: first,
+            ball_m: Some(Vec2::new(1.0, -1.0)),
+            end_s: 30.0,
+        };
+        let outcomes = Outcomes::of(&[
+            branch(0, 2, 1, Some((Team::Pink, 4.0))),
+            branch(1, 1, 0, Some((Team::Blue, 8.0))),
+            branch(2, 0, 0, None),
+            branch(3, 0, 0, None),
+        ]);
+        let value = |estimate: Option<Estimate>| estimate.unwrap().value;
+        assert_eq!((value(outcomes.scores.blue), value(outcomes.scores.pink)), (0.5, 0.25));
+        assert_eq!((value(outcomes.scores_first.blue), value(outcomes.nobody_scores)), (0.25, 0.5));
+        assert_eq!((value(outcomes.goal_difference), outcomes.first_goal_s), (0.5, Some(6.0)));
+        assert_eq!(outcomes.ball_m.unwrap()[1].value, -1.0);
+    }
+}

@@ -1,0 +1,49 @@
+//! The colours of what is drawn.
+//!
+//! Blue and pink are far apart in lightness and hue, so that they can be told apart with any kind of colour blindness;
+//! the blue of the waistbands and the sky-blue of the goal differ in hue, so that a robot can tell them apart.
+
+use naoisis_core::pitch::GoalColour;
+use naoisis_core::robot::look::Look;
+use naoisis_core::team::Team;
+
+/// A colour: red, green and blue, sRGB.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Colour(pub [u8; 3]);
+
+/// Above the horizon: the wall of the hall.
+pub const SKY: Colour = Colour([171, 199, 227]);
+/// The floor of the hall.
+pub const FLOOR: Colour = Colour([112, 115, 117]);
+/// The carpet.
+pub const CARPET: Colour = Colour([34, 110, 52]);
+/// Lines.
+pub const CHALK: Colour = Colour([236, 238, 236]);
+/// Nets, and the frames that carry them.
+pub const NET: Colour = Colour([228, 230, 232]);
+/// The ball: the orange of a street hockey ball (2010 rule book, section 1.4).
+pub const BALL: Colour = Colour([255, 112, 16]);
+/// The plastic of a NAO.
+pub const SHELL: Colour = Colour(Look::NAO.shell);
+/// Its joints.
+pub const JOINT: Colour = Colour(Look::NAO.joints);
+/// Posts that belong to no goal.
+pub const EXTRA_POST: Colour = Colour([140, 143, 153]);
+
+/// The colour of a team's waistband.
+pub const fn team(team: Team) -> Colour {
+    match team {
+        Team::Blue => Colour([24, 78, 220]),
+        Team::Pink => Colour([250, 82, 160]),
+    }
+}
+
+/// The colour of a goal's posts and bar.
+pub const fn goal(colour: GoalColour) -> Colour {
+    match colour {
+        // RAL 1018 and RAL 5015.
+        GoalColour::Yellow => Colour([250, 202, 48]),
+        GoalColour::Blue => Colour([0, 125, 182]),
+        GoalColour::White => Colour([238, 238, 238]),
+    }
+}

@@ -1,0 +1,69 @@
+//! From a match to the scene of it: the one place where the world is looked at for sensors, pictures, films and the window.
+
+use bevy::ecs::system::{SystemParam, SystemState};
+use bevy::prelude::*;
+
+use super::scene::{Scene, SceneBall, ScenePost, SceneRobot};
+use super::stride::Stride;
+use naoisis_core::ball::{Ball, BallPhysics};
+use naoisis_core::game::Penalty;
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::{Pitch, Post};
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::team::RobotId;
+
+/// What a system needs to gather the [`Scene`] of the match.
+#[derive(SystemParam)]
+pub struct MatchScene<'w, 's> {
+    pitch: Res<'w, Pitch>,
+    robots: Query<
+        'w,
+        's,
+        (
+            &'static RobotId,
+            &'static Pose,
+            &'static Body,
+            &'static HeadAngles,
+            Option<&'static Posture>,
+            Option<&'static Stride>,
+            Option<&'static Penalty>,
+        ),
+    >,
+    posts: Query<'w, 's, (&'static Post, &'static Pose)>,
+    balls: Query<'w, 's, (&'static Pose, &'static BallPhysics), With<Ball>>,
+}
+
+impl MatchScene<'_, '_> {
+    /// Puts the match as it is now into `scene`, whose memory is used again.
+    pub fn gather(&self, scene: &mut Scene) {
+        scene.set_pitch(&self.pitch);
+        scene.robots.clear();
+        for (&id, &pose, &body, &head, posture, stride, penalty) in &self.robots {
+            if penalty.is_some_and(Penalty::is_off_pitch) {
+                continue;
+            }
+            let posture = posture.copied().unwrap_or_default();
+            let stride = stride.copied().unwrap_or_default();
+            scene.robots.push(SceneRobot { head, stride, ..SceneRobot::standing(id, pose, body).in_posture(posture) });
+        }
+        scene.robots.sort_unstable_by_key(|robot| robot.id);
+        scene.posts.clear();
+        scene.posts.extend(self.posts.iter().map(|(&post, pose)| ScenePost { position: pose.position, post }));
+        scene.posts.sort_unstable_by(|ScenePost { position: a, .. }, ScenePost { position: b, .. }| {
+            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
+        });
+        let ball = self.balls.iter().next();
+        scene.ball = ball.map(|(pose, physics)| SceneBall { position: pose.position, radius: physics.radius_m });
+    }
+}
+
+impl Scene {
+    /// Takes over the match in `world` as it is now. Without a match it stays as it is.
+    pub fn gather(&mut self, world: &mut World) {
+        if let Ok(source) = SystemState::<MatchScene>::new(world).get(world) {
+            source.gather(self);
+        }
+    }
+}

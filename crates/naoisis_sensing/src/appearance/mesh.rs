@@ -1,0 +1,195 @@
+//! Meshes of the [shapes](super::shapes), for what draws on a graphics card.
+
+use bevy::asset::RenderAssetUsages;
+use bevy::mesh::{MeshMergeError, PrimitiveTopology, VertexAttributeValues};
+use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_2;
+
+use super::Label;
+use super::colours::Colour;
+use super::field::{GroundMark, GroundShape};
+use super::shapes::{Part, Shape};
+
+/// Corners of a circle on the ground.
+const CIRCLE_CORNERS: usize = 160;
+
+/// The mesh of a shape about its own frame.
+pub fn mesh_of(shape: Shape) -> Mesh {
+    match shape {
+        Shape::Box { half_size } => Cuboid { half_size }.into(),
+        Shape::Ellipsoid { radii } => {
+            let sphere = Sphere::new(1.0).mesh().uv(20, 12);
+            sphere.transformed_by(Transform::from_scale(radii))
+        }
+        Shape::Frustum { bottom, top, half_height } => frustum(bottom, top, half_height),
+        Shape::Capsule { radius, half_length } => {
+            let rod = Capsule3d::new(radius, 2.0 * half_length).mesh().longitudes(16).latitudes(8).build();
+            rod.transformed_by(upright(Vec3::ZERO))
+        }
+    }
+}
+
+/// Stands a shape with its axis along y up along z.
+pub fn upright(centre: Vec3) -> Transform {
+    Transform::from_translation(centre).with_rotation(Quat::from_rotation_x(FRAC_PI_2))
+}
+
+/// A cylinder of radius 1, with its ends stretched.
+fn frustum(bottom: Vec2, top: Vec2, half_height: f32) -> Mesh {
+    let mut mesh = Cylinder::new(1.0, 2.0 * half_height).mesh().resolution(24).build();
+    let slant = (bottom - top) / (2.0 * half_height).max(1e-6);
+    // Bevy's cylinder is around y.
+    let places: Vec<Vec3> = match mesh.attribute(Mesh::ATTRIBUTE_POSITION) {
+        Some(VertexAttributeValues::Float32x3(places)) => places.iter().map(|&[x, y, z]| Vec3::new(x, -z, y)).collect(),
+        _ => Vec::new(),
+    };
+    let stretched = places.iter().map(|place| {
+        let radii = bottom.lerp(top, (place.z + half_height) / (2.0 * half_height).max(1e-6));
+        (place.truncate() * radii).extend(place.z).to_array()
+    });
+    let stretched: Vec<[f32; 3]> = stretched.collect();
+    if let Some(VertexAttributeValues::Float32x3(normals)) = mesh.attribute_mut(Mesh::ATTRIBUTE_NORMAL) {
+        for (normal, place) in normals.iter_mut().zip(&places) {
+            let [x, y, z] = *normal;
+            // The ends look up and down, the side outwards and by its slant.
+            *normal = if y.abs() > 0.5 {
+                [0.0, 0.0, y.signum()]
+            } else {
+                let radii = (bottom + top) / 2.0;
+                let outwards = Vec2::new(x * radii.y, -z * radii.x).normalize_or(place.truncate());
+                let rise = (slant * outwards * outwards).element_sum();
+                outwards.extend(rise).normalize_or(Vec3::X).to_array()
+            };
+        }
+    }
+    mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, stretched);
+    mesh
+}
+
+/// A colour as it stands in a vertex: red, green and blue as they are in the file (sRGB, not linear) from 0 to 1, and in
+/// place of its opacity the number of the label, of 255.
+pub fn vertex_colour(colour: Colour, label: Label) -> [f32; 4] {
+    let [red, green, blue] = colour.0.map(|channel| f32::from(channel) / 255.0);
+    [red, green, blue, f32::from(label as u8) / 255.0]
+}
+
+/// One mesh of parts, each in its own frame, with colours and labels in the vertices ([`vertex_colour`]). A speck without
+/// any part.
+///
+/// # Errors
+/// Should the meshes of two shapes have different attributes, which would be a mistake here.
+pub fn labelled_mesh<'a, Frame: 'a>(parts: impl IntoIterator<Item = &'a Part<Frame>>) -> Result<Mesh, MeshMergeError> {
+    let mut whole: Option<Mesh> = None;
+    for part in parts {
+        let mesh = mesh_of(part.shape).transformed_by(Transform::from_matrix(part.frame_from_shape.into()));
+        let colours = vec![vertex_colour(part.colour, part.label); mesh.count_vertices()];
+        let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours);
+        match &mut whole {
+            None => whole = Some(mesh),
+            Some(whole) => whole.merge(&mesh)?,
+        }
+    }
+    Ok(whole.unwrap_or_else(|| {
+        let speck = Mesh::from(Cuboid::from_length(0.0));
+        let colours = vec![[0.0; 4]; speck.count_vertices()];
+        speck.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours)
+    }))
+}
+
+/// One mesh of what is painted on the ground, from the bottom up: each mark lies `step_m` above the one before, so that
+/// the upper ones are seen. Its normals are zero: flat colour, without light.
+pub fn ground_mesh(marks: &[GroundMark], lowest_m: f32, step_m: f32) -> Mesh {
+    let mut triangles = Vec::new();
+    let mut colours = Vec::new();
+    for (index, mark) in marks.iter().enumerate() {
+        let height = lowest_m + step_m * index as f32;
+        let first = triangles.len();
+        match mark.shape {
+            GroundShape::Quadrilateral([a, b, c, d]) => {
+                triangles.extend([a, b, c, a, c, d].map(|at| at.extend(height)));
+            }
+            GroundShape::Ring { centre, inner, outer } => {
+                let at = |corner: usize, radius: f32| {
+                    let angle = core::f32::consts::TAU * (corner % CIRCLE_CORNERS) as f32 / CIRCLE_CORNERS as f32;
+                    (centre + radius * Vec2::from_angle(angle)).extend(height)
+                };
+                for corner in 0..CIRCLE_CORNERS {
+                    let [a, b] = [corner, corner + 1].map(|corner| at(corner, inner));
+                    let [c, d] = [corner + 1, corner].map(|corner| at(corner, outer));
+                    triangles.extend([a, d, c, a, c, b]);
+                }
+            }
+        }
+        colours.resize(colours.len() + triangles.len() - first, vertex_colour(mark.colour, mark.label));
+    }
+    flat_mesh(PrimitiveTopology::TriangleList, triangles, colours)
+}
+
+/// One mesh of lines, such as the strings of a net.
+pub fn line_mesh(lines: &[[Vec3; 2]], colour: Colour, label: Label) -> Mesh {
+    let ends: Vec<Vec3> = lines.iter().flatten().copied().collect();
+    let colours = vec![vertex_colour(colour, label); ends.len()];
+    flat_mesh(PrimitiveTopology::LineList, ends, colours)
+}
+
+fn flat_mesh(topology: PrimitiveTopology, places: Vec<Vec3>, colours: Vec<[f32; 4]>) -> Mesh {
+    let places: Vec<[f32; 3]> = places.iter().map(Vec3::to_array).collect();
+    let normals = vec![[0.0; 3]; places.len()];
+    Mesh::new(topology, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, places)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::appearance::{colours, field};
+    use bevy::camera::primitives::MeshAabb;
+    use naoisis_core::pitch::Pitch;
+
+    #[test]
+    fn shapes_are_as_large_as_they_say() {
+        let frustum = Shape::Frustum { bottom: Vec2::new(0.1, 0.2), top: Vec2::new(0.3, 0.1), half_height: 0.5 };
+        for (shape, half_size) in [
+            (Shape::Box { half_size: Vec3::new(0.1, 0.2, 0.3) }, Vec3::new(0.1, 0.2, 0.3)),
+            (Shape::Ellipsoid { radii: Vec3::new(0.1, 0.2, 0.3) }, Vec3::new(0.1, 0.2, 0.3)),
+            (frustum, Vec3::new(0.3, 0.2, 0.5)),
+            (Shape::Capsule { radius: 0.1, half_length: 0.4 }, Vec3::new(0.1, 0.1, 0.5)),
+        ] {
+            let bounds = mesh_of(shape).compute_aabb().unwrap();
+            assert!(Vec3::from(bounds.half_extents).abs_diff_eq(half_size, 0.01), "{shape:?}: {bounds:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_upright_points_to_the_sky() {
+        let up = upright(Vec3::ZERO).transform_point(Vec3::Y);
+        assert!(up.abs_diff_eq(Vec3::Z, 1e-6), "{up}");
+    }
+
+    #[test]
+    fn a_mesh_is_the_sum_of_its_parts_with_their_labels() {
+        let part = |label, shape| Part::at((), label, colours::BALL, shape, Vec3::ZERO);
+        let parts = [part(Label::Ball, Shape::sphere(1.0)), part(Label::Post, Shape::Box { half_size: Vec3::ONE })];
+        let mesh = labelled_mesh(&parts).unwrap();
+        let Some(VertexAttributeValues::Float32x4(colours)) = mesh.attribute(Mesh::ATTRIBUTE_COLOR) else { panic!() };
+        let with =
+            |label: Label| colours.iter().filter(|colour| (colour[3] * 255.0).round() as u8 == label as u8).count();
+        assert_eq!(with(Label::Ball) + with(Label::Post), colours.len());
+        assert_eq!(with(Label::Post), 24);
+    }
+
+    #[test]
+    fn upper_marks_lie_higher_and_all_face_up() {
+        let marks = field::ground(&Pitch::default());
+        let mesh = ground_mesh(&marks, 0.0, 0.001);
+        let Some(VertexAttributeValues::Float32x3(places)) = mesh.attribute(Mesh::ATTRIBUTE_POSITION) else { panic!() };
+        for [a, b, c] in places.as_chunks::<3>().0 {
+            let [a, b, c] = [a, b, c].map(|&place| Vec3::from_array(place));
+            assert!((b - a).cross(c - a).z > 0.0);
+        }
+        let highest = places.iter().map(|place| place[2]).fold(0.0, f32::max);
+        assert!((highest - 0.001 * (marks.len() - 1) as f32).abs() < 1e-6);
+    }
+}

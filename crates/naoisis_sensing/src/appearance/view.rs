@@ -1,0 +1,123 @@
+//! From where a picture is taken.
+
+use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
+
+use naoisis_core::camera_model::{CameraIntrinsics, CameraView};
+use naoisis_core::team::RobotId;
+
+/// A pinhole camera anywhere, and what else matters for the picture it takes. Pitch frame, m.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct View {
+    /// The pinhole. The picture has its size, in whole pixels.
+    pub intrinsics: CameraIntrinsics,
+    /// The lens.
+    pub eye: Vec3,
+    /// The direction of the picture's u axis, unit vector.
+    pub right: Vec3,
+    /// The direction of the picture's v axis, unit vector.
+    pub down: Vec3,
+    /// The direction in which the camera looks, unit vector.
+    pub forward: Vec3,
+    /// The robot whose camera it is: it does not see itself.
+    pub hidden: Option<RobotId>,
+    /// Into how many samples each pixel's side is divided, at least 1; the more, the smoother the edges.
+    pub supersampling: u32,
+    /// Whether, of a pixel of one sample, the light is integrated over all of it, as a sensor does: far lines stay lines. In
+    /// software on the ground, on a graphics card everywhere.
+    pub antialiasing: bool,
+    /// Whether bodies cast shadows.
+    pub shadows: bool,
+}
+
+impl View {
+    /// The view of a robot's camera, of which this is the robot's place.
+    pub fn of_robot(camera: &CameraView, world_from_robot: Affine3A, robot: RobotId) -> Self {
+        let turned = |direction: Vec3| world_from_robot.transform_vector3(direction);
+        Self {
+            intrinsics: camera.intrinsics,
+            eye: world_from_robot.transform_point3(camera.lens),
+            right: turned(camera.right),
+            down: turned(camera.down),
+            forward: turned(camera.forward),
+            hidden: Some(robot),
+            supersampling: 1,
+            antialiasing: true,
+            shadows: false,
+        }
+    }
+
+    /// The view from a place to another, of this size in pixels and with this vertical field of view in radians, with
+    /// shadows and smooth edges. It does not matter which way is up only for a view straight down, in which +y is up.
+    pub fn looking_at(eye: Vec3, target: Vec3, vertical_fov: f32, [width, height]: [u32; 2]) -> Self {
+        let forward = (target - eye).normalize_or(Vec3::X);
+        let right = forward.cross(Vec3::Z).try_normalize().unwrap_or(Vec3::X);
+        let size = Vec2::new(width as f32, height as f32);
+        let focal_length = size.y / 2.0 / ops::tan(vertical_fov / 2.0);
+        Self {
+            intrinsics: CameraIntrinsics { focal_length, centre: size / 2.0, size },
+            eye,
+            right,
+            down: forward.cross(right),
+            forward,
+            hidden: None,
+            supersampling: 3,
+            antialiasing: true,
+            shadows: true,
+        }
+    }
+
+    /// Width and height of the picture, pixels.
+    pub fn size(&self) -> [usize; 2] {
+        let size = self.intrinsics.size;
+        [size.x as usize, size.y as usize]
+    }
+
+    /// The rotation from the pitch frame to the camera's axes (right, down, forward).
+    pub fn camera_from_world(&self) -> Mat3 {
+        Mat3::from_cols(self.right, self.down, self.forward).transpose()
+    }
+
+    /// A point of the pitch frame in the camera's frame: to the right, down and ahead of the lens, m.
+    pub fn to_camera(&self, point: Vec3) -> Vec3 {
+        let offset = point - self.eye;
+        Vec3::new(self.right.dot(offset), self.down.dot(offset), self.forward.dot(offset))
+    }
+
+    /// The pixel of a point ahead of the lens, in the picture or not.
+    pub fn project(&self, point: Vec3) -> Option<Vec2> {
+        let in_camera = self.to_camera(point);
+        let CameraIntrinsics { focal_length, centre, .. } = self.intrinsics;
+        (in_camera.z > 1e-3).then(|| centre + in_camera.truncate() * (focal_length / in_camera.z))
+    }
+
+    /// The direction in which a pixel looks, with a unit component along [`View::forward`].
+    pub fn ray(&self, pixel: Vec2) -> Vec3 {
+        let slope = (pixel - self.intrinsics.centre) / self.intrinsics.focal_length;
+        self.forward + slope.x * self.right + slope.y * self.down
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_it_looks_at_is_in_the_middle_and_up_is_up() {
+        let target = Vec3::new(1.0, 2.0, 0.3);
+        for eye in [Vec3::new(4.0, -3.0, 5.0), Vec3::new(1.0, 2.0, 6.0)] {
+            let view = View::looking_at(eye, target, 0.8, [640, 480]);
+            assert!(view.project(target).unwrap().abs_diff_eq(Vec2::new(320.0, 240.0), 1e-3));
+            assert!((view.right.cross(view.down) - view.forward).length() < 1e-6);
+        }
+        let view = View::looking_at(Vec3::new(4.0, -3.0, 5.0), target, 0.8, [640, 480]);
+        assert!(view.project(target + Vec3::Z * 0.1).unwrap().y < 240.0);
+    }
+
+    #[test]
+    fn a_ray_goes_through_the_points_of_its_pixel() {
+        let view = View::looking_at(Vec3::new(4.0, -3.0, 5.0), Vec3::ZERO, 0.8, [640, 480]);
+        let pixel = Vec2::new(100.5, 300.25);
+        let point = view.eye + 3.0 * view.ray(pixel);
+        assert!(view.project(point).unwrap().abs_diff_eq(pixel, 1e-2));
+    }
+}

@@ -1,0 +1,121 @@
+//! Which landmark it is that a robot sees, for an estimate of its pose by a Kalman filter of either kind.
+
+use bevy::prelude::*;
+
+use super::camera_error::{CameraError, CameraMotion, CameraTotal};
+use super::innovation::{Innovation, Measured};
+use super::line_sighting::{PitchLine, SeenLine};
+use super::pose_estimate::PoseEstimate;
+use super::sighting::Sighting;
+use super::unscented::SigmaPoints;
+use crate::belief::localisation_method::KalmanFilter;
+use naoisis_core::geometry::unrotate;
+
+/// What is seen is taken for a landmark only if every other is less likely by so much: squared Mahalanobis distance.
+const AMBIGUITY: f32 = 6.0;
+
+/// What is seen beside what an estimate makes expect.
+pub(super) struct Expectation<'a> {
+    estimate: &'a PoseEstimate,
+    /// The unit vector along which the robot faces, team frame.
+    pub(super) forward: Vec2,
+    /// Of the unscented filter.
+    points: Option<SigmaPoints>,
+    camera: Option<(&'a CameraError, &'a CameraMotion, CameraTotal)>,
+}
+
+impl<'a> Expectation<'a> {
+    /// Of a filter of this kind, that estimates the error of the cameras along with the pose, or does not.
+    pub(super) fn of(
+        estimate: &'a PoseEstimate,
+        filter: KalmanFilter,
+        camera: Option<(&'a CameraError, &'a CameraMotion)>,
+    ) -> Self {
+        let points = (filter == KalmanFilter::Unscented).then(|| SigmaPoints::of(estimate));
+        let camera = camera.map(|(error, motion)| (error, motion, error.total()));
+        Self { estimate, forward: estimate.pose.forward(), points, camera }
+    }
+
+    /// What a sighting says, if it is of the landmark at a place, m, team frame.
+    pub(super) fn of_point(&self, place: Vec2, sighting: &Sighting) -> Innovation {
+        let measured = self.measured_point(place, sighting);
+        match &self.camera {
+            None => measured.innovation(),
+            Some((error, motion, _)) => error.measured(measured, self.slopes_of_point(place, motion)).innovation(),
+        }
+    }
+
+    /// The squared Mahalanobis distance of a sighting, if it is of the landmark at a place, m, team frame.
+    pub(super) fn distance_of_point(&self, place: Vec2, sighting: &Sighting) -> f32 {
+        let measured = self.measured_point(place, sighting);
+        match &self.camera {
+            None => measured.distance_squared(),
+            Some((_, motion, total)) => total.distance_squared(&measured, self.slopes_of_point(place, motion)),
+        }
+    }
+
+    #[inline(always)]
+    fn measured_point(&self, place: Vec2, sighting: &Sighting) -> Measured {
+        match &self.points {
+            None => self.estimate.measured_point(self.forward, place, sighting),
+            Some(points) => points.measured(|pose| sighting.residual(unrotate(pose.forward(), place - pose.position))),
+        }
+    }
+
+    #[inline(always)]
+    fn slopes_of_point(&self, place: Vec2, motion: &CameraMotion) -> [Vec2; 2] {
+        motion.slopes(unrotate(self.forward, place - self.estimate.pose.position))
+    }
+
+    /// What a stretch of a line says, if it is of this line.
+    pub(super) fn of_line(&self, line: &PitchLine, seen: &SeenLine) -> Innovation {
+        let measured = self.measured_line(line, seen);
+        match &self.camera {
+            None => measured.innovation(),
+            Some((error, motion, _)) => {
+                error.measured(measured, seen.camera_slopes(line, self.forward, motion)).innovation()
+            }
+        }
+    }
+
+    /// The squared Mahalanobis distance of a stretch of a line, if it is of this line.
+    pub(super) fn distance_of_line(&self, line: &PitchLine, seen: &SeenLine) -> f32 {
+        let measured = self.measured_line(line, seen);
+        match &self.camera {
+            None => measured.distance_squared(),
+            Some((_, motion, total)) => {
+                total.distance_squared(&measured, seen.camera_slopes(line, self.forward, motion))
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn measured_line(&self, line: &PitchLine, seen: &SeenLine) -> Measured {
+        match &self.points {
+            None => self.estimate.measured_line(self.forward, line, seen),
+            Some(points) => points.measured(|pose| seen.residual(line, pose.position, pose.forward())),
+        }
+    }
+}
+
+/// What is seen, if it is one of the candidates, and every other is clearly less likely.
+pub(super) fn clearly_nearest<Candidate: Copy>(
+    candidates: impl Iterator<Item = Candidate>,
+    distance_squared: impl Fn(Candidate) -> f32,
+    innovation: impl Fn(Candidate) -> Innovation,
+) -> Option<Innovation> {
+    let mut best: Option<(Candidate, f32)> = None;
+    let mut second = f32::MAX;
+    for candidate in candidates {
+        // The rest of what it says is worked out for the best alone.
+        let distance_squared = distance_squared(candidate);
+        match best {
+            Some((_, least)) if least <= distance_squared => second = second.min(distance_squared),
+            nearest => {
+                second = nearest.map_or(second, |(_, least)| least);
+                best = Some((candidate, distance_squared));
+            }
+        }
+    }
+    best.filter(|(_, least)| second - least > AMBIGUITY).map(|(candidate, _)| innovation(candidate))
+}

@@ -1,0 +1,296 @@
+//! The estimate of the ball: where it is and how it rolls, in the robot's own frame, where it is seen and kicked.
+//!
+//! A Kalman filter of place and velocity. What is seen in an unlikely place is taken for an error once; when the next
+//! sighting confirms it, the ball has been kicked or carried and the filter starts anew.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::covariance::inverse;
+use super::pose_estimate::StepError;
+use super::sighting::{Residual, Sighting};
+use naoisis_core::ball::{BallPhysics, Rolling};
+use naoisis_core::geometry::{Pose, unit, unrotate};
+
+/// The ball in the robot frame.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct BallEstimate {
+    /// Where it is, m, robot frame.
+    pub position: Vec2,
+    /// Where it rolls over the ground, m/s, along the robot frame's axes.
+    pub velocity: Vec2,
+    /// Covariance of the place, m².
+    pub position_covariance: Mat2,
+    /// Covariance between place and velocity, m²/s: symmetric, as all noise is the same along all axes but for the
+    /// measurement's.
+    cross_covariance: Mat2,
+    /// Covariance of the velocity, (m/s)².
+    pub velocity_covariance: Mat2,
+    /// Since it was seen, s.
+    pub age_s: f32,
+    /// For how long it should have been seen but was not, s.
+    pub missing_s: f32,
+    /// Where it was seen last when that was too unlikely to believe, robot frame.
+    doubted: Option<Vec2>,
+}
+
+/// How the ball is expected to behave.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BallModel {
+    /// Its radius, m.
+    pub radius_m: f32,
+    /// How it slows down.
+    pub rolling: Rolling,
+    /// Unforeseen change of its velocity while it is watched: variance per second, (m/s)²/s.
+    pub velocity_noise: f32,
+    /// The same while it is not, when robots may kick it: one kick of 2 to 3 m/s in some seconds.
+    pub unseen_velocity_noise: f32,
+    /// A ball is watched until it was not seen for so long, s.
+    pub watched_s: f32,
+    /// Speed that a ball of which nothing is known may have, m/s: standard deviation.
+    pub start_speed_sd: f32,
+    /// Speed of one that was seen to have been kicked, m/s: standard deviation along each axis.
+    pub kicked_speed_sd: f32,
+    /// A sighting further from the expectation than this is doubted: squared Mahalanobis distance.
+    pub gate: f32,
+    /// Two doubted sightings as near as this confirm each other, m, at a distance of one metre.
+    pub confirmation_m: f32,
+    /// Slower than this it is taken to rest, m/s.
+    pub rest_speed_mps: f32,
+    /// It is taken to roll when its velocity is further from none than this: squared Mahalanobis distance.
+    pub rolling_gate: f32,
+}
+
+impl Default for BallModel {
+    fn default() -> Self {
+        Self {
+            radius_m: BallPhysics::default().radius_m,
+            rolling: Rolling::default(),
+            velocity_noise: 0.1,
+            unseen_velocity_noise: 1.5,
+            watched_s: 0.15,
+            start_speed_sd: 0.5,
+            kicked_speed_sd: 1.7,
+            gate: 16.0,
+            confirmation_m: 0.15,
+            rest_speed_mps: 0.05,
+            // By chance, a ball that lies seems to roll once in ninety times.
+            rolling_gate: 9.0,
+        }
+    }
+}
+
+impl BallModel {
+    /// The share of its velocity that a ball of this speed (m/s) keeps after `duration` seconds, in the first order.
+    fn kept(&self, speed: f32, duration: f32) -> f32 {
+        let lost = match self.rolling {
+            Rolling::ExponentialPerS(drag) => drag * duration,
+            Rolling::ConstantMps2(deceleration) => deceleration * duration / speed.max(self.rest_speed_mps),
+        };
+        (1.0 - lost).max(0.0)
+    }
+}
+
+impl BallEstimate {
+    /// A ball that has just come into sight.
+    pub fn first_seen(sighting: &Sighting, model: &BallModel) -> Self {
+        let speed_variance = model.start_speed_sd * model.start_speed_sd;
+        Self {
+            position: sighting.place,
+            velocity: Vec2::ZERO,
+            position_covariance: sighting.noise_at(sighting.place),
+            cross_covariance: Mat2::ZERO,
+            velocity_covariance: Mat2::from_diagonal(Vec2::splat(speed_variance)),
+            age_s: 0.0,
+            missing_s: 0.0,
+            doubted: None,
+        }
+    }
+
+    /// A ball that is seen elsewhere than it can have rolled to: somebody has kicked it.
+    fn kicked(sighting: &Sighting, model: &BallModel) -> Self {
+        let speed_variance = model.kicked_speed_sd * model.kicked_speed_sd;
+        let velocity_covariance = Mat2::from_diagonal(Vec2::splat(speed_variance));
+        Self { velocity_covariance, ..Self::first_seen(sighting, model) }
+    }
+
+    /// A ball that lies where it was put, m, robot frame; with the standard deviation of that.
+    pub fn at_rest(position: Vec2, position_sd: f32) -> Self {
+        Self {
+            position,
+            velocity: Vec2::ZERO,
+            position_covariance: Mat2::from_diagonal(Vec2::splat(position_sd * position_sd)),
+            cross_covariance: Mat2::ZERO,
+            velocity_covariance: Mat2::ZERO,
+            age_s: 0.0,
+            missing_s: 0.0,
+            doubted: None,
+        }
+    }
+
+    /// The ball `duration` seconds later, seen from where a measured step (in the robot's frame before it) led.
+    pub fn advanced(&self, step: Pose, duration: f32, model: &BallModel, walk: &StepError) -> Self {
+        let kept = model.kept(self.velocity.length(), duration);
+        let is_watched = self.age_s <= model.watched_s;
+        let noise = if is_watched { model.velocity_noise } else { model.unseen_velocity_noise } * duration;
+        let mut ahead = Self {
+            position: self.position + self.velocity * duration - step.position,
+            velocity: self.velocity * kept,
+            position_covariance: self.position_covariance
+                + self.cross_covariance * (2.0 * duration)
+                + self.velocity_covariance * (duration * duration),
+            cross_covariance: (self.cross_covariance + self.velocity_covariance * duration) * kept,
+            velocity_covariance: self.velocity_covariance * (kept * kept) + Mat2::from_diagonal(Vec2::splat(noise)),
+            age_s: self.age_s + duration,
+            doubted: self.doubted.map(|doubted| doubted - step.position),
+            ..*self
+        };
+        // The walk itself is not exact either, nor is the turn, which shows the more the further away the ball is.
+        let of_walk = walk.covariance(step);
+        let across = self.position.perp();
+        ahead.position_covariance += Mat2::from_diagonal(Vec2::splat(of_walk.x_axis.x))
+            + Mat2::from_cols(across * across.x, across * across.y) * of_walk.z_axis.z;
+        if step.heading != 0.0 {
+            ahead.turn_frame(step.heading);
+        }
+        ahead
+    }
+
+    fn turn_frame(&mut self, angle: f32) {
+        let forward = unit(angle);
+        let back = Mat2::from_cols(Vec2::new(forward.x, -forward.y), Vec2::new(forward.y, forward.x));
+        let ahead = back.transpose();
+        self.position = unrotate(forward, self.position);
+        self.velocity = unrotate(forward, self.velocity);
+        self.doubted = self.doubted.map(|doubted| unrotate(forward, doubted));
+        for covariance in [&mut self.position_covariance, &mut self.cross_covariance, &mut self.velocity_covariance] {
+            *covariance = back * *covariance * ahead;
+        }
+    }
+
+    /// Whether every number in it is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let places = [self.position, self.velocity, self.doubted.unwrap_or_default()];
+        let covariances = [self.position_covariance, self.cross_covariance, self.velocity_covariance];
+        places.into_iter().all(Vec2::is_finite)
+            && covariances.iter().all(Mat2::is_finite)
+            && (self.age_s + self.missing_s).is_finite()
+    }
+
+    /// The ball after it was seen there, as it was `late_s` seconds ago but carried on by its velocity since.
+    pub fn seen(&self, sighting: &Sighting, model: &BallModel, late_s: f32) -> Self {
+        let Residual { difference, noise } = sighting.residual(self.position);
+        let noise = noise + self.velocity_covariance * (late_s * late_s);
+        let inverse = inverse(self.position_covariance + noise);
+        if difference.dot(inverse * difference) > model.gate {
+            let near = model.confirmation_m * sighting.place.length_squared().max(1.0);
+            return match self.doubted {
+                Some(before) if before.distance(sighting.place) < near => Self::kicked(sighting, model),
+                _ => Self { doubted: Some(sighting.place), ..*self },
+            };
+        }
+        let gain = self.position_covariance * inverse;
+        let velocity_gain = self.cross_covariance * inverse;
+        Self {
+            position: self.position + gain * difference,
+            velocity: self.velocity + velocity_gain * difference,
+            position_covariance: symmetric(self.position_covariance - gain * self.position_covariance),
+            cross_covariance: symmetric(self.cross_covariance - gain * self.cross_covariance),
+            velocity_covariance: symmetric(self.velocity_covariance - velocity_gain * self.cross_covariance),
+            age_s: 0.0,
+            missing_s: 0.0,
+            doubted: None,
+        }
+    }
+
+    /// The velocity, or none when it does not stand out from rest.
+    pub fn credible_velocity(&self, model: &BallModel) -> Vec2 {
+        let stands_out = self.velocity.dot(inverse(self.velocity_covariance) * self.velocity) > model.rolling_gate;
+        let is_fast = self.velocity.length_squared() > model.rest_speed_mps * model.rest_speed_mps;
+        if stands_out && is_fast { self.velocity } else { Vec2::ZERO }
+    }
+}
+
+/// Rounding must not let a covariance drift from symmetry.
+fn symmetric(matrix: Mat2) -> Mat2 {
+    let mixed = (matrix.x_axis.y + matrix.y_axis.x) / 2.0;
+    Mat2::from_cols(Vec2::new(matrix.x_axis.x, mixed), Vec2::new(mixed, matrix.y_axis.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use core::f32::consts::FRAC_PI_2;
+
+    const PERIOD: f32 = 1.0 / 30.0;
+    const STEADY: StepError = StepError { place_per_metre: 0.0, heading_per_metre: 0.0, heading_per_radian: 0.0 };
+
+    fn sighting(place: Vec2) -> Sighting {
+        Sighting::new(place, 0.004)
+    }
+
+    fn watched(start: Vec2, velocity: Vec2, cycles: u32) -> BallEstimate {
+        let drag = 0.5;
+        let model = BallModel { rolling: Rolling::ExponentialPerS(drag), ..default() };
+        let mut estimate = BallEstimate::first_seen(&sighting(start), &model);
+        for cycle in 1..=cycles {
+            // The closed form of exponential drag: s = v0 (1 - exp(-k t)) / k.
+            let time = cycle as f32 * PERIOD;
+            let place = start + velocity * (1.0 - (-drag * time).exp()) / drag;
+            estimate = estimate.advanced(Pose::default(), PERIOD, &model, &STEADY).seen(&sighting(place), &model, 0.0);
+        }
+        estimate
+    }
+
+    #[test]
+    fn the_velocity_of_a_rolling_ball_is_found_within_half_a_second() {
+        let estimate = watched(Vec2::new(2.0, 0.5), Vec2::new(-1.0, 0.2), 15);
+        // v0 exp(-0.5 * 0.5 s) = 0.78 v0.
+        assert_abs_diff_eq!(estimate.velocity, Vec2::new(-0.78, 0.156), epsilon = 0.1);
+        assert!(estimate.credible_velocity(&BallModel::default()) != Vec2::ZERO);
+        let rest = watched(Vec2::new(2.0, 0.5), Vec2::ZERO, 15);
+        assert_eq!(rest.credible_velocity(&BallModel::default()), Vec2::ZERO);
+    }
+
+    #[test]
+    fn an_unseen_ball_rolls_on_and_gets_uncertain() {
+        let model = BallModel::default();
+        let mut estimate = watched(Vec2::new(3.0, 0.0), Vec2::new(-1.0, 0.0), 30);
+        let (start, speed, variance) =
+            (estimate.position.x, estimate.velocity.x, estimate.position_covariance.x_axis.x);
+        for _ in 0..30 {
+            estimate = estimate.advanced(Pose::default(), PERIOD, &model, &STEADY);
+        }
+        // v (1 - exp(-k 1 s)) / k = 0.787 v.
+        assert_abs_diff_eq!(estimate.position.x - start, 0.787 * speed, epsilon = 0.02);
+        assert!(estimate.position_covariance.x_axis.x > 2.0 * variance);
+        assert_abs_diff_eq!(estimate.age_s, 1.0, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn a_turn_of_the_robot_turns_the_ball_the_other_way() {
+        let estimate = watched(Vec2::new(1.0, 0.0), Vec2::new(1.0, 0.0), 10);
+        let place = estimate.position;
+        let turned = estimate.advanced(Pose::new(0.0, 0.0, FRAC_PI_2), 0.0, &BallModel::default(), &STEADY);
+        assert_abs_diff_eq!(turned.position, Vec2::new(0.0, -place.x), epsilon = 1e-5);
+        assert!(turned.velocity.y < -0.5 && turned.velocity.x.abs() < 1e-3);
+        assert_abs_diff_eq!(turned.position_covariance.y_axis.y, estimate.position_covariance.x_axis.x, epsilon = 1e-6);
+        let walked = estimate.advanced(Pose::new(0.1, 0.0, 0.0), 0.0, &BallModel::default(), &STEADY);
+        assert_abs_diff_eq!(walked.position.x, place.x - 0.1, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn one_sighting_elsewhere_is_an_error_and_two_are_a_kick() {
+        let model = BallModel::default();
+        let estimate = watched(Vec2::new(1.0, 0.0), Vec2::ZERO, 30);
+        let elsewhere = sighting(Vec2::new(2.0, 1.0));
+        let once = estimate.seen(&elsewhere, &model, 0.0);
+        assert_eq!(once.position, estimate.position);
+        let twice = once.seen(&elsewhere, &model, 0.0);
+        assert_eq!(twice.position, elsewhere.place);
+        // The error forgotten: seen again where it was.
+        assert_eq!(once.seen(&sighting(estimate.position), &model, 0.0).doubted, None);
+    }
+}

@@ -1,0 +1,181 @@
+//! The robot's own pose, by whichever filter its settings choose: one of two Kalman filters, or a particle filter.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::camera_error::CameraError;
+use super::kalman_localiser::{KalmanLocaliser, PLACED_SD, RETURNED_SD};
+use super::landmarks::{Landmarks, PitchObservation, halfway_pose, waiting_pose};
+use super::localisation_method::LocalisationMethod;
+use super::particle_filter::ParticleFilter;
+use super::pose_estimate::{PoseEstimate, StepError};
+use crate::belief::localisation_method::KalmanFilter;
+use naoisis_core::geometry::Pose;
+use naoisis_core::team::RobotId;
+
+impl From<KalmanFilter> for LocalisationMethod {
+    fn from(filter: KalmanFilter) -> Self {
+        match filter {
+            KalmanFilter::Extended => LocalisationMethod::Kalman,
+            KalmanFilter::Unscented => LocalisationMethod::Unscented,
+        }
+    }
+}
+
+/// No robot believes that it is farther away than this, m: squares of it can still be added up.
+const FARTHEST_M: f32 = 1e6;
+
+/// A filter of any kind.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub enum Localiser {
+    /// [`LocalisationMethod::Kalman`] and [`LocalisationMethod::Unscented`].
+    Kalman(KalmanLocaliser),
+    /// The same, while the robot has lost its way.
+    Searching(ParticleFilter, KalmanFilter),
+    /// [`LocalisationMethod::Particles`].
+    Particles(ParticleFilter),
+}
+
+impl Default for Localiser {
+    fn default() -> Self {
+        Localiser::Kalman(KalmanLocaliser::default())
+    }
+}
+
+impl Localiser {
+    /// That of a robot that was told its place, team frame.
+    pub fn placed(kind: LocalisationMethod, robot: RobotId, pose: Pose) -> Self {
+        match kind {
+            LocalisationMethod::Kalman => Localiser::Kalman(KalmanLocaliser::placed(KalmanFilter::Extended, pose)),
+            LocalisationMethod::Unscented => Localiser::Kalman(KalmanLocaliser::placed(KalmanFilter::Unscented, pose)),
+            LocalisationMethod::Particles => {
+                Localiser::Particles(ParticleFilter::around(robot, pose, PLACED_SD[0], PLACED_SD[1]))
+            }
+        }
+    }
+
+    /// Starts anew at a pose, team frame, where its numbers have run away: it was fed what cannot be for long, or goes on
+    /// from a saved match that was written by hand.
+    pub fn keep_finite(&mut self, robot: RobotId, last: Pose) {
+        let (is_finite, kind) = match self {
+            Localiser::Kalman(own) => (own.estimate.is_finite(), own.filter.into()),
+            Localiser::Searching(filter, kalman) => (filter.is_finite(), (*kalman).into()),
+            Localiser::Particles(filter) => (filter.is_finite(), LocalisationMethod::Particles),
+        };
+        let is_near = |pose: Pose| pose.is_finite() && pose.position.abs().max_element() < FARTHEST_M;
+        if !(is_finite && is_near(self.estimate().pose)) {
+            *self = Localiser::placed(kind, robot, if is_near(last) { last } else { Pose::default() });
+        }
+    }
+
+    /// The robot is told its place, team frame.
+    pub fn place(&mut self, pose: Pose) {
+        match self {
+            Localiser::Kalman(own) => *own = KalmanLocaliser::placed(own.filter, pose).keeping_cameras_of(own),
+            Localiser::Searching(_, filter) => *self = Localiser::Kalman(KalmanLocaliser::placed(*filter, pose)),
+            Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
+        }
+    }
+
+    /// The robot comes back from a penalty, at an end of the halfway line: that away from the ball (m, team frame), as
+    /// far as it knows.
+    pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
+        match self {
+            Localiser::Kalman(own) => {
+                *own = KalmanLocaliser::returned(own.filter, landmarks, ball).keeping_cameras_of(own);
+            }
+            Localiser::Searching(_, filter) => {
+                *self = Localiser::Kalman(KalmanLocaliser::returned(*filter, landmarks, ball));
+            }
+            Localiser::Particles(filter) => {
+                let pose = halfway_pose(landmarks, ball);
+                filter.gather_around_either([pose, pose.turned_half()], RETURNED_SD[0], RETURNED_SD[1]);
+            }
+        }
+    }
+
+    /// The robot comes back from a penalty where it waited, beyond the side line that it was nearer to.
+    pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
+        let y = self.estimate().pose.position.y;
+        match self {
+            Localiser::Kalman(own) => {
+                *own = KalmanLocaliser::waiting(own.filter, landmarks, y).keeping_cameras_of(own);
+            }
+            Localiser::Searching(_, filter) => {
+                *self = Localiser::Kalman(KalmanLocaliser::waiting(*filter, landmarks, y));
+            }
+            Localiser::Particles(filter) => {
+                filter.gather_around(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
+            }
+        }
+    }
+
+    /// The robot is where it thinks that it is, but at the other end of the pitch, which looks the same.
+    pub fn change_ends(&mut self) {
+        match self {
+            Localiser::Kalman(own) => own.change_ends(),
+            Localiser::Searching(filter, _) | Localiser::Particles(filter) => filter.change_ends(),
+        }
+    }
+
+    /// A measured step (in the robot's frame before it) and `duration` seconds later.
+    pub fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
+        match self {
+            Localiser::Kalman(own) => *own = own.moved_by(step, duration, error),
+            Localiser::Searching(filter, _) | Localiser::Particles(filter) => filter.move_by(step, duration, error),
+        }
+    }
+
+    /// Corrects the pose by what the robot sees of the pitch.
+    pub fn correct(&mut self, robot: RobotId, observation: &PitchObservation) {
+        if matches!(self, Localiser::Kalman(_)) || observation.camera.is_none() {
+            return self.correct_by(robot, observation);
+        }
+        // Particles have no room for the error of the cameras: what they see is less certain.
+        let model =
+            observation.camera.map_or(*observation.model, |camera| observation.model.with_camera_error(&camera));
+        self.correct_by(robot, &PitchObservation { model: &model, ..*observation });
+    }
+
+    fn correct_by(&mut self, robot: RobotId, observation: &PitchObservation) {
+        match self {
+            Localiser::Kalman(own) => {
+                if own.correct(observation) {
+                    let search = ParticleFilter::search(robot, own.estimate.pose, observation.landmarks);
+                    *self = Localiser::Searching(search, own.filter);
+                }
+            }
+            Localiser::Searching(filter, kalman) => {
+                filter.correct(observation);
+                if filter.is_sure() {
+                    *self = Localiser::Kalman(KalmanLocaliser::found(*kalman, *filter.estimate()));
+                }
+            }
+            Localiser::Particles(filter) => filter.correct(observation),
+        }
+    }
+
+    /// How the cameras err, if that is estimated.
+    pub fn camera(&self) -> Option<&CameraError> {
+        match self {
+            Localiser::Kalman(own) => own.camera(),
+            Localiser::Searching(..) | Localiser::Particles(_) => None,
+        }
+    }
+
+    /// Where the robot is, and how certain that is.
+    pub fn estimate(&self) -> &PoseEstimate {
+        match self {
+            Localiser::Kalman(own) => &own.estimate,
+            Localiser::Searching(filter, _) | Localiser::Particles(filter) => filter.estimate(),
+        }
+    }
+
+    /// Since a landmark confirmed it, s.
+    pub fn age_s(&self) -> f32 {
+        match self {
+            Localiser::Kalman(own) => own.age_s,
+            Localiser::Searching(filter, _) | Localiser::Particles(filter) => filter.age_s(),
+        }
+    }
+}

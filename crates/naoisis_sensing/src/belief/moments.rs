@@ -1,0 +1,106 @@
+//! From where, and how, a robot looked in its last moments: what it is told late was seen from there.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+use crate::sensing::vision::Percepts;
+use naoisis_core::geometry::Pose;
+
+/// What is longer ago is not looked at any more, s.
+const LONGEST_S: f64 = 2.5;
+/// Times that differ by less are the same, s.
+const SAME_S: f64 = 1e-4;
+
+/// From where, and how, the cameras looked at a time.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub(super) struct Moment {
+    /// When, s since the start.
+    pub(super) time_s: f64,
+    /// The odometry at that time.
+    pub(super) odometry: Pose,
+    /// Where the head looked, radians.
+    pub(super) head_yaw: f32,
+    /// Whether the robot walked.
+    pub(super) is_walking: bool,
+}
+
+/// The last moments, the oldest first.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub(super) struct Moments(VecDeque<Moment>);
+
+impl Moments {
+    /// The moment `time_s` after the start, if it is remembered, else `now`; and remembers that.
+    pub(super) fn at(&mut self, time_s: f64, now: Moment) -> Moment {
+        while self.0.front().is_some_and(|oldest| oldest.time_s < now.time_s - LONGEST_S) {
+            self.0.pop_front();
+        }
+        // Of a match that was played on from an earlier moment.
+        while self.0.back().is_some_and(|latest| latest.time_s >= now.time_s) {
+            self.0.pop_back();
+        }
+        self.0.push_back(now);
+        self.0.iter().rev().find(|moment| moment.time_s < time_s + SAME_S).copied().unwrap_or(now)
+    }
+}
+
+/// What was seen `then`, in the frame in which the robot is `now`: it may have walked since, and the ball rolled at `ball_mps`
+/// (m/s, robot frame) if it was known.
+pub(super) fn as_seen_now<'a>(
+    percepts: &'a Percepts,
+    (then, now): (Moment, Moment),
+    ball_mps: Option<Vec2>,
+    late: &'a mut Percepts,
+) -> &'a Percepts {
+    let late_s = now.time_s - then.time_s;
+    if late_s == 0.0 {
+        return percepts;
+    }
+    late.copy_from(percepts);
+    late.move_to(then.odometry.relative(now.odometry));
+    if let (Some(seen), Some(velocity)) = (&mut late.ball, ball_mps) {
+        seen.position_m += velocity * late_s as f32;
+    }
+    late
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensing::vision::BallPercept;
+    use approx::assert_abs_diff_eq;
+    use naoisis_core::camera_model::CameraName;
+
+    fn moment(time_s: f64, x: f32) -> Moment {
+        Moment { time_s, odometry: Pose::new(x, 0.0, 0.0), head_yaw: x, is_walking: x > 0.0 }
+    }
+
+    #[test]
+    fn what_is_told_late_was_seen_from_where_the_robot_was_then() {
+        let mut moments = Moments::default();
+        for tenth in 0..10 {
+            moments.at(0.1 * f64::from(tenth), moment(0.1 * f64::from(tenth), 0.02 * tenth as f32));
+        }
+        let now = moment(1.0, 0.2);
+        let then = moments.at(0.7, now);
+        assert_eq!((then.time_s, then.head_yaw), (0.7000000000000001, 0.14));
+        let ball = BallPercept { camera: CameraName::TOP, pixel: Vec2::ZERO, position_m: Vec2::new(1.0, 0.5) };
+        let percepts = Percepts { ball: Some(ball), ..default() };
+        let mut late = Percepts::default();
+        // 0.06 m nearer, and the ball rolled for 0.3 s at 1 m/s away from it.
+        let seen = as_seen_now(&percepts, (then, now), Some(Vec2::X), &mut late).ball.as_ref().unwrap();
+        assert_abs_diff_eq!(seen.position_m, Vec2::new(1.24, 0.5), epsilon = 1e-5);
+    }
+
+    #[test]
+    fn what_is_not_remembered_is_taken_for_new() {
+        let mut moments = Moments::default();
+        let now = moment(5.0, 0.3);
+        assert_eq!(moments.at(4.9, now), now);
+        // After 2.5 s a moment is forgotten.
+        let later = moment(8.0, 0.4);
+        assert_eq!(moments.at(5.0, later), later);
+        let percepts = Percepts { time_s: 5.0, ..default() };
+        assert_eq!(as_seen_now(&percepts, (later, later), None, &mut Percepts::default()), &percepts);
+    }
+}

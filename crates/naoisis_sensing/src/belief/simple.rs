@@ -1,0 +1,447 @@
+//! A simple estimator: odometry carries the robot's pose along, goal posts and marks on the ground correct it; ball
+//! and robots are remembered as seen, and team-mates tell of themselves and of the ball.
+//!
+//! It is honest: it reads what the robot senses and is told, and passes the same
+//! [barrier] as behaviours do.
+
+use bevy::ecs::query::QueryData;
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::ball::BallEstimate;
+use super::camera_error::{CameraError, CameraMotion};
+use super::landmarks::{Landmarks, PitchObservation};
+use super::localiser::Localiser;
+use super::moments::{Moment, Moments, as_seen_now};
+use super::robots::{RobotTrack, SonarModel, add_seen_mate, advance_tracks, hear_robot, see_robot};
+use super::sighting::Sighting;
+use super::team_ball::{HeardBall, team_ball};
+use super::wrong_end::WrongEnd;
+use super::{BallBelief, Belief, RobotBelief, SimpleBelief, place_covariance, pose_covariance};
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::field_of_view::FieldOfView;
+use crate::sensing::odometry::{Odometry, OdometrySettings};
+use crate::sensing::sonar::{SonarReading, SonarSettings};
+use crate::sensing::vision::{GazeDecay, GazeNoise, Percepts, VisionSettings};
+use naoisis_core::behaviour::{DecideSystems, barrier, behaviour};
+use naoisis_core::communication::{Inbox, ReceivedMessage};
+use naoisis_core::cycle::{Cycle, CycleClock};
+use naoisis_core::game::{GameState, ReturnPlace, Rules};
+use naoisis_core::geometry::{Pose, unit};
+use naoisis_core::knowledge::Knowledge;
+use naoisis_core::pitch::{End, Pitch};
+use naoisis_core::referee::shoot_out::places_for_shot;
+use naoisis_core::referee::{GameStatus, formation};
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::motion_limits::MotionLimits;
+use naoisis_core::team::{RobotId, Team};
+
+/// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
+///
+/// Needs the plugins whose sensors it reads to be added before.
+pub struct SimpleBeliefPlugin;
+
+impl Plugin for SimpleBeliefPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<Belief>().register_type::<SimpleBelief>().register_type::<SimpleBeliefMemory>();
+        app.register_required_components::<SimpleBelief, SimpleBeliefMemory>();
+        let mut estimator = behaviour(estimate);
+        match barrier::inspect::<SimpleBelief>("simple belief", &mut estimator, app.world_mut()) {
+            Ok(()) => app.add_systems(Cycle, estimator.into_configs().in_set(DecideSystems::Believe)),
+            Err(error) => panic!("{error}"),
+        };
+    }
+}
+
+/// What the simple estimator remembers from cycle to cycle.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct SimpleBeliefMemory {
+    /// Whether it has begun.
+    begun: bool,
+    /// The robot's own pose.
+    own: Localiser,
+    /// The odometry of the last cycle.
+    odometry: Pose,
+    /// The last moments, the oldest first: what is seen late was seen from there.
+    moments: Moments,
+    /// How often the robots had been placed.
+    restarts: u32,
+    /// How often it had been placed by hand.
+    hand_placements: u32,
+    /// Whether the robot was penalised.
+    penalised: bool,
+    /// The ball, robot frame, if its place is known.
+    ball: Option<BallEstimate>,
+    /// Other robots as seen and heard, robot frame.
+    tracks: Vec<RobotTrack>,
+    /// What team-mates said, ordered by their ids.
+    heard: Vec<Heard>,
+    /// What the sonars measured last.
+    echoes: SonarReading,
+    /// What is to be said for being at the other end of the pitch.
+    wrong_end: WrongEnd,
+}
+
+/// What a team-mate said last.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+struct Heard {
+    from: RobotId,
+    /// Its place, m, team frame.
+    position: Option<Vec2>,
+    /// Where it sees the ball, m, team frame.
+    ball: Option<Vec2>,
+    /// How fast that place moved since the message before, m/s, team frame.
+    ball_moved_mps: Option<Vec2>,
+    age_s: f32,
+}
+
+/// What was seen so long ago at most is seen now, s.
+const SEEN_NOW_S: f32 = 0.3;
+
+/// A sighting without what is known of the cameras' error, and with what is not.
+fn corrected(seen: Sighting, camera: Option<&(CameraError, CameraMotion)>) -> Sighting {
+    camera.map_or(seen, |(error, motion)| error.corrected(&seen, motion))
+}
+
+/// What the estimator reads and writes of a robot.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct BelievingRobot {
+    id: &'static RobotId,
+    settings: &'static SimpleBelief,
+    status: &'static GameStatus,
+    odometry: &'static Odometry,
+    head: &'static HeadAngles,
+    camera: &'static CameraSettings,
+    vision: &'static VisionSettings,
+    steps: (&'static MotionLimits, &'static OdometrySettings),
+    percepts: &'static Percepts,
+    sonar: &'static SonarReading,
+    sonar_settings: &'static SonarSettings,
+    inbox: &'static Inbox,
+    memory: &'static mut SimpleBeliefMemory,
+    belief: &'static mut Belief,
+}
+
+fn estimate(
+    mut landmarks: Local<Option<Landmarks>>,
+    (mut late, mut decay): (Local<Percepts>, Local<GazeDecay>),
+    clock: Res<CycleClock>,
+    pitch: Res<Pitch>,
+    rules: Res<Rules>,
+    mut robots: Query<BelievingRobot>,
+) {
+    if pitch.is_changed() {
+        *landmarks = None;
+    }
+    let landmarks = landmarks.get_or_insert_with(|| Landmarks::of(&pitch));
+    let period = clock.period();
+    for robot in &mut robots {
+        let BelievingRobotItem { status, odometry, camera, percepts, mut memory, mut belief, .. } = robot;
+        let view = FieldOfView::of(camera);
+        let settings = &robot.settings.with_known(robot.steps, &view, robot.vision.noise.gaze);
+        let id = *robot.id;
+        let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
+        let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
+        let shot = status.shoot_out.map(|team| places_for_shot(&pitch, rules.shoot_out_procedure, team == id.team));
+        let start = || Localiser::placed(settings.localisation, id, belief.pose);
+        memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, (rules.return_place, shot), place);
+        let ground = robot.steps.0.gait.map_or(1.0, |gait| gait.slip.scale);
+        let is_walking = odometry.0 != memory.odometry;
+        memory.pass_time(odometry.0, ground, settings, period);
+        let now = Moment { time_s: clock.start_time_s(), odometry: odometry.0, head_yaw: robot.head.yaw, is_walking };
+        let then = memory.moments.at(percepts.time_s, now);
+        let noise = robot.vision.noise.gaze;
+        let motion = (noise != GazeNoise::default()).then(|| CameraMotion {
+            noise,
+            is_walking: then.is_walking,
+            head_forward: unit(then.head_yaw),
+            lens_height_m: view.lens_height_m,
+            decay: decay.after(period, &noise),
+        });
+        let ball = memory.ball.as_ref().map(|ball| ball.velocity);
+        let percepts = as_seen_now(percepts, (then, now), ball, &mut late);
+        memory.listen(&robot.inbox.0);
+        if !status.penalised {
+            let image = Vec2::new(camera.width as f32, camera.height as f32);
+            let observation = PitchObservation {
+                percepts,
+                landmarks,
+                own_end: status.own_end,
+                image,
+                turn: clock.cycle as usize,
+                model: &settings.landmarks,
+                camera: motion,
+            };
+            memory.own.correct(id, &observation);
+            let camera = memory.own.camera().copied().zip(motion);
+            let late_s = (now.time_s - then.time_s) as f32;
+            memory.watch_ball(percepts, (*robot.head, &view), camera.as_ref(), settings, period, late_s);
+            if landmarks.are_symmetric() {
+                memory.compare_ends(settings, period);
+            }
+            memory.watch_robots(percepts, camera.as_ref(), settings);
+            memory.hear_robots((robot.sonar, robot.sonar_settings), &pitch, &settings.sonar);
+        }
+        memory.keep_finite(id, belief.pose);
+        memory.write(&mut belief, id.team, motion.as_ref(), settings);
+    }
+}
+
+impl SimpleBeliefMemory {
+    /// Takes note of having been placed for a kick-off, sent off, or let in again.
+    fn begin_cycle(
+        &mut self,
+        start: impl FnOnce() -> Localiser,
+        odometry: Pose,
+        status: &GameStatus,
+        landmarks: &Landmarks,
+        kicking_off: bool,
+        (return_place, shot): (ReturnPlace, Option<(Pose, Vec2)>),
+        kick_off_place: impl Fn(bool) -> Pose,
+    ) {
+        if !self.begun {
+            self.begun = true;
+            self.odometry = odometry;
+            self.restarts = status.restarts;
+            self.hand_placements = status.hand_placements;
+            self.own = start();
+        }
+        if status.restarts != self.restarts {
+            self.restarts = status.restarts;
+            if !status.penalised {
+                self.place_for_kick_off(kick_off_place(kicking_off));
+            }
+        }
+        if status.hand_placements != self.hand_placements {
+            self.hand_placements = status.hand_placements;
+            match shot {
+                Some((pose, ball)) => self.place(pose, ball),
+                None => self.place_for_kick_off(kick_off_place(false)),
+            }
+        }
+        let comes_back = self.penalised && !status.penalised;
+        if comes_back && shot.is_none() && status.state != GameState::Finished {
+            let ball = self.heard.iter().find_map(|heard| heard.ball);
+            match return_place {
+                ReturnPlace::HalfwayLine => self.own.come_back_at_halfway_line(landmarks, ball),
+                ReturnPlace::PenaltyMark => self.own.come_back_where_it_waited(landmarks),
+            }
+            self.tracks.clear();
+            self.ball = None;
+        }
+        self.penalised = status.penalised;
+    }
+
+    fn place_for_kick_off(&mut self, pose: Pose) {
+        self.place(pose, Vec2::ZERO);
+    }
+
+    /// The robot is put there, and the ball on its mark: a look will tell.
+    fn place(&mut self, pose: Pose, mark: Vec2) {
+        self.own.place(pose);
+        self.tracks.clear();
+        self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(mark), 0.1));
+    }
+
+    /// Everything moves and ages by a cycle. `ground` is the share of a step's way that the ground gives on average.
+    fn pass_time(&mut self, odometry: Pose, ground: f32, settings: &SimpleBelief, period: f32) {
+        let moved = odometry != self.odometry;
+        let mut step = if moved { self.odometry.relative(odometry) } else { Pose::default() };
+        // The legs do more than the ground gives.
+        step.position *= ground;
+        self.odometry = odometry;
+        self.own.move_by(step, period, &settings.step_error);
+        self.ball = self.ball.map(|ball| ball.advanced(step, period, &settings.ball, &settings.step_error));
+        advance_tracks(&mut self.tracks, step, period, &settings.robots);
+        self.heard.retain_mut(|heard| {
+            heard.age_s += period;
+            heard.age_s < settings.message_forget_s
+        });
+    }
+
+    fn listen(&mut self, messages: &[ReceivedMessage]) {
+        for message in messages {
+            let mut said = Heard {
+                from: message.from,
+                position: message.say.pose.map(|pose| pose.position),
+                ball: message.say.ball_m,
+                ball_moved_mps: None,
+                age_s: 0.0,
+            };
+            match self.heard.binary_search_by_key(&message.from, |heard| heard.from) {
+                Ok(index) => {
+                    let before = &mut self.heard[index];
+                    if let (Some(now), Some(then)) = (said.ball, before.ball)
+                        && before.age_s > 0.0
+                    {
+                        said.ball_moved_mps = Some((now - then) / before.age_s);
+                    }
+                    *before = said;
+                }
+                Err(index) => self.heard.insert(index, said),
+            }
+        }
+    }
+
+    fn watch_ball(
+        &mut self,
+        percepts: &Percepts,
+        (head, view): (HeadAngles, &FieldOfView),
+        camera: Option<&(CameraError, CameraMotion)>,
+        settings: &SimpleBelief,
+        period: f32,
+        late_s: f32,
+    ) {
+        if let Some(seen) = &percepts.ball {
+            let sighting = corrected(
+                Sighting::new(seen.position_m, settings.ball_angle_sd).from_height(settings.landmarks.lens_height_m),
+                camera,
+            );
+            self.ball = Some(match &self.ball {
+                Some(ball) => ball.seen(&sighting, &settings.ball, late_s),
+                None => BallEstimate::first_seen(&sighting, &settings.ball),
+            });
+        } else if let Some(ball) = &mut self.ball {
+            if view.contains(ball.position, head.yaw, head.pitch) {
+                ball.missing_s += period;
+            }
+            if ball.age_s > settings.ball_forget_s || ball.missing_s > settings.ball_missing_s {
+                self.ball = None;
+            }
+        }
+    }
+
+    /// Changes to the other end of the pitch, when what team-mates say of the ball that it sees leaves no other way.
+    fn compare_ends(&mut self, settings: &SimpleBelief, period: f32) {
+        let Some(ball) = self.ball.filter(|ball| ball.age_s < SEEN_NOW_S) else { return };
+        let place = self.own.estimate().pose.transform_point(ball.position);
+        let told = self.heard.iter().filter(|heard| heard.age_s < settings.ball_trust_s).filter_map(|heard| heard.ball);
+        if self.wrong_end.weigh(place, told, period) {
+            self.own.change_ends();
+        }
+    }
+
+    fn watch_robots(
+        &mut self,
+        percepts: &Percepts,
+        camera: Option<&(CameraError, CameraMotion)>,
+        settings: &SimpleBelief,
+    ) {
+        for seen in &percepts.robots {
+            let sighting = corrected(
+                Sighting::new(seen.position_m, settings.robot_angle_sd).from_height(settings.landmarks.lens_height_m),
+                camera,
+            );
+            see_robot(&mut self.tracks, seen.team, &sighting, &settings.robots);
+        }
+    }
+
+    /// What the sonars say of robots that were seen. They hear goal posts, too: those are where the pitch has them.
+    fn hear_robots(&mut self, sonar: (&SonarReading, &SonarSettings), pitch: &Pitch, model: &SonarModel) {
+        if self.tracks.is_empty() {
+            return;
+        }
+        let (reading, settings) = sonar;
+        // Between two pings a reading is the old one again, and no news.
+        let is_old = settings.rate_hz.is_some() && *reading == self.echoes;
+        self.echoes = *reading;
+        if is_old {
+            return;
+        }
+        let pose = self.own.estimate().pose;
+        let (x, y) = (pitch.goal_post_x(), pitch.goal.width_m / 2.0);
+        for (distance, heading) in [(reading.left, settings.heading), (reading.right, -settings.heading)] {
+            let Some(distance) = distance else { continue };
+            let echo = pose.transform_point(unit(heading) * distance);
+            let posts = [Vec2::new(x, y), Vec2::new(x, -y), Vec2::new(-x, y), Vec2::new(-x, -y)];
+            if posts.into_iter().all(|post| post.distance(echo) > model.post_range_m) {
+                hear_robot(&mut self.tracks, distance, heading, settings.half_angle, model);
+            }
+        }
+    }
+
+    /// Forgets what numbers cannot express any more.
+    fn keep_finite(&mut self, robot: RobotId, last_pose: Pose) {
+        self.own.keep_finite(robot, last_pose);
+        self.ball = self.ball.filter(BallEstimate::is_finite);
+        self.tracks.retain(|track| track.position.is_finite() && track.covariance.is_finite());
+    }
+
+    fn write(&self, belief: &mut Belief, team: Team, motion: Option<&CameraMotion>, settings: &SimpleBelief) {
+        let estimate = self.own.estimate();
+        let pose = estimate.pose;
+        let forward = pose.forward();
+        let turn = Mat2::from_cols(forward, forward.perp());
+        let turned = |covariance: Mat2| turn * covariance * turn.transpose();
+        let to_team = |place: Vec2| pose.position + forward.rotate(place);
+        // Who does not know for sure where it is does not know better where on the pitch what it sees is.
+        // Nor does who does not know where its cameras look, however often it looks.
+        let camera = self.own.camera().map(CameraError::total).zip(motion);
+        let in_team = |place: Vec2, covariance: Mat2| {
+            let camera = camera.as_ref();
+            let covariance =
+                covariance + camera.map_or(Mat2::ZERO, |(total, motion)| total.covariance_at(place, motion));
+            place_covariance(turned(covariance) + estimate.covariance_at(forward.rotate(place)))
+        };
+        belief.pose = pose;
+        belief.pose_covariance = pose_covariance(estimate.covariance);
+        belief.pose_age_s = self.own.age_s();
+        let seen = self.ball.map(|ball| BallBelief {
+            position_m: to_team(ball.position),
+            velocity_mps: forward.rotate(ball.credible_velocity(&settings.ball)),
+            position_covariance: in_team(ball.position, ball.position_covariance),
+            velocity_covariance: place_covariance(turned(ball.velocity_covariance)),
+            age_s: ball.age_s,
+            heard_from: None,
+        });
+        // What is believed to be absurdly far away has a covariance that there is no number for.
+        let seen = seen.filter(BallBelief::is_finite);
+        belief.ball = match seen {
+            Some(ball) if ball.age_s < settings.ball_trust_s => seen,
+            _ => self.heard_ball(settings).filter(BallBelief::is_finite).or(seen),
+        };
+        belief.team_mates.clear();
+        belief.opponents.clear();
+        belief.team_mates.extend(self.heard.iter().filter_map(|heard| {
+            Some(RobotBelief {
+                id: Some(heard.from),
+                position_m: heard.position?,
+                covariance: [0.04, 0.0, 0.04],
+                age_s: heard.age_s,
+            })
+        }));
+        let heard_count = belief.team_mates.len();
+        for track in self.tracks.iter().filter(|track| track.sightings > 1) {
+            let robot = RobotBelief {
+                id: None,
+                position_m: to_team(track.position),
+                covariance: in_team(track.position, track.covariance),
+                age_s: track.age_s,
+            };
+            if !robot.is_finite() {
+                continue;
+            }
+            if track.team == team {
+                add_seen_mate(&mut belief.team_mates, heard_count, robot);
+            } else {
+                belief.opponents.push(robot);
+            }
+        }
+    }
+
+    /// The ball as team-mates see it.
+    fn heard_ball(&self, settings: &SimpleBelief) -> Option<BallBelief> {
+        let heard = self.heard.iter().filter(|heard| heard.age_s < settings.ball_trust_s).filter_map(|heard| {
+            Some(HeardBall {
+                from: heard.from,
+                seen_from: heard.position?,
+                place: heard.ball?,
+                age_s: heard.age_s,
+                moved_mps: heard.ball_moved_mps,
+            })
+        });
+        team_ball(heard, &settings.team_ball)
+    }
+}

@@ -1,0 +1,160 @@
+//! What a robot knows of what its cameras have in view: enough to decide where to look, and whether something should be seen.
+
+use bevy::math::{Vec2, ops};
+use std::sync::LazyLock;
+
+use super::CameraSettings;
+use naoisis_core::camera_model::{CameraIntrinsics, CameraMount, CameraMounts};
+use naoisis_core::geometry::unit;
+
+/// What the cameras of a robot have in view, roughly: with one height for all of them, and with a margin at the edges of images.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct FieldOfView {
+    /// Height of the lenses, m.
+    pub lens_height_m: f32,
+    /// How far below the head's axis each camera looks, radians.
+    tilts: [f32; CameraMounts::MOST],
+    /// Half the height of each image as an angle, and half its width as a slope, in those of a NAO's.
+    sizes: [Vec2; CameraMounts::MOST],
+    /// How far to the left of the head's axis each camera looks, radians.
+    pans: [f32; CameraMounts::MOST],
+    count: usize,
+}
+
+/// A camera that looks further aside than this, radians, is not the one to turn to something: 45°.
+const AHEAD: f32 = core::f32::consts::FRAC_PI_4;
+
+/// The height of a NAO's lenses, between those of its two cameras (paper, Table 1a), m.
+const NAO_LENS_HEIGHT_M: f32 = 0.5;
+
+impl FieldOfView {
+    /// That of a robot's cameras.
+    pub fn of(cameras: &CameraSettings) -> Self {
+        /// A NAO's cameras, and half the size of their images.
+        static NAO: LazyLock<(CameraSettings, Vec2)> = LazyLock::new(|| {
+            let cameras = CameraSettings::default();
+            let half_size = half_size(CameraIntrinsics::from(&cameras));
+            (cameras, half_size)
+        });
+        let (nao, nao_half_size) = &*NAO;
+        let size_of = |cameras: &CameraSettings| (cameras.width, cameras.height, cameras.diagonal_fov);
+        // As it is asked for in every cycle, without angles for the most common.
+        let is_as_naos = size_of(cameras) == size_of(nao);
+        let common = if is_as_naos { Vec2::ONE } else { half_size(CameraIntrinsics::from(cameras)) / *nao_half_size };
+        let mounts = cameras.mounts.as_slice();
+        let mut view = Self {
+            lens_height_m: NAO_LENS_HEIGHT_M * (mean_height(mounts) / mean_height(CameraMounts::NAO.as_slice())),
+            tilts: [0.0; CameraMounts::MOST],
+            sizes: [Vec2::ONE; CameraMounts::MOST],
+            pans: [0.0; CameraMounts::MOST],
+            count: mounts.len(),
+        };
+        for (index, mount) in mounts.iter().enumerate() {
+            view.tilts[index] = mount.tilt();
+            view.pans[index] = mount.pan();
+            view.sizes[index] = match (mount.size, mount.diagonal_fov) {
+                (None, None) => common,
+                _ => half_size(cameras.intrinsics(mount)) / *nao_half_size,
+            };
+        }
+        view
+    }
+
+    /// How far below the head's axis each camera looks that looks ahead, radians, and how high its image is as a multiple of a
+    /// NAO's, which reaches 18.4° up and down. Where none looks ahead it is all of them.
+    pub fn cameras(&self) -> impl Iterator<Item = (f32, f32)> + Clone + '_ {
+        let is_ahead = |index: &usize| self.pans[*index].abs() <= AHEAD;
+        let any_is = (0..self.count).any(|index| is_ahead(&index));
+        let chosen = (0..self.count).filter(move |index| is_ahead(index) || !any_is);
+        chosen.map(|index| (self.tilts[index], self.sizes[index].x))
+    }
+
+    /// How far aside of the head's axis the cameras look that look furthest aside, radians.
+    pub fn widest_pan(&self) -> f32 {
+        self.pans[..self.count].iter().fold(0.0, |widest, pan| pan.abs().max(widest))
+    }
+
+    /// By how much a place on the ground at this distance is below the horizon, radians.
+    pub fn depression(&self, distance_m: f32) -> f32 {
+        ops::atan2(self.lens_height_m, (distance_m - 0.05).max(0.01))
+    }
+
+    /// Whether a head at this yaw and pitch (radians) looks so that a place on the ground, m, robot frame, is well inside the
+    /// image of a camera.
+    pub fn contains(&self, place: Vec2, head_yaw: f32, head_pitch: f32) -> bool {
+        // Depression of the line of sight.
+        let depression = ops::atan2(self.lens_height_m, place.length() - 0.05);
+        (0..self.count).any(|index| {
+            let pan = self.pans[index];
+            let axis = unit(head_yaw + pan);
+            let (along, across) = (place.dot(axis), axis.perp_dot(place));
+            let Vec2 { x: height, y: width } = self.sizes[index];
+            // 0.36 is the tangent of 20°; a NAO's image reaches to 24°.
+            let is_beside = along < 0.05 || across.abs() > 0.36 * width * along;
+            // How far it is from the camera's axis; a NAO's image reaches to 18°. What looks aside is hardly nodded.
+            let pitch = head_pitch * ops::cos(pan);
+            !is_beside && (depression - pitch - self.tilts[index]).abs() < 0.25 * height
+        })
+    }
+}
+
+impl Default for FieldOfView {
+    fn default() -> Self {
+        Self::of(&CameraSettings::default())
+    }
+}
+
+/// Half the height of the image as an angle, radians, and half its width as a slope.
+fn half_size(intrinsics: CameraIntrinsics) -> Vec2 {
+    let half = intrinsics.size / 2.0 / intrinsics.focal_length;
+    Vec2::new(ops::atan(half.y), half.x)
+}
+
+fn mean_height(mounts: &[CameraMount]) -> f32 {
+    let heights = mounts.iter().map(|mount| mount.lens_m.z.max(0.05));
+    if mounts.is_empty() { 1.0 } else { heights.sum::<f32>() / mounts.len() as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy::math::Vec3;
+    use naoisis_core::robot::head::HeadAngles;
+
+    #[test]
+    fn a_ball_should_be_seen_where_a_camera_looks() {
+        let tilt = 30.0_f32.to_radians();
+        let contains = |x, y, yaw, pitch| FieldOfView::default().contains(Vec2::new(x, y), yaw, pitch);
+        // Level head: the bottom camera sees 0.34 to 1.24 m, the top one from 1.67 m on.
+        assert!(contains(0.7, 0.0, 0.0, 0.0) && contains(3.0, 0.0, 0.0, 0.0));
+        assert!(!contains(0.2, 0.0, 0.0, 0.0) && contains(0.2, 0.0, 0.0, tilt));
+        assert!(!contains(1.5, 1.5, 0.0, 0.0) && contains(1.5, 1.5, 0.8, 0.0));
+        assert!(!contains(-1.0, 0.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn what_is_well_in_view_has_a_pixel() {
+        let tall = CameraMount::new("head".parse().unwrap(), Vec3::new(0.06, 0.0, 0.84), 0.2);
+        let one = CameraSettings {
+            mounts: CameraMounts::new(&[tall]).unwrap(),
+            diagonal_fov: 1.9,
+            neck_m: Vec3::Z * 0.745,
+            ..CameraSettings::default()
+        };
+        for cameras in [CameraSettings::default(), one] {
+            let view = FieldOfView::of(&cameras);
+            let mut seen = 0;
+            for [x, y, yaw, pitch] in
+                [[2.0, 0.3, 0.0, 0.0], [0.6, 0.1, 0.0, 0.0], [4.0, 1.0, 0.2, -0.1], [1.0, -0.5, -0.4, 0.3]]
+            {
+                if view.contains(Vec2::new(x, y), yaw, pitch) {
+                    let views = cameras.views(HeadAngles { yaw, pitch });
+                    assert!(views.iter().any(|view| view.pixel_in_image(Vec3::new(x, y, 0.0)).is_some()), "{x} {y}");
+                    seen += 1;
+                }
+            }
+            assert!(seen >= 3 && !view.contains(Vec2::new(-1.0, 0.0), 0.0, 0.0));
+        }
+        assert_eq!(FieldOfView::default().lens_height_m, 0.5);
+    }
+}

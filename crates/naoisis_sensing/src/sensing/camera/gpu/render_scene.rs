@@ -1,0 +1,297 @@
+//! The scene as entities of Bevy: pitch, posts, ball and robots, each on the render layers of those who see it.
+//!
+//! There are no transforms to propagate: the frame of Bevy's world is the pitch frame here, and places are written where Bevy's renderer
+//! reads them, as [`GlobalTransform`].
+
+use bevy::camera::visibility::RenderLayers;
+use bevy::math::{Affine3A, Mat3};
+use bevy::mesh::MeshMergeError;
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+use super::material::{SceneMaterial, Surface};
+use crate::appearance::field::{self, GroundMark, GroundShape};
+use crate::appearance::mesh::{ground_mesh, labelled_mesh, line_mesh};
+use crate::appearance::posing::Limb;
+use crate::appearance::robot::RobotDesign;
+use crate::appearance::scene::{Scene, ScenePost, SceneRobot};
+use crate::appearance::shapes::{Part, Shape};
+use crate::appearance::view::View;
+use crate::appearance::{Label, colours};
+use crate::sensing::camera::software::light::SUN;
+use naoisis_core::pitch::{End, Pitch};
+use naoisis_core::team::RobotId;
+
+/// What lies on the ground is this much above what it lies on, m: too little to be seen.
+const STEP_M: f32 = 0.000_1;
+/// Heights of the ground in shadow, of the ground in the light, and of the shadows between, m: a shadow hides the latter.
+const SHADED_M: f32 = -0.003;
+const LIT_M: f32 = 0.0;
+const SHADOW_M: f32 = 0.003;
+/// Half the side of the hall's floor, m.
+const FLOOR_HALF_M: f32 = 400.0;
+
+/// What a camera is shown of the scene: as which variant of it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct SceneVariant {
+    /// How robots look.
+    pub(super) design: RobotDesign,
+    /// Whether bodies cast shadows.
+    pub(super) shadows: bool,
+    /// Distances in place of colours.
+    pub(super) depth: bool,
+}
+
+/// Layers of what all see: bodies and the ground, shadows and the ground in them, and both for distances.
+const COMMON: usize = 0;
+const COMMON_SHADOWS: usize = 1;
+const COMMON_DEPTH: usize = 2;
+/// From here on, layers of robots: of its body, of its shadow and of its distances, in both designs.
+const FIRST_OF_ROBOTS: usize = 3;
+const LAYERS_PER_ROBOT: usize = 6;
+
+/// An entity, and where it is in the frame of what it belongs to.
+struct PlacedEntity {
+    entity: Entity,
+    /// The limb that it is of, if of a robot.
+    limb: usize,
+    is_shadow: bool,
+}
+
+/// The entities of a robot.
+#[derive(Default)]
+struct RobotEntities {
+    /// Its number, which says its layers.
+    index: usize,
+    /// By design: bodies, shadows and distances, as far as they were needed.
+    parts: [Vec<PlacedEntity>; 2],
+    has: [[bool; 3]; 2],
+}
+
+/// The entities of a scene.
+#[derive(Default)]
+pub(super) struct RenderScene {
+    materials: BTreeMap<usize, Handle<SceneMaterial>>,
+    pitch: Option<Pitch>,
+    posts: Vec<ScenePost>,
+    /// What stands or lies still.
+    fixed: Vec<Entity>,
+    ball: Vec<PlacedEntity>,
+    ball_radius_m: f32,
+    robots: BTreeMap<RobotId, RobotEntities>,
+    has_shadows: bool,
+    has_depth: bool,
+}
+
+impl RenderScene {
+    /// Makes entities of a scene, with all that the cameras are shown of it. Whether something new came among them, for which
+    /// the renderer has to get ready.
+    pub(super) fn set(
+        &mut self,
+        world: &mut World,
+        scene: &Scene,
+        variants: &[SceneVariant],
+    ) -> Result<bool, MeshMergeError> {
+        let shadows = self.has_shadows || variants.iter().any(|variant| variant.shadows);
+        let depth = self.has_depth || variants.iter().any(|variant| variant.depth);
+        let is_other = self.pitch.as_ref() != Some(&scene.pitch)
+            || self.posts != scene.posts
+            || (shadows, depth) != (self.has_shadows, self.has_depth)
+            || scene.ball.is_some_and(|ball| ball.radius != self.ball_radius_m);
+        let mut is_new = is_other;
+        if is_other {
+            (self.has_shadows, self.has_depth) = (shadows, depth);
+            self.lay_out(world, scene)?;
+        }
+        for part in &self.ball {
+            let place = scene.ball.map(|ball| Affine3A::from_translation(ball.centre()));
+            put(world, part, place);
+        }
+        for robot in &scene.robots {
+            let count = self.robots.len();
+            let entities = self.robots.entry(robot.id).or_insert_with(|| RobotEntities { index: count, ..default() });
+            for variant in variants {
+                is_new |= entities.add_missing(world, &mut self.materials, robot, *variant)?;
+            }
+        }
+        for (id, robot) in &self.robots {
+            let limbs = scene.robot(*id).map(SceneRobot::world_from_limbs);
+            for part in robot.parts.iter().flatten() {
+                put(world, part, limbs.map(|limbs| limbs[part.limb]));
+            }
+        }
+        Ok(is_new)
+    }
+
+    /// The layers that a camera sees.
+    pub(super) fn layers(&self, view: &View, variant: SceneVariant) -> RenderLayers {
+        let mut layers = vec![if variant.depth { COMMON_DEPTH } else { COMMON }];
+        let casts = variant.shadows && !variant.depth;
+        if casts {
+            layers.push(COMMON_SHADOWS);
+        }
+        for (id, robot) in &self.robots {
+            if Some(*id) != view.hidden {
+                let kinds: &[usize] = if variant.depth {
+                    &[2]
+                } else if casts {
+                    &[0, 1]
+                } else {
+                    &[0]
+                };
+                layers.extend(kinds.iter().map(|kind| robot.layer(variant.design, *kind)));
+            }
+        }
+        RenderLayers::from_layers(&layers)
+    }
+
+    /// What stays where it is as long as the pitch and the posts are the same, and the ball.
+    fn lay_out(&mut self, world: &mut World, scene: &Scene) -> Result<(), MeshMergeError> {
+        let gone = self.fixed.drain(..).chain(self.ball.drain(..).map(|part| part.entity));
+        for entity in gone.collect::<Vec<_>>() {
+            world.despawn(entity);
+        }
+        let mut marks = vec![floor()];
+        marks.extend(field::ground(&scene.pitch));
+        let ground = |lowest| ground_mesh(&marks, lowest, STEP_M);
+        let surfaces = self.surfaces();
+        let mut spawn = |mesh: Mesh, surface, layer| spawn(world, &mut self.materials, mesh, surface, layer);
+        self.fixed.push(spawn(ground(LIT_M), Surface::Ground, COMMON));
+        if self.has_shadows {
+            self.fixed.push(spawn(ground(SHADED_M), Surface::ShadedGround, COMMON_SHADOWS));
+        }
+        if self.has_depth {
+            self.fixed.push(spawn(ground_mesh(&marks[..1], 0.0, 0.0), Surface::Depth, COMMON_DEPTH));
+        }
+        let mut standing: Vec<Part<()>> =
+            scene.posts.iter().map(|post| field::post(&post.post, post.position)).collect();
+        for end in End::BOTH {
+            standing.extend(field::goal_frame(&scene.pitch, end));
+            let net = line_mesh(&field::net_strings(&scene.pitch, end), colours::NET, Label::GoalFrame);
+            self.fixed.push(spawn(net, Surface::Net, COMMON));
+        }
+        let standing = labelled_mesh(&standing)?;
+        let ball = scene.ball.map_or(self.ball_radius_m, |ball| ball.radius).max(1e-3);
+        let part = Part::at((), Label::Ball, colours::BALL, Shape::sphere(ball), Vec3::ZERO);
+        let ball_mesh = labelled_mesh([&part])?;
+        for (surface, layer) in surfaces {
+            let entity = spawn(standing.clone(), surface, layer);
+            self.fixed.push(entity);
+            let entity = spawn(ball_mesh.clone(), surface, layer);
+            self.ball.push(PlacedEntity { entity, limb: 0, is_shadow: surface == Surface::Shadow });
+        }
+        // The shadows of what stands still stay where they are, too.
+        for entity in &self.fixed {
+            let is_shadow = world.get::<MeshMaterial3d<SceneMaterial>>(*entity).is_some_and(|material| {
+                self.materials.get(&(Surface::Shadow as usize)).is_some_and(|shadow| *shadow == material.0)
+            });
+            let place = if is_shadow { on_ground() } else { Affine3A::IDENTITY };
+            world.entity_mut(*entity).insert(GlobalTransform::from(place));
+        }
+        (self.pitch, self.posts, self.ball_radius_m) = (Some(scene.pitch.clone()), scene.posts.clone(), ball);
+        Ok(())
+    }
+
+    /// As what surfaces the bodies that all see are drawn, and on which layers.
+    fn surfaces(&self) -> Vec<(Surface, usize)> {
+        let mut surfaces = vec![(Surface::Body, COMMON)];
+        if self.has_shadows {
+            surfaces.push((Surface::Shadow, COMMON_SHADOWS));
+        }
+        if self.has_depth {
+            surfaces.push((Surface::Depth, COMMON_DEPTH));
+        }
+        surfaces
+    }
+}
+
+impl RobotEntities {
+    fn layer(&self, design: RobotDesign, kind: usize) -> usize {
+        FIRST_OF_ROBOTS + LAYERS_PER_ROBOT * self.index + 3 * (design as usize) + kind
+    }
+
+    /// Adds what a camera is shown of it and is not there yet. Whether there was something to add.
+    fn add_missing(
+        &mut self,
+        world: &mut World,
+        materials: &mut BTreeMap<usize, Handle<SceneMaterial>>,
+        robot: &SceneRobot,
+        variant: SceneVariant,
+    ) -> Result<bool, MeshMergeError> {
+        let design = variant.design as usize;
+        let wanted = [!variant.depth, variant.shadows && !variant.depth, variant.depth];
+        let surfaces = [Surface::Body, Surface::Shadow, Surface::Depth];
+        let mut is_new = false;
+        let parts = variant.design.parts(robot.id, &robot.body);
+        for kind in 0..3 {
+            if !wanted[kind] || self.has[design][kind] {
+                continue;
+            }
+            (self.has[design][kind], is_new) = (true, true);
+            let layer = self.layer(variant.design, kind);
+            for limb in 0..Limb::COUNT {
+                let mesh = labelled_mesh(parts.iter().filter(|part| part.frame as usize == limb))?;
+                let entity = spawn(world, materials, mesh, surfaces[kind], layer);
+                self.parts[design].push(PlacedEntity { entity, limb, is_shadow: surfaces[kind] == Surface::Shadow });
+            }
+        }
+        Ok(is_new)
+    }
+}
+
+fn spawn(
+    world: &mut World,
+    materials: &mut BTreeMap<usize, Handle<SceneMaterial>>,
+    mesh: Mesh,
+    surface: Surface,
+    layer: usize,
+) -> Entity {
+    let material = materials
+        .entry(surface as usize)
+        .or_insert_with(|| world.resource_mut::<Assets<SceneMaterial>>().add(SceneMaterial::new(surface)))
+        .clone();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material), RenderLayers::layer(layer))).id()
+}
+
+/// Puts a thing at its place, or out of sight.
+fn put(world: &mut World, part: &PlacedEntity, place: Option<Affine3A>) {
+    let mut entity = world.entity_mut(part.entity);
+    match place {
+        None => {
+            entity.insert(Visibility::Hidden);
+        }
+        Some(place) => {
+            let place = if part.is_shadow { on_ground() * place } else { place };
+            entity.insert((GlobalTransform::from(place), Visibility::Inherited));
+        }
+    }
+}
+
+/// Flattens bodies along the sun's rays onto the ground.
+fn on_ground() -> Affine3A {
+    let along = -SUN / SUN.z;
+    let flat = Mat3::from_cols(Vec3::X, Vec3::Y, along.with_z(0.0));
+    Affine3A::from_mat3_translation(flat, Vec3::Z * SHADOW_M)
+}
+
+/// The floor of the hall.
+fn floor() -> GroundMark {
+    let corner = |x: f32, y: f32| Vec2::new(x, y) * FLOOR_HALF_M;
+    let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    GroundMark { label: Label::Floor, colour: colours::FLOOR, shape: GroundShape::Quadrilateral(corners) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shadows_fall_away_from_the_sun_onto_the_ground() {
+        let tip = Vec3::new(1.0, 2.0, 0.5);
+        let shadow = on_ground().transform_point3(tip);
+        // From the tip along the sun's rays: tip - sun (tip.z / sun.z).
+        let expected = tip - SUN * (tip.z / SUN.z);
+        assert!(shadow.abs_diff_eq(expected.with_z(SHADOW_M), 1e-6), "{shadow}");
+    }
+}

@@ -1,0 +1,304 @@
+//! What a real lens and a real exposure make of an image: distortion, dark corners, and blur where the camera turns.
+//!
+//! A blurred lens, and light that is too much or too little, are among the [noise](super::noise).
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::image::Image;
+use naoisis_core::camera_model::CameraIntrinsics;
+use naoisis_core::knowledge::Knowledge;
+
+/// More than this much of the image's size is not drawn for what distortion pulls into it.
+const WIDEST: f32 = 2.0;
+
+/// How lens and exposure differ from those of a pinhole that sees an instant. Not at all by default. What is not a pinhole's
+/// any more, the image vision does not know of; labels and distances are distorted as colours are.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Lens {
+    /// Radial distortion: what a pinhole sees at the slope r from its axis is seen at r (1 + k1 r² + k2 r⁴); these are k1 and
+    /// k2. Below nought, straight lines bend outwards as on a barrel.
+    pub distortion: [f32; 2],
+    /// Share of the level of each channel that is lost in the corners; at other places by the square of the distance from
+    /// the middle.
+    pub vignetting: f32,
+    /// For how long the sensor sees, s: while the camera turns, what it sees is smeared by as much as it turns in this time.
+    pub exposure_s: f32,
+}
+
+/// Where a camera looked when it took its last image.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct LastLook(Option<Look>);
+
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+struct Look {
+    cycle: u64,
+    /// Yaw in the pitch frame, and pitch, radians.
+    angles: Vec2,
+}
+
+impl LastLook {
+    /// How fast the camera turned since the last image, yaw and pitch, rad/s; it looks in a direction in this cycle.
+    pub fn turn(&mut self, cycle: u64, angles: Vec2, period: f32) -> Vec2 {
+        let before = self.0.replace(Look { cycle, angles });
+        let Some(before) = before.filter(|before| before.cycle < cycle) else { return Vec2::ZERO };
+        let turned = angles - before.angles;
+        Vec2::new(naoisis_core::geometry::wrap_angle(turned.x), turned.y) / ((cycle - before.cycle) as f32 * period)
+    }
+}
+
+/// What lens and exposure do to one image.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LensEffect {
+    lens: Lens,
+    /// The pinhole of the image as it is to be.
+    intrinsics: CameraIntrinsics,
+    /// By how much the image moves during the exposure, pixels.
+    smear: Vec2,
+}
+
+/// What is kept from image to image.
+#[derive(Default)]
+pub struct LensBuffer {
+    copy: Image,
+    /// Of which lens and pinhole `sources` are.
+    of: Option<(Lens, CameraIntrinsics)>,
+    /// Where in the drawn image each pixel is from.
+    sources: Vec<Vec2>,
+}
+
+impl Lens {
+    /// What it does to an image of this pinhole, while the camera turns at this speed (yaw and pitch, rad/s).
+    pub fn effect(self, intrinsics: CameraIntrinsics, turn: Vec2) -> LensEffect {
+        // To the left is to smaller columns, downwards to greater rows; what is seen moves the other way.
+        let smear = self.exposure_s * intrinsics.focal_length * Vec2::new(turn.x, -turn.y);
+        LensEffect { lens: self, intrinsics, smear }
+    }
+
+    fn is_distorted(&self) -> bool {
+        self.distortion != [0.0; 2]
+    }
+
+    /// The slope at which a pinhole sees what this lens sees at another.
+    fn undistorted(&self, slope: f32) -> f32 {
+        let [k1, k2] = self.distortion;
+        let mut undistorted = slope;
+        // Newton's method.
+        for _ in 0..10 {
+            let squared = undistorted * undistorted;
+            let rise = 1.0 + squared * (3.0 * k1 + squared * 5.0 * k2);
+            let off = undistorted * (1.0 + squared * (k1 + squared * k2)) - slope;
+            undistorted = (undistorted - off / rise.max(0.1)).clamp(0.0, WIDEST * slope);
+        }
+        undistorted
+    }
+}
+
+impl LensEffect {
+    /// The pinhole of the image that is to be drawn: it is larger where distortion pulls in what is beside it.
+    pub fn drawn(&self) -> CameraIntrinsics {
+        if !self.lens.is_distorted() {
+            return self.intrinsics;
+        }
+        let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
+        let corner = centre.length() / focal_length;
+        let beside = (centre * (self.lens.undistorted(corner) / corner - 1.0)).ceil().max(Vec2::ZERO);
+        CameraIntrinsics { focal_length, centre: centre + beside, size: size + 2.0 * beside }
+    }
+
+    /// Changes an image that was drawn.
+    pub fn apply(&self, image: &mut Image, buffer: &mut LensBuffer) {
+        if self.smear.abs().max_element() >= 1.0 {
+            smear(image, &mut buffer.copy, self.smear);
+        }
+        if self.lens.is_distorted() {
+            self.distort(image, buffer);
+        }
+        if self.lens.vignetting > 0.0 {
+            self.darken(image);
+        }
+    }
+
+    fn distort(&self, image: &mut Image, buffer: &mut LensBuffer) {
+        let LensBuffer { copy, of, sources } = buffer;
+        let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
+        let [width, height] = [size.x as usize, size.y as usize];
+        if *of != Some((self.lens, self.intrinsics)) {
+            let middle = self.drawn().centre;
+            sources.clear();
+            for index in 0..width * height {
+                let pixel = Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
+                let slope = (pixel - centre) / focal_length;
+                let away = slope.length().max(1e-6);
+                sources.push(middle + slope * (focal_length * self.lens.undistorted(away) / away));
+            }
+            *of = Some((self.lens, self.intrinsics));
+        }
+        core::mem::swap(image, copy);
+        image.clear();
+        (image.width, image.height) = (width as u32, height as u32);
+        for source in sources.iter() {
+            image.rgb.extend(between_pixels(copy, *source));
+            let [column, row] = nearest_pixel(copy, *source);
+            let index = row * copy.width as usize + column;
+            image.labels.extend(copy.labels.get(index));
+            image.depth_m.extend(copy.depth_m.get(index));
+        }
+    }
+
+    fn darken(&self, image: &mut Image) {
+        let centre = self.intrinsics.centre;
+        let lost = 256.0 * self.lens.vignetting.min(1.0) / centre.length_squared();
+        let width = image.width.max(1) as usize;
+        for (index, pixel) in image.rgb.chunks_exact_mut(3).enumerate() {
+            let place = Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
+            let left = 256 - (lost * place.distance_squared(centre)).min(256.0) as u32;
+            for channel in pixel {
+                *channel = ((u32::from(*channel) * left) >> 8) as u8;
+            }
+        }
+    }
+}
+
+/// The mean along a way through an image, about each pixel.
+fn smear(image: &mut Image, copy: &mut Image, way: Vec2) {
+    /// A longer one is not told from this.
+    const MOST_STEPS: f32 = 64.0;
+
+    let steps = way.abs().max_element().ceil().min(MOST_STEPS) as i32;
+    let offsets: Vec<[i32; 2]> = (0..=steps)
+        .map(|step| {
+            let offset = way * (step as f32 / steps as f32 - 0.5);
+            [offset.x.round() as i32, offset.y.round() as i32]
+        })
+        .collect();
+    let count = offsets.len() as u32;
+    copy.rgb.clone_from(&image.rgb);
+    let [width, height] = [image.width as i32, image.height as i32];
+    for (index, pixel) in image.rgb.chunks_exact_mut(3).enumerate() {
+        let [column, row] = [index as i32 % width, index as i32 / width];
+        let mut sums = [count / 2; 3];
+        for [right, down] in &offsets {
+            let [column, row] = [(column + right).clamp(0, width - 1), (row + down).clamp(0, height - 1)];
+            let first = 3 * (row * width + column) as usize;
+            for (sum, channel) in sums.iter_mut().zip(&copy.rgb[first..first + 3]) {
+                *sum += u32::from(*channel);
+            }
+        }
+        for (channel, sum) in pixel.iter_mut().zip(sums) {
+            *channel = (sum / count) as u8;
+        }
+    }
+}
+
+/// The colour at a place of an image, between those of the four pixels around it.
+fn between_pixels(image: &Image, place: Vec2) -> [u8; 3] {
+    let corner = place - 0.5;
+    let whole = corner.floor();
+    let share = corner - whole;
+    let colour = |right: f32, down: f32| {
+        let [column, row] = nearest_pixel(image, whole + Vec2::new(right, down) + 0.5);
+        image.colour(column as u32, row as u32).unwrap_or_default().map(f32::from)
+    };
+    let [above, above_right] = [colour(0.0, 0.0), colour(1.0, 0.0)];
+    let [below, below_right] = [colour(0.0, 1.0), colour(1.0, 1.0)];
+    core::array::from_fn(|channel| {
+        let upper = above[channel] + share.x * (above_right[channel] - above[channel]);
+        let lower = below[channel] + share.x * (below_right[channel] - below[channel]);
+        (upper + share.y * (lower - upper)).round() as u8
+    })
+}
+
+fn nearest_pixel(image: &Image, place: Vec2) -> [usize; 2] {
+    // The casts saturate.
+    let within = |place: f32, count: u32| (place as usize).min(count.saturating_sub(1) as usize);
+    [within(place.x, image.width), within(place.y, image.height)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::geometry::to_radians;
+
+    fn pinhole() -> CameraIntrinsics {
+        CameraIntrinsics::new(Vec2::new(320.0, 240.0), to_radians(58.0))
+    }
+
+    /// An image of a pinhole that is grey, with a white dot around a pixel.
+    fn dot(pinhole: CameraIntrinsics, at: Vec2) -> Image {
+        let [width, height] = [pinhole.size.x as usize, pinhole.size.y as usize];
+        let mut image =
+            Image { width: width as u32, height: height as u32, rgb: vec![100; 3 * width * height], ..default() };
+        let [column, row] = nearest_pixel(&image, at);
+        for (u, v) in (column - 1..=column + 1).flat_map(|u| (row - 1..=row + 1).map(move |v| (u, v))) {
+            image.rgb[3 * (v * width + u)..][..3].fill(255);
+        }
+        image
+    }
+
+    /// The middle of what is brighter than the rest.
+    fn bright(image: &Image) -> Vec2 {
+        let (mut sum, mut weights) = (Vec2::ZERO, 0.0);
+        for (index, pixel) in image.rgb.chunks(3).enumerate() {
+            let weight = f32::from(pixel[0].saturating_sub(100));
+            let column = index % image.width as usize;
+            sum += weight * Vec2::new(column as f32 + 0.5, (index / image.width as usize) as f32 + 0.5);
+            weights += weight;
+        }
+        sum / weights
+    }
+
+    #[test]
+    fn a_barrel_pulls_inwards_what_a_pinhole_sees() {
+        for distortion in [[-0.3, 0.05], [0.2, 0.0]] {
+            let lens = Lens { distortion, ..default() };
+            let effect = lens.effect(pinhole(), Vec2::ZERO);
+            let drawn = effect.drawn();
+            assert_eq!(drawn.size.x > 320.0, distortion[0] < 0.0);
+            for slope in [Vec2::new(0.3, 0.2), Vec2::new(-0.35, 0.1), Vec2::new(0.05, -0.25)] {
+                let mut image = dot(drawn, drawn.centre + drawn.focal_length * slope);
+                let exact = (bright(&image) - drawn.centre) / drawn.focal_length;
+                effect.apply(&mut image, &mut LensBuffer::default());
+                assert_eq!((image.width, image.height, image.rgb.len()), (320, 240, 3 * 320 * 240));
+                let squared = exact.length_squared();
+                let factor = 1.0 + squared * (distortion[0] + squared * distortion[1]);
+                let expected = pinhole().centre + pinhole().focal_length * factor * exact;
+                assert!(bright(&image).distance(expected) < 0.3, "{} {expected}", bright(&image));
+            }
+        }
+    }
+
+    #[test]
+    fn corners_are_darker_by_the_share_and_the_middle_is_not() {
+        let lens = Lens { vignetting: 0.4, ..default() };
+        let mut image = Image { width: 320, height: 240, rgb: vec![200; 3 * 320 * 240], ..default() };
+        lens.effect(pinhole(), Vec2::ZERO).apply(&mut image, &mut LensBuffer::default());
+        let [middle, corner, side] = [(160, 120), (0, 0), (0, 120)].map(|(u, v)| image.colour(u, v).unwrap()[0]);
+        // In the middle of the left edge, at 160 of 200 pixels: 0.64 * 0.4 are lost.
+        assert!(middle == 200 && corner.abs_diff(120) <= 1 && side.abs_diff(149) <= 1, "{middle} {corner} {side}");
+    }
+
+    #[test]
+    fn a_turn_during_the_exposure_smears_along_it() {
+        let lens = Lens { exposure_s: 0.01, ..default() };
+        let mut last = LastLook::default();
+        assert_eq!(last.turn(3, Vec2::new(3.1, 0.0), 0.05), Vec2::ZERO);
+        // 0.2 rad further, across the half turn, in two cycles: 2 rad/s.
+        let turn = last.turn(5, Vec2::new(-2.983_185, 0.0), 0.05);
+        assert!((turn.x - 2.0).abs() < 1e-3);
+        let effect = lens.effect(pinhole(), turn);
+        // 0.02 rad are 7.2 pixels: eight, with the one in the middle nine, of which three are white.
+        let mut image = dot(pinhole(), Vec2::new(100.5, 60.5));
+        effect.apply(&mut image, &mut LensBuffer::default());
+        let row: Vec<u8> = (90..112).map(|u| image.colour(u, 60).unwrap()[0]).collect();
+        assert!((9..=11).contains(&row.iter().filter(|level| **level > 100).count()), "{row:?}");
+        assert_eq!(image.colour(100, 58).unwrap(), [100; 3]);
+        assert!((bright(&image) - Vec2::new(100.5, 60.5)).length() < 0.6);
+        // Slow turns are not seen.
+        let mut still = dot(pinhole(), Vec2::new(100.5, 60.5));
+        lens.effect(pinhole(), 0.1 * turn).apply(&mut still, &mut LensBuffer::default());
+        assert_eq!(still, dot(pinhole(), Vec2::new(100.5, 60.5)));
+    }
+}

@@ -1,0 +1,297 @@
+//! Cameras: those that the robot's model has. A NAO has two (paper, section 3.1 and Table 1).
+//!
+//! **What it measures.** An image from each. Of a NAO, one from the upper camera that looks ahead and one from the lower that
+//! looks 40° further down, of 320 x 240 pixels with a field of view of 58° along the diagonal (47.8° x 36.8°). The
+//! geometry of both is the [model](naoisis_core::camera_model). What is recognised in them is the [vision](crate::sensing::vision)'s matter,
+//! which need not have an image rendered.
+//!
+//! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"` or `"gpu"`), and for robots that see by them
+//! (`"source": "image"`): of either design of robots, in every cycle or every few, with changing light, noise and blur
+//! ([`noise`]), a lens that distorts and an exposure that smears ([`lens`]), and for learning with what each pixel is and how far away. A robot does not see itself. One that is off the
+//! pitch or lies has no images. Pixels integrate the light over their area: far lines are faint lines, not dashes.
+//!
+//! **Units and rate.** Pixels, u to the right and v down, from the outer corner of the top-left pixel; 30 images per
+//! second, which is the cycle.
+//!
+//! **The real NAO** of the paper's time (V3) has two OV7670 sensors at 30 images per second with exactly this field
+//! of view, of which only one could be read at a time; today's (V6) reads both. With a level head the upper camera
+//! sees the floor from 1.67 m on, the lower from 0.34 to 1.24 m: what lies between is seen by neither.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::appearance::robot::RobotDesign;
+use crate::appearance::stride::{Stride, StridePlugin};
+use naoisis_core::camera_model::{CameraIntrinsics, CameraMount, CameraMounts, CameraName, CameraView, CameraViews};
+use naoisis_core::geometry::{file_units, to_radians};
+use naoisis_core::knowledge::Knowledge;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::head::HeadAngles;
+
+pub mod ball_in_view;
+pub mod field_of_view;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod image;
+pub mod lens;
+pub mod noise;
+pub mod software;
+
+use image::Image;
+use lens::{LastLook, Lens};
+use noise::ImageNoise;
+
+/// Robots with cameras. Their images are the [rendering](crate::sensing::rendering)'s matter.
+pub struct CameraPlugin;
+
+impl Plugin for CameraPlugin {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<StridePlugin>() {
+            app.add_plugins(StridePlugin);
+        }
+        app.register_type::<CameraSettings>()
+            .register_type::<CameraImages>()
+            .register_type::<LastLook>()
+            .init_resource::<Pitch>();
+    }
+}
+
+/// Whether, and by what, camera images are rendered.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum CameraRendering {
+    /// By software, for robots that see by their images; no images for others.
+    #[default]
+    Auto,
+    /// No images.
+    Off,
+    /// By the software renderer.
+    Software,
+    /// By Bevy on a graphics card: of the same scene, but pixel by pixel the same only on the same machine.
+    Gpu,
+}
+
+/// Why camera images cannot be rendered as they should be.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct RenderingUnavailable(pub String);
+
+impl CameraRendering {
+    /// Gets a match ready for it.
+    ///
+    /// # Errors
+    /// Why it cannot be done here.
+    pub fn make_ready(self, world: &mut World) -> Result<(), RenderingUnavailable> {
+        #[cfg(feature = "gpu")]
+        if self == CameraRendering::Gpu {
+            return gpu::GpuCameras::ready(world).map_err(|error| RenderingUnavailable(error.to_string()));
+        }
+        let _ = (self, world);
+        Ok(())
+    }
+
+    /// Whether this program can do it.
+    pub const fn is_available(self) -> bool {
+        cfg!(feature = "gpu") || !matches!(self, CameraRendering::Gpu)
+    }
+}
+
+/// Which of a robot's cameras return images.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
+#[reflect(opaque)]
+#[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub enum CameraChoice {
+    /// All of them.
+    #[default]
+    Both,
+    /// The one of this name.
+    Only(CameraName),
+}
+
+impl CameraChoice {
+    /// Whether this camera is among them.
+    pub fn includes(self, camera: CameraName) -> bool {
+        match self {
+            CameraChoice::Both => true,
+            CameraChoice::Only(name) => camera == name,
+        }
+    }
+}
+
+impl Serialize for CameraChoice {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            CameraChoice::Both => serializer.serialize_str("both"),
+            CameraChoice::Only(name) => name.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for CameraChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        match word.as_str() {
+            "both" | "all" => Ok(CameraChoice::Both),
+            name => name.parse().map(CameraChoice::Only).map_err(serde::de::Error::custom),
+        }
+    }
+}
+
+/// The images of a robot's cameras, where they are rendered.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Sensor)]
+#[require(Stride)]
+pub struct CameraImages {
+    /// The cycle at the start of which they were taken; none without images.
+    pub cycle: Option<u64>,
+    /// The cycle in which they arrived: the same, unless they are [late](crate::sensing::latency).
+    #[serde(default)]
+    pub arrived: Option<u64>,
+    /// The images of the cameras that ever had one, by their names; empty without one.
+    images: Vec<(CameraName, Image)>,
+}
+
+static NO_IMAGE: Image = Image { width: 0, height: 0, rgb: Vec::new(), labels: Vec::new(), depth_m: Vec::new() };
+
+impl CameraImages {
+    /// The image of one camera; empty without one.
+    pub fn of(&self, camera: CameraName) -> &Image {
+        self.iter().find(|(name, _)| *name == camera).map_or(&NO_IMAGE, |(_, image)| image)
+    }
+
+    /// The image of one camera, to be changed.
+    pub fn of_mut(&mut self, camera: CameraName) -> &mut Image {
+        let index = self.images.iter().position(|(name, _)| *name == camera).unwrap_or_else(|| {
+            self.images.push((camera, Image::default()));
+            self.images.len() - 1
+        });
+        &mut self.images[index].1
+    }
+
+    /// All images, by their cameras' names.
+    pub fn iter(&self) -> impl Iterator<Item = (CameraName, &Image)> {
+        self.images.iter().map(|(name, image)| (*name, image))
+    }
+
+    /// Whether there never was an image.
+    pub fn are_unused(&self) -> bool {
+        self.images.is_empty()
+    }
+
+    /// Forgets the images, and keeps the memory.
+    pub fn clear(&mut self) {
+        (self.cycle, self.arrived) = (None, None);
+        self.images.iter_mut().for_each(|(_, image)| image.clear());
+    }
+}
+
+/// The cameras of a robot, and their images.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+#[require(CameraImages, LastLook)]
+#[serde(default, deny_unknown_fields)]
+pub struct CameraSettings {
+    /// Whether images are rendered.
+    pub render: CameraRendering,
+    /// Width of the image, pixels.
+    pub width: u32,
+    /// Height of the image, pixels.
+    pub height: u32,
+    /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1).
+    #[serde(rename = "diagonal_fov_deg", with = "file_units::degrees")]
+    pub diagonal_fov: f32,
+    /// Which cameras there are.
+    pub mounts: CameraMounts,
+    /// The point about which they turn with the head, m, robot frame: where the body has its neck.
+    #[serde(skip)]
+    pub neck_m: Vec3,
+    /// Which cameras return images.
+    pub which: CameraChoice,
+    /// Images are taken in every so many cycles, at least 1. A camera may have another number of its own: where others take
+    /// an image and it does not, it has none.
+    pub every_cycles: u32,
+    /// How robots look in the images.
+    pub design: RobotDesign,
+    /// Light and noise.
+    pub noise: ImageNoise,
+    /// Distortion, dark corners and exposure.
+    pub lens: Lens,
+    /// Whether pixels integrate the light over all of their area, as a sensor's do: far lines stay lines instead of dashes.
+    pub antialiasing: bool,
+    /// Whether bodies cast shadows on the ground.
+    pub shadows: bool,
+    /// Whether images say of each pixel what it is: ground truth, for learning.
+    pub labels: bool,
+    /// Whether images say of each pixel how far away it is: ground truth, for learning.
+    pub depth: bool,
+}
+
+impl Default for CameraSettings {
+    fn default() -> Self {
+        Self {
+            render: CameraRendering::default(),
+            width: 320,
+            height: 240,
+            diagonal_fov: to_radians(58.0),
+            mounts: CameraMounts::default(),
+            neck_m: Body::default().neck_m,
+            which: CameraChoice::default(),
+            every_cycles: 1,
+            design: RobotDesign::default(),
+            noise: ImageNoise::default(),
+            lens: Lens::default(),
+            antialiasing: true,
+            shadows: false,
+            labels: false,
+            depth: false,
+        }
+    }
+}
+
+impl From<&CameraSettings> for CameraIntrinsics {
+    fn from(settings: &CameraSettings) -> Self {
+        CameraIntrinsics::new(Vec2::new(settings.width as f32, settings.height as f32), settings.diagonal_fov)
+    }
+}
+
+impl CameraSettings {
+    /// The pinhole of one of the cameras.
+    pub fn intrinsics(&self, mount: &CameraMount) -> CameraIntrinsics {
+        let [width, height] = mount.size.unwrap_or([self.width, self.height]);
+        let size = Vec2::new(width as f32, height as f32);
+        CameraIntrinsics::new(size, mount.diagonal_fov.unwrap_or(self.diagonal_fov))
+    }
+
+    /// The lens of one of the cameras.
+    pub fn lens_of(&self, mount: &CameraMount) -> Lens {
+        Lens { distortion: mount.distortion.unwrap_or(self.lens.distortion), ..self.lens }
+    }
+
+    /// What all cameras see in a head at these angles.
+    pub fn views(&self, head: HeadAngles) -> CameraViews {
+        let mut views = CameraViews::default();
+        self.look(head, &mut views);
+        views
+    }
+
+    /// Makes these views those of all cameras in a head at these angles.
+    pub fn look(&self, head: HeadAngles, views: &mut CameraViews) {
+        let common = CameraIntrinsics::from(self);
+        let own = |mount: &CameraMount| match (mount.size, mount.diagonal_fov) {
+            (None, None) => common,
+            _ => self.intrinsics(mount),
+        };
+        views.set(&self.mounts, own, self.neck_m, head);
+    }
+
+    /// What one camera sees in a head at these angles, if there is one of this name.
+    pub fn view(&self, camera: CameraName, head: HeadAngles) -> Option<CameraView> {
+        let mount = self.mounts.get(camera)?;
+        Some(CameraView::new(self.intrinsics(mount), mount, self.neck_m, head))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,274 @@
+//! A scene in the form in which it is drawn: once for the pictures of all cameras.
+
+use bevy::math::{Affine3A, Quat, Vec3};
+use core::ops::Range;
+
+use super::frame::Frame;
+use super::light::{self, Paint};
+use super::model::Model;
+use crate::appearance::field::{self, GroundMark};
+use crate::appearance::posing::Limb;
+use crate::appearance::robot::RobotDesign;
+use crate::appearance::scene::{Scene, ScenePost};
+use crate::appearance::view::View;
+use crate::appearance::{Label, colours};
+use naoisis_core::pitch::{End, Pitch};
+use naoisis_core::robot::body::Body as RobotBody;
+use naoisis_core::team::RobotId;
+
+/// How finely things are drawn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Detail {
+    /// How robots look.
+    pub design: RobotDesign,
+    /// Faces around a cylinder, at least 3.
+    pub segments: usize,
+}
+
+impl Default for Detail {
+    /// As is fine enough for the robots' cameras.
+    fn default() -> Self {
+        Self { design: RobotDesign::Simple, segments: 12 }
+    }
+}
+
+impl Detail {
+    /// As is fine enough for a poster.
+    pub const FINE: Detail = Detail { design: RobotDesign::Nao, segments: 40 };
+}
+
+/// A corner of a face, pitch frame, and the light on the surface there.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Corner {
+    pub(super) position: Vec3,
+    pub(super) light: f32,
+}
+
+/// A flat convex face, pitch frame.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Face {
+    pub(super) normal: Vec3,
+    /// The distance of its plane from the origin, along the normal.
+    pub(super) offset: f32,
+    pub(super) first: u32,
+    pub(super) count: u32,
+    pub(super) paint: Paint,
+    pub(super) is_flat: bool,
+    /// The pixel of a flat face.
+    pub(super) colour: u32,
+}
+
+/// An ellipsoid.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Round {
+    pub(super) unit_from_world: Affine3A,
+    pub(super) centre: Vec3,
+    pub(super) reach: f32,
+    pub(super) paint: Paint,
+}
+
+/// Things that are seen or not seen together.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Body {
+    pub(super) owner: Option<RobotId>,
+    /// Whether it may be elsewhere in the next picture.
+    pub(super) moves: bool,
+    pub(super) centre: Vec3,
+    pub(super) reach: f32,
+    pub(super) faces: Range<usize>,
+    pub(super) rounds: Range<usize>,
+}
+
+impl Body {
+    /// Whether it belongs to the robot whose camera this is.
+    #[inline(always)]
+    pub(super) fn is_hidden_from(&self, view: &View) -> bool {
+        self.owner.is_some() && self.owner == view.hidden
+    }
+}
+
+/// The net of a goal.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Net {
+    pub(super) centre: Vec3,
+    pub(super) reach: f32,
+    pub(super) strings: Vec<[Vec3; 2]>,
+}
+
+/// A robot's limbs reach no further than this from the middle of its body, in heights of it: with an arm and a leg stretched out.
+const ROBOT_REACH_IN_HEIGHTS: f32 = 0.733;
+
+/// What stands still as long as the match lasts, and how finely it is drawn.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Still {
+    detail: Detail,
+    pitch: Pitch,
+    posts: Vec<ScenePost>,
+}
+
+/// A scene in the form in which it is drawn. It keeps its memory and its models, so keep it from cycle to cycle.
+#[derive(Default)]
+pub struct PreparedScene {
+    pub(super) still: Option<Still>,
+    /// How many bodies, faces, corners and rounds there are of what stands still. They come first.
+    still_counts: [usize; 4],
+    robots: Vec<((RobotId, RobotBody), Model<Limb>)>,
+    pub(super) ground: Vec<(GroundMark, u32)>,
+    pub(super) nets: Vec<Net>,
+    pub(super) bodies: Vec<Body>,
+    pub(super) faces: Vec<Face>,
+    pub(super) corners: Vec<Corner>,
+    pub(super) rounds: Vec<Round>,
+}
+
+impl PreparedScene {
+    /// Takes over what there is to draw.
+    pub fn prepare(&mut self, scene: &Scene, detail: Detail) {
+        let detail = Detail { segments: detail.segments.max(3), ..detail };
+        let is_same =
+            |still: &Still| still.detail == detail && still.pitch == scene.pitch && still.posts == scene.posts;
+        if !self.still.as_ref().is_some_and(is_same) {
+            if self.still.as_ref().is_none_or(|still| still.detail != detail) {
+                self.robots.clear();
+            }
+            self.lay_out(scene, detail);
+        }
+        let [bodies, faces, corners, rounds] = self.still_counts;
+        self.bodies.truncate(bodies);
+        self.faces.truncate(faces);
+        self.corners.truncate(corners);
+        self.rounds.truncate(rounds);
+
+        // The models are taken out for the time being, so that the rest can be written to.
+        let robots = core::mem::take(&mut self.robots);
+        let mut unknown = Vec::new();
+        for robot in &scene.robots {
+            let middle = robot.world_from_robot().transform_point3(Vec3::Z * (robot.body.height_m / 2.0));
+            let limbs = robot.world_from_limbs();
+            let place = |limb: Limb| limbs[limb as usize];
+            let reach = ROBOT_REACH_IN_HEIGHTS * robot.body.height_m;
+            match robots.iter().find(|((id, body), _)| *id == robot.id && *body == robot.body) {
+                Some((_, model)) => self.add(Some(robot.id), middle, reach, model, place),
+                None => {
+                    let model = Model::new(&detail.design.parts(robot.id, &robot.body), detail.segments);
+                    self.add(Some(robot.id), middle, reach, &model, place);
+                    unknown.push(((robot.id, robot.body), model));
+                }
+            }
+        }
+        self.robots = robots;
+        self.robots.append(&mut unknown);
+
+        if let Some(ball) = scene.ball {
+            let (centre, reach) = (ball.centre(), ball.radius);
+            let (face, round) = (self.faces.len(), self.rounds.len());
+            self.rounds.push(Round {
+                unit_from_world: Affine3A::from_scale_rotation_translation(Vec3::splat(reach), Quat::IDENTITY, centre)
+                    .inverse(),
+                centre,
+                reach,
+                paint: Paint::new(colours::BALL, Label::Ball),
+            });
+            let (faces, rounds) = (face..face, round..round + 1);
+            self.bodies.push(Body { owner: None, moves: true, centre, reach, faces, rounds });
+        }
+        for body in &mut self.bodies[bodies..] {
+            body.moves = true;
+        }
+    }
+
+    /// Takes over what stands still.
+    fn lay_out(&mut self, scene: &Scene, detail: Detail) {
+        let pitch = &scene.pitch;
+        self.ground =
+            field::ground(pitch).into_iter().map(|mark| (mark, Paint::new(mark.colour, mark.label).full())).collect();
+        self.nets.clear();
+        self.bodies.clear();
+        self.faces.clear();
+        self.corners.clear();
+        self.rounds.clear();
+        let standing = |()| Affine3A::IDENTITY;
+        for end in End::BOTH {
+            let x = end.sign() * (pitch.goal_post_x() + pitch.goal.depth_m / 2.0);
+            let centre = Vec3::new(x, 0.0, pitch.goal.height_m / 2.0);
+            let size = Vec3::new(pitch.goal.depth_m, pitch.goal.width_m, pitch.goal.height_m);
+            let reach = size.length() / 2.0 + 0.1;
+            self.add(None, centre, reach, &Model::new(&field::goal_frame(pitch, end), detail.segments), standing);
+            self.nets.push(Net { centre, reach, strings: field::net_strings(pitch, end) });
+        }
+        for ScenePost { post, position } in &scene.posts {
+            let part = field::post(post, *position);
+            let centre = part.frame_from_shape.translation.into();
+            self.add(None, centre, part.shape.reach(), &Model::new(&[part], detail.segments), standing);
+        }
+        self.still_counts = [self.bodies.len(), self.faces.len(), self.corners.len(), self.rounds.len()];
+        self.still = Some(Still { detail, pitch: pitch.clone(), posts: scene.posts.clone() });
+    }
+
+    fn add<F: Copy>(
+        &mut self,
+        owner: Option<RobotId>,
+        centre: Vec3,
+        reach: f32,
+        model: &Model<F>,
+        place: impl Fn(F) -> Affine3A,
+    ) {
+        let (first_face, first_round) = (self.faces.len(), self.rounds.len());
+        for face in &model.faces {
+            let world_from_frame = place(face.frame);
+            let first = self.corners.len() as u32;
+            let corners = &model.corners[face.first as usize..(face.first + face.count) as usize];
+            self.corners.extend(corners.iter().map(|corner| Corner {
+                position: world_from_frame.transform_point3(corner.position),
+                light: light::intensity(world_from_frame.transform_vector3(corner.normal)),
+            }));
+            let normal = world_from_frame.transform_vector3(face.normal);
+            let corner = self.corners[first as usize];
+            self.faces.push(Face {
+                normal,
+                offset: normal.dot(corner.position),
+                first,
+                count: face.count,
+                paint: face.paint,
+                is_flat: face.is_flat,
+                colour: face.paint.lit(corner.light as u32),
+            });
+        }
+        self.rounds.extend(model.rounds.iter().map(|round| {
+            let world_from_unit = place(round.frame) * round.frame_from_unit;
+            Round {
+                unit_from_world: world_from_unit.inverse(),
+                centre: world_from_unit.translation.into(),
+                reach: round.reach,
+                paint: round.paint,
+            }
+        }));
+        let (faces, rounds) = (first_face..self.faces.len(), first_round..self.rounds.len());
+        self.bodies.push(Body { owner, moves: false, centre, reach, faces, rounds });
+    }
+
+    /// The least and greatest corner of a box with all of a body in it, pitch frame.
+    pub(super) fn bounds(&self, body: &Body) -> [Vec3; 2] {
+        let faces = self.faces[body.faces.clone()].iter();
+        let corners = faces.flat_map(|face| &self.corners[face.first as usize..(face.first + face.count) as usize]);
+        let points = corners.map(|corner| [corner.position; 2]);
+        let rounds = self.rounds[body.rounds.clone()].iter();
+        let rounds = rounds.map(|round| [round.centre - round.reach, round.centre + round.reach]);
+        points
+            .chain(rounds)
+            .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[least, most], [low, high]| [least.min(low), most.max(high)])
+    }
+
+    /// The bodies to draw, by their index, that may be in view, the nearest first, by distance and index.
+    #[inline(always)]
+    pub(super) fn nearest_first(&self, frame: &Frame, is_drawn: impl Fn(usize) -> bool, order: &mut Vec<(f32, usize)>) {
+        order.clear();
+        for (index, body) in self.bodies.iter().enumerate() {
+            let centre = frame.to_camera(body.centre);
+            if is_drawn(index) && frame.may_see(centre, body.reach) {
+                order.push((centre.length_squared(), index));
+            }
+        }
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    }
+}

@@ -1,0 +1,281 @@
+//! How true a sensor is: perfect, exact or noisy, for each robot and sensor.
+//!
+//! A scenario says it in a word, for all robots or for one, for all sensors or for each:
+//!
+//! ```
+//! # use naoisis::prelude::*;
+//! # use naoisis::sensing::fidelity::Fidelity;
+//! let scenario = Scenario::from_json(
+//!     r#"{ "fidelity": "ideal",
+//!          "robots": [{ "number": 1 },
+//!                     { "number": 2, "pose": [1, 0, 0], "fidelity": { "sonar": "noisy", "odometry": "truth" } }] }"#,
+//! )?;
+//! assert_eq!(scenario.fidelity_of(&scenario.robots[1]).vision, Some(Fidelity::Ideal));
+//! assert_eq!(scenario.fidelity_of(&scenario.robots[1]).sonar, Some(Fidelity::Noisy));
+//! # Ok::<(), naoisis::scenario::ScenarioError>(())
+//! ```
+//!
+//! and a program changes the settings of a robot at any time, also in the middle of a match. The behaviour's code is
+//! the same in all of them:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//! use naoisis::sensing::fidelity::{Fidelity, SensorFidelity};
+//! use naoisis::sensing::vision::VisionSettings;
+//!
+//! /// Lets the blue team see without errors.
+//! fn clear_eyes(mut robots: Query<(&RobotId, &mut VisionSettings)>) {
+//!     for (id, mut vision) in &mut robots {
+//!         if id.team == Team::Blue {
+//!             vision.set_fidelity(Fidelity::Ideal);
+//!         }
+//!     }
+//! }
+//! ```
+//!
+//! | | `truth` | `ideal` | `noisy` | `image` |
+//! |---|---|---|---|---|
+//! | vision | everything on the pitch | what is in view, exactly | with its noise, or [`VisionNoise::default`] | what is recognised in rendered images |
+//! | sonar | the sector without limits of range | the sector, exactly | with its noise, or [`SonarNoise::DEFAULT`] | as `noisy` |
+//! | odometry | the way really gone | the steps, exactly | with its noise, or [`OdometryNoise::default`] | as `noisy` |
+//!
+//! `noisy` keeps the noise that a sensor's settings have, and gives those that have none the default one. Without a
+//! word, the settings are what they are.
+
+use bevy::prelude::*;
+use core::fmt;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::sensing::odometry::{OdometryNoise, OdometrySettings, OdometrySource};
+use crate::sensing::sonar::{SonarNoise, SonarSettings, SonarSource};
+use crate::sensing::vision::{VisionNoise, VisionSettings, VisionSource};
+
+/// How true a sensor is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Fidelity {
+    /// Perfect and unlimited, for debugging.
+    Truth,
+    /// Limited as the sensor is, without noise.
+    Ideal,
+    /// With the sensor's noise.
+    #[default]
+    Noisy,
+    /// From rendered images, of what comes from images; the rest is noisy.
+    Image,
+}
+
+/// Settings of a sensor whose fidelity can be chosen.
+pub trait SensorFidelity {
+    /// Chooses it. Geometry, ranges and other settings stay; so does noise, where it is to be noisy and has some.
+    fn set_fidelity(&mut self, fidelity: Fidelity);
+
+    /// The same settings with another fidelity; as they are without one.
+    #[must_use]
+    fn with_fidelity(mut self, fidelity: impl Into<Option<Fidelity>>) -> Self
+    where
+        Self: Sized,
+    {
+        if let Some(fidelity) = fidelity.into() {
+            self.set_fidelity(fidelity);
+        }
+        self
+    }
+}
+
+impl SensorFidelity for VisionSettings {
+    fn set_fidelity(&mut self, fidelity: Fidelity) {
+        self.source = match fidelity {
+            Fidelity::Truth => VisionSource::Truth,
+            Fidelity::Ideal | Fidelity::Noisy => VisionSource::Geometric,
+            Fidelity::Image => VisionSource::Image,
+        };
+        match fidelity {
+            Fidelity::Truth | Fidelity::Ideal => self.noise = VisionNoise::none(),
+            Fidelity::Noisy if self.noise == VisionNoise::none() => self.noise = VisionNoise::default(),
+            Fidelity::Noisy | Fidelity::Image => {}
+        }
+    }
+}
+
+impl SensorFidelity for SonarSettings {
+    fn set_fidelity(&mut self, fidelity: Fidelity) {
+        self.source = if fidelity == Fidelity::Truth { SonarSource::Truth } else { SonarSource::Echo };
+        match fidelity {
+            Fidelity::Truth | Fidelity::Ideal => {
+                self.noise = SonarNoise::None;
+                self.miss_probability = 0.0;
+                self.crosstalk_probability = 0.0;
+            }
+            Fidelity::Noisy | Fidelity::Image => {
+                if self.noise == SonarNoise::None {
+                    self.noise = SonarNoise::DEFAULT;
+                }
+            }
+        }
+    }
+}
+
+impl SensorFidelity for OdometrySettings {
+    fn set_fidelity(&mut self, fidelity: Fidelity) {
+        self.source = if fidelity == Fidelity::Truth { OdometrySource::Truth } else { OdometrySource::Steps };
+        match fidelity {
+            Fidelity::Truth | Fidelity::Ideal => self.noise = OdometryNoise::none(),
+            Fidelity::Noisy | Fidelity::Image => {
+                if self.noise == OdometryNoise::none() {
+                    self.noise = OdometryNoise::default();
+                }
+            }
+        }
+    }
+}
+
+/// The fidelity of each sensor. In files a word for all of them, or an object with some; a sensor without a word is as
+/// its settings say.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
+pub struct Fidelities {
+    /// What the cameras recognise.
+    pub vision: Option<Fidelity>,
+    /// The sonars.
+    pub sonar: Option<Fidelity>,
+    /// The odometry.
+    pub odometry: Option<Fidelity>,
+}
+
+impl Fidelities {
+    /// The same for all sensors.
+    pub fn all(fidelity: Fidelity) -> Self {
+        Self { vision: Some(fidelity), sonar: Some(fidelity), odometry: Some(fidelity) }
+    }
+
+    /// These, and the `others` where these say nothing.
+    #[must_use]
+    pub fn or(self, others: Self) -> Self {
+        Self {
+            vision: self.vision.or(others.vision),
+            sonar: self.sonar.or(others.sonar),
+            odometry: self.odometry.or(others.odometry),
+        }
+    }
+
+    /// Whether nothing is said of any sensor.
+    pub fn is_unset(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Reads a field that is there, where a plain option would want `Some(...)` in RON.
+pub fn present<'de, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
+}
+
+/// The object form of [`Fidelities`].
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct FidelityFields {
+    #[serde(deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    vision: Option<Fidelity>,
+    #[serde(deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    sonar: Option<Fidelity>,
+    #[serde(deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    odometry: Option<Fidelity>,
+}
+
+impl Serialize for Fidelities {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Fidelities { vision, sonar, odometry } = *self;
+        match vision {
+            Some(fidelity) if *self == Fidelities::all(fidelity) => fidelity.serialize(serializer),
+            _ => FidelityFields { vision, sonar, odometry }.serialize(serializer),
+        }
+    }
+}
+
+// By hand: an untagged enum would lose where something is wrong.
+impl<'de> Deserialize<'de> for Fidelities {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct FidelitiesVisitor;
+
+        impl<'de> Visitor<'de> for FidelitiesVisitor {
+            type Value = Fidelities;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("`truth`, `ideal`, `noisy`, `image`, or an object with one of these for a sensor")
+            }
+
+            fn visit_str<E: Error>(self, word: &str) -> Result<Fidelities, E> {
+                let word = serde::de::value::StrDeserializer::<E>::new(word);
+                Fidelity::deserialize(word).map(Fidelities::all)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Fidelities, A::Error> {
+                let fields = FidelityFields::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Fidelities { vision: fields.vision, sonar: fields.sonar, odometry: fields.odometry })
+            }
+        }
+
+        deserializer.deserialize_any(FidelitiesVisitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensing::sonar::SonarReading;
+    use crate::sensing::testing::{sense, sensing_app, spawn_ball, spawn_post, spawn_robot};
+    use crate::sensing::vision::Percepts;
+    use naoisis_core::team::Team;
+
+    #[test]
+    fn noisy_is_the_default_of_every_sensor() {
+        assert_eq!(VisionSettings::default().with_fidelity(Fidelity::Noisy), VisionSettings::default());
+        assert_eq!(SonarSettings::default().with_fidelity(Fidelity::Noisy), SonarSettings::default());
+        assert_eq!(OdometrySettings::default().with_fidelity(Fidelity::Noisy), OdometrySettings::default());
+    }
+
+    #[test]
+    fn a_robots_fidelity_changes_in_the_middle_of_a_match() {
+        let mut app = sensing_app();
+        let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], [0.0, 0.0]);
+        spawn_ball(&mut app, -2.0, 0.0);
+        // 2 m away along the left sonar's axis.
+        spawn_post(&mut app, 2.05 * 0.942_76, 2.05 * 0.333_48, None);
+        let mut choose = |fidelity| {
+            let mut entity = app.world_mut().entity_mut(robot);
+            entity.get_mut::<VisionSettings>().unwrap().set_fidelity(fidelity);
+            entity.get_mut::<SonarSettings>().unwrap().set_fidelity(fidelity);
+            let percepts = sense::<Percepts>(&mut app, robot);
+            (percepts.ball.is_some(), app.world().get::<SonarReading>(robot).unwrap().left.is_some())
+        };
+        assert_eq!(choose(Fidelity::Ideal), (false, false));
+        assert_eq!(choose(Fidelity::Truth), (true, true));
+        assert_eq!(choose(Fidelity::Noisy), (false, false));
+    }
+
+    #[test]
+    fn noisy_keeps_a_noise_that_is_set_and_ideal_takes_it_away() {
+        let coarse = SonarSettings { noise: SonarNoise::Uniform { half_width_m: 0.1 }, ..default() };
+        assert_eq!(coarse.with_fidelity(Fidelity::Noisy), coarse);
+        let ideal = coarse.with_fidelity(Fidelity::Ideal);
+        assert_eq!(ideal.noise, SonarNoise::None);
+        assert_eq!(ideal.with_fidelity(Fidelity::Noisy).noise, SonarNoise::DEFAULT);
+        assert_eq!(ideal.with_fidelity(None), ideal);
+    }
+
+    #[test]
+    fn a_word_is_for_all_sensors_and_an_object_for_each() {
+        let read = |json: &str| serde_json::from_str::<Fidelities>(json);
+        assert_eq!(read(r#""truth""#).unwrap(), Fidelities::all(Fidelity::Truth));
+        let some = read(r#"{ "vision": "ideal", "odometry": "noisy" }"#).unwrap();
+        assert_eq!(some, Fidelities { vision: Some(Fidelity::Ideal), sonar: None, odometry: Some(Fidelity::Noisy) });
+        for fidelities in [some, Fidelities::all(Fidelity::Ideal), Fidelities::default()] {
+            assert_eq!(read(&serde_json::to_string(&fidelities).unwrap()).unwrap(), fidelities);
+        }
+        assert!(read(r#""perfect""#).unwrap_err().to_string().contains("unknown variant `perfect`"));
+        assert!(read(r#"{ "smell": "truth" }"#).is_err());
+    }
+}

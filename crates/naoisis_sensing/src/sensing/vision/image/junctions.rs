@@ -1,0 +1,77 @@
+//! Where pieces of lines meet.
+
+use bevy::math::Vec2;
+
+use super::Look;
+use super::colour::ColourClass;
+use super::pieces::{Circle, Piece};
+use naoisis_core::pitch::JunctionShape;
+
+/// Lines that meet are at least so long, m.
+const SHORTEST_THAT_MEETS_M: f32 = 0.3;
+/// A line ends where another is if its end is no further from there, m.
+const GAP_M: f32 = 0.15;
+/// A line goes on unless there is carpet this far beyond the edge of the one that it ends in, m.
+const BEYOND_M: [f32; 2] = [0.05, 0.15];
+/// A straight line through the centre circle passes its centre so closely, m.
+const THROUGH_CENTRE_M: f32 = 0.1;
+
+impl Look<'_> {
+    /// How and where two pieces of lines meet at a right angle, if they do.
+    pub(super) fn junction(&self, one: &Piece, other: &Piece) -> Option<(JunctionShape, Vec2)> {
+        let (along, across) = (one.direction(), other.direction());
+        let are_long = one.length() >= SHORTEST_THAT_MEETS_M && other.length() >= SHORTEST_THAT_MEETS_M;
+        // 70° to 110°.
+        if !are_long || along.dot(across).abs() > 0.34 {
+            return None;
+        }
+        let between = other.places[0] - one.places[0];
+        let on_one = between.perp_dot(across) / along.perp_dot(across);
+        let on_other = between.perp_dot(along) / along.perp_dot(across);
+        let place = one.places[0] + on_one * along;
+        let shape = match [self.ends_at(one, on_one)?, self.ends_at(other, on_other)?] {
+            [true, true] => JunctionShape::L,
+            [false, false] => JunctionShape::X,
+            _ => JunctionShape::T,
+        };
+        // No two straight lines cross on a pitch.
+        (shape != JunctionShape::X).then_some((shape, place))
+    }
+
+    /// Where a piece of a line crosses a circle through its centre, m, as far as that is in the image.
+    pub(super) fn crossings(&self, piece: &Piece, circle: &Circle) -> impl Iterator<Item = Vec2> + use<> {
+        let along = piece.direction();
+        let [start, end] = piece.places.map(|place| along.dot(place - circle.centre));
+        let passes_by = along.perp_dot(piece.places[0] - circle.centre).abs();
+        let is_through = passes_by < THROUGH_CENTRE_M && piece.length() >= SHORTEST_THAT_MEETS_M;
+        let (centre, reach) = (circle.centre, start.min(end) - GAP_M..start.max(end) + GAP_M);
+        [-circle.radius, circle.radius]
+            .into_iter()
+            .filter(move |at| is_through && reach.contains(at))
+            .map(move |at| centre + at * along)
+    }
+
+    /// Whether a piece ends this far along it, in another line, rather than passing; none where that cannot be said.
+    fn ends_at(&self, piece: &Piece, along: f32) -> Option<bool> {
+        let length = piece.length();
+        let direction = piece.direction();
+        let place = piece.places[0] + along * direction;
+        // Where it ends, the carpet is seen beyond.
+        let is_end = |outwards: Vec2| {
+            BEYOND_M.into_iter().all(|beyond| {
+                let beyond = place + outwards * (self.known.line_width / 2.0 + beyond);
+                let pixel = self.view.pixel_in_image(beyond.extend(0.0));
+                pixel.is_some_and(|pixel| self.class(pixel.x as usize, pixel.y as usize) == ColourClass::Green)
+            })
+        };
+        if (GAP_M..length - GAP_M).contains(&along) {
+            Some(false)
+        } else if along.abs() <= GAP_M {
+            is_end(-direction).then_some(true)
+        } else if (along - length).abs() <= GAP_M {
+            is_end(direction).then_some(true)
+        } else {
+            None
+        }
+    }
+}

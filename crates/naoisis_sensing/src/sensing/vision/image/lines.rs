@@ -1,0 +1,185 @@
+//! Lines: white between green, about as wide as a line; where they meet, and the centre circle.
+//!
+//! Every few columns and rows of the image are searched for a stretch of white with green on both sides. Neighbours form
+//! chains, which are cut into straight pieces; a chain that bends as the centre circle does is a part of that.
+
+use bevy::math::Vec2;
+use core::ops::Range;
+
+use super::Look;
+use super::colour::ColourClass;
+use super::crosses::Spot;
+use super::line_point::{GOAL_M, Point};
+use super::pieces::{Circle, Piece, cut, join};
+use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
+use naoisis_core::pitch::JunctionShape;
+
+/// Columns and rows between two that are searched.
+const SPACING: usize = 4;
+/// A line is at least this wide on the ground, and at most so when it is crossed at a slant; in its own widths.
+const WIDTH: Range<f32> = 0.4..4.0;
+/// Where a pixel covers more of the ground than this, no line is told; in its own widths.
+const COARSEST: f32 = 1.8;
+/// Pixels between white and green, where the edge is blurred.
+const BLURRED: usize = 1;
+/// From one column or row that is searched to the next, a line goes to the side by so many pixels at most.
+const STEEPEST: f32 = 6.0;
+/// What is white nearer than this to a robot's body is probably a part of it, m.
+const BESIDE_ROBOT_M: f32 = 0.09;
+/// Circles of one radius whose centres are no further apart are one, m.
+const SAME_CIRCLE_M: f32 = 0.3;
+
+/// Memory for the lines of one image.
+#[derive(Default)]
+pub(super) struct Lines {
+    points: Vec<Point>,
+    chain: Vec<Point>,
+    parts: Vec<Range<usize>>,
+    pieces: Vec<Piece>,
+    circles: Vec<Circle>,
+    spot: Spot,
+}
+
+impl Look<'_> {
+    pub(super) fn find_lines(
+        &self,
+        lines: &mut Lines,
+        robots: &[(bool, RobotPercept)],
+        posts: &[(bool, GoalPostPercept)],
+        found: &mut Vec<LandmarkPercept>,
+    ) {
+        let Lines { points, chain, parts, pieces, circles, spot } = lines;
+        pieces.clear();
+        circles.clear();
+        let radii = self.known.radii();
+        let pixel_on_ground = |place: Vec2| self.pixel_on_ground(place);
+        for along_columns in [true, false] {
+            points.clear();
+            self.search(along_columns, robots, points);
+            if along_columns {
+                self.find_crosses(points, robots, posts, spot, found);
+            }
+            let chains = connect(points, along_columns);
+            for index in 0..chains {
+                chain.clear();
+                chain.extend(points.iter().filter(|point| point.chain == index));
+                cut(chain, radii, &pixel_on_ground, parts, pieces, circles);
+            }
+        }
+        join(pieces, &pixel_on_ground);
+        // Pieces of circles that were too short to tell.
+        pieces.retain(|piece| !circles.iter().any(|circle| circle.has(piece)));
+        for (index, circle) in circles.iter().enumerate() {
+            let is_same =
+                |other: &Circle| other.radius == circle.radius && other.centre.distance(circle.centre) < SAME_CIRCLE_M;
+            if circles[..index].iter().any(is_same) {
+                continue;
+            }
+            if circle.radius == self.known.circle_radius {
+                found.extend(self.landmark(LandmarkKind::CentreCircle, circle.centre));
+                let kind = LandmarkKind::Junction { shape: JunctionShape::X };
+                let crossings = pieces.iter().flat_map(|piece| self.crossings(piece, circle));
+                found.extend(crossings.filter_map(|place| self.landmark(kind, place)));
+            } else {
+                found.extend(self.landmark(LandmarkKind::CornerArc, circle.centre));
+            }
+        }
+        for piece in pieces.iter() {
+            let [pixel, end_pixel] = piece.pixels;
+            let [position_m, end_position_m] = piece.places;
+            let kind = LandmarkKind::Line { end_pixel, end_position_m };
+            found.push(LandmarkPercept { camera: self.side, kind, pixel, position_m });
+        }
+        for (index, one) in pieces.iter().enumerate() {
+            for other in &pieces[index + 1..] {
+                if let Some((shape, place)) = self.junction(one, other)
+                    && posts.iter().all(|(_, post)| post.position_m.distance(place) > GOAL_M)
+                {
+                    found.extend(self.landmark(LandmarkKind::Junction { shape }, place));
+                }
+            }
+        }
+    }
+
+    fn landmark(&self, kind: LandmarkKind, position_m: Vec2) -> Option<LandmarkPercept> {
+        let pixel = self.view.project(position_m.extend(0.0))?;
+        Some(LandmarkPercept { camera: self.side, kind, pixel, position_m })
+    }
+
+    /// Searches every few columns, from the bottom up, or rows, from left to right.
+    fn search(&self, along_columns: bool, robots: &[(bool, RobotPercept)], points: &mut Vec<Point>) {
+        let (scans, length) = if along_columns { (self.width(), self.height()) } else { (self.height(), self.width()) };
+        for scan in (SPACING / 2..scans).step_by(SPACING) {
+            let class = |step: usize| {
+                if along_columns { self.class(scan, length - 1 - step) } else { self.class(step, scan) }
+            };
+            let pixel = |step: f32| {
+                let across = scan as f32 + 0.5;
+                if along_columns { Vec2::new(across, length as f32 - step) } else { Vec2::new(step, across) }
+            };
+            let mut green = None;
+            let mut step = 0;
+            while step < length {
+                match class(step) {
+                    ColourClass::Green => green = Some(step),
+                    ColourClass::White => {
+                        let start = step;
+                        while step < length && class(step) == ColourClass::White {
+                            step += 1;
+                        }
+                        let begins = green.is_some_and(|green| start - green <= BLURRED + 1);
+                        let ends =
+                            (step..(step + BLURRED + 1).min(length)).any(|step| class(step) == ColourClass::Green);
+                        if begins && ends {
+                            let ends = [start as f32, step as f32].map(pixel);
+                            points.extend(self.point(ends, scan, robots));
+                        }
+                        continue;
+                    }
+                    _ => {}
+                }
+                step += 1;
+            }
+        }
+    }
+
+    /// The middle of a line between two pixels, if a line may be there.
+    fn point(&self, ends: [Vec2; 2], scan: usize, robots: &[(bool, RobotPercept)]) -> Option<Point> {
+        let [start, end] = [self.view.ground_point(ends[0])?, self.view.ground_point(ends[1])?];
+        let place = (start + end) / 2.0;
+        let width = start.distance(end) / self.known.line_width;
+        let is_as_wide = WIDTH.contains(&width) && width < COARSEST * ends[0].distance(ends[1]);
+        let is_near = place.length_squared() < self.known.farthest * self.known.farthest;
+        let reach = self.known.robot_reach + BESIDE_ROBOT_M;
+        let is_free = robots.iter().all(|(_, robot)| robot.position_m.distance(place) > reach);
+        let pixel = (ends[0] + ends[1]) / 2.0;
+        (is_as_wide && is_near && is_free).then_some(Point { pixel, place, scan, chain: usize::MAX })
+    }
+}
+
+/// Connects points to those of the scan before. Returns the number of chains.
+fn connect(points: &mut [Point], along_columns: bool) -> usize {
+    let off = |one: &Point, other: &Point| {
+        if along_columns { (one.pixel.y - other.pixel.y).abs() } else { (one.pixel.x - other.pixel.x).abs() }
+    };
+    let mut chains = 0;
+    let mut before = 0;
+    for index in 0..points.len() {
+        while points[before].scan + SPACING < points[index].scan {
+            before += 1;
+        }
+        let here = points[index];
+        let nearest = points[before..index]
+            .iter()
+            .filter(|other| other.scan + SPACING == here.scan && off(other, &here) <= STEEPEST)
+            .min_by(|one, other| off(one, &here).total_cmp(&off(other, &here)));
+        points[index].chain = match nearest {
+            Some(other) => other.chain,
+            None => {
+                chains += 1;
+                chains - 1
+            }
+        };
+    }
+    chains
+}

@@ -1,0 +1,124 @@
+//! Robots: their waistbands.
+
+use bevy::math::{Vec2, ops};
+
+use super::Look;
+use super::blobs::Blob;
+use super::colour::ColourClass;
+use crate::sensing::vision::RobotPercept;
+use naoisis_core::robot::body::Waistband;
+use naoisis_core::team::Team;
+
+/// Fewer pixels are no waistband.
+const LEAST_AREA: u32 = 8;
+
+/// Columns with a part of the band as high as this share of the highest are used for its edges.
+const HIGH_ENOUGH: f32 = 0.6;
+
+/// Where a robot may be.
+struct Sighted {
+    has_lower_edge: bool,
+    position_m: Vec2,
+    /// How far the size of its band is from what it would be there: a sum of logarithms.
+    misfit: f32,
+}
+
+impl Look<'_> {
+    /// The robots, and whether the lower edges of their waistbands are seen.
+    pub(super) fn find_robots(&self, edges: &mut Vec<[u16; 2]>, found: &mut Vec<(bool, RobotPercept)>) {
+        for blob in &self.segmentation.blobs {
+            let team = match blob.class {
+                ColourClass::Pink => Team::Pink,
+                ColourClass::Blue => Team::Blue,
+                _ => continue,
+            };
+            if blob.area < LEAST_AREA {
+                continue;
+            }
+            let ends = self.edges(blob, edges);
+            let bands = self.known.waistbands[team].iter();
+            // Of several kinds of robots, the one whose band would look most like this.
+            let best = bands
+                .filter_map(|band| self.robot(blob, band, ends))
+                .reduce(|best, other| if other.misfit < best.misfit { other } else { best });
+            if let Some(Sighted { has_lower_edge, position_m, .. }) = best {
+                let pixel = self.view.project_anywhere(position_m.extend(0.0));
+                let percept = RobotPercept { camera: self.side, team, pixel, position_m };
+                insert(found, blob.area, has_lower_edge, percept);
+            }
+        }
+    }
+
+    /// Where a robot is whose waistband a blob with these upper and lower edges may be, if it has such a band.
+    fn robot(&self, blob: &Blob, band: &Waistband, [upper, lower]: [f32; 2]) -> Option<Sighted> {
+        let (is_cut_above, is_cut_below) = (blob.top == 0, usize::from(blob.bottom) == self.height());
+        let column = f32::from(blob.left + blob.right) / 2.0;
+        let [low_z, high_z] = band.z_m;
+        let half_size = band.half_size_m;
+        // The surface of the band is before the robot's middle.
+        let behind = |place: Vec2| place + place.normalize_or(Vec2::X) * ((half_size.x + half_size.y) / 2.0);
+        let by_lower = || self.place(Vec2::new(column, lower), low_z).map(behind);
+        let by_upper = || self.place(Vec2::new(column, upper), high_z).map(behind);
+        let (place, has_lower) = match (is_cut_above, is_cut_below) {
+            (_, false) => (by_lower()?, true),
+            (false, true) => (by_upper()?, false),
+            (true, true) => return None,
+        };
+        // The size that a band there has.
+        let focal_length = self.view.intrinsics.focal_length;
+        let depth = self.depth(place, low_z).max(0.1);
+        let across = focal_length * 2.0 * half_size.y / depth;
+        let high = self.view.project(place.extend(low_z))?.y - self.view.project(place.extend(high_z))?.y;
+        let (width, height) = (f32::from(blob.width()), lower - upper);
+        // How far from the size that it should have: what is cut off or hidden may be smaller.
+        let is_cut_aside = blob.left == 0 || usize::from(blob.right) == self.width();
+        let [wide, tall] = [(width, across), (height, high)].map(|(is, should)| ops::ln((is + 1.0) / (should + 1.0)));
+        let misfit = if is_cut_aside { wide.max(0.0) } else { wide.abs() }
+            + if is_cut_above || is_cut_below { tall.max(0.0) } else { tall.abs() };
+        let is_no_wider = width < 1.5 * across + 2.0;
+        let is_no_higher = height < 1.5 * high + 2.0;
+        let is_high_enough = is_cut_above || is_cut_below || height > 0.45 * high - 1.0;
+        if is_no_wider && is_no_higher && is_high_enough {
+            return Some(Sighted { has_lower_edge: has_lower, position_m: place, misfit });
+        }
+        // Its lower part may be hidden: then the upper edge tells.
+        if !is_high_enough && !is_cut_above && width < 1.5 * across + 2.0 {
+            return by_upper().map(|position_m| Sighted { has_lower_edge: false, position_m, misfit });
+        }
+        None
+    }
+
+    /// The upper and lower edge of a band: the medians over its columns, pixels.
+    fn edges(&self, blob: &Blob, edges: &mut Vec<[u16; 2]>) -> [f32; 2] {
+        edges.clear();
+        edges.resize(usize::from(blob.width()), [u16::MAX, 0]);
+        for run in self.segmentation.runs(blob) {
+            for edge in &mut edges[usize::from(run.from - blob.left)..usize::from(run.to - blob.left)] {
+                edge[0] = edge[0].min(run.row);
+                edge[1] = edge[1].max(run.row + 1);
+            }
+        }
+        let highest = edges.iter().map(|edge| edge[1].saturating_sub(edge[0])).max().unwrap_or(0);
+        edges.retain(|edge| f32::from(edge[1].saturating_sub(edge[0])) >= HIGH_ENOUGH * f32::from(highest));
+        let count = edges.len().max(1);
+        [0, 1].map(|end| {
+            edges.sort_unstable_by_key(|edge| edge[end]);
+            // The mean of the middle half is finer than the median.
+            let middle = &edges[count / 4..(count - count / 4).min(edges.len())];
+            middle.iter().map(|edge| f32::from(edge[end])).sum::<f32>() / middle.len().max(1) as f32
+        })
+    }
+}
+
+/// Adds a robot, unless it is a part of one that was found already.
+fn insert(found: &mut Vec<(bool, RobotPercept)>, _area: u32, has_lower: bool, percept: RobotPercept) {
+    let is_same = |other: &RobotPercept| {
+        let apart = other.position_m.distance(percept.position_m);
+        other.team == percept.team && apart < 0.15 + 0.1 * percept.position_m.length()
+    };
+    match found.iter_mut().find(|(_, other)| is_same(other)) {
+        Some(other) if has_lower && !other.0 => *other = (has_lower, percept),
+        Some(_) => {}
+        None => found.push((has_lower, percept)),
+    }
+}

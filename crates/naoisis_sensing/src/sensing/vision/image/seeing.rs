@@ -1,0 +1,126 @@
+//! Fills the [`Percepts`] of the robots that see by their images.
+
+use bevy::prelude::*;
+
+use super::{Findings, ImageVision, Known};
+use crate::sensing::camera::image::Image;
+use crate::sensing::camera::{CameraImages, CameraSettings};
+use crate::sensing::jobs::{self, SensingThreads};
+use crate::sensing::vision::{LandmarkKind, LandmarkPercept, Percepts, VisionSettings, VisionSource};
+use naoisis_core::ball::BallPhysics;
+use naoisis_core::camera_model::{CameraName, CameraView};
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::team::RobotId;
+
+/// Landmarks of one kind that are no further apart are one, m.
+const SAME_LANDMARK_M: f32 = 0.25;
+
+/// Memory that is kept from cycle to cycle.
+#[derive(Default)]
+pub struct VisionBuffers {
+    jobs: Vec<Job>,
+    done: Vec<Findings>,
+    workers: Vec<ImageVision>,
+}
+
+/// An image to be looked through.
+struct Job {
+    robot: Entity,
+    side: CameraName,
+    view: CameraView,
+    image: Image,
+    findings: Findings,
+}
+
+/// Looks through the images that were taken in this cycle.
+pub fn look_through_images(
+    mut buffers: Local<VisionBuffers>,
+    clock: Res<CycleClock>,
+    threads: Res<SensingThreads>,
+    pitch: Res<Pitch>,
+    balls: Query<&BallPhysics>,
+    bodies: Query<(&RobotId, &Body)>,
+    mut robots: Query<(Entity, &HeadAngles, &CameraSettings, &VisionSettings, &mut CameraImages, &mut Percepts)>,
+) {
+    let buffers = &mut *buffers;
+    for (robot, head, camera, settings, mut images, _) in &mut robots {
+        if settings.source != VisionSource::Image || images.cycle != Some(clock.cycle) {
+            continue;
+        }
+        for (side, &view) in camera.views(*head).named() {
+            let image = core::mem::take(images.of_mut(side));
+            let findings = buffers.done.pop().unwrap_or_default();
+            buffers.jobs.push(Job { robot, side, view, image, findings });
+        }
+    }
+    if buffers.jobs.is_empty() {
+        return;
+    }
+    // The size of the ball is known to everybody.
+    let ball_radius = balls.iter().next().map_or(BallPhysics::default().radius_m, |ball| ball.radius_m);
+    // So is what the robots of each team are like.
+    let mut of_teams: Vec<(RobotId, &Body)> = bodies.iter().map(|(id, body)| (*id, body)).collect();
+    of_teams.sort_unstable_by_key(|(id, _)| *id);
+    let known = Known::new(&pitch, ball_radius).with_robots(of_teams.iter().map(|(id, body)| (id.team, *body)));
+    jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |vision, job| {
+        vision.recognise(&job.image, job.side, &job.view, &known, &mut job.findings);
+    });
+    // The jobs of a robot follow each other.
+    for job in buffers.jobs.drain(..) {
+        let Ok((_, _, camera, _, mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
+        *images.of_mut(job.side) = job.image;
+        let is_lower = camera.mounts.order(job.side) > 0;
+        merge(&mut percepts, is_lower, &job.findings);
+        buffers.done.push(job.findings);
+    }
+    for (_, _, camera, settings, _, mut percepts) in &mut robots {
+        if settings.source == VisionSource::Image {
+            percepts.sort(&camera.mounts);
+        }
+    }
+}
+
+/// Adds what one camera saw to what the other did: a thing that both see is one percept.
+pub(super) fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings) {
+    // Of two balls, the one that is seen better; a lower camera, which comes later in the model, is nearer to what it sees.
+    if let Some((_, ball)) = findings.ball
+        && (percepts.ball.is_none() || is_lower)
+    {
+        percepts.ball = Some(ball);
+    }
+    for (has_foot, post) in &findings.goal_posts {
+        let same = percepts.goal_posts.iter_mut().find(|other| {
+            let along = other.position_m.normalize_or(Vec2::X).dot(post.position_m.normalize_or(Vec2::X));
+            other.colour == post.colour && along > 0.998
+        });
+        match same {
+            Some(other) if *has_foot => *other = *post,
+            Some(_) => {}
+            None => percepts.goal_posts.push(*post),
+        }
+    }
+    for (has_lower_edge, robot) in &findings.robots {
+        let same = percepts.robots.iter_mut().find(|other| {
+            let apart = other.position_m.distance(robot.position_m);
+            other.team == robot.team && apart < 0.2 + 0.1 * robot.position_m.length()
+        });
+        match same {
+            Some(other) if *has_lower_edge => *other = *robot,
+            Some(_) => {}
+            None => percepts.robots.push(*robot),
+        }
+    }
+    for landmark in &findings.landmarks {
+        let is_same = |other: &LandmarkPercept| {
+            other.kind == landmark.kind
+                && !matches!(landmark.kind, LandmarkKind::Line { .. })
+                && other.position_m.distance(landmark.position_m) < SAME_LANDMARK_M
+        };
+        if !percepts.landmarks.iter().any(is_same) {
+            percepts.landmarks.push(*landmark);
+        }
+    }
+}

@@ -1,0 +1,274 @@
+use super::accuracy::{self, Conditions, EVERYWHERE_M};
+use super::*;
+use crate::appearance::robot::RobotDesign;
+use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
+use crate::appearance::view::View;
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::image::Layers;
+use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
+use crate::sensing::vision::LandmarkKind;
+use naoisis_core::geometry::{Pose, to_radians};
+use naoisis_core::pitch::JunctionShape;
+use naoisis_core::random::RandomStream;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::team::{RobotId, Team};
+
+/// What a robot at `[x m, y m, heading deg]`, looking straight ahead and `pitch_deg` down, finds in the image of one of its
+/// cameras. The scene is given in the pitch frame.
+fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraName) -> Findings {
+    look_knowing(scene, [x, y, heading], pitch_deg, side, &Known::new(&scene.pitch, 0.03))
+}
+
+/// The same of a robot that knows what there may be.
+fn look_knowing(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraName, known: &Known) -> Findings {
+    let pose = Pose::new(x, y, to_radians(heading));
+    let head = HeadAngles { yaw: 0.0, pitch: to_radians(pitch_deg) };
+    let camera = CameraSettings::default().view(side, head).unwrap();
+    let own = SceneRobot::standing(RobotId::new(Team::Blue, 1), pose, Body::default());
+    let mut prepared = PreparedScene::default();
+    prepared.prepare(scene, Detail::default());
+    let mut image = Image::default();
+    let view = View::of_robot(&camera, own.world_from_robot(), own.id);
+    Renderer::default().draw(&prepared, &view, Layers::default(), &mut image);
+    let mut findings = Findings::default();
+    ImageVision::default().recognise(&image, side, &camera, known, &mut findings);
+    findings
+}
+
+fn pitch() -> Scene {
+    Scene::empty(Pitch::default())
+}
+
+fn robot(team: Team, number: u8, x: f32, y: f32, heading: f32) -> SceneRobot {
+    SceneRobot::standing(RobotId::new(team, number), Pose::new(x, y, heading), Body::default())
+}
+
+#[test]
+fn the_ball_is_found_where_it_is() {
+    for (place, pitch_deg, side) in [
+        (Vec2::new(2.0, 0.3), 0.0, CameraName::TOP),
+        (Vec2::new(0.8, -0.2), 0.0, CameraName::BOTTOM),
+        (Vec2::new(0.2, 0.05), 25.0, CameraName::BOTTOM),
+    ] {
+        let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
+        let (pixels, ball) = look(&scene, [0.0, 0.0, 0.0], pitch_deg, side).ball.unwrap();
+        assert!(ball.position_m.distance(place) < 0.02 * place.length(), "{place}: {ball:?}");
+        // The disc's area: pi (f r / d)².
+        assert!(pixels as f32 > 2.0 * (361.0 * 0.03 / (place.length() + 0.5)).powi(2), "{pixels}");
+    }
+}
+
+#[test]
+fn half_a_ball_at_the_edge_of_the_image_is_still_found_where_it_is() {
+    // Looking ahead, the lower camera's image ends at x = 0.339 m on the ground (half of 36.8° and 40° below the horizon).
+    let place = Vec2::new(0.345, 0.0);
+    let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
+    let (_, ball) = look(&scene, [0.0, 0.0, 0.0], 0.0, CameraName::BOTTOM).ball.unwrap();
+    assert!(ball.position_m.distance(place) < 0.02, "{ball:?}");
+}
+
+#[test]
+fn an_orange_thing_of_the_wrong_size_is_no_ball() {
+    let scene = Scene { ball: Some(SceneBall { position: Vec2::new(1.9, 0.0), radius: 0.15 }), ..pitch() };
+    assert_eq!(look(&scene, [0.0, 0.0, 0.0], 0.0, CameraName::TOP).ball, None);
+    assert_eq!(look(&pitch(), [0.0, 0.0, 0.0], 0.0, CameraName::TOP).ball, None);
+}
+
+#[test]
+fn both_posts_of_a_goal_are_found_with_their_colour() {
+    for (pose, colour) in [([0.5, 0.0, 0.0], GoalColour::Yellow), ([-0.5, 0.0, 180.0], GoalColour::Blue)] {
+        let findings = look(&pitch(), pose, 0.0, CameraName::TOP);
+        let mut posts: Vec<_> = findings.goal_posts.iter().map(|(_, post)| (post.position_m, post.colour)).collect();
+        posts.sort_by(|a, b| a.0.y.total_cmp(&b.0.y));
+        // They stand at x = 2.975 m.
+        assert_eq!(posts.len(), 2, "{posts:?}");
+        for ((place, seen), y) in posts.into_iter().zip([-0.7, 0.7]) {
+            assert_eq!(seen, colour);
+            assert!(place.distance(Vec2::new(2.475, y)) < 0.08, "{place}");
+        }
+    }
+}
+
+#[test]
+fn a_post_without_a_foot_in_the_image_is_located_all_the_same() {
+    // The upper camera sees the ground from 1.67 m on; the post is 1.05 m away.
+    let findings = look(&pitch(), [2.0, -0.7, 0.0], 0.0, CameraName::TOP);
+    let nearest =
+        findings.goal_posts.iter().map(|(foot, post)| (*foot, post.position_m)).find(|(_, p)| p.y.abs() < 0.2);
+    let (has_foot, place) = nearest.unwrap();
+    assert!(!has_foot && place.distance(Vec2::new(0.975, 0.0)) < 0.06, "{place}");
+}
+
+#[test]
+fn robots_are_found_by_their_waistbands_with_team_and_distance() {
+    let mut scene = pitch();
+    scene.robots = vec![robot(Team::Pink, 1, 1.2, 0.2, 3.0), robot(Team::Blue, 2, 2.5, -0.6, 1.0)];
+    let mut robots = look(&scene, [0.0, 0.0, 0.0], 5.0, CameraName::TOP).robots;
+    robots.sort_by(|a, b| a.1.position_m.x.total_cmp(&b.1.position_m.x));
+    assert_eq!(robots.iter().map(|(_, robot)| robot.team).collect::<Vec<_>>(), [Team::Pink, Team::Blue]);
+    for ((_, robot), place) in robots.iter().zip([Vec2::new(1.2, 0.2), Vec2::new(2.5, -0.6)]) {
+        assert!(robot.position_m.distance(place) < 0.05 * place.length(), "{robot:?}");
+    }
+}
+
+#[test]
+fn robots_of_a_mixed_team_are_each_located_by_a_band_of_their_own_kind() {
+    #[derive(serde::Deserialize)]
+    struct Model {
+        body: Body,
+    }
+    let Model { body: k1 } = ron::from_str(include_str!("../../../../../../assets/robots/booster_k1.ron")).unwrap();
+    let nao = Body::default();
+    // As long as it takes all for one kind, it is far off.
+    let of_both = Known::new(&Pitch::default(), 0.03).with_robots([(Team::Pink, &nao), (Team::Pink, &k1)]);
+    let (mut found, mut placed, mut placed_as_naos) = (0, 0, 0);
+    let mut looked = 0;
+    for distance in [1.3, 1.6, 2.0, 2.5, 3.0] {
+        for (body, aside, heading) in [(nao, 0.3, 2.0), (k1, -0.3, 0.5), (k1, 0.2, 2.8), (nao, -0.2, -1.0)] {
+            let place = Vec2::new(distance, aside);
+            let mut scene = pitch();
+            let id = RobotId::new(Team::Pink, 2);
+            scene.robots = vec![SceneRobot::standing(id, Pose::new(place.x, place.y, heading), body)];
+            // What of it is where it is, known as it may be of either kind, and as a NAO.
+            let near = |known: &Known| {
+                let findings = look_knowing(&scene, [0.0, 0.0, 0.0], -8.0, CameraName::TOP, known).robots;
+                assert!(findings.iter().all(|(_, robot)| robot.team == Team::Pink));
+                let is_near = |place_m: Vec2| place_m.distance(place) < 0.15 * place.length();
+                (!findings.is_empty(), findings.iter().any(|(_, robot)| is_near(robot.position_m)))
+            };
+            looked += 1;
+            let (is_found, is_near) = near(&of_both);
+            found += i32::from(is_found);
+            placed += i32::from(is_near);
+            placed_as_naos += i32::from(near(&Known::new(&Pitch::default(), 0.03)).1);
+        }
+    }
+    assert!((looked, found, placed) == (20, 20, 20) && placed_as_naos <= 10, "{found} {placed} {placed_as_naos}");
+}
+
+#[test]
+fn lines_corners_and_the_circle_are_found() {
+    // From inside the pitch at the corner (3, 2): two lines that meet there.
+    let findings = look(&pitch(), [1.5, 0.5, 45.0], 0.0, CameraName::TOP);
+    let corner = findings.landmarks.iter().find(|mark| mark.kind == LandmarkKind::Junction { shape: JunctionShape::L });
+    let place = corner.unwrap().position_m;
+    assert!(place.distance(Vec2::new(1.5 * core::f32::consts::SQRT_2, 0.0)) < 0.06, "{place}");
+    let lines = findings.landmarks.iter().filter(|mark| matches!(mark.kind, LandmarkKind::Line { .. })).count();
+    assert!(lines >= 2);
+
+    let findings = look(&pitch(), [-1.6, 0.3, 0.0], 5.0, CameraName::TOP);
+    let circle = findings.landmarks.iter().find(|mark| mark.kind == LandmarkKind::CentreCircle).unwrap();
+    assert!(circle.position_m.distance(Vec2::new(1.6, -0.3)) < 0.1, "{circle:?}");
+}
+
+/// Where crosses are seen, robot frame, m.
+fn crosses(findings: &Findings) -> Vec<Vec2> {
+    let marks = findings.landmarks.iter().filter(|mark| mark.kind == LandmarkKind::PenaltyCross);
+    marks.map(|mark| mark.position_m).collect()
+}
+
+#[test]
+fn a_penalty_cross_is_found_from_every_side() {
+    // The cross is at (1.2, 0).
+    for heading in [0.0f32, 20.0, 45.0, 90.0, 165.0, -120.0] {
+        for (distance, pitch_deg, side) in
+            [(0.5, 10.0, CameraName::BOTTOM), (1.0, 0.0, CameraName::BOTTOM), (2.5, 0.0, CameraName::TOP)]
+        {
+            let place = Vec2::new(1.2, 0.0) - distance * Vec2::from_angle(heading.to_radians());
+            let findings = look(&pitch(), [place.x, place.y, heading], pitch_deg, side);
+            let near: Vec<Vec2> = crosses(&findings).into_iter().filter(|cross| cross.x < distance + 0.5).collect();
+            assert_eq!(near.len(), 1, "{heading} {distance}: {near:?}");
+            assert!(
+                near[0].distance(Vec2::new(distance, 0.0)) < 0.01 * (1.0 + distance),
+                "{heading} {distance}: {near:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn neither_the_centre_mark_nor_pieces_of_lines_are_penalty_crosses() {
+    for pose in [[-0.7, 0.0, 0.0], [0.0, 0.7, -90.0], [0.5, 0.5, -135.0], [1.5, 1.5, 45.0], [2.0, -1.5, 0.0]] {
+        for (pitch_deg, side) in [(0.0, CameraName::BOTTOM), (20.0, CameraName::TOP)] {
+            let findings = look(&pitch(), pose, pitch_deg, side);
+            let in_pitch =
+                |cross: Vec2| Vec2::new(pose[0], pose[1]) + Vec2::from_angle(pose[2].to_radians()).rotate(cross);
+            let others = crosses(&findings).into_iter().map(in_pitch).filter(|cross| {
+                cross.distance(Vec2::new(1.2, 0.0)) > 0.1 && cross.distance(Vec2::new(-1.2, 0.0)) > 0.1
+            });
+            assert_eq!(others.count(), 0, "{pose:?} {pitch_deg}");
+        }
+    }
+}
+
+fn white_goals() -> Scene {
+    let mut white = Pitch::default();
+    (white.goal.negative_x_colour, white.goal.positive_x_colour) = (GoalColour::White, GoalColour::White);
+    Scene::empty(white)
+}
+
+#[test]
+fn the_posts_of_white_goals_are_found_by_their_height() {
+    let findings = look(&white_goals(), [0.5, 0.0, 0.0], -10.0, CameraName::TOP);
+    let mut posts: Vec<_> = findings.goal_posts.iter().map(|(_, post)| (post.position_m, post.colour)).collect();
+    posts.sort_by(|a, b| a.0.y.total_cmp(&b.0.y));
+    assert_eq!(posts.len(), 2, "{posts:?}");
+    for ((place, seen), y) in posts.into_iter().zip([-0.7, 0.7]) {
+        assert_eq!(seen, GoalColour::White);
+        assert!(place.distance(Vec2::new(2.475, y)) < 0.15, "{place}");
+    }
+}
+
+#[test]
+fn white_robots_are_no_posts_of_white_goals() {
+    let mut scene = white_goals();
+    scene.robots = (0..12u8)
+        .map(|index| {
+            robot(
+                Team::BOTH[usize::from(index % 2)],
+                2 + index / 2,
+                0.6 + 0.3 * f32::from(index % 6),
+                0.5 * (f32::from(index) - 5.5),
+                f32::from(index),
+            )
+        })
+        .collect();
+    for heading in [0.0, 40.0, -40.0] {
+        let findings = look(&scene, [-2.5, 0.0, heading], 0.0, CameraName::TOP);
+        let false_posts: Vec<_> = findings.goal_posts.iter().filter(|(_, post)| post.position_m.x < 4.0).collect();
+        assert!(false_posts.is_empty(), "{heading}: {false_posts:?}");
+    }
+}
+
+#[test]
+fn an_empty_image_has_nothing_in_it() {
+    let camera = CameraSettings::default().view(CameraName::TOP, HeadAngles::default()).unwrap();
+    let mut findings = Findings::default();
+    let known = Known::new(&Pitch::default(), 0.03);
+    ImageVision::default().recognise(&Image::default(), CameraName::TOP, &camera, &known, &mut findings);
+    assert_eq!(findings, Findings::default());
+}
+
+#[test]
+fn in_random_scenes_nearly_everything_visible_is_found_at_its_distance() {
+    for design in RobotDesign::BOTH {
+        let mut stream = RandomStream::for_match(7, "scenes of a test");
+        let mut conditions = Conditions::default();
+        conditions.cameras.design = design;
+        let accuracy = accuracy::measure(250, &conditions, &mut stream);
+        let classes = [&accuracy.ball, &accuracy.goal_posts, &accuracy.robots, &accuracy.penalty_crosses];
+        // What is white close beside a robot may be its arm: such crosses are left out.
+        for (class, least) in classes.into_iter().zip([0.95, 0.95, 0.95, 0.8]) {
+            assert!(class.found_share(EVERYWHERE_M) >= least, "{accuracy}");
+            // Half of the directions are known to a degree.
+            assert!(class.bearing_error(EVERYWHERE_M, 0.5) < to_radians(1.0), "{accuracy}");
+            assert!(class.visible(EVERYWHERE_M).count() > 20, "{accuracy}");
+            assert!(class.range_error([0.0, 2.0], 0.5) < 0.05, "{accuracy}");
+        }
+        // Of 500 images: parts of a waistband that a robot in front divides count as more than one.
+        let false_detections = accuracy.ball.false_detections + accuracy.goal_posts.false_detections;
+        let false_detections = false_detections + accuracy.penalty_crosses.false_detections;
+        assert!(false_detections <= 2 && accuracy.robots.false_detections <= 10, "{accuracy}");
+    }
+}

@@ -1,0 +1,120 @@
+//! Commands from outside: read and checked, whoever sends them.
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::vocabulary::RobotCommand;
+use crate::scenario::{FieldPath, read_settings};
+use naoisis_core::communication::MOST_ROBOTS;
+
+/// What is wrong with a command.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CommandError {
+    /// It is no JSON.
+    #[error("{0}; expected a JSON object")]
+    NotJson(String),
+    /// It has a field that it should not have, or a value that is not what it should be.
+    #[error("{message}; expected {expected}")]
+    Malformed {
+        /// Where in it, such as `walk` or `say.ball_m`.
+        field: String,
+        /// What is wrong.
+        message: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// It has a number that is not finite in single precision.
+    #[error("`{0}` has a number that is not finite; expected finite numbers, of single precision (at most 3.4e38)")]
+    NotFinite(&'static str),
+    /// It tells its team-mates of more robots than there can be.
+    #[error("`say.robots_m` has {0} places; expected at most {MOST_ROBOTS}")]
+    TooManyRobots(usize),
+}
+
+impl RobotCommand {
+    /// Reads a command, as a trace has it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_json(text: &[u8]) -> Result<Self, CommandError> {
+        // By way of a value: serde alone would take a list for an object.
+        let value = serde_json::from_slice::<Value>(text).map_err(|error| CommandError::NotJson(error.to_string()))?;
+        Self::from_value(&value)
+    }
+
+    /// Reads a command from a value.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_value(value: &Value) -> Result<Self, CommandError> {
+        read_value::<Self>(value).and_then(Self::checked)
+    }
+
+    /// The command, if every number in it is finite.
+    ///
+    /// # Errors
+    /// Which part is not.
+    pub fn checked(self) -> Result<Self, CommandError> {
+        let Self { walk, head, kick, posture: _, say } = &self;
+        let parts = [
+            ("walk", walk.is_none_or(|walk| [walk.dx, walk.dy, walk.dtheta].iter().all(|part| part.is_finite()))),
+            ("head_deg", head.is_none_or(|head| head.yaw.is_finite() && head.pitch.is_finite())),
+            ("kick", kick.is_none_or(|kick| kick.speed.is_finite())),
+            ("say", say.as_ref().is_none_or(|say| say.is_finite())),
+        ];
+        match parts.into_iter().find(|(_, is_finite)| !is_finite) {
+            Some((part, _)) => Err(CommandError::NotFinite(part)),
+            None => match say.as_ref().map_or(0, |say| say.robots_m.len()) {
+                0..=MOST_ROBOTS => Ok(self),
+                robots => Err(CommandError::TooManyRobots(robots)),
+            },
+        }
+    }
+}
+
+/// Reads a message, or a part of one, from a value.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn read_value<T: DeserializeOwned>(value: &Value) -> Result<T, CommandError> {
+    read_settings(value, &FieldPath::default()).map_err(|fault| CommandError::Malformed {
+        field: fault.path.to_string(),
+        message: fault.message,
+        expected: fault.expected,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> CommandError {
+        RobotCommand::from_json(text.as_bytes()).unwrap_err()
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_command_is_said_with_its_place() {
+        assert_eq!(RobotCommand::from_json(b"{}"), Ok(RobotCommand::default()));
+        let misspelt = error(r#"{ "wlak": [0, 0, 0] }"#).to_string();
+        assert!(misspelt.contains("there is no field `wlak`: did you mean `walk`?"), "{misspelt}");
+        let CommandError::Malformed { field, expected, .. } = error(r#"{ "say": { "ball_m": "here" } }"#) else {
+            panic!("no wrong field")
+        };
+        assert_eq!((field.as_str(), expected.as_str()), ("say.ball_m", "a list of two numbers, [x m, y m]"));
+        assert!(matches!(error(r#"{ "walk": [0.0, 0.0] }"#), CommandError::Malformed { .. }));
+        assert!(matches!(error("hello"), CommandError::NotJson(_)));
+        assert!(matches!(error("[]"), CommandError::Malformed { .. }));
+        assert!(matches!(error(r#"{ "walk": [NaN, 0, 0] }"#), CommandError::NotJson(_)));
+        assert!(error(r#"{ "head_deg": [1e300, 0] }"#).to_string().contains("of single precision"));
+        let infinite = RobotCommand::from_json(br#"{ "head_deg": [1, 0] }"#).map(|mut command| {
+            command.head.iter_mut().for_each(|head| head.yaw = f32::INFINITY);
+            command
+        });
+        assert_eq!(infinite.and_then(RobotCommand::checked), Err(CommandError::NotFinite("head_deg")));
+        let told = |robots: usize| format!(r#"{{ "say": {{ "robots_m": [{}] }} }}"#, vec!["[1,2]"; robots].join(","));
+        let checked = |robots: usize| RobotCommand::from_json(told(robots).as_bytes()).and_then(RobotCommand::checked);
+        assert!(checked(MOST_ROBOTS).is_ok());
+        assert_eq!(checked(MOST_ROBOTS + 1), Err(CommandError::TooManyRobots(MOST_ROBOTS + 1)));
+    }
+}

@@ -1,0 +1,305 @@
+//! One record of a cycle: the world after it, and what each robot perceived, believed and wanted in it.
+//!
+//! It is what a line of a trace says, what the past of a match is shown from, and what every other record of a match is made
+//! of.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+use super::vocabulary::{Perception, RobotCommand, head_angles};
+use naoisis_core::behaviour::drawings::Drawings;
+use naoisis_core::behaviour::reasons::Reasons;
+use naoisis_core::communication::{ReceivedMessage, StatusReport};
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::events::MatchEvent;
+use naoisis_core::game::{Game, GameState, PenaltyReason, Rules, Score};
+use naoisis_core::geometry::{Pose, file_units};
+use naoisis_core::pitch::End;
+use naoisis_core::referee::{GameStatus, SetPlayStatus};
+use naoisis_core::robot::Velocity;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::team::{PerTeam, RobotId, Team};
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::status::BodyStatus;
+use naoisis_sensing::sensing::vision::Percepts;
+
+/// The world after a cycle.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(tag = "type", rename = "cycle")]
+pub struct CycleRecord {
+    /// Cycles since the start.
+    pub cycle: u64,
+    /// Time since the start, s.
+    pub time_s: f64,
+    /// The ball, if there is one.
+    #[serde(default)]
+    pub ball: Option<BallRecord>,
+    /// The robots, in the order of their ids.
+    #[serde(default)]
+    pub robots: Vec<RobotRecord>,
+    /// The state of the game.
+    #[serde(default)]
+    pub game: GameRecord,
+    /// What happened in the cycle.
+    #[serde(default)]
+    pub events: Vec<MatchEvent>,
+}
+
+impl CycleRecord {
+    /// What there is of a robot.
+    pub fn robot(&self, id: RobotId) -> Option<&RobotRecord> {
+        self.robots.iter().find(|robot| robot.id == id)
+    }
+}
+
+/// The ball after a cycle.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct BallRecord {
+    /// Its centre, m, pitch frame.
+    pub position_m: Vec3,
+    /// Its velocity, m/s, pitch frame.
+    pub velocity_mps: Vec3,
+}
+
+/// A robot after a cycle, and what it perceived, believed and wanted in it.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct RobotRecord {
+    /// Which robot.
+    pub id: RobotId,
+    /// Where it is, pitch frame: `[x m, y m, heading deg]` in files.
+    #[serde(default, with = "file_units::pose")]
+    pub pose: Pose,
+    /// How it moves, pitch frame: `[x m/s, y m/s, turn deg/s]` in files.
+    #[serde(default, with = "velocity")]
+    pub velocity: Velocity,
+    /// Where its head is turned.
+    #[serde(default, rename = "head_deg", with = "head_angles")]
+    pub head: HeadAngles,
+    /// How its body is.
+    #[serde(default, skip_serializing_if = "is_upright")]
+    pub posture: Posture,
+    /// The penalty that it serves.
+    #[serde(default)]
+    pub penalised: Option<PenaltyRecord>,
+    /// What it knew of its own way: `[x m, y m, heading deg]` in files.
+    #[serde(default, with = "file_units::pose")]
+    pub odometry: Pose,
+    /// What its sonars measured, m.
+    #[serde(default)]
+    pub sonar_m: SonarReading,
+    /// What it recognised.
+    #[serde(default)]
+    pub percepts: Percepts,
+    /// The messages that arrived.
+    #[serde(default)]
+    pub inbox: Vec<ReceivedMessage>,
+    /// What it was told of the game.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub game: Option<GameStatus>,
+    /// What its body was doing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<BodyStatus>,
+    /// What sensors of the program's own read.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sensors: BTreeMap<String, Value>,
+    /// What it believed.
+    #[serde(default)]
+    pub belief: Option<Belief>,
+    /// What it wanted; none at the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<RobotCommand>,
+    /// What its behaviour drew.
+    #[serde(default, skip_serializing_if = "Drawings::is_empty")]
+    pub drawings: Drawings,
+    /// Why it did what it did, of those who say so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reasons: Option<Reasons>,
+    /// What it has last reported of itself to a GameController.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reported: Option<StatusReport>,
+}
+
+impl RobotRecord {
+    /// A robot of which nothing is known.
+    pub fn new(id: RobotId) -> Self {
+        RobotRecord {
+            id,
+            pose: default(),
+            velocity: default(),
+            head: default(),
+            posture: default(),
+            penalised: None,
+            odometry: default(),
+            sonar_m: default(),
+            percepts: default(),
+            inbox: Vec::new(),
+            game: None,
+            body: None,
+            sensors: BTreeMap::new(),
+            belief: None,
+            command: None,
+            drawings: default(),
+            reasons: None,
+            reported: None,
+        }
+    }
+
+    /// With what the robot perceived.
+    #[must_use]
+    pub fn with_perception(self, perception: Perception) -> Self {
+        let Perception { head, odometry, sonar_m, percepts, inbox, game, body, sensors } = perception;
+        let (game, body) = (Some(game), Some(body));
+        RobotRecord { head, odometry, sonar_m, percepts, inbox, game, body, sensors, ..self }
+    }
+
+    /// What the robot perceived: the record without what it cannot know.
+    pub fn perception(&self) -> Perception {
+        Perception {
+            head: self.head,
+            odometry: self.odometry,
+            sonar_m: self.sonar_m,
+            percepts: self.percepts.clone(),
+            inbox: self.inbox.clone(),
+            game: self.game.unwrap_or_default(),
+            body: self.body.unwrap_or_default(),
+            sensors: self.sensors.clone(),
+        }
+    }
+}
+
+fn is_upright(posture: &Posture) -> bool {
+    posture.is_upright()
+}
+
+/// A penalty that is being served.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct PenaltyRecord {
+    /// What for.
+    pub reason: PenaltyReason,
+    /// Time of play until the robot may come back, s.
+    pub time_left_s: f64,
+}
+
+/// The state of the game after a cycle.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct GameRecord {
+    /// The state.
+    pub state: GameState,
+    /// Goals.
+    pub score: Score,
+    /// The half, from 1.
+    pub half: u32,
+    /// Time left in the half, s; none without a clock.
+    pub time_left_s: Option<f64>,
+    /// The end that the blue team defends.
+    #[serde(default)]
+    pub blue_end: End,
+    /// The team that the ball is for: of the free kick under way, or else of the last kick-off; none after a drop ball.
+    #[serde(default)]
+    pub kicking_team: Option<Team>,
+    /// The free kick under way, or the kick-off that is one team's own.
+    #[serde(default)]
+    pub set_play: Option<SetPlayStatus>,
+    /// Time left of what the game waits for, s: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
+    #[serde(default)]
+    pub secondary_time_left_s: Option<f64>,
+    /// How many messages each team may still send; none where it is not limited.
+    #[serde(default)]
+    pub messages_left: Option<PerTeam<u32>>,
+    /// How often the referee has whistled.
+    #[serde(default)]
+    pub whistles: u32,
+    /// How often it has raised its arms for a half's first `ready`.
+    #[serde(default)]
+    pub ready_signals: u32,
+    /// The penalty shoot-out under way, or that decided the match.
+    #[serde(default)]
+    pub shoot_out: Option<ShootOutRecord>,
+}
+
+impl GameRecord {
+    /// The end that a team defends.
+    pub fn own_end(&self, team: Team) -> End {
+        match team {
+            Team::Blue => self.blue_end,
+            Team::Pink => self.blue_end.opposite(),
+        }
+    }
+
+    /// What a game is like under these rules.
+    pub fn of(game: &Game, rules: &Rules, clock: &CycleClock) -> Self {
+        let seconds = |cycles: u64| cycles as f64 * clock.period_s;
+        GameRecord {
+            state: game.state,
+            score: game.score,
+            half: game.half,
+            time_left_s: game.cycles_left.map(seconds),
+            blue_end: game.blue_end,
+            kicking_team: game.set_play.map(|set_play| set_play.team).or(game.kick_off()),
+            set_play: game.set_play.map(|set_play| SetPlayStatus { kind: set_play.kind, team: Some(set_play.team) }),
+            secondary_time_left_s: game.secondary_cycles_left(rules, clock).map(seconds),
+            messages_left: game.messages_left,
+            whistles: game.whistles,
+            ready_signals: game.ready_signals,
+            shoot_out: game.shoot_out.map(|shoot_out| ShootOutRecord {
+                team: shoot_out.team,
+                taken: shoot_out.taken,
+                goals: shoot_out.goals,
+            }),
+        }
+    }
+}
+
+/// A penalty shoot-out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct ShootOutRecord {
+    /// The team that shoots.
+    pub team: Team,
+    /// Shots that each team has taken.
+    pub taken: Score,
+    /// Goals of each team.
+    pub goals: Score,
+}
+
+/// A velocity: m/s and rad/s in memory, `[x m/s, y m/s, turn deg/s]` in the file.
+mod velocity {
+    use super::{Velocity, file_units::step};
+    use bevy::math::Vec2;
+    use serde::{Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(velocity: &Velocity, serializer: S) -> Result<S::Ok, S::Error> {
+        step::serialize(&[velocity.linear.x, velocity.linear.y, velocity.angular], serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Velocity, D::Error> {
+        step::deserialize(deserializer).map(|[x, y, angular]| Velocity { linear: Vec2::new(x, y), angular })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_perceives_all_of_its_record_but_what_it_cannot_know() {
+        fn fields(value: impl Serialize) -> Vec<String> {
+            let value = serde_json::to_value(value).unwrap();
+            let mut names: Vec<String> = value.as_object().unwrap().keys().cloned().collect();
+            names.sort();
+            names
+        }
+        let sensors = BTreeMap::from([("ear".to_owned(), Value::Bool(true))]);
+        let perception = Perception { sensors, ..default() };
+        let record = RobotRecord { command: Some(default()), ..RobotRecord::new(RobotId::new(Team::Blue, 1)) };
+        let record = record.with_perception(perception.clone());
+        assert_eq!(record.perception(), perception);
+        let mut expected = fields(&perception);
+        expected.extend(["belief", "command", "id", "penalised", "pose", "velocity"].map(str::to_owned));
+        expected.sort();
+        assert_eq!(fields(&record), expected);
+    }
+}

@@ -1,0 +1,194 @@
+//! Where the record of a cycle comes from: gathered once, when everything of the cycle has happened, for everybody who
+//! records.
+
+use bevy::ecs::change_detection::Tick;
+use bevy::ecs::query::QueryData;
+use bevy::ecs::system::{SystemChangeTick, SystemParam};
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
+use super::vocabulary::{Commanded, Perceived, RobotCommand};
+use crate::simulation::sensors::ReadingsAreRecorded;
+use naoisis_core::ball::{Ball, BallPhysics, BallVelocity};
+use naoisis_core::behaviour::drawings::Drawings;
+use naoisis_core::behaviour::reasons::Reasons;
+use naoisis_core::communication::StatusReport;
+use naoisis_core::cycle::{Cycle, CycleClock, CycleHalf, CycleSystems};
+use naoisis_core::events::{CycleEvents, MatchEvent};
+use naoisis_core::game::{Game, Penalty, Rules};
+use naoisis_core::geometry::Pose;
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::robot::{Roster, Velocity};
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::Belief;
+
+/// Gathers the [`CurrentRecord`] of every cycle while there is one.
+pub struct GatherPlugin;
+
+impl Plugin for GatherPlugin {
+    fn build(&self, app: &mut App) {
+        let is_recorded = resource_exists::<CurrentRecord>;
+        app.init_resource::<ReadingsAreRecorded>()
+            .configure_sets(Cycle, (RecordSystems::Gather, RecordSystems::Keep).chain().in_set(CycleSystems::Record))
+            .add_systems(
+                Cycle,
+                (
+                    note_commands
+                        .after(CycleSystems::Decide)
+                        .before(CycleSystems::Act)
+                        .in_set(CycleHalf::Act)
+                        .run_if(is_recorded),
+                    gather_record.in_set(RecordSystems::Gather).run_if(is_recorded),
+                ),
+            );
+    }
+}
+
+/// The systems of recording.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum RecordSystems {
+    /// The record is gathered.
+    Gather,
+    /// Whoever keeps the match in memory has it.
+    Keep,
+    /// It is written to files.
+    Write,
+}
+
+/// The record of the cycle that ended last, or of the start. Whoever wants records makes sure that it is there.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct CurrentRecord {
+    /// The cycle that was over last.
+    pub record: CycleRecord,
+    /// What robots want in the cycle under way.
+    commands: BTreeMap<RobotId, RobotCommand>,
+    /// When the record was gathered, or could have been: a head's command that was given since then is a new one.
+    gathered: Tick,
+    /// Whether it is gathered only when [`record_now`] asks for it: for whoever looks at a few cycles of a match.
+    is_on_demand: bool,
+}
+
+/// What is recorded of a robot, beside what it perceives.
+#[derive(QueryData)]
+struct RecordedRobot {
+    pose: &'static Pose,
+    velocity: &'static Velocity,
+    posture: &'static Posture,
+    penalty: &'static Penalty,
+    belief: Option<&'static Belief>,
+    drawings: Option<&'static Drawings>,
+    reasons: Option<&'static Reasons>,
+    reported: Option<&'static StatusReport>,
+    perceived: Perceived,
+}
+
+/// Everything that a record is made of.
+#[derive(SystemParam)]
+pub struct RecordedMatch<'w, 's> {
+    clock: Res<'w, CycleClock>,
+    events: Res<'w, CycleEvents>,
+    roster: Res<'w, Roster>,
+    game: Res<'w, Game>,
+    rules: Res<'w, Rules>,
+    balls: Query<'w, 's, (&'static Pose, &'static BallVelocity, &'static BallPhysics), With<Ball>>,
+    robots: Query<'w, 's, RecordedRobot>,
+    ticks: SystemChangeTick,
+}
+
+impl RecordedMatch<'_, '_> {
+    /// The cycle under way; of the start, 0.
+    pub fn cycle(&self) -> u64 {
+        self.clock.cycle
+    }
+
+    /// Gathers the record of the cycle under way, or of the start.
+    pub fn gather(&self, current: &mut CurrentRecord) {
+        let mut commands = core::mem::take(&mut current.commands);
+        for event in self.events.iter() {
+            if let MatchEvent::CommandRefused { robot, command, reason } = event
+                && let Some(refused) = commands.get_mut(robot)
+            {
+                refused.refuse(*command, *reason);
+            }
+        }
+        let ball = self.balls.iter().next().map(|(pose, velocity, physics)| BallRecord {
+            position_m: pose.position.extend(physics.radius_m),
+            velocity_mps: velocity.0.extend(0.0),
+        });
+        let robot = |(id, entity)| self.robot(id, entity, commands.remove(&id));
+        current.record = CycleRecord {
+            cycle: self.clock.cycle,
+            time_s: self.clock.end_time_s(),
+            ball,
+            robots: self.roster.iter().filter_map(robot).collect(),
+            game: GameRecord::of(&self.game, &self.rules, &self.clock),
+            events: self.events.0.clone(),
+        };
+        current.gathered = self.ticks.this_run();
+    }
+
+    fn robot(&self, id: RobotId, entity: Entity, command: Option<RobotCommand>) -> Option<RobotRecord> {
+        let robot = self.robots.get(entity).ok()?;
+        let record = RobotRecord {
+            pose: *robot.pose,
+            velocity: *robot.velocity,
+            posture: *robot.posture,
+            penalised: robot
+                .penalty
+                .0
+                .map(|active| PenaltyRecord { reason: active.reason, time_left_s: active.left_s(&self.clock) }),
+            belief: robot.belief.cloned(),
+            command,
+            drawings: robot.drawings.cloned().unwrap_or_default(),
+            reasons: robot.reasons.cloned(),
+            reported: robot.reported.copied(),
+            ..RobotRecord::new(id)
+        };
+        Some(record.with_perception(robot.perceived.perception()))
+    }
+}
+
+/// Gathers the record of the start, in place of any that is there.
+pub fn gather_start(world: &mut World) {
+    world.insert_resource(CurrentRecord::default());
+    // It fails only where there is no match.
+    let _ = world.run_system_cached(gather_record);
+}
+
+/// From now on the record is gathered when somebody asks for it with [`record_now`], rather than in each cycle.
+pub fn gather_on_demand(world: &mut World) {
+    gather_start(world);
+    world.resource_mut::<CurrentRecord>().is_on_demand = true;
+}
+
+/// The record of the cycle that ended last, where it is gathered on demand.
+pub fn record_now(world: &mut World) -> &CycleRecord {
+    let is_stale = world.get_resource_or_init::<CurrentRecord>().is_on_demand;
+    if is_stale {
+        // It fails only where there is no match.
+        let _ = world.run_system_cached(gather_again);
+    }
+    &world.resource::<CurrentRecord>().record
+}
+
+/// Gathers the record once more, with the commands that were noted in its cycle.
+fn gather_again(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
+    let (commands, gathered) = (current.commands.clone(), current.gathered);
+    recorded.gather(&mut current);
+    (current.commands, current.gathered) = (commands, gathered);
+}
+
+fn note_commands(mut current: ResMut<CurrentRecord>, robots: Query<(&RobotId, Commanded)>, ticks: SystemChangeTick) {
+    let (since, now) = (current.gathered, ticks.this_run());
+    current.commands.clear();
+    current.commands.extend(robots.iter().map(|(id, robot)| (*id, robot.command(since, now))));
+}
+
+fn gather_record(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
+    if current.is_on_demand {
+        current.gathered = recorded.ticks.this_run();
+    } else {
+        recorded.gather(&mut current);
+    }
+}

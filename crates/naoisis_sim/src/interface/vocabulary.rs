@@ -1,0 +1,240 @@
+//! What a robot perceives in a cycle, and what it commands: two small sets of types, in the words of the trace. Whoever
+//! lets a program play, records a match, or reads a record speaks these.
+//!
+//! A [`Perception`] has what a robot can know, and nothing else: no pose, no ball but the one that it sees. A [`RobotCommand`] has
+//! what it wants in this cycle, in the words of a script's entry, each only when it is given.
+
+use bevy::ecs::change_detection::Tick;
+use bevy::ecs::query::QueryData;
+use bevy::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+use crate::simulation::sensors::SensorRecord;
+use naoisis_core::communication::{Inbox, Outbox, ReceivedMessage, TeamMessage};
+use naoisis_core::events::{CommandKind, Refusal};
+use naoisis_core::geometry::{Pose, file_units};
+use naoisis_core::referee::GameStatus;
+use naoisis_core::robot::head::{HeadAngles, HeadCommand};
+use naoisis_core::robot::kick::{KickCommand, KickRequest};
+use naoisis_core::robot::motion::WalkCommand;
+use naoisis_core::robot::posture::{PostureCommand, PostureRequest};
+use naoisis_sensing::sensing::odometry::Odometry;
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::status::BodyStatus;
+use naoisis_sensing::sensing::vision::Percepts;
+
+/// What a robot perceives in a cycle: its sensors' readings, the messages that arrived, and what it is told.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Perception {
+    /// Where its head is turned, yaw and pitch, radians (degrees in files).
+    #[serde(rename = "head_deg", with = "head_angles")]
+    #[schemars(with = "[f32; 2]")]
+    pub head: HeadAngles,
+    /// Its way since the start by its own steps: `[x m, y m, heading deg]` in files.
+    #[serde(with = "file_units::pose")]
+    #[schemars(with = "[f32; 3]")]
+    pub odometry: Pose,
+    /// What its sonars measure, m.
+    pub sonar_m: SonarReading,
+    /// What it recognises.
+    pub percepts: Percepts,
+    /// The messages that arrived.
+    pub inbox: Vec<ReceivedMessage>,
+    /// What it is told of the game.
+    pub game: GameStatus,
+    /// What its body is doing.
+    pub body: BodyStatus,
+    /// What sensors of the program's own read, by their names.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub sensors: BTreeMap<String, Value>,
+}
+
+/// What a robot wants in a cycle. What is not given stays as it is: the robot stands, and its head goes where it was told
+/// to go.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RobotCommand {
+    /// A step: `[dx m, dy m, dtheta deg]` in files.
+    #[serde(with = "optional_walk", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 3]>")]
+    pub walk: Option<WalkCommand>,
+    /// Where the head goes, yaw and pitch, radians (degrees in files).
+    #[serde(rename = "head_deg", with = "optional_head", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 2]>")]
+    pub head: Option<HeadCommand>,
+    /// A kick.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kick: Option<KickRequest>,
+    /// Getting up, or a dive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posture: Option<PostureRequest>,
+    /// A message for the team-mates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub say: Option<TeamMessage>,
+}
+
+impl RobotCommand {
+    /// Whether nothing is commanded.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Without what was refused because it cannot be carried out, or written down: a number that is not finite, or
+    /// something that is far too large.
+    pub fn refuse(&mut self, command: CommandKind, reason: Refusal) {
+        if !matches!(reason, Refusal::NotFinite | Refusal::TooLarge) {
+            return;
+        }
+        match command {
+            CommandKind::Walk => self.walk = None,
+            CommandKind::Head => self.head = None,
+            CommandKind::Kick => self.kick = None,
+            CommandKind::Posture => self.posture = None,
+            CommandKind::Say => self.say = None,
+        }
+    }
+}
+
+/// The components that a [`Perception`] is made of.
+#[derive(QueryData)]
+pub struct Perceived {
+    head: &'static HeadAngles,
+    odometry: &'static Odometry,
+    sonar: &'static SonarReading,
+    percepts: &'static Percepts,
+    inbox: &'static Inbox,
+    game: &'static GameStatus,
+    body: &'static BodyStatus,
+    sensors: Option<&'static SensorRecord>,
+}
+
+impl PerceivedItem<'_, '_> {
+    /// What the robot perceives.
+    pub fn perception(&self) -> Perception {
+        Perception {
+            head: *self.head,
+            odometry: self.odometry.0,
+            sonar_m: *self.sonar,
+            percepts: self.percepts.clone(),
+            inbox: self.inbox.0.clone(),
+            game: *self.game,
+            body: *self.body,
+            sensors: self.sensors.map(|sensors| sensors.readings().clone()).unwrap_or_default(),
+        }
+    }
+}
+
+/// The components that a [`RobotCommand`] is made of.
+#[derive(QueryData)]
+pub struct Commanded {
+    walk: &'static WalkCommand,
+    head: Ref<'static, HeadCommand>,
+    kick: &'static KickCommand,
+    posture: &'static PostureCommand,
+    outbox: &'static Outbox,
+}
+
+impl CommandedItem<'_, '_> {
+    /// What was commanded since the moment `since`, at the moment `now`: the head's command stays until it is changed.
+    pub fn command(&self, since: Tick, now: Tick) -> RobotCommand {
+        RobotCommand {
+            walk: (!self.walk.is_null()).then_some(*self.walk),
+            head: self.head.last_changed().is_newer_than(since, now).then_some(*self.head),
+            kick: self.kick.0,
+            posture: self.posture.0,
+            say: self.outbox.0.clone(),
+        }
+    }
+}
+
+/// Head angles: radians in memory, `[yaw deg, pitch deg]` in the file.
+pub(super) mod head_angles {
+    use super::{HeadAngles, file_units::degree_pair};
+    use serde::{Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(head: &HeadAngles, serializer: S) -> Result<S::Ok, S::Error> {
+        degree_pair::serialize(&[head.yaw, head.pitch], serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<HeadAngles, D::Error> {
+        degree_pair::deserialize(deserializer).map(|[yaw, pitch]| HeadAngles { yaw, pitch })
+    }
+}
+
+/// A command for the head that may be absent: radians in memory, `[yaw deg, pitch deg]` in the file.
+mod optional_head {
+    use super::{HeadCommand, file_units::optional_degree_pair};
+    use serde::{Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(head: &Option<HeadCommand>, serializer: S) -> Result<S::Ok, S::Error> {
+        optional_degree_pair::serialize(&head.map(|head| [head.yaw, head.pitch]), serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<HeadCommand>, D::Error> {
+        let head = optional_degree_pair::deserialize(deserializer)?;
+        Ok(head.map(|[yaw, pitch]| HeadCommand { yaw, pitch }))
+    }
+}
+
+/// A step that may be absent: radians in memory, `[dx m, dy m, dtheta deg]` in the file.
+mod optional_walk {
+    use super::{WalkCommand, file_units::optional_step};
+    use serde::{Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(walk: &Option<WalkCommand>, serializer: S) -> Result<S::Ok, S::Error> {
+        optional_step::serialize(&walk.map(|walk| [walk.dx, walk.dy, walk.dtheta]), serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<WalkCommand>, D::Error> {
+        let walk = optional_step::deserialize(deserializer)?;
+        Ok(walk.map(|[dx, dy, dtheta]| WalkCommand { dx, dy, dtheta }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::behaviour::script::ScriptEntry;
+    use naoisis_core::kick_geometry::KickType;
+    use serde_json::json;
+
+    #[test]
+    fn a_command_has_the_words_of_a_script_and_only_what_is_given() {
+        assert_eq!(serde_json::to_value(RobotCommand::default()).unwrap(), json!({}));
+        let words = json!({
+            "walk": [0.004, -0.002, 3.0], "head_deg": [20.0, -10.0], "kick": { "type": "right_straight", "speed": 0.5 },
+            "posture": { "dive": "left" }, "say": { "ball_m": [1.0, 0.5], "intention": "pass" },
+        });
+        let command: RobotCommand = serde_json::from_value(words.clone()).unwrap();
+        assert_eq!(command.kick, Some(KickRequest::new(KickType::RightStraight, 0.5)));
+        let entry: ScriptEntry = serde_json::from_value(words.clone()).unwrap();
+        let [dx, dy, dtheta] = entry.walk.unwrap();
+        assert_eq!(command.walk, Some(WalkCommand { dx, dy, dtheta }));
+        assert_eq!(command.head.map(|head| [head.yaw, head.pitch]), entry.head);
+        assert_eq!((command.kick, command.posture), (entry.kick, entry.posture));
+        assert_eq!(command.say, entry.say);
+        let entry = serde_json::to_value(&entry).unwrap();
+        for (word, value) in serde_json::to_value(&command).unwrap().as_object().unwrap() {
+            assert_eq!(&entry[word], value);
+        }
+        assert!(serde_json::from_value::<RobotCommand>(json!({ "wlak": [0, 0, 0] })).is_err());
+    }
+
+    #[test]
+    fn what_cannot_be_written_down_is_left_out_of_a_command() {
+        let mut command = RobotCommand { walk: Some(WalkCommand::new(f32::NAN, 0.0, 0.0)), ..default() };
+        command.posture = Some(PostureRequest::GetUp);
+        command.refuse(CommandKind::Posture, Refusal::NotAllowed);
+        command.refuse(CommandKind::Walk, Refusal::NotFinite);
+        assert_eq!(command, RobotCommand { posture: Some(PostureRequest::GetUp), ..default() });
+    }
+
+    #[test]
+    fn everything_in_a_perception_may_be_absent() {
+        assert_eq!(serde_json::from_str::<Perception>("{}").unwrap(), Perception::default());
+    }
+}

@@ -1,0 +1,27 @@
+//! What most programs with a match in them need.
+
+pub use crate::scenario::Scenario;
+pub use crate::simulation::{MatchApp, NaoisisPlugins, RuleApp, SensorApp};
+pub use naoisis_core::ball::{Ball, BallVelocity};
+pub use naoisis_core::behaviour::drawings::{Drawings, Frame, Ink};
+pub use naoisis_core::behaviour::{BehaviourApp, BehaviourRegistry, behaviour};
+pub use naoisis_core::communication::{Inbox, Outbox, TeamMessage};
+pub use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems, run_cycle};
+pub use naoisis_core::events::{CycleEvents, MatchEvent};
+pub use naoisis_core::game::{Evidence, Game, GameState, Intervention, Rules};
+pub use naoisis_core::geometry::Pose;
+pub use naoisis_core::kick_geometry::KickType;
+pub use naoisis_core::knowledge::Knowledge;
+pub use naoisis_core::pitch::Pitch;
+pub use naoisis_core::random::{RandomStream, RandomStreams};
+pub use naoisis_core::referee::snapshot::{MatchSnapshot, RobotSnapshot};
+pub use naoisis_core::referee::{GameStatus, OwnRule};
+pub use naoisis_core::robot::head::{HeadAngles, HeadCommand};
+pub use naoisis_core::robot::kick::{KickCommand, KickRequest};
+pub use naoisis_core::robot::motion::WalkCommand;
+pub use naoisis_core::team::{RobotId, Team};
+pub use naoisis_sensing::belief::{Belief, SimpleBelief};
+pub use naoisis_sensing::sensing::odometry::Odometry;
+pub use naoisis_sensing::sensing::sonar::SonarReading;
+pub use naoisis_sensing::sensing::status::BodyStatus;
+pub use naoisis_sensing::sensing::vision::Percepts;

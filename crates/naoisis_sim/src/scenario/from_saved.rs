@@ -1,0 +1,246 @@
+//! The saved match that a scenario goes on from: its [`from`](super::Scenario::from).
+//!
+//! A file names the saved match, which lies beside it: `{ "from": "lost_ball.naoisis", "expect": [...] }`. What the file does not say
+//! is as it was in that match. Read, the scenario has the whole match in it, packed, so that traces and other programs need no
+//! other file.
+
+use bevy::prelude::*;
+use bevy::reflect::serde::TypedReflectDeserializer;
+use bevy::reflect::{FromReflect, GetTypeRegistration, TypeRegistry, Typed};
+use core::fmt;
+use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_json::{Map, Value, json};
+use std::io;
+use std::path::Path;
+
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
+use super::format::Format;
+use super::layers::lay_over;
+use super::message_pack;
+use super::saved_match::{FORMAT, LARGEST_FILE_BYTES, SavedMatch, VERSION};
+use super::source::{ScenarioFile, ScenarioSource};
+use super::types::Scenario;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::read_file::read_file;
+
+/// The scenario's field.
+const FIELD: &str = "from";
+
+impl SavedMatch {
+    /// The match of a file's bytes.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn of_bytes(bytes: &[u8]) -> Result<SavedMatch, String> {
+        SavedMatch::pack(Head::read(bytes)?.clock.cycle, bytes)
+    }
+
+    /// The scenario of the match, as a file would have it that says nothing else.
+    ///
+    /// # Errors
+    /// When it was damaged since.
+    pub fn scenario(&self) -> Result<Scenario, String> {
+        let scenario = Scenario { from: None, ..Head::read(&self.bytes()?)?.scenario };
+        let text = scenario.resolved_json().map_err(|error| error.to_string())?;
+        let file = ScenarioFile::from_text(&text, Format::Json, "the saved match");
+        file.map(|file| file.scenario).map_err(|error| error.to_string())
+    }
+}
+
+/// What is to be known of a saved match without its robots.
+struct Head {
+    scenario: Scenario,
+    clock: CycleClock,
+}
+
+impl Head {
+    fn read(bytes: &[u8]) -> Result<Head, String> {
+        message_pack::check(bytes)?;
+        let mut registry = TypeRegistry::default();
+        registry.register::<Scenario>();
+        registry.register::<CycleClock>();
+        let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
+        HeadSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())
+    }
+}
+
+/// Reads the head with the types of a registry.
+#[derive(Clone, Copy)]
+struct HeadSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for HeadSeed<'_> {
+    type Value = Head;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Head, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for HeadSeed<'_> {
+    type Value = Head;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a saved match")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Head, A::Error> {
+        let mut head = None;
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "format" if map.next_value::<String>()? == FORMAT => {}
+                "version" => {
+                    let version: u32 = map.next_value()?;
+                    if version != VERSION {
+                        return Err(A::Error::custom(format!("it has version {version}, not {VERSION}")));
+                    }
+                }
+                "resources" => head = Some(map.next_value_seed(Resources(self))?),
+                "entities" => {
+                    map.next_value::<IgnoredAny>()?;
+                }
+                _ => return Err(A::Error::custom("it is something else")),
+            }
+        }
+        head.ok_or_else(|| A::Error::custom("it is empty"))
+    }
+}
+
+/// Reads the head out of a match's resources.
+struct Resources<'a>(HeadSeed<'a>);
+
+impl<'de> DeserializeSeed<'de> for Resources<'_> {
+    type Value = Head;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Head, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Resources<'_> {
+    type Value = Head;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("values by the names of their types")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Head, A::Error> {
+        let Resources(HeadSeed(registry)) = self;
+        let (mut scenario, mut clock) = (None, None);
+        while let Some(name) = map.next_key::<String>()? {
+            match name.as_str() {
+                "naoisis::Scenario" => scenario = Some(value(&mut map, registry)?),
+                "naoisis::CycleClock" => clock = Some(value(&mut map, registry)?),
+                _ => {
+                    map.next_value::<IgnoredAny>()?;
+                }
+            }
+        }
+        let missing = |what: &str| A::Error::custom(format!("it has no {what}"));
+        Ok(Head {
+            scenario: scenario.ok_or_else(|| missing("scenario"))?,
+            clock: clock.ok_or_else(|| missing("clock"))?,
+        })
+    }
+}
+
+/// The value of the next entry.
+fn value<'de, A: MapAccess<'de>, T: FromReflect + Typed + GetTypeRegistration>(
+    map: &mut A,
+    registry: &TypeRegistry,
+) -> Result<T, A::Error> {
+    let incomplete =
+        || A::Error::custom(format!("this is not all of a `{}`", T::type_info().type_path_table().short_path()));
+    let registration = registry.get(core::any::TypeId::of::<T>()).ok_or_else(incomplete)?;
+    let reflected = map.next_value_seed(TypedReflectDeserializer::new(registration, registry))?;
+    T::from_reflect(&*reflected).ok_or_else(incomplete)
+}
+
+/// Fills in what a file leaves to the saved match that it names, if it names one. The match lies beside the file.
+///
+/// # Errors
+/// What is wrong with the saved match.
+pub(super) fn fill_in(source: &ScenarioSource, root: &mut Value) -> Result<(), ScenarioFault> {
+    let Some(from) = root.get(FIELD).filter(|from| !from.is_null()) else { return Ok(()) };
+    let fault = |message: String, expected: &str| Err(ScenarioFault::new(FieldPath::from(FIELD), message, expected));
+    let (saved, name) = match from {
+        Value::String(name) => {
+            let beside = Path::new(&source.name).parent().unwrap_or(Path::new("")).join(name);
+            let expected = "a match that was saved (`naoisis run --save`), beside this file";
+            let bytes = match read_file(&beside, LARGEST_FILE_BYTES) {
+                Ok(bytes) => bytes,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                    return fault(format!("there is no file `{}`", beside.display()), expected);
+                }
+                Err(error) => return fault(format!("`{}` cannot be read: {error}", beside.display()), expected),
+            };
+            match SavedMatch::of_bytes(&bytes) {
+                Ok(saved) => (saved, format!("`{}`", beside.display())),
+                Err(message) => {
+                    return fault(format!("`{}` is no saved match: {message}", beside.display()), expected);
+                }
+            }
+        }
+        packed => match SavedMatch::deserialize(packed) {
+            Ok(saved) => (saved, "it".to_owned()),
+            Err(_) => {
+                return fault("this is no saved match".to_owned(), "the path of one, such as `moment.naoisis`");
+            }
+        },
+    };
+    let base = saved.scenario().and_then(|scenario| serde_json::to_value(scenario).map_err(|error| error.to_string()));
+    let mut base = match base {
+        Ok(Value::Object(base)) => base,
+        Ok(_) => Map::new(),
+        Err(message) => return fault(format!("{name} is no saved match: {message}"), "a match as it was saved"),
+    };
+    // How long it lasts and what is expected of it is the file's own.
+    for own in ["duration_s", "expect"] {
+        base.remove(own);
+    }
+    let Value::Object(mut file) = core::mem::take(root) else { return Ok(()) };
+    file.insert(FIELD.to_owned(), json!(saved));
+    lay_over_teams(&mut base, &mut file);
+    lay_over_robots(&mut base, &mut file);
+    let mut filled = Value::Object(base);
+    lay_over(&mut filled, Value::Object(file), "");
+    *root = filled;
+    Ok(())
+}
+
+/// A word for a team is its name: its robots keep what they have of their own.
+fn lay_over_teams(base: &mut Map<String, Value>, file: &mut Map<String, Value>) {
+    let (Some(Value::Object(base)), Some(Value::Object(file))) = (base.get_mut("teams"), file.get_mut("teams")) else {
+        return;
+    };
+    for (team, own) in file.iter_mut() {
+        let name = |value: &Value| value.as_str().map(|name| json!({ "team": name }));
+        match (base.get_mut(team), name(own)) {
+            (Some(Value::Object(_)), Some(named)) => *own = named,
+            (Some(base), None) => *base = name(base).unwrap_or_default(),
+            _ => {}
+        }
+    }
+}
+
+/// Robots that the file names are laid over those of the match, whatever their order.
+fn lay_over_robots(base: &mut Map<String, Value>, file: &mut Map<String, Value>) {
+    let Some(Value::Array(of_file)) = file.get("robots") else { return };
+    let Some(Value::Array(of_match)) = base.get_mut("robots") else { return };
+    let id = |robot: &Value| {
+        let team = robot.get("team").and_then(Value::as_str).unwrap_or("blue").to_owned();
+        robot.get("number").and_then(Value::as_u64).map(|number| (team, number))
+    };
+    let place = |robot: &Value| of_match.iter().position(|other| id(robot).is_some() && id(other) == id(robot));
+    // What is nobody's, or one's that is not there, is seen for what it is when the match begins.
+    let Some(places) = of_file.iter().map(place).collect::<Option<Vec<usize>>>() else { return };
+    let Some(Value::Array(of_file)) = file.remove("robots") else { return };
+    for (place, own) in places.into_iter().zip(of_file) {
+        if let (Some(behaviour), Some(fields)) = (own.get("behaviour").cloned(), of_match[place].as_object_mut()) {
+            // Another behaviour takes the place of the whole one.
+            fields.insert("behaviour".to_owned(), behaviour);
+        }
+        lay_over(&mut of_match[place], own, "");
+    }
+}

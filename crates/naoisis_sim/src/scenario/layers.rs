@@ -1,0 +1,74 @@
+//! Settings laid over others: field by field.
+
+use serde_json::Value;
+
+use super::field_path::{FieldPath, Segment};
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::robot::look::Look;
+
+/// Fields whose value is a choice with contents, as object and field: another choice replaces it as a whole.
+const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
+
+/// What all kicks of a robot have in common. `extension_s` is none of it: traces that are older than it say all, too.
+const COMMON_TO_KICKS: [&str; 5] =
+    ["wrong_side_speed_factor", "wind_up_s", "recovery_s", "direction_sd_deg", "speed_sd"];
+
+/// Whether kicks say all that kicks have, as the header of a trace does. They are no changes of a model's, then: a robot that has none of
+/// the model's own gets none.
+fn says_all_of_kicks(kicks: &Value) -> bool {
+    let says_region = |kick: KickType| kicks.get(kick.name()).is_some_and(|kick| kick.get("region").is_some());
+    COMMON_TO_KICKS.iter().all(|field| kicks.get(field).is_some()) && KickType::ALL.into_iter().all(says_region)
+}
+
+/// The field of an object for which a word stands that is there in its place: `rules: "spl2010"` is `rules: (preset: "spl2010")`.
+pub fn field_of_word(path: &FieldPath) -> &'static str {
+    match path.segments() {
+        [Segment::Field(realism)] if realism == "realism" => "all",
+        [Segment::Field(teams), _] if teams == "teams" => "team",
+        _ => "preset",
+    }
+}
+
+/// Lays `own` over `base`: objects field by field, everything else as a whole. `field` is the name of both.
+pub fn lay_over(base: &mut Value, own: Value, field: &str) {
+    match (base, own) {
+        (base, own) if field == "kicks" && says_all_of_kicks(&own) => *base = own,
+        (base @ Value::String(_), own @ Value::Object(_)) if field == "look" => {
+            // The fields for which the word stands.
+            let look = base.as_str().and_then(Look::named).unwrap_or_default();
+            *base = serde_json::to_value(look.fields()).unwrap_or_default();
+            lay_over(base, own, field);
+        }
+        (Value::Object(base), Value::Object(own)) => {
+            for (name, own) in own {
+                match base.get_mut(&name) {
+                    Some(base) if !CHOICES.contains(&(field, name.as_str())) => lay_over(base, own, &name),
+                    _ => {
+                        base.insert(name, own);
+                    }
+                }
+            }
+        }
+        (base, own) => *base = own,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::robot::kick::KickSettings;
+    use serde_json::json;
+
+    #[test]
+    fn kicks_that_say_all_are_no_changes_of_others_and_kicks_that_say_some_are() {
+        let others = json!({ "kicks": { "wind_up_s": 0.5, "own": { "visual": { "max_distance_m": 6 } } } });
+        let all = serde_json::to_value(KickSettings::default()).unwrap();
+        let mut whole = others.clone();
+        lay_over(&mut whole, json!({ "kicks": all }), "");
+        assert_eq!(whole["kicks"], all);
+        let mut changed = others.clone();
+        lay_over(&mut changed, json!({ "kicks": { "wind_up_s": 0.7, "own": { "heel": {} } } }), "");
+        assert_eq!(changed["kicks"]["wind_up_s"], 0.7);
+        assert_eq!(changed["kicks"]["own"].as_object().map(|own| own.len()), Some(2));
+    }
+}

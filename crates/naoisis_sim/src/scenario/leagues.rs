@@ -1,0 +1,189 @@
+//! Leagues: which field, ball, rules, robots and realism belong together, as files in RON that are embedded in the program.
+
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
+use super::layers::field_of_word;
+use super::preset::Preset;
+use super::shape;
+use super::wording::{did_you_mean, one_of, quoted};
+
+/// The leagues that come with the program: `assets/leagues`.
+pub const LEAGUES: &[Preset] = &[
+    Preset { name: "hsl2026_large", text: include_str!("../../../../assets/leagues/hsl2026_large.ron") },
+    Preset {
+        name: "hsl2026_large_foundation",
+        text: include_str!("../../../../assets/leagues/hsl2026_large_foundation.ron"),
+    },
+    Preset { name: "hsl2026_middle", text: include_str!("../../../../assets/leagues/hsl2026_middle.ron") },
+    Preset {
+        name: "hsl2026_middle_foundation",
+        text: include_str!("../../../../assets/leagues/hsl2026_middle_foundation.ron"),
+    },
+    Preset { name: "hsl2026_small", text: include_str!("../../../../assets/leagues/hsl2026_small.ron") },
+    Preset {
+        name: "hsl2026_small_foundation",
+        text: include_str!("../../../../assets/leagues/hsl2026_small_foundation.ron"),
+    },
+    Preset { name: "paper", text: include_str!("../../../../assets/leagues/paper.ron") },
+    Preset { name: "spl2010", text: include_str!("../../../../assets/leagues/spl2010.ron") },
+    Preset { name: "spl2025", text: include_str!("../../../../assets/leagues/spl2025.ron") },
+];
+
+/// What is played with, and how, in a league of a year.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct League {
+    /// Its name.
+    pub name: String,
+    /// What it is, in a sentence.
+    pub description: String,
+    /// A scenario's settings, which hold where a scenario of the league says nothing itself. Presets in it are names.
+    pub settings: Map<String, Value>,
+    /// Where each of them is from, by its path.
+    pub sources: BTreeMap<String, String>,
+}
+
+impl League {
+    /// The league of this name among the [`LEAGUES`].
+    pub fn named(name: &str) -> Option<League> {
+        let preset = LEAGUES.iter().find(|preset| preset.name == name)?;
+        // A test reads every embedded file.
+        shape::read(&preset.value()).ok()
+    }
+}
+
+/// Gives a scenario the settings of its league where it says nothing itself: of an object only the fields that it lacks.
+///
+/// A league that there is not is taken out, and becomes a fault.
+pub(super) fn lay_under(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) {
+    let Some(name) = root.get("league").filter(|name| !name.is_null()) else { return };
+    let Some(league) = name.as_str().and_then(League::named) else {
+        faults.push(no_league(name));
+        root.remove("league");
+        return;
+    };
+    for (field, value) in league.settings {
+        match root.get_mut(&field) {
+            None => {
+                root.insert(field, value);
+            }
+            Some(Value::Object(own)) => lay_under_object(own, value, &field),
+            Some(_) => {}
+        }
+    }
+}
+
+/// Gives an object the fields that it lacks; where the league names a preset, the object has changes of that.
+fn lay_under_object(own: &mut Map<String, Value>, league: Value, field: &str) {
+    let key = field_of_word(&FieldPath::from(field));
+    if own.contains_key(key) {
+        return;
+    }
+    let fields = match league {
+        Value::Object(fields) => fields,
+        name => Map::from_iter([(key.to_owned(), json!(name))]),
+    };
+    for (name, value) in fields {
+        own.entry(name).or_insert(value);
+    }
+}
+
+/// What is wrong with what is no league's name.
+fn no_league(name: &Value) -> ScenarioFault {
+    let names: Vec<&str> = LEAGUES.iter().map(|preset| preset.name).collect();
+    let message = match name.as_str() {
+        Some(name) => format!("there is no league {}{}", quoted(name), did_you_mean(name, names.iter().copied())),
+        None => "`league` is no name of a league".to_owned(),
+    };
+    ScenarioFault::new(FieldPath::from("league"), message, one_of(names))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{BallSpec, Realism, Realisms, Scenario};
+
+    fn read(value: Value) -> Scenario {
+        Scenario::from_json(&value.to_string()).unwrap()
+    }
+
+    #[test]
+    fn every_league_is_played_by_its_name() {
+        for preset in LEAGUES {
+            let file = crate::scenario::ScenarioFile::find(preset.name).unwrap();
+            assert!(file.scenario.teams.is_some(), "{}", preset.name);
+            if crate::scenario::LIBRARY.iter().all(|entry| entry.name != preset.name) {
+                assert_eq!(file.scenario.league.as_deref(), Some(preset.name));
+            }
+        }
+        let error = crate::scenario::ScenarioFile::find("hsl2026_middle_fondation").unwrap_err();
+        assert!(error.to_string().contains("hsl2026_middle_foundation"), "{error}");
+    }
+
+    #[test]
+    fn every_setting_of_a_league_has_a_source() {
+        for preset in LEAGUES {
+            let league = League::named(preset.name).unwrap_or_else(|| panic!("{} is not read", preset.name));
+            assert_eq!(league.name, preset.name);
+            for (field, value) in &league.settings {
+                let paths: Vec<String> = match value {
+                    Value::Object(fields) => fields.keys().map(|name| format!("{field}.{name}")).collect(),
+                    _ => vec![field.clone()],
+                };
+                for path in paths {
+                    assert!(league.sources.contains_key(&path), "{}: {path} has no source", league.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_papers_league_is_what_is_played_without_one() {
+        let paper = read(json!({ "league": "paper" }));
+        assert_eq!(Scenario { league: None, ..paper }, Scenario::default());
+    }
+
+    #[test]
+    fn a_scenario_has_its_leagues_settings_but_for_its_own() {
+        let league = read(json!({ "league": "spl2025" }));
+        assert_eq!((league.field.length_m, league.rules.team_size, league.model.as_str()), (9.0, 7, "nao_v6"));
+        assert_eq!(league.realism, Realisms::all(Realism::Realistic));
+        assert_eq!((league.ball.map(|ball| ball.radius_m), league.motion.max_linear_mps), (Some(0.05), 0.242));
+        let own = read(json!({
+            "league": "spl2025",
+            "rules": { "team_size": 3 },
+            "realism": { "vision": "ideal" },
+            "ball": { "position_m": [1, 0] },
+            "cameras": { "width": 640, "height": 480 },
+        }));
+        assert_eq!((own.rules.team_size, own.rules.half_s), (3, league.rules.half_s));
+        assert_eq!(own.realism, Realisms { vision: Realism::Ideal, ..Realisms::all(Realism::Realistic) });
+        let ball = own.ball.unwrap();
+        assert_eq!((ball.radius_m, ball.position_m.x), (0.05, 1.0));
+        assert_eq!((own.cameras.width, own.cameras.diagonal_fov), (640, league.cameras.diagonal_fov));
+        // What names a preset of its own has nothing of the league's.
+        let other = read(
+            json!({ "league": "spl2025", "rules": { "preset": "naoisis" }, "ball": "naoisis", "realism": "paper" }),
+        );
+        assert_eq!((other.rules.team_size, other.ball), (3, Some(BallSpec::default())));
+        assert_eq!(read(json!({ "league": "spl2025", "ball": null })).ball, None);
+        // And what is written out says it all itself.
+        let written = own.resolved_json().unwrap();
+        assert_eq!(Scenario::from_json(&written).unwrap(), own);
+    }
+
+    #[test]
+    fn a_league_that_there_is_not_is_refused_with_the_names() {
+        let error = Scenario::from_json(r#"{ "league": "spl2026" }"#).unwrap_err().to_string();
+        assert!(
+            error.contains("there is no league `spl2026`: did you mean `spl2025`? expected `hsl2026_large`"),
+            "{error}"
+        );
+        assert!(error.ends_with("`paper`, `spl2010` or `spl2025`"), "{error}");
+    }
+}

@@ -1,0 +1,269 @@
+//! Loading scenarios: from files, from the embedded library, from text.
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::build::{build, shape_fault};
+use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
+use super::error::{Place, ScenarioError, ScenarioErrorKind};
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
+use super::format::Format;
+use super::leagues::LEAGUES;
+use super::library::{LIBRARY, LibraryScenario};
+use super::model_file;
+use super::read;
+use super::setting::Setting;
+use super::shape;
+use super::source::{ScenarioFile, ScenarioSource};
+use super::validate::MOST_FAULTS;
+use super::wording::did_you_mean;
+use crate::scenario::Scenario;
+
+impl ScenarioFile {
+    /// The most errors that are told of one file.
+    pub const MOST_ERRORS: usize = MOST_FAULTS;
+
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// What is wrong with the file, and where: the first of all that is.
+    pub fn load(path: impl AsRef<Path>) -> Result<ScenarioFile, ScenarioError> {
+        Text::load(path.as_ref()).and_then(Text::scenario)
+    }
+
+    /// The built-in scenario of this name.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn named(name: &str) -> Result<ScenarioFile, ScenarioError> {
+        Text::named(name).and_then(Text::scenario)
+    }
+
+    /// What a command line means: the name of a built-in scenario, or the path of a file.
+    ///
+    /// # Errors
+    /// When there is neither, or the file is wrong.
+    pub fn find(path_or_name: &str) -> Result<ScenarioFile, ScenarioError> {
+        Text::find(path_or_name).and_then(Text::scenario)
+    }
+
+    /// As [`ScenarioFile::find`], to the end of the file whatever is wrong with it. `names` finds what only the program knows
+    /// to be wrong with a scenario: names that nobody has registered.
+    ///
+    /// # Errors
+    /// All that is wrong, in the order of the text. What may only be wrong because of something else is left out.
+    pub fn check(
+        path_or_name: &str,
+        names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
+    ) -> Result<ScenarioFile, Vec<ScenarioError>> {
+        Text::find(path_or_name).map_err(|error| vec![error])?.check(names)
+    }
+
+    /// Reads a text. `name` is what errors call it.
+    ///
+    /// # Errors
+    /// What is wrong with the text, and where.
+    pub fn from_text(text: &str, format: Format, name: &str) -> Result<ScenarioFile, ScenarioError> {
+        Text::new(name, format, text).scenario()
+    }
+
+    /// The same scenario with some fields set otherwise; later settings win.
+    ///
+    /// # Errors
+    /// What is wrong with a setting, or with the scenario that comes of it: the first of all that is.
+    pub fn with(&self, settings: &[Setting]) -> Result<ScenarioFile, ScenarioError> {
+        if settings.is_empty() { Ok(self.clone()) } else { self.text_with(settings).scenario() }
+    }
+
+    /// As [`ScenarioFile::with`], with all errors.
+    ///
+    /// # Errors
+    /// All that is wrong with the settings, or with the scenario that comes of them.
+    pub fn check_with(&self, settings: &[Setting]) -> Result<ScenarioFile, Vec<ScenarioError>> {
+        if settings.is_empty() { Ok(self.clone()) } else { self.text_with(settings).check(|_| Vec::new()) }
+    }
+
+    fn text_with(&self, settings: &[Setting]) -> Text {
+        let mut source = self.source.clone();
+        source.settings.extend(settings.iter().cloned());
+        Text(source)
+    }
+}
+
+/// A text that should be a scenario.
+struct Text(ScenarioSource);
+
+impl Text {
+    fn new(name: &str, format: Format, text: &str) -> Text {
+        Text(ScenarioSource::of_file(name, format, text))
+    }
+
+    fn find(path_or_name: &str) -> Result<Text, ScenarioError> {
+        let path = Path::new(path_or_name);
+        let is_built_in = LIBRARY.iter().any(|entry| entry.name == path_or_name);
+        let looks_like_path = path.extension().is_some() || path.components().count() > 1 || path.exists();
+        if !is_built_in && looks_like_path { Text::load(path) } else { Text::named(path_or_name) }
+    }
+
+    fn named(name: &str) -> Result<Text, ScenarioError> {
+        match LIBRARY.iter().find(|entry| entry.name == name) {
+            Some(entry) => Ok(Text::new(entry.name, entry.format, entry.text)),
+            // A league without a scenario of its own, such as the other tier of one, is played by two of the built-in teams.
+            None if LEAGUES.iter().any(|league| league.name == name) => {
+                let text =
+                    format!("(name: \"{name}\", league: \"{name}\", teams: (blue: \"passers\", pink: \"roles\"))\n");
+                Ok(Text::new(name, Format::Ron, &text))
+            }
+            None => {
+                let names = LIBRARY.iter().map(|entry| entry.name).chain(LEAGUES.iter().map(|league| league.name));
+                let meant = did_you_mean(name, names);
+                let message = format!("there is no built-in scenario of this name, and no such file{meant}");
+                Err(ScenarioError::of_file(ScenarioErrorKind::NotFound, name, message, expected_name()))
+            }
+        }
+    }
+
+    fn load(path: &Path) -> Result<Text, ScenarioError> {
+        let name = path.display().to_string();
+        let unreadable = |message: String, expected: &str| {
+            ScenarioError::of_file(ScenarioErrorKind::Unreadable, &name, message, expected.to_owned())
+        };
+        let bytes = match read_bytes(path) {
+            Ok(bytes) => bytes,
+            Err(problem) if problem.kind() == io::ErrorKind::NotFound => return Err(not_found(&name, path)),
+            Err(problem) => {
+                let message = format!("the file cannot be read: {problem}");
+                return Err(unreadable(message, "a readable `.ron` or `.json` file"));
+            }
+        };
+        let Some(format) = Format::of_path(path) else {
+            let message = "the file's name does not tell its format".to_owned();
+            return Err(unreadable(message, "a name that ends in `.ron` or `.json`"));
+        };
+        if bytes.len() as u64 > LARGEST_FILE_BYTES {
+            let most = LARGEST_FILE_BYTES >> 20;
+            let message = format!("the file is too large for a scenario: it has more than {most} MiB");
+            return Err(unreadable(message, &format!("at most {most} MiB")));
+        }
+        match core::str::from_utf8(&bytes) {
+            Ok(text) => Ok(Text::new(&name, format, text)),
+            Err(problem) => {
+                let valid = problem.valid_up_to();
+                let text: Arc<str> = String::from_utf8_lossy(&bytes).into();
+                let error = unreadable("the file is not UTF-8 text".to_owned(), "a text file in UTF-8");
+                Err(error.at(Place::new(&text, valid..valid)))
+            }
+        }
+    }
+
+    fn scenario(self) -> Result<ScenarioFile, ScenarioError> {
+        let name = self.0.name.clone();
+        self.check(|_| Vec::new()).map_err(|errors| {
+            errors.into_iter().next().unwrap_or_else(|| {
+                let message = "the file is no scenario".to_owned();
+                ScenarioError::of_file(ScenarioErrorKind::Shape, &name, message, "a scenario".to_owned())
+            })
+        })
+    }
+
+    fn check(self, names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>) -> Result<ScenarioFile, Vec<ScenarioError>> {
+        let Text(source) = self;
+        let value = read::read(&source.text, source.format).map_err(|fault| vec![source.syntax_error(fault)])?;
+        if model_file::is_model(&value) {
+            return Err(vec![model_file::no_scenario(&source, &value)]);
+        }
+        build(source, value, names)
+    }
+}
+
+impl Scenario {
+    /// Reads the file at `path`: [`ScenarioFile::load`] without the text.
+    ///
+    /// # Errors
+    /// What is wrong with the file, and where.
+    pub fn load(path: impl AsRef<Path>) -> Result<Scenario, ScenarioError> {
+        ScenarioFile::load(path).map(|file| file.scenario)
+    }
+
+    /// The built-in scenario of this name: one of the [`LIBRARY`].
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn named(name: &str) -> Result<Scenario, ScenarioError> {
+        ScenarioFile::named(name).map(|file| file.scenario)
+    }
+
+    /// What a command line means: the name of a built-in scenario, or the path of a file.
+    ///
+    /// # Errors
+    /// When there is neither, or the file is wrong.
+    pub fn find(path_or_name: &str) -> Result<Scenario, ScenarioError> {
+        ScenarioFile::find(path_or_name).map(|file| file.scenario)
+    }
+
+    /// Reads a text. `name` is what errors call it.
+    ///
+    /// # Errors
+    /// What is wrong with the text, and where.
+    pub fn from_text(text: &str, format: Format, name: &str) -> Result<Scenario, ScenarioError> {
+        ScenarioFile::from_text(text, format, name).map(|file| file.scenario)
+    }
+
+    /// Reads a scenario in JSON, as programs and tests write it.
+    ///
+    /// # Errors
+    /// What is wrong with the text, and where.
+    pub fn from_json(text: &str) -> Result<Scenario, ScenarioError> {
+        Self::from_text(text, Format::Json, "scenario")
+    }
+
+    /// Reads a scenario in RON, as programs and tests write it.
+    ///
+    /// # Errors
+    /// What is wrong with the text, and where.
+    pub fn from_ron(text: &str) -> Result<Scenario, ScenarioError> {
+        Self::from_text(text, Format::Ron, "scenario")
+    }
+
+    /// The scenario as JSON with every field, presets filled in. It loads again as it is.
+    ///
+    /// # Errors
+    /// Never, for a [valid](Scenario::validate) scenario.
+    pub fn resolved_json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(self)
+    }
+}
+
+fn expected_name() -> String {
+    "the path of a `.ron` or `.json` file, or a name that `naoisis list scenarios` shows".to_owned()
+}
+
+fn not_found(name: &str, path: &Path) -> ScenarioError {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let meant = did_you_mean(&stem, LIBRARY.iter().map(|entry| entry.name));
+    let meant = if meant.is_empty() { meant } else { format!("{meant} That is a built-in scenario's name") };
+    let message = format!("there is no such file{meant}");
+    ScenarioError::of_file(ScenarioErrorKind::NotFound, name, message, expected_name())
+}
+
+/// Reads settings that scenarios have at `path`, of a type that only the program knows.
+///
+/// # Errors
+/// What is wrong with them, and where.
+pub fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
+    shape::read(value).map_err(|fault| shape_fault(&fault, path))
+}
+
+impl LibraryScenario {
+    /// What it shows, in a sentence.
+    ///
+    /// # Errors
+    /// When the file is wrong, which a test rules out.
+    pub fn description(&self) -> Result<String, ScenarioError> {
+        ScenarioFile::from_text(self.text, self.format, self.name).map(|file| file.scenario.description)
+    }
+}

@@ -1,0 +1,130 @@
+//! The structure of MessagePack, without its meaning: that there is as much as lists, maps and texts say that they have.
+//!
+//! Whoever reads a list makes room for as many values as it says. In a damaged file that may be billions, so the file is
+//! looked through first; after that, room is made for what is there.
+
+/// Walks through the first value of the bytes, and what is in it.
+///
+/// # Errors
+/// What is wrong, and at which byte.
+pub fn check(bytes: &[u8]) -> Result<(), String> {
+    let mut rest = bytes;
+    // A value has a byte at least, so that fewer values than bytes are missing.
+    let mut values = 1_u64;
+    while values > 0 {
+        let at = bytes.len() - rest.len();
+        let item = next_item(rest).ok_or_else(|| format!("it ends in the middle of the value at byte {at}"))?;
+        let item = item.ok_or_else(|| format!("there is no MessagePack at byte {at}"))?;
+        let left = rest.len() as u64 - item.header;
+        values = values - 1 + item.values;
+        if item.content > left || values > left - item.content {
+            return Err(format!("what is at byte {at} says that it has more than there is"));
+        }
+        rest = &rest[(item.header + item.content) as usize..];
+    }
+    Ok(())
+}
+
+/// What the first bytes of a value say.
+struct Item {
+    /// Bytes that say what it is.
+    header: u64,
+    /// Bytes of a number or a text behind them.
+    content: u64,
+    /// Values in a list or a map, keys included.
+    values: u64,
+}
+
+/// The value that begins here. None where the bytes end; none inside where they are no MessagePack.
+fn next_item(bytes: &[u8]) -> Option<Option<Item>> {
+    let (&marker, rest) = bytes.split_first()?;
+    // A length of so many bytes, the highest first.
+    let length = |size: usize| Some(rest.get(..size)?.iter().fold(0, |sum, byte| sum << 8 | u64::from(*byte)));
+    let of = |size: usize, content: u64, values: u64| Some(Item { header: 1 + size as u64, content, values });
+    let size = |first: u8| 1 << (marker - first);
+    Some(match marker {
+        // Small numbers, nothing, false and true.
+        0x00..=0x7f | 0xe0..=0xff | 0xc0 | 0xc2 | 0xc3 => of(0, 0, 0),
+        // Short maps, lists and texts.
+        0x80..=0x8f => of(0, 0, 2 * u64::from(marker & 0x0f)),
+        0x90..=0x9f => of(0, 0, u64::from(marker & 0x0f)),
+        0xa0..=0xbf => of(0, u64::from(marker & 0x1f), 0),
+        // Bytes, then extensions, which have a type besides.
+        0xc4..=0xc6 => of(size(0xc4), length(size(0xc4))?, 0),
+        0xc7..=0xc9 => of(size(0xc7), length(size(0xc7))? + 1, 0),
+        // Numbers: floating, counts, integers; then extensions of a fixed length.
+        0xca | 0xcb => of(0, 4 * size(0xca) as u64, 0),
+        0xcc..=0xcf => of(0, size(0xcc) as u64, 0),
+        0xd0..=0xd3 => of(0, size(0xd0) as u64, 0),
+        0xd4..=0xd8 => of(0, size(0xd4) as u64 + 1, 0),
+        // Texts, lists, maps.
+        0xd9..=0xdb => of(size(0xd9), length(size(0xd9))?, 0),
+        0xdc | 0xdd => of(2 * size(0xdc), 0, length(2 * size(0xdc))?),
+        0xde | 0xdf => of(2 * size(0xde), 0, 2 * length(2 * size(0xde))?),
+        0xc1 => None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Serialize;
+
+    #[derive(Serialize, Default)]
+    struct Everything {
+        nothing: Option<u8>,
+        yes: bool,
+        counts: Vec<u64>,
+        integers: Vec<i64>,
+        numbers: (f32, f64),
+        texts: Vec<String>,
+        map: std::collections::BTreeMap<u32, String>,
+        nested: Vec<Everything>,
+    }
+
+    fn everything() -> Vec<u8> {
+        let thing = |length: usize| Everything {
+            yes: true,
+            counts: (0..64).map(|bits| (1 << bits) - 1).collect(),
+            integers: (0..63).map(|bits| -(1 << bits)).collect(),
+            numbers: (0.5, 1e300),
+            texts: [3, 40, 300, 70_000].map(|length| "x".repeat(length)).to_vec(),
+            map: (0..length as u32).map(|key| (key, key.to_string())).collect(),
+            ..Everything::default()
+        };
+        let nested = [2, 15, 16, 70_000].map(thing).into();
+        rmp_serde::to_vec_named(&Everything { nested, ..thing(0) }).unwrap()
+    }
+
+    #[test]
+    fn what_a_program_writes_is_walked_through_to_its_end() {
+        let mut whole = everything();
+        assert_eq!(check(&whole), Ok(()));
+        for length in (0..whole.len()).step_by(997) {
+            assert!(check(&whole[..length]).is_err(), "{length} bytes");
+        }
+        whole.truncate(whole.len() - 1);
+        assert!(check(&whole).is_err());
+        let bytes = [&[0x94, 0xc4, 3][..], &[0; 3], &[0xc7, 2, 9, 0, 0], &[0xd8], &[0; 17], &[0xd4, 0, 0]].concat();
+        assert_eq!(check(&bytes), Ok(()));
+    }
+
+    #[test]
+    fn nothing_says_that_it_has_more_than_there_is() {
+        let more = "says that it has more than there is";
+        for (bytes, expected) in [
+            (&[0xdd, 0xff, 0xff, 0xff, 0xff, 1, 2][..], more),
+            (&[0xdf, 0, 0, 0, 1, 1], more),
+            (&[0xdb, 0xff, 0xff, 0xff, 0xff, b'x'], more),
+            // Each of the lists could be whole, but not all of them.
+            (&[0x93, 0x93, 0x93, 1, 2, 3], more),
+            (&[0x91, 0xcb, 1, 2], more),
+            (&[0x91, 0xc1], "there is no MessagePack at byte 1"),
+            (&[0xdd, 0xff], "it ends in the middle of the value at byte 0"),
+            (&[], "it ends in the middle of the value at byte 0"),
+        ] {
+            let message = check(bytes).unwrap_err();
+            assert!(message.contains(expected), "{bytes:?}: {message}");
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Scenarios: what a match starts from, as data.
+//!
+//! Every field has a default, so that `Scenario { robots, ..default() }` in a program and `{ "robots": [...] }` in a
+//! file mean the same. Files are RON or JSON of the same shape; [`Scenario::load`] and its relatives read them:
+//!
+//! 1. the text becomes a tree of values, and an outline that knows where each of them stands;
+//! 2. presets are filled in, what the file does not say is taken from its [league](League) and its [realism](Realisms), and what robots do not say
+//!    for themselves from the common settings;
+//! 3. the tree becomes a [`Scenario`];
+//! 4. [`Scenario::validate`] checks what types cannot say: ranges, and that nothing overlaps.
+//!
+//! Whatever is wrong on the way is a [`ScenarioError`] that points at the line and column and says what was expected.
+
+mod build;
+mod bytes;
+mod error;
+mod expectation;
+mod fault;
+mod field_path;
+mod format;
+mod from_saved;
+mod inline_models;
+mod layers;
+mod leagues;
+mod left_open;
+mod library;
+mod load;
+mod message_limits;
+pub mod message_pack;
+mod model_file;
+mod models;
+mod notes;
+mod outline;
+mod preset;
+mod presets;
+mod read;
+mod realism;
+mod realism_of;
+mod realism_settings;
+mod robot_spec;
+pub mod saved_match;
+mod scanner;
+mod setting;
+mod shape;
+mod source;
+mod teams_spec;
+mod types;
+mod validate;
+pub mod wording;
+
+pub use error::{Place, ScenarioError, ScenarioErrorKind};
+pub use expectation::{Comparison, Expectation, Frequency, NotAnExpectation, Quantity, RobotQuantity, TeamQuantity};
+pub use fault::ScenarioFault;
+pub use fault::unknown_name;
+pub use field_path::{FieldPath, Segment};
+pub use format::Format;
+pub use leagues::{LEAGUES, League};
+pub use library::{LIBRARY, LibraryScenario};
+pub use load::read_settings;
+pub use models::{MODELS, ModelError, RobotModel};
+pub use preset::Preset;
+pub use presets::{BALL_PRESETS, FIELD_PRESETS, RULES_PRESETS, pitch_preset, rules_preset};
+pub use realism::{Realism, Realisms};
+pub use robot_spec::{BehaviourSpec, RobotSpec};
+pub use saved_match::SavedMatch;
+pub use setting::{NotASetting, Setting};
+pub use source::{ScenarioFile, ScenarioSource};
+pub use teams_spec::TeamsSpec;
+pub use types::{BallSpec, PostSpec, Scenario};
+pub use validate::{MOST_POSTS, Numbers};

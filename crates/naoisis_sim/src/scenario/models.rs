@@ -1,0 +1,286 @@
+//! Models: the figures of real robots, each with its source, as files in RON: some are embedded in the program, others one's own.
+
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::error::ScenarioError;
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
+use super::layers::lay_over;
+use super::preset::Preset;
+use super::shape;
+use super::types::Scenario;
+use super::wording::{did_you_mean, one_of, quoted};
+use naoisis_core::kick_geometry::KickType;
+
+/// The models that come with the program: `assets/robots`.
+pub const MODELS: &[Preset] = &[
+    Preset { name: "booster_k1", text: include_str!("../../../../assets/robots/booster_k1.ron") },
+    Preset { name: "booster_t1", text: include_str!("../../../../assets/robots/booster_t1.ron") },
+    Preset { name: "nao", text: include_str!("../../../../assets/robots/nao.ron") },
+    Preset { name: "nao_v6", text: include_str!("../../../../assets/robots/nao_v6.ron") },
+    Preset { name: "rover", text: include_str!("../../../../assets/robots/rover.ron") },
+];
+
+/// Whether what a scenario calls its model is the path of a file.
+pub(super) fn is_file(reference: &str) -> bool {
+    Path::new(reference).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"))
+}
+
+/// A robot as it really is, in the surroundings of its league.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct RobotModel {
+    /// Its name.
+    pub name: String,
+    /// What it is, in a sentence.
+    pub description: String,
+    /// A scenario's settings that the robot has in any realism: its body, head, cameras and kicks, and how fast it walks.
+    #[serde(default)]
+    pub settings: Map<String, Value>,
+    /// A scenario's settings that are as real as is known.
+    pub realistic: Map<String, Value>,
+    /// Where each figure of them is from, by its path. What no source gives begins with `guess:`.
+    pub sources: BTreeMap<String, String>,
+    /// What scenarios call it: the name of a built-in one, or the path of its file.
+    #[serde(skip)]
+    pub(super) reference: String,
+}
+
+/// A model that cannot be had.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// There is no built-in one of this name.
+    #[error("there is no model {}{}", quoted(.0), did_you_mean(.0, MODELS.iter().map(|preset| preset.name)))]
+    Unknown(String),
+    /// Its file cannot be read.
+    #[error("the model's file {} cannot be read: {reason}", quoted(.path))]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// Its file is no model, or that of a robot that cannot be: all that is wrong with it, in the order of the text.
+    #[error("the model's file is wrong: {}", .0.first().map(ScenarioError::headline).unwrap_or_default())]
+    Wrong(Vec<ScenarioError>),
+}
+
+impl ModelError {
+    /// What was expected instead: of the first that is wrong.
+    pub fn expected(&self) -> String {
+        match self {
+            ModelError::Wrong(errors) => errors.first().map(|error| error.expected().to_owned()).unwrap_or_default(),
+            _ => expected_model(),
+        }
+    }
+
+    /// The faults of a scenario that names the model at `path`.
+    pub(super) fn faults(&self, path: &FieldPath) -> Vec<ScenarioFault> {
+        let fault = |message: String, expected: String| ScenarioFault::new(path.clone(), message, expected);
+        match self {
+            ModelError::Wrong(errors) => errors
+                .iter()
+                .map(|error| {
+                    let message = format!("the model's file is wrong: {}", error.headline());
+                    fault(message, error.expected().to_owned())
+                })
+                .collect(),
+            _ => vec![fault(self.to_string(), self.expected())],
+        }
+    }
+}
+
+/// What is expected where a model is named.
+pub(super) fn expected_model() -> String {
+    format!("{}, or the path of a `.ron` file", one_of(MODELS.iter().map(|preset| preset.name)))
+}
+
+impl RobotModel {
+    /// The model of this name among the [`MODELS`].
+    pub fn named(name: &str) -> Option<RobotModel> {
+        let preset = MODELS.iter().find(|preset| preset.name == name)?;
+        // A test reads every embedded file.
+        let mut model: RobotModel = shape::read(&preset.value()).ok()?;
+        leave_out_what_it_lacks(&mut model);
+        Some(model.named_by(name))
+    }
+
+    pub(super) fn named_by(self, reference: &str) -> RobotModel {
+        RobotModel { reference: reference.to_owned(), ..self }
+    }
+
+    /// All settings that it has where all is realistic.
+    pub fn all_settings(&self) -> Map<String, Value> {
+        let mut settings = Value::Object(self.settings.clone());
+        lay_over(&mut settings, Value::Object(self.realistic.clone()), "");
+        match settings {
+            Value::Object(settings) => settings,
+            _ => Map::new(),
+        }
+    }
+
+    /// What scenarios call it: the name of a built-in one, or the path of its file.
+    pub fn reference(&self) -> &str {
+        &self.reference
+    }
+
+    /// The scenario in which all is as real as it is known of this robot.
+    ///
+    /// # Errors
+    /// When its settings make no scenario.
+    pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
+        Scenario::from_json(&json!({ "model": self.reference, "realism": "realistic" }).to_string())
+    }
+
+    /// The figures, by path, that no source is given for. Where none of a group has one, the group is named alone.
+    pub fn without_source(&self) -> Vec<String> {
+        let mut paths = Vec::new();
+        self.collect_without_source("", &Value::Object(self.all_settings()), &mut paths);
+        paths
+    }
+
+    /// The same below a path. Whether nothing there has a source.
+    fn collect_without_source(&self, path: &str, value: &Value, paths: &mut Vec<String>) -> bool {
+        let Value::Object(fields) = value else {
+            let lacks = self.source(path).is_none();
+            if lacks {
+                paths.push(path.to_owned());
+            }
+            return lacks;
+        };
+        let before = paths.len();
+        let mut lacks = !fields.is_empty();
+        for (name, value) in fields {
+            let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+            lacks &= self.collect_without_source(&path, value, paths);
+        }
+        if lacks && !path.is_empty() {
+            paths.truncate(before);
+            paths.push(path.to_owned());
+        }
+        lacks
+    }
+
+    /// Whether the model itself says what is at a path, such as `kicks.wind_up_s`: a figure, a group of them, or a word that stands for it.
+    pub fn says(&self, path: &str) -> bool {
+        let mut value = &Value::Object(self.all_settings());
+        for name in path.split('.') {
+            match value {
+                Value::Object(fields) => match fields.get(name) {
+                    Some(field) => value = field,
+                    None => return false,
+                },
+                _ => break,
+            }
+        }
+        true
+    }
+
+    /// Where the figure at a path, such as `kicks.wind_up_s`, is from: its own source, or that of the group it belongs to.
+    pub fn source(&self, path: &str) -> Option<&str> {
+        let own = self.sources.get(path).map(String::as_str);
+        own.or_else(|| path.rsplit_once('.').and_then(|(group, _)| self.source(group)))
+    }
+}
+
+/// Whether settings are of another robot than a NAO with changes.
+pub(super) fn has_a_trunk_of_its_own(settings: &Map<String, Value>) -> bool {
+    settings.get("body").and_then(|body| body.get("torso")).is_some()
+}
+
+/// Takes from a robot that has a trunk of its own what its file says nothing of, and the NAO has: head joints, cameras, sonars, kicks, legs,
+/// arms and looks.
+pub(super) fn leave_out_what_it_lacks(model: &mut RobotModel) {
+    let RobotModel { settings, realistic, sources, .. } = model;
+    if !has_a_trunk_of_its_own(settings) {
+        return;
+    }
+    let mut lacks = |path: &str, source: &str| {
+        sources.entry(path.to_owned()).or_insert_with(|| source.to_owned());
+    };
+    let absent = [
+        ("head", json!({ "yaw_deg": [0.0, 0.0], "pitch_deg": [0.0, 0.0], "pitch_at_yaw_deg": [], "max_degps": 0.0 })),
+        ("cameras", json!({ "mounts": [] })),
+        ("sonar", json!({ "fitted": false })),
+    ];
+    for (part, nothing) in absent {
+        if !realistic.contains_key(part) && !settings.contains_key(part) {
+            settings.insert(part.to_owned(), nothing);
+            lacks(part, "the file says nothing of it: it has none");
+        }
+    }
+    let kicks = |settings: &Map<String, Value>| settings.get("kicks").cloned().unwrap_or_else(|| json!({}));
+    let [mut own, real] = [&*settings, &*realistic].map(kicks);
+    if let (Some(own), Some(real)) = (own.as_object_mut(), real.as_object()) {
+        for kick in KickType::ALL.iter().map(KickType::name) {
+            if !own.contains_key(kick) && !real.contains_key(kick) {
+                own.insert(kick.to_owned(), json!({ "max_distance_m": 0.0 }));
+                lacks(&format!("kicks.{kick}"), "the file says nothing of it: it has none");
+            }
+        }
+    }
+    // What is there and no object is found to be wrong elsewhere.
+    settings.insert("kicks".to_owned(), own);
+    let of_body = [("legs", Value::Null), ("arms", Value::Null), ("look", json!("light"))];
+    if let Some(Value::Object(body)) = settings.get_mut("body") {
+        for (part, nothing) in of_body {
+            if !body.contains_key(part) {
+                body.insert(part.to_owned(), nothing);
+                lacks(&format!("body.{part}"), "the file says nothing of it");
+            }
+        }
+        if let Some(Value::Object(look)) = body.get_mut("look") {
+            look.entry("shape").or_insert_with(|| json!("measures"));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The paths of all figures.
+    fn figures(path: &str, value: &Value, into: &mut Vec<String>) {
+        match value {
+            Value::Object(fields) => {
+                for (name, value) in fields {
+                    figures(&if path.is_empty() { name.clone() } else { format!("{path}.{name}") }, value, into);
+                }
+            }
+            _ => into.push(path.to_owned()),
+        }
+    }
+
+    #[test]
+    fn figures_without_a_source_are_named_by_groups() {
+        let mut model = RobotModel::named("rover").unwrap();
+        assert_eq!(model.without_source(), [""; 0]);
+        for source in ["sonar", "falls", "head"] {
+            model.sources.remove(source);
+        }
+        model.sources.insert("head.max_degps".to_owned(), "guess".to_owned());
+        assert_eq!(model.without_source(), ["falls", "head.pitch_deg", "head.yaw_deg", "sonar"]);
+    }
+
+    #[test]
+    fn every_figure_has_its_source_and_every_source_a_figure() {
+        for preset in MODELS {
+            let model = RobotModel::named(preset.name).unwrap_or_else(|| panic!("{} is not read", preset.name));
+            assert_eq!(model.name, preset.name);
+            let mut paths = Vec::new();
+            figures("", &Value::Object(model.all_settings()), &mut paths);
+            for path in &paths {
+                assert!(model.source(path).is_some(), "{}: {path} has no source", model.name);
+            }
+            for source in model.sources.keys() {
+                let is_of = |path: &String| path == source || path.starts_with(&format!("{source}."));
+                assert!(paths.iter().any(is_of), "{}: {source} is no figure", model.name);
+            }
+        }
+    }
+}

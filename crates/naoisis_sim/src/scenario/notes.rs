@@ -1,0 +1,174 @@
+//! What is worth knowing of a scenario that is right: which of its settings do not reach robots that have a model of their own.
+
+use serde_json::Value;
+
+use super::presets::of_models;
+use super::read::read;
+use super::source::ScenarioFile;
+use super::wording::all_of;
+use naoisis_core::team::Team;
+
+/// Settings of a scenario that do not reach some of its robots.
+struct Unreached {
+    /// Which settings, by their names in files.
+    settings: Vec<&'static str>,
+    /// Whom: `blue` of a whole team, `blue1` of a robot.
+    whom: Vec<String>,
+    /// The model that these have.
+    model: String,
+}
+
+/// A robot, or all of a team, with a model of its own.
+struct Holder<'a> {
+    name: String,
+    model: &'a str,
+    /// What the file says of it.
+    said: Option<&'a Value>,
+    /// What it has.
+    has: &'a Value,
+}
+
+impl ScenarioFile {
+    /// The settings that the file, or what is laid over it, gives to all robots, and that some do not get: a model of one's own says all of a
+    /// robot, so that a scenario's `motion`, `kicks` and so on are of the robots that have none.
+    ///
+    /// What is the match's matter reaches everybody: how images are made, whether robots see by them, what messages cost.
+    fn unreached(&self) -> Vec<Unreached> {
+        let Some(said) = self.values() else { return Vec::new() };
+        let Ok(has) = serde_json::to_value(&self.scenario) else { return Vec::new() };
+        let given: Vec<&'static str> =
+            of_models().iter().copied().filter(|field| *field != "messages" && said.get(field).is_some()).collect();
+        let mut unreached: Vec<Unreached> = Vec::new();
+        for holder in self.holders(&said, &has) {
+            let settings: Vec<&'static str> =
+                given.iter().copied().filter(|field| holder.lacks(field, &said, &has)).collect();
+            if settings.is_empty() {
+                continue;
+            }
+            match unreached.iter_mut().find(|one| one.model == holder.model && one.settings == settings) {
+                Some(one) => one.whom.push(holder.name),
+                None => {
+                    unreached.push(Unreached { settings, whom: vec![holder.name], model: holder.model.to_owned() });
+                }
+            }
+        }
+        unreached
+    }
+
+    /// What is worth knowing of the scenario, a sentence each: which of its settings do not reach whom, whose model is their own.
+    pub fn notes(&self) -> Vec<String> {
+        /// So many robots are named.
+        const MOST_NAMED: usize = 6;
+        let note = |Unreached { settings, whom, model }: Unreached| {
+            let [verb, them] = if settings.len() == 1 { ["does", "it"] } else { ["do", "them"] };
+            let (named, others) = whom.split_at(whom.len().min(MOST_NAMED));
+            let others = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
+            format!(
+                "{} of the scenario {verb} not reach {}{others}, whose model is `{model}`: say {them} beside that `model`, or in it",
+                all_of(settings),
+                named.join(", ")
+            )
+        };
+        self.unreached().into_iter().map(note).collect()
+    }
+
+    /// What the text says, with what is laid over it.
+    fn values(&self) -> Option<Value> {
+        let mut values = read(&self.source.text, self.source.format).ok()?;
+        for setting in &self.source.settings {
+            // Each has been laid over the text before.
+            setting.lay_over(&mut values).ok()?;
+        }
+        Some(values)
+    }
+
+    /// Those who have a model of their own.
+    fn holders<'a>(&self, said: &'a Value, has: &'a Value) -> Vec<Holder<'a>> {
+        let place = |values: &'a Value, place: [&str; 2]| values.get(place[0])?.get(place[1]);
+        let teams = Team::BOTH.map(|team| {
+            let at = ["teams", team.name()];
+            (team.name().to_owned(), place(said, at), place(has, at))
+        });
+        let of_robots = |values: &'a Value| values.get("robots").and_then(Value::as_array);
+        let robots = self.scenario.robots.iter().enumerate().map(|(index, robot)| {
+            let at = |values: &'a Value| of_robots(values)?.get(index);
+            (robot.id().to_string(), at(said), at(has))
+        });
+        let holder = |(name, said, has): (String, Option<&'a Value>, Option<&'a Value>)| {
+            let model = has?.get("model")?.as_str()?;
+            Some(Holder { name, model, said, has: has? })
+        };
+        teams.into_iter().chain(robots).filter_map(holder).collect()
+    }
+}
+
+impl Holder<'_> {
+    /// Whether it has something else than the scenario says in a field, and does not say itself what it has there.
+    fn lacks(&self, field: &str, said: &Value, of_all: &Value) -> bool {
+        let model = self.said.and_then(|said| said.get("model"));
+        let says = [self.said, model].into_iter().flatten().any(|said| said.get(field).is_some());
+        let (Some(common), Some(own)) = (of_all.get(field), self.has.get(field)) else { return false };
+        match said.get(field) {
+            _ if says => false,
+            Some(Value::Object(given)) => given.keys().any(|name| common.get(name) != own.get(name)),
+            _ => common != own,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Format;
+
+    fn notes(text: &str) -> Vec<String> {
+        ScenarioFile::from_text(text, Format::Json, "scenario").unwrap().notes()
+    }
+
+    #[test]
+    fn settings_that_do_not_reach_a_team_are_named_with_its_model() {
+        let text = |own: &str| {
+            format!(
+                r#"{{ "league": "spl2025", "motion": {{ "max_linear_mps": 0.1 }}, "kicks": {{ "wind_up_s": 0.9 }},
+                      "teams": {{ "blue": {{ "team": "roles", "model": "booster_k1" {own} }}, "pink": "roles" }} }}"#
+            )
+        };
+        assert_eq!(
+            notes(&text("")),
+            [
+                "`motion` and `kicks` of the scenario do not reach blue, whose model is `booster_k1`: say them beside that `model`, or in it"
+            ]
+        );
+        // What it says itself it knows of.
+        assert_eq!(
+            notes(&text(r#", "kicks": { "wind_up_s": 0.8 }"#)),
+            [
+                "`motion` of the scenario does not reach blue, whose model is `booster_k1`: say it beside that `model`, or in it"
+            ]
+        );
+        let file = ScenarioFile::from_text(&text(""), Format::Json, "scenario").unwrap();
+        let header = file.scenario.resolved_json().unwrap();
+        assert_eq!(notes(&header), [""; 0]);
+        let changed = file.with(&["head.max_degps=10".parse().unwrap()]).unwrap();
+        assert_eq!(changed.unreached()[0].settings, ["motion", "kicks", "head"]);
+    }
+
+    #[test]
+    fn what_is_the_matchs_matter_reaches_everybody_and_so_does_what_is_the_same() {
+        let text = |own: &str| {
+            format!(
+                r#"{{ "rules": "free", {own}, "robots": [{{}}, {{ "pose": [1, 1, 0], "model": "booster_k1" }}, {{ "pose": [-1, 1, 0], "model": "booster_k1" }}] }}"#
+            )
+        };
+        for own in [
+            r#""cameras": { "render": "software" }, "vision": { "source": "image" }"#,
+            r#""messages": { "loss": 0.5 }"#,
+            r#""sonar": { "fitted": false }"#,
+            r#""field": "spl2025""#,
+        ] {
+            assert_eq!(notes(&text(own)), [""; 0], "{own}");
+        }
+        let words = "`cameras` of the scenario does not reach blue2, blue3, whose model";
+        assert!(notes(&text(r#""cameras": { "width": 64 }"#))[0].starts_with(words));
+    }
+}

@@ -1,0 +1,321 @@
+//! Presets: named fields, rules, balls and noise, and how a scenario's own values are laid over them and over those of its
+//! realism.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
+use super::inline_models;
+use super::layers::lay_over;
+use super::leagues;
+use super::message_limits;
+use super::preset::Preset;
+use super::realism::Realisms;
+use super::realism_settings;
+use super::shape;
+use super::types::BallSpec;
+use super::wording::{did_you_mean, one_of, quoted};
+use naoisis_core::game::Rules;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::team::Team;
+use naoisis_sensing::sensing::odometry::OdometryNoise;
+use naoisis_sensing::sensing::vision::VisionNoise;
+
+/// The fields that come with the program: `assets/fields`.
+pub const FIELD_PRESETS: &[Preset] = &[
+    Preset { name: "naoisis", text: include_str!("../../../../../assets/fields/naoisis.ron") },
+    Preset { name: "hsl2026_small", text: include_str!("../../../../../assets/fields/hsl2026_small.ron") },
+    Preset { name: "hsl2026_middle", text: include_str!("../../../../../assets/fields/hsl2026_middle.ron") },
+    Preset { name: "hsl2026_large", text: include_str!("../../../../../assets/fields/hsl2026_large.ron") },
+    Preset { name: "spl2025", text: include_str!("../../../../../assets/fields/spl2025.ron") },
+];
+
+/// The rules that come with the program: `assets/rules`.
+pub const RULES_PRESETS: &[Preset] = &[
+    Preset { name: "naoisis", text: include_str!("../../../../../assets/rules/naoisis.ron") },
+    Preset { name: "spl2010", text: include_str!("../../../../../assets/rules/spl2010.ron") },
+    Preset { name: "spl2025", text: include_str!("../../../../../assets/rules/spl2025.ron") },
+    Preset { name: "hsl2026", text: include_str!("../../../../../assets/rules/hsl2026.ron") },
+    Preset { name: "extended", text: include_str!("../../../../../assets/rules/extended.ron") },
+    Preset { name: "free", text: include_str!("../../../../../assets/rules/free.ron") },
+];
+
+/// The balls that come with the program: `assets/balls`.
+pub const BALL_PRESETS: &[Preset] = &[
+    Preset { name: "hsl2026", text: include_str!("../../../../../assets/balls/hsl2026.ron") },
+    Preset { name: "hsl2026_small", text: include_str!("../../../../../assets/balls/hsl2026_small.ron") },
+    Preset { name: "naoisis", text: include_str!("../../../../../assets/balls/naoisis.ron") },
+    Preset { name: "spl2010", text: include_str!("../../../../../assets/balls/spl2010.ron") },
+    Preset { name: "spl2025", text: include_str!("../../../../../assets/balls/spl2025.ron") },
+];
+
+/// The pitch of the preset `name` among the [`FIELD_PRESETS`].
+pub fn pitch_preset(name: &str) -> Option<Pitch> {
+    preset(FIELD_PRESETS, name)
+}
+
+/// The rules of the preset `name` among the [`RULES_PRESETS`].
+pub fn rules_preset(name: &str) -> Option<Rules> {
+    preset(RULES_PRESETS, name)
+}
+
+fn preset<T: DeserializeOwned>(presets: &[Preset], name: &str) -> Option<T> {
+    let preset = presets.iter().find(|preset| preset.name == name)?;
+    shape::read(&preset.value()).ok()
+}
+
+impl BallSpec {
+    /// The ball of this name among the [`BALL_PRESETS`], at rest on the centre mark.
+    pub fn preset(name: &str) -> Option<BallSpec> {
+        preset(BALL_PRESETS, name)
+    }
+}
+
+/// Fills in what a file says by name or leaves to others: presets, the common settings for each robot, and jersey
+/// numbers. This is the one place where presets become values.
+///
+/// What cannot be filled in is taken out, and returned: of an object that names a preset only the name.
+pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
+    let mut faults = Vec::new();
+    let path = FieldPath::default();
+    leagues::lay_under(root, &mut faults);
+    inline_models::take_apart(root, of_models(), &mut faults);
+    let mut real = realism_settings::settings_of(root, &mut faults);
+    if root.get("ball").is_some_and(Value::is_null) {
+        // Without a ball there is nothing to fill in.
+        real.remove("ball");
+    } else if let Some(ball) = real.get_mut("ball") {
+        faults.extend(fill_in_named(ball, &path.field("ball"), BALL_PRESETS).err());
+    }
+    fill_in_noises(&mut real, &path, &Map::new(), &mut faults);
+    for (field, presets) in [("field", FIELD_PRESETS), ("rules", RULES_PRESETS), ("ball", BALL_PRESETS)] {
+        if let Some(value) = root.get_mut(field)
+            && !(field == "ball" && value.is_null())
+            && let Err(fault) = fill_in_named(value, &path.field(field), presets)
+        {
+            faults.push(fault);
+            if !value.is_object() {
+                root.remove(field);
+            }
+        }
+    }
+    fill_in_noises(root, &path, &real, &mut faults);
+    for (field, mut real) in real {
+        match root.get_mut(&field) {
+            None => {
+                root.insert(field, real);
+            }
+            Some(own @ Value::Object(_)) => {
+                lay_over(&mut real, own.take(), &field);
+                *own = real;
+            }
+            Some(_) => {}
+        }
+    }
+    let of_all =
+        |field: &str| if field == "messages" { message_limits::common(root) } else { root.get(field).cloned() };
+    let common: Map<String, Value> =
+        OWN_SETTINGS.iter().filter_map(|&field| Some((field.to_owned(), of_all(field)?))).collect();
+    let realisms = realism_settings::realisms_of(root);
+    for team in Team::BOTH {
+        if let Some(Value::Object(robots)) = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name())) {
+            resolve_robot(robots, &path.field("teams").field(team.name()), &common, realisms, &mut faults);
+        }
+    }
+    let Some(Value::Array(robots)) = root.get_mut("robots") else { return faults };
+    for (index, robot) in robots.iter_mut().enumerate() {
+        if let Value::Object(robot) = robot {
+            resolve_robot(robot, &path.field("robots").index(index), &common, realisms, &mut faults);
+        }
+    }
+    number(robots);
+    faults
+}
+
+/// Settings that a robot may have of its own.
+const OWN_SETTINGS: [&str; 12] = [
+    "sensors", "body", "motion", "kicks", "falls", "head", "sonar", "cameras", "vision", "odometry", "latency",
+    "messages",
+];
+
+/// Those that a model has: all but what only the program knows.
+pub(super) fn of_models() -> &'static [&'static str] {
+    &OWN_SETTINGS[1..]
+}
+
+/// Fills in what a robot, or all robots of a team, have of their own: as changes of the `common` settings, or of those of their
+/// own model.
+fn resolve_robot(
+    robot: &mut Map<String, Value>,
+    path: &FieldPath,
+    common: &Map<String, Value>,
+    realisms: Option<Realisms>,
+    faults: &mut Vec<ScenarioFault>,
+) {
+    let own_model = realism_settings::model_of(robot, path, of_models(), faults).zip(realisms);
+    let of_model = own_model.map(|(model, realisms)| {
+        let mut settings = realism_settings::settings_of_model(&model, realisms);
+        settings.retain(|field, _| of_models().contains(&field.as_str()));
+        message_limits::keep_only(&mut settings);
+        fill_in_noises(&mut settings, path, &Map::new(), faults);
+        // What the model does not say is as in the paper, whatever the scenario's other robots have.
+        for &field in of_models() {
+            // Limits that nobody has are not worth saying.
+            if field == "messages" && !settings.contains_key(field) && !common.contains_key(field) {
+                continue;
+            }
+            let mut base = of_the_match(field, common.get(field));
+            if let Some(own) = settings.remove(field) {
+                lay_over(&mut base, own, field);
+            }
+            settings.insert(field.to_owned(), base);
+        }
+        settings
+    });
+    let base = of_model.as_ref().unwrap_or(common);
+    fill_in_noises(robot, path, base, faults);
+    for (field, base) in base {
+        let Some(own @ Value::Object(_)) = robot.get_mut(field) else { continue };
+        let mut merged = base.clone();
+        lay_over(&mut merged, own.take(), field);
+        *own = merged;
+    }
+    for (field, value) in of_model.into_iter().flatten() {
+        robot.entry(field).or_insert(value);
+    }
+}
+
+/// What of the common settings is the match's matter, whatever a robot's model: how images are made, and whether robots see by
+/// them.
+fn of_the_match(field: &str, common: Option<&Value>) -> Value {
+    match (field, common) {
+        ("cameras", Some(cameras)) => cameras.clone(),
+        ("vision", Some(Value::Object(vision))) => {
+            let source = vision.iter().filter(|(name, _)| *name == "source");
+            Value::Object(source.map(|(name, value)| (name.clone(), value.clone())).collect())
+        }
+        _ => Value::Object(Map::new()),
+    }
+}
+
+/// Replaces the name of one of these presets by its values.
+fn fill_in_named(value: &mut Value, path: &FieldPath, presets: &[Preset]) -> Result<(), ScenarioFault> {
+    let names: Vec<&str> = presets.iter().map(|preset| preset.name).collect();
+    let value_of = |name: &str| presets.iter().find(|preset| preset.name == name).map(Preset::value);
+    fill_in(value, path, &names, value_of, || None)
+}
+
+/// Fills in the presets of the sensors' noises. Where none is named, fields are changes of the `common` settings' noise.
+fn fill_in_noises(
+    settings: &mut Map<String, Value>,
+    path: &FieldPath,
+    common: &Map<String, Value>,
+    faults: &mut Vec<ScenarioFault>,
+) {
+    let results = [
+        fill_in_noise(settings, path, "vision", &VisionNoise::PRESETS, common),
+        fill_in_noise(settings, path, "odometry", &OdometryNoise::PRESETS, common),
+    ];
+    faults.extend(results.into_iter().filter_map(Result::err));
+}
+
+/// Fills in the preset of one sensor's noise.
+fn fill_in_noise<Noise: Serialize + Default>(
+    settings: &mut Map<String, Value>,
+    path: &FieldPath,
+    sensor: &str,
+    presets: &[(&str, fn() -> Noise)],
+    common: &Map<String, Value>,
+) -> Result<(), ScenarioFault> {
+    let Some(Value::Object(fields)) = settings.get_mut(sensor) else { return Ok(()) };
+    let Some(noise) = fields.get_mut("noise") else { return Ok(()) };
+    let names: Vec<&str> = presets.iter().map(|(name, _)| *name).collect();
+    let value_of = |wanted: &str| {
+        let (_, preset) = presets.iter().find(|(name, _)| *name == wanted)?;
+        serde_json::to_value(preset()).ok()
+    };
+    let of_common = common.get(sensor).and_then(|settings| settings.get("noise"));
+    let base = || of_common.cloned().or_else(|| serde_json::to_value(Noise::default()).ok());
+    let filled = fill_in(noise, &path.field(sensor).field("noise"), &names, value_of, base);
+    if filled.is_err() && !noise.is_object() {
+        fields.remove("noise");
+    }
+    filled
+}
+
+/// Replaces a preset's name, or an object with `preset`, by the preset's values and the object's own over them. The object's
+/// own are laid over `base`, if there is one, where it names no preset.
+fn fill_in(
+    value: &mut Value,
+    path: &FieldPath,
+    names: &[&str],
+    value_of: impl Fn(&str) -> Option<Value>,
+    base: impl Fn() -> Option<Value>,
+) -> Result<(), ScenarioFault> {
+    let lay_over_base = |value: &mut Value| {
+        if let Some(mut base) = base() {
+            lay_over(&mut base, value.take(), "");
+            *value = base;
+        }
+    };
+    let (name, name_path) = match value {
+        Value::String(name) => (Some(core::mem::take(name)), path.clone()),
+        Value::Object(fields) => match fields.remove("preset") {
+            None => {
+                lay_over_base(value);
+                return Ok(());
+            }
+            Some(Value::String(name)) => (Some(name), path.field("preset")),
+            Some(_) => (None, path.field("preset")),
+        },
+        _ => (None, path.clone()),
+    };
+    let found = name.as_deref().and_then(&value_of);
+    let Some(mut preset) = found else {
+        let message = match &name {
+            Some(name) => {
+                let meant = did_you_mean(name, names.iter().copied());
+                format!("there is no preset {}{meant}", quoted(name))
+            }
+            None => format!("{} is not the name of a preset", quoted(name_path.last_field().unwrap_or_default())),
+        };
+        let or_object = if name_path == *path { ", or an object with fields" } else { "" };
+        let expected = format!("{}{or_object}", one_of(names.iter().copied()));
+        if value.is_object() {
+            lay_over_base(value);
+        }
+        return Err(ScenarioFault::new(name_path, message, expected));
+    };
+    if value.is_object() {
+        let field = path.last_field().unwrap_or_default();
+        lay_over(&mut preset, value.take(), field);
+    }
+    *value = preset;
+    Ok(())
+}
+
+/// Gives robots without a jersey number the least free one of their team.
+fn number(robots: &mut [Value]) {
+    let team_of =
+        |robot: &Value| robot.get("team").and_then(Value::as_str).unwrap_or(Team::default().name()).to_owned();
+    for index in 0..robots.len() {
+        if robots[index].get("number").is_some() {
+            continue;
+        }
+        let team = team_of(&robots[index]);
+        let taken: Vec<u64> = robots
+            .iter()
+            .filter(|robot| team_of(robot) == team)
+            .filter_map(|robot| robot.get("number").and_then(Value::as_u64))
+            .collect();
+        let Some(free) = (1..=u64::from(u8::MAX)).find(|number| !taken.contains(number)) else { continue };
+        if let Value::Object(robot) = &mut robots[index] {
+            robot.insert("number".to_owned(), free.into());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

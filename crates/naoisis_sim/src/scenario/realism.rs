@@ -1,0 +1,215 @@
+//! Realism: how much of a real robot a match has, in a word, for all of it or for each part.
+//!
+//! ```
+//! # use naoisis::prelude::*;
+//! # use naoisis::scenario::{Realism, Realisms};
+//! let scenario = Scenario::from_json(
+//!     r#"{ "model": "nao_v6", "realism": { "all": "ideal", "kicks": "realistic" }, "kicks": { "wind_up_s": 0.1 } }"#,
+//! )?;
+//! assert_eq!(scenario.realism, Realisms { kicks: Realism::Realistic, ..Realisms::all(Realism::Ideal) });
+//! // What the file says itself counts more than the word.
+//! assert_eq!(scenario.kicks.wind_up_s, 0.1);
+//! assert!(scenario.kicks.speed_sd > 0.0 && scenario.odometry.noise.translation_sd_m == 0.0);
+//! # Ok::<(), naoisis::scenario::ScenarioError>(())
+//! ```
+//!
+//! | word | what it stands for |
+//! |---|---|
+//! | `paper` | what the paper says and nothing more: the default of every setting |
+//! | `ideal` | the same without noise |
+//! | `realistic` | the figures of a real robot, those of the scenario's [model](super::RobotModel), each with its source; the paper's where the model says none |
+//!
+//! A part is the scenario's setting of the same name. The word gives what that does not say itself, when a file is read: a
+//! program that builds its scenarios has [`Scenario::with_realism`](super::Scenario::with_realism).
+
+use bevy::prelude::*;
+use core::fmt;
+use serde::de::value::{MapAccessDeserializer, StrDeserializer};
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use naoisis_sensing::sensing::fidelity::present;
+
+/// How much of a real robot a part of the simulation has.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Realism {
+    /// What the paper says, and nothing more.
+    #[default]
+    Paper,
+    /// The paper's models without noise.
+    Ideal,
+    /// The figures of a real robot.
+    Realistic,
+}
+
+impl Realism {
+    /// The words of files.
+    pub const NAMES: [&'static str; 3] = ["paper", "ideal", "realistic"];
+
+    /// The word of files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Realism::Paper => "paper",
+            Realism::Ideal => "ideal",
+            Realism::Realistic => "realistic",
+        }
+    }
+}
+
+impl fmt::Display for Realism {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.name())
+    }
+}
+
+macro_rules! parts {
+    ($($(#[$documentation:meta])* $part:ident,)*) => {
+        /// The realism of each part. In files a word for all of them, or an object with words for some and `all` for the rest.
+        #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
+        #[reflect(Serialize, Deserialize)]
+        pub struct Realisms {
+            $($(#[$documentation])* pub $part: Realism,)*
+        }
+
+        impl Realisms {
+            /// The same for all parts.
+            pub const fn all(realism: Realism) -> Self {
+                Self { $($part: realism,)* }
+            }
+
+            /// The parts by name: that of the scenario's settings.
+            pub fn parts(&self) -> impl Iterator<Item = (&'static str, Realism)> {
+                [$((stringify!($part), self.$part),)*].into_iter()
+            }
+        }
+
+        #[derive(Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct RealismFields {
+            #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+            all: Option<Realism>,
+            $(
+                #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+                $part: Option<Realism>,
+            )*
+        }
+
+        impl From<RealismFields> for Realisms {
+            fn from(fields: RealismFields) -> Self {
+                let all = fields.all.unwrap_or_default();
+                Self { $($part: fields.$part.unwrap_or(all),)* }
+            }
+        }
+
+        impl From<Realisms> for RealismFields {
+            fn from(realisms: Realisms) -> Self {
+                Self { all: None, $($part: Some(realisms.$part),)* }
+            }
+        }
+    };
+}
+
+parts! {
+    /// How robots walk.
+    motion,
+    /// How they kick.
+    kicks,
+    /// How the ball rolls, its size and its bounce.
+    ball,
+    /// What is seen.
+    vision,
+    /// What sonars measure.
+    sonar,
+    /// How exactly robots know their steps.
+    odometry,
+    /// How messages travel.
+    messages,
+    /// How they keep their balance.
+    falls,
+    /// How late it is what they see and do.
+    latency,
+}
+
+impl Realisms {
+    /// The word, if all parts have the same.
+    pub fn word(&self) -> Option<Realism> {
+        (*self == Self::all(self.motion)).then_some(self.motion)
+    }
+}
+
+/// The word for all parts, or a word for each that is not the paper's: `kicks realistic, vision ideal`.
+impl fmt::Display for Realisms {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(word) = self.word() {
+            return word.fmt(formatter);
+        }
+        let others = self.parts().filter(|(_, realism)| *realism != Realism::Paper);
+        for (index, (part, realism)) in others.enumerate() {
+            write!(formatter, "{}{part} {realism}", if index > 0 { ", " } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+impl Serialize for Realisms {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.word() {
+            Some(word) => word.serialize(serializer),
+            None => RealismFields::from(*self).serialize(serializer),
+        }
+    }
+}
+
+// By hand: an untagged enum would lose where something is wrong.
+impl<'de> Deserialize<'de> for Realisms {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct RealismsVisitor;
+
+        impl<'de> Visitor<'de> for RealismsVisitor {
+            type Value = Realisms;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str(
+                    "`paper`, `ideal`, `realistic`, or an object with one of these for a part, and for `all`",
+                )
+            }
+
+            fn visit_str<E: Error>(self, word: &str) -> Result<Realisms, E> {
+                Realism::deserialize(StrDeserializer::<E>::new(word)).map(Realisms::all)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Realisms, A::Error> {
+                RealismFields::deserialize(MapAccessDeserializer::new(map)).map(Realisms::from)
+            }
+        }
+
+        deserializer.deserialize_any(RealismsVisitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_is_for_all_parts_and_an_object_for_some() {
+        let read = |json: &str| serde_json::from_str::<Realisms>(json);
+        assert_eq!(read(r#""realistic""#).unwrap(), Realisms::all(Realism::Realistic));
+        let some = read(r#"{ "all": "ideal", "kicks": "realistic" }"#).unwrap();
+        assert_eq!((some.kicks, some.vision), (Realism::Realistic, Realism::Ideal));
+        for realisms in [some, Realisms::all(Realism::Ideal), Realisms::default()] {
+            assert_eq!(read(&serde_json::to_string(&realisms).unwrap()).unwrap(), realisms);
+        }
+        assert!(read(r#""real""#).unwrap_err().to_string().contains("unknown variant `real`"));
+        assert!(read(r#"{ "smell": "ideal" }"#).is_err());
+    }
+
+    #[test]
+    fn what_is_not_the_papers_is_named() {
+        assert_eq!(Realisms::all(Realism::Ideal).to_string(), "ideal");
+        let some = Realisms { kicks: Realism::Realistic, vision: Realism::Ideal, ..default() };
+        assert_eq!(some.to_string(), "kicks realistic, vision ideal");
+    }
+}

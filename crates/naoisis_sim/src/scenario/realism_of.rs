@@ -1,0 +1,189 @@
+//! A scenario with another realism, and the realism of a scenario in words.
+
+use serde_json::{Map, Value, json};
+
+use super::presets;
+use super::realism::Realisms;
+use super::robot_spec::RobotSpec;
+use super::shape;
+use super::types::{BallSpec, Scenario};
+use naoisis_core::team::Team;
+use naoisis_sensing::sensing::odometry::OdometrySettings;
+use naoisis_sensing::sensing::sonar::SonarSettings;
+use naoisis_sensing::sensing::vision::VisionSettings;
+
+impl Scenario {
+    /// The scenario with the settings that these words stand for, those of its model, in place of its own. A model that there is
+    /// not, and the paper, have the defaults.
+    #[must_use]
+    pub fn with_realism(self, realism: Realisms) -> Scenario {
+        let mut root = Map::new();
+        root.insert("model".to_owned(), json!(self.model));
+        root.insert("realism".to_owned(), serde_json::to_value(realism).unwrap_or_default());
+        presets::resolve(&mut root);
+        let real: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
+        let of_league = |ball: BallSpec| match real.ball {
+            Some(BallSpec { radius_m, rolling, restitution, .. }) => {
+                BallSpec { radius_m, rolling, restitution, ..ball }
+            }
+            None => ball,
+        };
+        Scenario {
+            realism,
+            motion: real.motion,
+            kicks: real.kicks,
+            ball: self.ball.map(of_league),
+            vision: VisionSettings { noise: real.vision.noise, ..self.vision },
+            sonar: SonarSettings { source: self.sonar.source, ..real.sonar },
+            odometry: OdometrySettings { noise: real.odometry.noise, ..self.odometry },
+            messages: real.messages,
+            falls: real.falls,
+            latency: real.latency,
+            ..self
+        }
+    }
+
+    /// A robot that has another model than the scenario's, and nothing of its own.
+    fn robot_of_model(&self, model: &str) -> RobotSpec {
+        let mut root = Map::new();
+        root.insert("realism".to_owned(), serde_json::to_value(self.realism).unwrap_or_default());
+        root.insert("cameras".to_owned(), serde_json::to_value(self.cameras).unwrap_or_default());
+        root.insert("vision".to_owned(), json!({ "source": self.vision.source }));
+        root.insert("robots".to_owned(), json!([{ "model": model }]));
+        presets::resolve(&mut root);
+        let scenario: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
+        scenario.robots.into_iter().next().unwrap_or_default()
+    }
+
+    /// How much of a real robot there is, in words: `paper`, or `realistic but for kicks` where the scenario has settings of its
+    /// own, whatever the word stands for.
+    pub fn realism_in_words(&self) -> String {
+        let real = self.clone().with_realism(self.realism);
+        // What a model of its own gives a robot is as real as the word says.
+        let mut models: Vec<(String, RobotSpec)> = Vec::new();
+        let mut has_own = |robot: &RobotSpec| {
+            let model = robot.model.clone().unwrap_or_default();
+            if !models.iter().any(|(name, _)| *name == model) {
+                let of_model = robot.model.as_ref().map_or_else(RobotSpec::default, |model| self.robot_of_model(model));
+                models.push((model.clone(), of_model));
+            }
+            let of_model = models.iter().find(|(name, _)| *name == model).map(|(_, of_model)| of_model);
+            of_model.is_some_and(|real| {
+                let settings = [robot.motion != real.motion, robot.sonar != real.sonar, robot.vision != real.vision];
+                settings.contains(&true) || robot.odometry != real.odometry || !robot.fidelity.is_unset()
+            })
+        };
+        let mut of_teams = self.teams.iter().flat_map(|teams| Team::BOTH.map(|team| teams.robot(team, 1)));
+        let any_has_own = self.robots.iter().any(&mut has_own) || of_teams.any(|robot| has_own(&robot));
+        let own = [
+            ("motion", self.motion != real.motion),
+            ("kicks", self.kicks != real.kicks),
+            ("ball", self.ball != real.ball),
+            ("vision", self.vision != real.vision),
+            ("sonar", self.sonar != real.sonar),
+            ("odometry", self.odometry != real.odometry),
+            ("messages", self.messages != real.messages),
+            ("falls", self.falls != real.falls),
+            ("latency", self.latency != real.latency),
+            ("fidelity", !self.fidelity.is_unset()),
+            ("single robots", any_has_own),
+        ];
+        let own: Vec<&str> = own.into_iter().filter_map(|(part, is_own)| is_own.then_some(part)).collect();
+        let words = self.realism.to_string();
+        if own.is_empty() { words } else { format!("{words} but for {}", own.join(", ")) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{Realism, ScenarioFile};
+    use naoisis_core::ball::Rolling;
+    use naoisis_sensing::sensing::odometry::OdometryNoise;
+    use naoisis_sensing::sensing::sonar::SonarNoise;
+    use naoisis_sensing::sensing::vision::VisionNoise;
+
+    fn read(value: Value) -> Scenario {
+        Scenario::from_json(&value.to_string()).unwrap()
+    }
+
+    #[test]
+    fn what_a_scenario_does_not_say_comes_of_its_realism_and_each_part_has_its_own() {
+        assert_eq!(read(json!({ "realism": "paper" })), Scenario::default());
+        let ideal = read(json!({ "realism": "ideal", "sonar": { "max_m": 0.5 } }));
+        assert_eq!((ideal.vision.noise, ideal.odometry.noise), (VisionNoise::none(), OdometryNoise::none()));
+        assert_eq!((ideal.sonar.noise, ideal.sonar.max_m), (SonarNoise::None, 0.5));
+        let real = read(json!({
+            "realism": "realistic", "model": "nao_v6",
+            "ball": { "position_m": [1, 0], "rolling": { "exponential_per_s": 1.0 } },
+            "vision": { "noise": { "ball": { "pixel_sd": 2.0 } } },
+            "robots": [{ "pose": [-2, 0, 0], "vision": { "noise": { "head_angle_sd_deg": 0.0 } } }, { "sonar": { "noise": "none" } }],
+        }));
+        let ball = real.ball.unwrap();
+        assert_eq!((ball.radius_m, ball.rolling), (0.05, Rolling::ExponentialPerS(1.0)));
+        assert_eq!((real.motion.max_linear_mps, real.messages.loss), (0.242, 0.1));
+        assert_eq!((real.vision.noise.ball.pixel_sd, real.vision.noise.ball.miss_probability), (2.0, 0.1));
+        let own = real.robots[0].vision.as_ref().unwrap().noise;
+        assert_eq!((own.ball, own.head_angle_sd), (real.vision.noise.ball, 0.0));
+        let own = real.robots[1].sonar.as_ref().unwrap();
+        assert_eq!((own.noise, own.min_m), (SonarNoise::None, 0.2));
+        let kicks = read(json!({ "realism": { "kicks": "realistic" }, "ball": null }));
+        let Scenario { kicks: settings, realism, .. } = Scenario::default();
+        assert_ne!(kicks.kicks, settings);
+        assert_eq!(
+            Scenario { kicks: settings, realism, ball: Some(BallSpec::default()), ..kicks },
+            Scenario::default()
+        );
+        let value = json!({ "realism": "realistic", "vision": { "noise": "none" }, "ball": "naoisis" });
+        let own = read(value);
+        assert_eq!((own.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
+        for word in [Realism::Ideal, Realism::Realistic, Realism::Paper] {
+            let built = read(json!({ "model": "nao_v6" })).with_realism(Realisms::all(word));
+            assert_eq!(built, read(json!({ "realism": word, "model": "nao_v6" })));
+        }
+    }
+
+    #[test]
+    fn a_model_that_there_is_not_is_refused_with_the_names() {
+        let error = Scenario::from_json(r#"{ "model": "nao_6" }"#).unwrap_err().to_string();
+        assert!(error.contains("there is no model `nao_6`: did you mean `nao_v6`? expected `booster_k1`"), "{error}");
+        assert!(error.ends_with("`nao`, `nao_v6` or `rover`, or the path of a `.ron` file"), "{error}");
+    }
+
+    #[test]
+    fn settings_of_its_own_are_told_whatever_the_word_stands_for() {
+        assert_eq!(Scenario::default().realism_in_words(), "paper");
+        let real = read(json!({ "realism": "realistic", "model": "nao_v6" }));
+        assert_eq!(real.realism_in_words(), "realistic");
+        let own =
+            read(json!({ "realism": "realistic", "kicks": { "speed_sd": 0.0 }, "robots": [{ "fidelity": "truth" }] }));
+        assert_eq!(own.realism_in_words(), "realistic but for kicks, single robots");
+        // A model is no change, whoever has it; what a robot changes of it is one.
+        let of_two = |change: Value| {
+            let mut blue = json!({ "team": "roles", "model": "booster_k1" });
+            if let (Some(blue), Value::Object(change)) = (blue.as_object_mut(), change) {
+                blue.extend(change);
+            }
+            read(json!({ "league": "spl2025", "teams": { "blue": blue, "pink": "roles" } }))
+        };
+        let lined_up = |scenario: Scenario| {
+            let robots = Team::BOTH.map(|team| scenario.robot(naoisis_core::team::RobotId::new(team, 1)));
+            Scenario { teams: None, robots: robots.to_vec(), ..scenario }
+        };
+        for scenario in [of_two(json!({})), lined_up(of_two(json!({})))] {
+            assert!(!scenario.realism_in_words().contains("single robots"), "{}", scenario.realism_in_words());
+        }
+        let own = of_two(json!({ "motion": { "max_linear_mps": 0.1 } }));
+        for scenario in [own.clone(), lined_up(own)] {
+            assert!(scenario.realism_in_words().ends_with("single robots"), "{}", scenario.realism_in_words());
+        }
+        // All that a trace's header says is its own: another word changes the name only.
+        let header = real.resolved_json().unwrap();
+        let file = ScenarioFile::from_text(&header, crate::scenario::Format::Json, "header").unwrap();
+        let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;
+        assert_eq!(
+            renamed.realism_in_words(),
+            "ideal but for motion, kicks, ball, vision, sonar, odometry, messages, falls, latency"
+        );
+    }
+}

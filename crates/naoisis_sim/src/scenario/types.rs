@@ -1,0 +1,247 @@
+//! The types of a scenario, as programs build them and files spell them.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::expectation::Expectation;
+use super::realism::Realisms;
+use super::robot_spec::RobotSpec;
+use super::saved_match::SavedMatch;
+use super::teams_spec::TeamsSpec;
+use naoisis_core::ball::Rolling;
+use naoisis_core::communication::{MessageLimits, MessageSettings};
+use naoisis_core::game::{Rules, TimedIntervention};
+use naoisis_core::knowledge::Knowledge;
+use naoisis_core::named_values::NamedValues;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::falls::Balance;
+use naoisis_core::robot::head::HeadLimits;
+use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::robot::motion::MotionLimits;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::localisation_method::LocalisationMethod;
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::fidelity::Fidelities;
+use naoisis_sensing::sensing::latency::Latency;
+use naoisis_sensing::sensing::odometry::OdometrySettings;
+use naoisis_sensing::sensing::sonar::SonarSettings;
+use naoisis_sensing::sensing::vision::VisionSettings;
+
+/// Everything that a match starts from.
+#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @Knowledge::Truth)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenario {
+    /// A name for display.
+    pub name: String,
+    /// What it shows, in a sentence.
+    pub description: String,
+    /// The saved match that it goes on from, with the chance of its seed, instead of beginning anew. In files it is the path of one. What is
+    /// not given is as it was in that match; times are counted from its moment.
+    #[reflect(default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<SavedMatch>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Duration of a cycle, s.
+    pub cycle_s: f64,
+    /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
+    pub duration_s: Option<f32>,
+    /// The [league](super::League) from which it has the settings that are not given here, if it is one's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub league: Option<String>,
+    /// The [model](super::RobotModel) of the robots.
+    pub model: String,
+    /// How much of a real robot there is in the settings that are not given here.
+    pub realism: Realisms,
+    /// The sizes of pitch and goals.
+    pub field: Pitch,
+    /// The rules that are played by.
+    pub rules: Rules,
+    /// The ball; none with `null`.
+    pub ball: Option<BallSpec>,
+    /// The bodies of robots, unless they say otherwise.
+    pub body: Body,
+    /// How robots walk, unless they say otherwise.
+    pub motion: MotionLimits,
+    /// How robots kick.
+    pub kicks: KickSettings,
+    /// How well robots keep their balance.
+    pub falls: Balance,
+    /// How robots turn their heads, unless they say otherwise.
+    pub head: HeadLimits,
+    /// How true the sensors are, in a word, unless a robot says otherwise.
+    #[serde(skip_serializing_if = "Fidelities::is_unset")]
+    pub fidelity: Fidelities,
+    /// The sonars, unless a robot says otherwise.
+    pub sonar: SonarSettings,
+    /// The cameras.
+    pub cameras: CameraSettings,
+    /// What robots recognise, unless they say otherwise.
+    pub vision: VisionSettings,
+    /// How exactly robots know their steps, unless they say otherwise.
+    pub odometry: OdometrySettings,
+    /// How robots with the built-in belief localise themselves, unless they say otherwise.
+    pub localisation: LocalisationMethod,
+    /// Settings of [sensors that the program has registered](crate::simulation::sensors), unless a robot says otherwise: what
+    /// they do not say has its default, and `null` takes a sensor away. Whether there are such is found when a match starts.
+    #[serde(skip_serializing_if = "NamedValues::is_empty")]
+    pub sensors: NamedValues,
+    /// How late it is what robots see and do.
+    pub latency: Latency,
+    /// How messages travel.
+    pub messages: MessageSettings,
+    /// The robots, each with its place and its behaviour.
+    pub robots: Vec<RobotSpec>,
+    /// Two built-in teams lined up for a kick-off, instead of `robots`.
+    pub teams: Option<TeamsSpec>,
+    /// Posts besides those of the goals.
+    pub posts: Vec<PostSpec>,
+    /// What the referee is made to do, and when.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub interventions: Vec<TimedIntervention>,
+    /// What is expected of it: a test, for `naoisis check --play`.
+    #[serde(rename = "expect", skip_serializing_if = "Vec::is_empty")]
+    pub expectations: Vec<Expectation>,
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            description: String::new(),
+            from: None,
+            seed: 1,
+            cycle_s: 1.0 / 30.0,
+            duration_s: None,
+            league: None,
+            model: "nao".to_owned(),
+            realism: Realisms::default(),
+            field: Pitch::default(),
+            rules: Rules::default(),
+            ball: Some(BallSpec::default()),
+            body: Body::default(),
+            motion: MotionLimits::default(),
+            kicks: KickSettings::default(),
+            falls: Balance::default(),
+            head: HeadLimits::default(),
+            fidelity: Fidelities::default(),
+            sonar: SonarSettings::default(),
+            cameras: CameraSettings::default(),
+            vision: VisionSettings::default(),
+            odometry: OdometrySettings::default(),
+            localisation: LocalisationMethod::default(),
+            sensors: NamedValues::default(),
+            latency: Latency::default(),
+            messages: MessageSettings::default(),
+            robots: Vec::new(),
+            teams: None,
+            posts: Vec::new(),
+            interventions: Vec::new(),
+            expectations: Vec::new(),
+        }
+    }
+}
+
+impl Scenario {
+    /// Where neither the scenario nor the clock of the rules ends a match, it is over after this time, s.
+    const LONGEST_WITHOUT_CLOCK_S: f32 = 60.0;
+
+    /// Whether there is such a robot in the match: in the list, or in a team that is lined up.
+    pub fn has_robot(&self, id: RobotId) -> bool {
+        let lined_up = self.teams.is_some() && (1..=self.rules.team_size).contains(&id.number);
+        lined_up || self.robots.iter().any(|robot| robot.id() == id)
+    }
+
+    /// When the match is over at the latest, s since its start; none where the final whistle ends it.
+    pub fn end_s(&self) -> Option<f32> {
+        let longest_s = self.longest_s()?;
+        let begins_s = self.first_cycle() as f64 * self.cycle_s;
+        Some(longest_s + begins_s as f32)
+    }
+
+    /// How long it lasts at the most, s; none where the final whistle ends it.
+    pub fn longest_s(&self) -> Option<f32> {
+        self.duration_s.or((!self.rules.clock).then_some(Self::LONGEST_WITHOUT_CLOCK_S))
+    }
+
+    /// The cycle after which it goes on; 0 of a match that begins anew.
+    pub fn first_cycle(&self) -> u64 {
+        self.from.as_ref().map_or(0, |saved| saved.cycle)
+    }
+
+    /// What the scenario says of a robot, listed or lined up with a team.
+    pub fn robot(&self, id: RobotId) -> RobotSpec {
+        let listed = self.robots.iter().find(|robot| robot.id() == id).cloned();
+        let lined_up = || self.teams.as_ref().map(|teams| teams.robot(id.team, id.number));
+        listed.or_else(lined_up).unwrap_or_else(|| RobotSpec { team: id.team, number: id.number, ..default() })
+    }
+
+    /// The body of a robot: its own, or else that which all have.
+    pub fn body_of(&self, robot: &RobotSpec) -> Body {
+        robot.body.unwrap_or(self.body)
+    }
+
+    /// How much a robot may send at most: what it says itself, and else what all robots do; no more than the match allows.
+    pub fn message_limits_of(&self, robot: &RobotSpec) -> MessageLimits {
+        self.messages.limits_with(&robot.messages.unwrap_or(self.messages.robots))
+    }
+
+    /// How true a robot's sensors are: as it says itself, and else as the scenario says for all.
+    pub fn fidelity_of(&self, robot: &RobotSpec) -> Fidelities {
+        robot.fidelity.or(self.fidelity)
+    }
+
+    /// The cycle after which the match is over at the latest; none where the final whistle ends it.
+    pub fn last_cycle(&self) -> Option<u64> {
+        let longest_s = self.longest_s()?;
+        Some(self.first_cycle() + (f64::from(longest_s) / self.cycle_s).round() as u64)
+    }
+}
+
+/// The ball at the start.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BallSpec {
+    /// Centre, m, pitch frame.
+    pub position_m: Vec2,
+    /// Velocity, m/s, pitch frame.
+    pub velocity_mps: Vec2,
+    /// Radius, m: 0.03 (paper, section 3.1).
+    pub radius_m: f32,
+    /// How it slows down.
+    pub rolling: Rolling,
+    /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
+    pub restitution: f32,
+}
+
+impl Default for BallSpec {
+    fn default() -> Self {
+        Self {
+            position_m: Vec2::ZERO,
+            velocity_mps: Vec2::ZERO,
+            radius_m: 0.03,
+            rolling: Rolling::default(),
+            restitution: 0.4,
+        }
+    }
+}
+
+/// An extra post: a vertical cylinder.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PostSpec {
+    /// Centre on the ground, m, pitch frame.
+    pub position_m: Vec2,
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Height, m.
+    pub height_m: f32,
+}
+
+impl Default for PostSpec {
+    fn default() -> Self {
+        Self { position_m: Vec2::ZERO, radius_m: 0.05, height_m: 0.8 }
+    }
+}

@@ -1,0 +1,134 @@
+//! What robots are to do, and what is done to a match: behaviours, scripts, interventions.
+
+use super::{Checks, ScenarioFault};
+use crate::scenario::field_path::FieldPath;
+use crate::scenario::robot_spec::{BehaviourSpec, RobotSpec};
+use crate::scenario::types::Scenario;
+use crate::scenario::wording::{did_you_mean, one_of, quoted};
+use naoisis_core::behaviour::script::ScriptEntry;
+use naoisis_core::communication::MOST_ROBOTS;
+use naoisis_core::game::{Intervention, TimedIntervention};
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::robot::kick::KickSettings;
+
+impl Checks {
+    /// That a robot's behaviour can be carried out.
+    pub(super) fn behaviour(&mut self, path: &FieldPath, robot: &RobotSpec, scenario: &Scenario) {
+        match &robot.behaviour {
+            BehaviourSpec::Named(name) if name.trim().is_empty() => {
+                let expected = "`idle`, the name of a behaviour, or a script";
+                self.value_fault(path.field("behaviour"), "`behaviour` has no name", expected);
+            }
+            BehaviourSpec::Named(_) => {}
+            BehaviourSpec::Program(words) => {
+                if words.first().is_none_or(|word| word.trim().is_empty())
+                    || words.iter().any(|word| word.contains('\0'))
+                {
+                    let expected = "the words of a command line, such as [\"python3\", \"my_team.py\"]";
+                    self.value_fault(path.field("behaviour.program"), "`program` names no program", expected);
+                }
+            }
+            BehaviourSpec::Script(entries) => {
+                let kicks = robot.kicks.as_ref().unwrap_or(&scenario.kicks);
+                for (index, entry) in entries.iter().enumerate() {
+                    let entry_path = path.field("behaviour.script").index(index);
+                    self.script_entry(&entry_path, entry);
+                    if let Some(kick) = entry.kick {
+                        self.has_kick(path, &entry_path, kick.kick_type, kicks);
+                    }
+                    self.text(&entry_path, entry, scenario.message_limits_of(robot).max_text_bytes);
+                }
+            }
+        }
+    }
+
+    /// That a robot has the kick that an entry of its script commands.
+    fn has_kick(&mut self, robot: &FieldPath, entry: &FieldPath, kick: KickType, kicks: &KickSettings) {
+        if kicks.get(kick).is_some() {
+            return;
+        }
+        let names: Vec<String> = kicks.types().map(|kick| kick.name().to_owned()).collect();
+        let names = || names.iter().map(String::as_str);
+        let message = format!("this robot has no kick {}{}", quoted(kick.name()), did_you_mean(kick.name(), names()));
+        let expected =
+            if names().next().is_none() { "none: it has no kicks at all".to_owned() } else { one_of(names()) };
+        // What a robot does not say itself it has of all.
+        let kicks = [robot.field("kicks"), FieldPath::from("kicks")];
+        self.push(ScenarioFault::new(entry.field("kick.type"), message, expected).judged_with(kicks));
+    }
+
+    /// How far it commands is left to the run: what is too much is refused there.
+    fn script_entry(&mut self, path: &FieldPath, entry: &ScriptEntry) {
+        if entry.from_s < 0.0 {
+            self.value_fault(path.field("from_s"), format!("`from_s` is {}", entry.from_s), "0 s or later");
+        }
+        if let Some(until) = entry.until_s
+            && until <= entry.from_s
+        {
+            let message = format!("`until_s` is {until}, and `from_s` {}", entry.from_s);
+            let expected = "an end after the start, or none for a single cycle";
+            let fault = ScenarioFault::new(path.field("until_s"), message, expected);
+            self.push(fault.judged_with([path.field("from_s")]));
+        }
+        let acts = entry.walk.is_some() || entry.kick.is_some() || entry.head.is_some() || entry.posture.is_some();
+        if !acts && entry.say.is_none() {
+            let expected = "`walk`, `kick`, `head_deg`, `posture` or `say`";
+            self.fault(path.clone(), "this entry of a script does nothing", expected);
+        }
+    }
+
+    /// That an intervention is one that could be carried out when its time comes.
+    pub(super) fn intervention(&mut self, path: &FieldPath, timed: &TimedIntervention, scenario: &Scenario) {
+        if timed.at_s < 0.0 {
+            self.value_fault(path.field("at_s"), format!("`at_s` is {}", timed.at_s), "0 s or later");
+        }
+        let path = path.field("do");
+        let carpet = scenario.field.carpet_half_extents();
+        let (robot, place) = match timed.intervention {
+            Intervention::PlaceBall { position_m, velocity_mps } => {
+                self.ball_speed(path.field("place_ball.velocity_mps"), velocity_mps);
+                (None, Some(("place_ball.position_m", position_m)))
+            }
+            Intervention::DropBall { position_m } => (None, Some(("drop_ball.position_m", position_m))),
+            Intervention::PlaceRobot { robot, pose } => {
+                (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))
+            }
+            Intervention::Penalise { robot, duration_s, .. } => {
+                let duration = path.field("penalise.duration_s");
+                self.range(duration, duration_s.unwrap_or(0.0), 0.0..=1e5, " s");
+                (Some(("penalise.robot", robot)), None)
+            }
+            Intervention::Return { robot } => (Some(("return.robot", robot)), None),
+            Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => (None, None),
+        };
+        if let Some((field, robot)) = robot
+            && !scenario.has_robot(robot)
+        {
+            let message = format!("there is no robot {robot}");
+            let fault = ScenarioFault::new(path.field(field), message, "a robot of this scenario");
+            self.push(fault.judged_with(["robots", "teams", "rules"].map(|field| FieldPath::default().field(field))));
+        }
+        if let Some((field, place)) = place
+            && !place.abs().cmple(carpet).all()
+        {
+            let message = format!("({}, {}) is outside the carpet", place.x, place.y);
+            let expected = format!("within ±{} m and ±{} m", carpet.x, carpet.y);
+            let fault = ScenarioFault::new(path.field(field), message, expected);
+            self.push(fault.judged_with([FieldPath::default().field("field")]));
+        }
+    }
+
+    /// That what it says may be sent.
+    fn text(&mut self, path: &FieldPath, entry: &ScriptEntry, most_bytes: Option<u32>) {
+        let Some(say) = &entry.say else { return };
+        if say.robots_m.len() > MOST_ROBOTS {
+            let message = format!("this message tells of {} robots", say.robots_m.len());
+            self.fault(path.field("say").field("robots_m"), message, format!("at most {MOST_ROBOTS} places"));
+        }
+        let Some(most_bytes) = most_bytes else { return };
+        if say.text_bytes() > most_bytes as usize {
+            let message = format!("the texts of this message have {} bytes", say.text_bytes());
+            self.fault(path.field("say"), message, format!("at most {most_bytes} bytes, `messages.max_text_bytes`"));
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! The bodies, cameras and kicks of robots: within what could be built and walk on a pitch.
+
+use bevy::math::{Vec2, Vec3};
+
+use super::{Checks, ScenarioFault};
+use crate::scenario::field_path::FieldPath;
+use naoisis_core::camera_model::CameraMounts;
+use naoisis_core::geometry::to_degrees;
+use naoisis_core::kick_geometry::{KickDirection, KickGeometry, KickType};
+use naoisis_core::robot::body::{Arms, Body, BodyBox, Legs};
+use naoisis_core::robot::kick::KickModel;
+use naoisis_sensing::sensing::sonar::SonarSettings;
+
+/// The greatest extent of a robot on the ground, m: a pitch has room for several.
+const WIDEST_M: f32 = 1.0;
+/// The greatest height of a robot, m.
+const HIGHEST_M: f32 = 2.5;
+/// A mast reaches at most so far beyond a robot's body, m.
+const MAST_M: f32 = 0.5;
+/// The neck joint is at most so far above the torso, as a share of the robot's height.
+const LONGEST_NECK: f32 = 0.2;
+/// Measures of a robot that agree but for so much do agree, m.
+const SAME_M: f32 = 0.01;
+
+/// What is at a robot's body.
+pub(super) struct SensorsAtBody<'a> {
+    pub body: &'a Body,
+    pub mounts: &'a CameraMounts,
+    pub sonar: &'a SonarSettings,
+}
+
+impl Checks {
+    pub(super) fn body(&mut self, path: &FieldPath, body: &Body) {
+        self.body_box(&path.field("torso"), &body.torso);
+        self.body_box(&path.field("base"), &body.base);
+        self.positive(path.field("height_m"), body.height_m, HIGHEST_M, " m");
+        self.positive(path.field("lying_height_m"), body.lying_height_m, HIGHEST_M, " m");
+        self.range(path.field("foot_y_m"), body.foot_y_m, 0.0..=WIDEST_M, " m");
+        if body.neck_m.truncate().abs().max_element() > WIDEST_M || !(0.0..=body.height_m).contains(&body.neck_m.z) {
+            let message = format!("the neck is at ({}, {}, {})", body.neck_m.x, body.neck_m.y, body.neck_m.z);
+            let expected = format!("a place up to {} m high, the robot's height", body.height_m);
+            let fault = ScenarioFault::new(path.field("neck_m"), message, expected);
+            self.push(fault.judged_with([path.field("height_m")]));
+        }
+        for (name, part) in [("torso", &body.torso), ("base", &body.base)] {
+            self.below_top(path, path.field(name).field("z_m").index(1), part.z_m[1], body);
+        }
+        let lowest = body.torso.z_m[0].min(body.base.z_m[0]);
+        if lowest > SAME_M {
+            let message = format!("the lowest part of the robot is {lowest} m above the ground");
+            let fault =
+                ScenarioFault::new(path.field("base").field("z_m").index(0), message, "0 m: it stands on the ground");
+            self.push(fault.judged_with([path.field("torso").field("z_m")]));
+        }
+        self.trunk_on_base(path, body);
+        self.below_top(path, path.field("lying_height_m"), body.lying_height_m, body);
+        if body.foot_y_m > body.base.half_width_m + SAME_M {
+            let message = format!("`foot_y_m` is {}", body.foot_y_m);
+            let expected = format!("at most {} m, half the width of the base", body.base.half_width_m);
+            let fault = ScenarioFault::new(path.field("foot_y_m"), message, expected);
+            self.push(fault.judged_with([path.field("base").field("half_width_m")]));
+        }
+        let band = path.field("waistband");
+        self.span(&band.field("z_m"), body.waistband.z_m, [0.0, HIGHEST_M]);
+        self.below_top(path, band.field("z_m").index(1), body.waistband.z_m[1], body);
+        let half_size = body.waistband.half_size_m;
+        for (index, half) in [half_size.x, half_size.y].into_iter().enumerate() {
+            self.positive(band.field("half_size_m").index(index), half, WIDEST_M, " m");
+        }
+        if let Some(height_m) = body.look.number_z_m {
+            let number = path.field("look").field("number_z_m");
+            self.range(number.clone(), height_m, 0.0..=HIGHEST_M, " m");
+            self.below_top(path, number, height_m, body);
+        }
+        if let Some(Legs { hip_m, thigh_m, shank_m, ankle_m }) = body.legs {
+            let legs = path.field("legs");
+            let lengths = [("thigh_m", thigh_m), ("shank_m", shank_m), ("ankle_m", ankle_m)];
+            for (name, length) in lengths {
+                self.positive(legs.field(name), length, HIGHEST_M, " m");
+            }
+            self.joint(path, &legs.field("hip_m"), hip_m, body);
+            let length = thigh_m + shank_m + ankle_m;
+            if length > hip_m.z + SAME_M {
+                let message = format!("the legs are {length:.3} m long, and the hip is {} m high", hip_m.z);
+                let expected = "`thigh_m`, `shank_m` and `ankle_m` that add up to the hip's height at most";
+                let fault = ScenarioFault::new(legs.field("hip_m"), message, expected);
+                self.push(fault.judged_with(lengths.map(|(name, _)| legs.field(name))));
+            } else if length < hip_m.z - SAME_M {
+                let message = format!("the hip is {} m high, and the legs are {length:.3} m long", hip_m.z);
+                let expected = "`thigh_m`, `shank_m` and `ankle_m` that reach from the hip to the ground";
+                let fault = ScenarioFault::new(legs.field("hip_m"), message, expected);
+                self.push(fault.judged_with(lengths.map(|(name, _)| legs.field(name))));
+            }
+        }
+        if let Some(Arms { shoulder_m, length_m }) = body.arms {
+            let arms = path.field("arms");
+            self.positive(arms.field("length_m"), length_m, HIGHEST_M, " m");
+            self.joint(path, &arms.field("shoulder_m"), shoulder_m, body);
+        }
+    }
+
+    /// That torso, base, neck and waistband are one body: a torso on its base, the neck at the torso, and a band that is seen.
+    fn trunk_on_base(&mut self, path: &FieldPath, body: &Body) {
+        let (Body { torso, base, .. }, torso_path) = (body, path.field("torso"));
+        let is_box = |part: &BodyBox| part.x_m[0] < part.x_m[1] && part.z_m[0] < part.z_m[1];
+        if !is_box(torso) || !is_box(base) {
+            return;
+        }
+        let [over, under] = [torso.z_m[0] - base.z_m[1], base.z_m[0] - torso.z_m[1]];
+        if over > SAME_M || under > SAME_M {
+            let message = format!("there are {:.3} m between the torso and the base", over.max(under));
+            let expected = format!("a torso that begins where the base ends, at {} m", base.z_m[1]);
+            let fault = ScenarioFault::new(torso_path.field("z_m"), message, expected);
+            self.push(fault.judged_with([path.field("base").field("z_m")]));
+        }
+        if torso.x_m[0] >= base.x_m[1] || base.x_m[0] >= torso.x_m[1] {
+            let message = format!("the torso is from {} to {} m, not above the base", torso.x_m[0], torso.x_m[1]);
+            let expected = format!("a torso above the base, which is from {} to {} m", base.x_m[0], base.x_m[1]);
+            let fault = ScenarioFault::new(torso_path.field("x_m"), message, expected);
+            self.push(fault.judged_with([path.field("base").field("x_m")]));
+        }
+        let (neck, most) = (body.neck_m.z, torso.z_m[1].max(base.z_m[1]) + LONGEST_NECK * body.height_m);
+        if neck > most && neck <= body.height_m {
+            let message = format!("the neck is {neck} m high, and the torso ends at {} m", torso.z_m[1]);
+            let fault =
+                ScenarioFault::new(path.field("neck_m"), message, format!("a neck on the torso, at most {most:.3} m"));
+            self.push(fault.judged_with([torso_path.field("z_m"), path.field("height_m")]));
+        }
+        let [depth, width] = [torso.x_m[0].abs().max(torso.x_m[1].abs()), body.drawn_half_width_m()];
+        let Vec2 { x, y } = body.waistband.half_size_m;
+        if x > 0.0 && y > 0.0 && x <= depth && y <= width {
+            let message = format!("the waistband of ({x}, {y}) m is inside the trunk, where no camera sees it");
+            let expected = format!("half sizes of more than {depth} m along x or {width:.3} m along y");
+            let fault = ScenarioFault::new(path.field("waistband").field("half_size_m"), message, expected);
+            self.push(fault.judged_with([torso_path.field("x_m"), torso_path.field("half_width_m")]));
+        }
+    }
+
+    /// That a height is not above the top of a robot's head.
+    fn below_top(&mut self, body_path: &FieldPath, path: FieldPath, height_m: f32, body: &Body) {
+        if height_m > body.height_m + SAME_M && body.height_m > 0.0 {
+            let name = path.name();
+            let expected = format!("at most {} m, the robot's `height_m`", body.height_m);
+            let fault = ScenarioFault::new(path, format!("`{name}` is {height_m}"), expected);
+            self.push(fault.judged_with([body_path.field("height_m")]));
+        }
+    }
+
+    /// That a joint is at the robot.
+    fn joint(&mut self, body_path: &FieldPath, path: &FieldPath, place: Vec3, body: &Body) {
+        if place.truncate().abs().max_element() > WIDEST_M || !(0.0..=body.height_m + SAME_M).contains(&place.z) {
+            let name = path.last_field().unwrap_or_default();
+            let message = format!("`{name}` is ({}, {}, {})", place.x, place.y, place.z);
+            let expected =
+                format!("a place at most {WIDEST_M} m aside and {} m high, the robot's `height_m`", body.height_m);
+            let fault = ScenarioFault::new(path.clone(), message, expected);
+            self.push(fault.judged_with([body_path.field("height_m")]));
+        }
+    }
+
+    /// That the cameras are at the robot that has them, on a mast at the farthest, and so is what its sonars hear with.
+    pub(super) fn sensors_at_body(
+        &mut self,
+        path: &FieldPath,
+        [cameras, sonar]: [&FieldPath; 2],
+        robot: SensorsAtBody,
+    ) {
+        let SensorsAtBody { body, mounts, sonar: settings } = robot;
+        let reach_m = body.torso.reach().max(body.base.reach()) + MAST_M;
+        let top_m = body.height_m + MAST_M;
+        for (index, mount) in mounts.as_slice().iter().enumerate() {
+            let lens = mount.lens_m;
+            if lens.truncate().length() > reach_m || lens.z > top_m {
+                let message = format!("the camera is at ({}, {}, {}), away from the robot", lens.x, lens.y, lens.z);
+                let expected =
+                    format!("a place at most {reach_m:.2} m aside and {top_m:.2} m high: {MAST_M} m beyond its body");
+                let place = cameras.field("mounts").index(index).field("position_m");
+                self.push(ScenarioFault::new(place, message, expected).judged_with([path.field("body")]));
+            }
+        }
+        if settings.fitted && settings.height_m > top_m {
+            let message = format!("`height_m` is {}", settings.height_m);
+            let expected = format!("at most {top_m:.2} m: {MAST_M} m above the robot");
+            let fault = ScenarioFault::new(sonar.field("height_m"), message, expected);
+            self.push(fault.judged_with([path.field("body")]));
+        }
+    }
+
+    fn body_box(&mut self, path: &FieldPath, part: &BodyBox) {
+        self.span(&path.field("x_m"), part.x_m, [-WIDEST_M, WIDEST_M]);
+        self.positive(path.field("half_width_m"), part.half_width_m, WIDEST_M, " m");
+        self.span(&path.field("z_m"), part.z_m, [0.0, HIGHEST_M]);
+    }
+
+    /// That the second of two numbers is more than the first, both within limits, m.
+    fn span(&mut self, path: &FieldPath, [least, most]: [f32; 2], limits: [f32; 2]) {
+        if !(least < most && limits[0] <= least && most <= limits[1]) {
+            let name = path.name();
+            let expected = format!("the lesser and then the greater, both from {} to {} m", limits[0], limits[1]);
+            self.value_fault(path.clone(), format!("`{name}` is [{least}, {most}]"), expected);
+        }
+    }
+
+    pub(super) fn mounts(&mut self, path: &FieldPath, mounts: &CameraMounts) {
+        for (index, mount) in mounts.as_slice().iter().enumerate() {
+            let path = path.index(index);
+            if mounts.order(mount.name) != index {
+                let message = format!("there is a camera `{}` already", mount.name);
+                self.value_fault(path.field("name"), message, "a name that no other camera of the robot has");
+            }
+            let lens = mount.lens_m;
+            if lens.truncate().abs().max_element() > WIDEST_M || !(0.0..=HIGHEST_M).contains(&lens.z) {
+                let message = format!("the camera is at ({}, {}, {})", lens.x, lens.y, lens.z);
+                self.value_fault(path.field("position_m"), message, format!("a place up to {HIGHEST_M} m high"));
+            }
+            let tilt_deg = to_degrees(mount.tilt());
+            self.range(path.field("tilt_deg"), tilt_deg, -90.0..=90.0, " degrees");
+            self.degrees(path.field("pan_deg"), mount.pan(), -180.0..=180.0, " degrees");
+            if let Some(fov) = mount.diagonal_fov {
+                self.degrees(path.field("diagonal_fov_deg"), fov, 1.0..=170.0, " degrees");
+            }
+            for (index, factor) in mount.distortion.into_iter().flatten().enumerate() {
+                self.range(path.field("distortion").index(index), factor, -1.0..=1.0, "");
+            }
+            if let Some(cycles) = mount.every_cycles {
+                self.range(path.field("every_cycles"), cycles, 1..=100_000, " cycles");
+            }
+            for (side, pixels) in mount.size.into_iter().flatten().enumerate() {
+                self.range(path.field("size").index(side), pixels, 1..=4096, " pixels");
+            }
+        }
+    }
+
+    pub(super) fn kick(&mut self, path: &FieldPath, kick_type: KickType, kick: &KickModel) {
+        // Nought of a kick that the robot does not have.
+        self.range(path.field("max_distance_m"), kick.max_distance_m, 0.0..=50.0, " m");
+        self.range(path.field("min_distance_m"), kick.min_distance_m, 0.0..=kick.max_distance_m.max(0.0), " m");
+        match (&kick.region, kick_type) {
+            (Some(region), _) => self.kick_region(&path.field("region"), region),
+            (None, KickType::Own(name)) => {
+                let expected = "`region`, with `x_m`, `y_m`, `foot_m` and `best_m`: where the ball must lie";
+                self.fault(path.clone(), format!("the kick `{name}` does not say where the ball must lie"), expected);
+            }
+            (None, _) => {}
+        }
+        for (name, time_s) in [("wind_up_s", kick.wind_up_s), ("recovery_s", kick.recovery_s)] {
+            self.range(path.field(name), time_s.unwrap_or(0.0), 0.0..=60.0, " s");
+        }
+        self.degrees(path.field("direction_sd_deg"), kick.direction_sd.unwrap_or(0.0), 0.0..=180.0, " degrees");
+        self.range(path.field("speed_sd"), kick.speed_sd.unwrap_or(0.0), 0.0..=10.0, ", a share of the speed");
+    }
+
+    fn kick_region(&mut self, path: &FieldPath, region: &KickGeometry) {
+        if let KickDirection::Chosen { most } = region.direction {
+            self.degrees(path.field("direction.chosen.most_deg"), most, 0.0..=90.0, " degrees");
+        }
+        self.span(&path.field("x_m"), region.x_m, [-WIDEST_M, 2.0 * WIDEST_M]);
+        self.span(&path.field("y_m"), region.y_m, [-WIDEST_M, WIDEST_M]);
+        let Vec2 { x, y } = region.best_m;
+        if !region.admits(region.best_m) {
+            let expected = "a place in the rectangle of `x_m` and `y_m`";
+            let fault = ScenarioFault::new(path.field("best_m"), format!("`best_m` is ({x}, {y})"), expected);
+            self.push(fault.judged_with(["x_m", "y_m"].map(|field| path.field(field))));
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! The start of a match: a new one, or one that goes on from a saved one, as its scenario wants it: the very moment, with what
+//! everybody thinks and what is under way, and the chance of the scenario's seed.
+//!
+//! A robot that is to behave otherwise begins afresh in that moment: where it is, moving as it does, without a thought in its head.
+
+use bevy::prelude::*;
+
+use super::names;
+use super::settings::{change_settings, check_same_bodies, check_same_match};
+use super::snapshot::{Snapshot, SnapshotError};
+use super::spawn::{self, give_behaviour, robots_of};
+use crate::scenario::{FieldPath, RobotSpec, SavedMatch, Scenario, ScenarioFault};
+use naoisis_core::behaviour::drawings::Drawings;
+use naoisis_core::communication::Outbox;
+use naoisis_core::geometry::{Pose, wrap_angle};
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::head::{HeadAngles, HeadCommand};
+use naoisis_core::robot::kick::KickCommand;
+use naoisis_core::robot::motion::WalkCommand;
+use naoisis_core::robot::posture::PostureCommand;
+use naoisis_core::team::{RobotId, Team};
+
+/// Places and directions that differ by less are the same, m or radians: they may have been written into a file.
+const SAME: f32 = 1e-4;
+
+/// Replaces the match in the world by that of the scenario: a new one, or the saved one that it is [from](Scenario::from).
+///
+/// # Errors
+/// [`ScenarioFault`] when the scenario contradicts itself, names a behaviour or team that is not registered, wants camera images
+/// that cannot be rendered here, or goes on from what is no saved match; the world is then as it was.
+pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    match &scenario.from {
+        Some(saved) => go_on(world, scenario, saved),
+        None => spawn::start(world, scenario),
+    }
+}
+
+/// Replaces the match in the world by the saved one.
+///
+/// # Errors
+/// [`ScenarioFault`] when it is no saved match, or the scenario wants what cannot change in the middle of a match; the world is
+/// then as it was.
+fn go_on(world: &mut World, scenario: &Scenario, saved: &SavedMatch) -> Result<(), ScenarioFault> {
+    let of_saved = |message: String| {
+        ScenarioFault::new(FieldPath::from("from"), format!("the saved match: {message}"), "a match as it was saved")
+    };
+    scenario.validate()?;
+    if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
+        return Err(fault);
+    }
+    let mut before = saved.scenario().map_err(of_saved)?;
+    if before.teams.is_some() && scenario.teams.is_none() {
+        // The header of a trace lists the robots of teams.
+        before = Scenario { robots: robots_of(world, &before)?, teams: None, ..before };
+    }
+    check_beginning(&before, scenario)?;
+    let begin_afresh = who_behaves_otherwise(&before, scenario);
+    take_over_behaviours(&mut before, scenario);
+    check_same_match(&before, scenario)?;
+    let robots = robots_of(world, scenario)?;
+    check_same_bodies(&before, scenario, &robots.iter().map(RobotSpec::id).collect::<Vec<_>>())?;
+    let mut snapshot = saved.bytes().and_then(|bytes| Snapshot::from_bytes(&bytes, world)).map_err(of_saved)?;
+    scenario.cameras.render.make_ready(world)?;
+    snapshot.forget_thoughts(&begin_afresh);
+    snapshot.restore_with_chance(world, scenario.seed).map_err(|error| match error {
+        SnapshotError::Cameras(fault) => fault,
+        error => of_saved(error.to_string()),
+    })?;
+    for robot in robots.iter().filter(|robot| begin_afresh.contains(&robot.id())) {
+        begin_behaviour(world, scenario, robot);
+    }
+    world.insert_resource(before);
+    change_settings(world, scenario)
+}
+
+/// That the scenario does not want the match to have begun otherwise.
+fn check_beginning(before: &Scenario, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    let stands_where_it_did = |robot: &RobotSpec| {
+        scenario.robots.iter().any(|now| {
+            let is_near = |one: f32, other: f32| (one - other).abs() < SAME;
+            let (pose, other) = (robot.pose, now.pose);
+            now.id() == robot.id()
+                && now.model == robot.model
+                && is_near(pose.position.x, other.position.x)
+                && is_near(pose.position.y, other.position.y)
+                && is_near(wrap_angle(pose.heading - other.heading), 0.0)
+        })
+    };
+    let ball = |scenario: &Scenario| scenario.ball.map(|ball| (ball.position_m, ball.velocity_mps, ball.radius_m));
+    let same = [
+        ("league", before.league == scenario.league),
+        ("model", before.model == scenario.model),
+        ("realism", before.realism == scenario.realism),
+        ("localisation", before.localisation == scenario.localisation),
+        ("interventions", before.interventions == scenario.interventions),
+        ("robots", before.robots.iter().all(stands_where_it_did)),
+        ("ball", ball(before) == ball(scenario)),
+    ];
+    match same.iter().find(|(_, same)| !same) {
+        Some((field, _)) => {
+            let message = format!("`{field}` is that of the saved match, which goes on as it stands");
+            let expected = "it left out, or as it was; settings and behaviours may change";
+            Err(ScenarioFault::new(FieldPath::from(*field), message, expected))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The robots whose behaviour or team is another one now.
+fn who_behaves_otherwise(before: &Scenario, scenario: &Scenario) -> Vec<RobotId> {
+    let mut otherwise = Vec::new();
+    if let (Some(before), Some(now)) = (&before.teams, &scenario.teams) {
+        for team in Team::BOTH.into_iter().filter(|team| before.name(*team) != now.name(*team)) {
+            otherwise.extend((1..=u8::MAX).map(|number| RobotId::new(team, number)));
+        }
+    }
+    for robot in &before.robots {
+        let now = scenario.robots.iter().find(|now| now.id() == robot.id());
+        if now.is_some_and(|now| now.behaviour != robot.behaviour) {
+            otherwise.push(robot.id());
+        }
+    }
+    otherwise
+}
+
+/// The scenario as if its match had been played by the behaviours and teams of another.
+fn take_over_behaviours(before: &mut Scenario, scenario: &Scenario) {
+    if let (Some(before), Some(now)) = (&mut before.teams, &scenario.teams) {
+        (before.blue, before.pink) = (now.blue.clone(), now.pink.clone());
+    }
+    for robot in &mut before.robots {
+        if let Some(now) = scenario.robots.iter().find(|now| now.id() == robot.id()) {
+            robot.behaviour = now.behaviour.clone();
+        }
+    }
+}
+
+/// A robot begins to behave as the scenario says, where it is.
+fn begin_behaviour(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
+    let Some(entity) = world.resource::<Roster>().get(robot.id()) else { return };
+    let mut entity = world.entity_mut(entity);
+    let pose = entity.get::<Pose>().copied().unwrap_or(robot.pose);
+    let HeadAngles { yaw, pitch } = entity.get::<HeadAngles>().copied().unwrap_or_default();
+    entity.insert((
+        WalkCommand::default(),
+        HeadCommand { yaw, pitch },
+        KickCommand::default(),
+        PostureCommand::default(),
+        Outbox::default(),
+        Drawings::default(),
+    ));
+    give_behaviour(&mut entity, scenario, &RobotSpec { pose, ..robot.clone() });
+}

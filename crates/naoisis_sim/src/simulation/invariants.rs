@@ -1,0 +1,194 @@
+//! What must always hold, of the truth and of what robots sense, hear and believe, checked after every cycle. A breach is a
+//! bug: it is reported as an event and a warning, and the match goes on, so that its record can be looked at.
+
+use bevy::ecs::query::QueryData;
+use bevy::log::warn;
+use bevy::prelude::*;
+
+use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use naoisis_core::communication::Inbox;
+use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems};
+use naoisis_core::events::{CycleEvents, MatchEvent, PublishEvents};
+use naoisis_core::game::Penalty;
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::Post;
+use naoisis_core::robot::body::{Body, BodyBox};
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::{PreviousPose, Roster, Velocity};
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::odometry::Odometry;
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::vision::Percepts;
+
+/// Depth of an overlap that counts as one, m.
+const TOLERANCE: f32 = 1e-4;
+/// How much deeper the ball may get into a base or a post within a cycle, m.
+const BALL_TOLERANCE: f32 = 1e-3;
+
+/// Checks the invariants in [`CycleSystems::CheckInvariants`].
+pub struct InvariantPlugin;
+
+impl Plugin for InvariantPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Cycle, check_invariants.in_set(CycleSystems::CheckInvariants).before(PublishEvents));
+    }
+}
+
+/// A robot as the invariants see it.
+#[derive(Clone, Copy, Debug)]
+pub struct RobotState {
+    /// Team and number.
+    pub id: RobotId,
+    /// Where it is at the end of the cycle, pitch frame.
+    pub pose: Pose,
+    /// Where it was at the start of the cycle, pitch frame.
+    pub previous: Pose,
+    /// Its velocity at the end of the cycle, m/s, pitch frame.
+    pub velocity: Velocity,
+    /// What meets robots and posts, robot frame.
+    pub torso: BodyBox,
+    /// What meets the ball, robot frame.
+    pub base: BodyBox,
+}
+
+/// What a robot senses, hears and believes, as far as it must be finite.
+#[derive(QueryData)]
+struct Mind {
+    head: &'static HeadAngles,
+    odometry: &'static Odometry,
+    sonar: &'static SonarReading,
+    percepts: &'static Percepts,
+    inbox: &'static Inbox,
+    belief: Option<&'static Belief>,
+}
+
+/// The ball as the invariants see it.
+#[derive(Clone, Copy, Debug)]
+pub struct BallState {
+    /// Its centre at the end of the cycle, m, pitch frame.
+    pub position: Vec2,
+    /// Its centre at the start of the cycle, m, pitch frame.
+    pub previous: Vec2,
+    /// Its velocity at the end of the cycle, m/s, pitch frame.
+    pub velocity: Vec2,
+    /// Its radius, m.
+    pub radius: f32,
+}
+
+fn check_invariants(
+    (mut robots_now, mut posts_now): (Local<Vec<RobotState>>, Local<Vec<(Vec2, f32)>>),
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    mut events: ResMut<CycleEvents>,
+    robots: Query<(&Pose, &PreviousPose, &Velocity, &Body, &Penalty)>,
+    minds: Query<Mind>,
+    posts: Query<(&Pose, &Post)>,
+    balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics), (With<Ball>, With<BallPath>)>,
+) {
+    robots_now.clear();
+    robots_now.extend(roster.iter().filter_map(|(id, entity)| {
+        let (pose, previous, velocity, body, penalty) = robots.get(entity).ok()?;
+        (!penalty.is_off_pitch()).then_some(RobotState {
+            id,
+            pose: *pose,
+            previous: previous.0,
+            velocity: *velocity,
+            torso: body.torso,
+            base: body.base,
+        })
+    }));
+    let ball = balls.iter().next().map(|(pose, previous, velocity, physics)| BallState {
+        position: pose.position,
+        previous: previous.0.position,
+        velocity: velocity.0,
+        radius: physics.radius_m,
+    });
+    posts_now.clear();
+    posts_now.extend(posts.iter().map(|(pose, post)| (pose.position, post.radius)));
+    let mut report = |message| {
+        warn!("cycle {}: {message}", clock.cycle);
+        events.push(MatchEvent::InvariantBroken { message });
+    };
+    broken_invariants(&robots_now, &posts_now, ball, &mut report);
+    for (id, entity) in roster.iter() {
+        if let Some(what) = minds.get(entity).ok().and_then(|mind| mind.first_not_finite()) {
+            report(format!("{id}: a number in its {what} is not finite"));
+        }
+    }
+}
+
+impl MindItem<'_, '_> {
+    /// What has a number in it that is not finite, if anything has.
+    fn first_not_finite(&self) -> Option<&'static str> {
+        let parts = [
+            ("head angles", self.head.yaw.is_finite() && self.head.pitch.is_finite()),
+            ("odometry", self.odometry.0.is_finite()),
+            ("sonars", [self.sonar.left, self.sonar.right].into_iter().flatten().all(f32::is_finite)),
+            ("percepts", self.percepts.is_finite()),
+            ("inbox", self.inbox.0.iter().all(|message| message.say.is_finite())),
+            ("belief", self.belief.is_none_or(Belief::is_finite)),
+        ];
+        parts.into_iter().find(|(_, is_finite)| !is_finite).map(|(what, _)| what)
+    }
+}
+
+/// Reports every invariant that does not hold: all numbers finite, no torso in another or in a post, the ball no
+/// deeper in a base or a post than it was.
+pub fn broken_invariants(
+    robots: &[RobotState],
+    posts: &[(Vec2, f32)],
+    ball: Option<BallState>,
+    mut report: impl FnMut(String),
+) {
+    for (index, robot) in robots.iter().enumerate() {
+        let finite = robot.pose.is_finite() && robot.velocity.linear.is_finite() && robot.velocity.angular.is_finite();
+        if !finite {
+            report(format!("{}: pose or velocity is not finite", robot.id));
+            continue;
+        }
+        let torso = &robot.torso;
+        let torso_reach = torso.reach();
+        for other in &robots[index + 1..] {
+            // Most robots are nowhere near each other, which needs no rectangles.
+            if !is_within(robot.pose.position, other.pose.position, torso_reach + other.torso.reach()) {
+                continue;
+            }
+            if let Some(overlap) = torso.footprint(robot.pose).overlap(&other.torso.footprint(other.pose))
+                && overlap.depth > TOLERANCE
+            {
+                report(format!("{} and {} overlap by {} m", robot.id, other.id, overlap.depth));
+            }
+        }
+        for &(centre, radius) in posts {
+            if is_within(robot.pose.position, centre, torso_reach + radius)
+                && let Some(overlap) = torso.footprint(robot.pose).overlap_disc(centre, radius)
+                && overlap.depth > TOLERANCE
+            {
+                report(format!("{} overlaps the post at {centre} by {} m", robot.id, overlap.depth));
+            }
+        }
+        let Some(ball) = ball else { continue };
+        if is_within(robot.pose.position, ball.position, robot.base.reach() + ball.radius) {
+            let now = robot.base.footprint(robot.pose).signed_distance(ball.position).0;
+            let before = robot.base.footprint(robot.previous).signed_distance(ball.previous).0;
+            if now < before.min(ball.radius) - BALL_TOLERANCE {
+                report(format!("the ball got {} m into {}", ball.radius - now, robot.id));
+            }
+        }
+    }
+    let Some(ball) = ball else { return };
+    if !(ball.position.is_finite() && ball.velocity.is_finite()) {
+        report("the ball's position or velocity is not finite".to_owned());
+    }
+    for &(centre, radius) in posts {
+        let [now, before] = [ball.position, ball.previous].map(|place| place.distance(centre) - radius);
+        if now < before.min(ball.radius) - BALL_TOLERANCE {
+            report(format!("the ball got {} m into the post at {centre}", ball.radius - now));
+        }
+    }
+}
+
+fn is_within(place: Vec2, other: Vec2, distance: f32) -> bool {
+    place.distance_squared(other) < distance * distance
+}

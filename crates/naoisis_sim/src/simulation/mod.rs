@@ -1,0 +1,186 @@
+//! A match in an [`App`]: start it from a scenario, run it, look at it.
+//!
+//! A headless test of a behaviour is a few lines:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//!
+//! let mut app = App::new();
+//! app.add_plugins((MinimalPlugins, NaoisisPlugins));
+//! app.start_match(&Scenario::from_json(
+//!     r#"{ "rules": "free", "ball": { "position_m": [0.15, -0.05] },
+//!          "robots": [{ "number": 1, "behaviour": { "script": [{ "kick": { "type": "right_straight" } }] } }] }"#,
+//! )?)?;
+//! app.run_cycles(30);
+//! assert!(app.ball().unwrap().position.x > 1.0);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+
+use bevy::app::PluginGroupBuilder;
+use bevy::prelude::*;
+
+mod going_on;
+pub mod invariants;
+pub mod names;
+pub mod rules;
+pub mod sensors;
+mod settings;
+mod situation;
+pub mod snapshot;
+mod spawn;
+
+pub use going_on::start as start_match;
+pub use rules::{RuleApp, RuleRegistry};
+pub use sensors::{SensorApp, SensorRegistry};
+pub use settings::{CHANGEABLE, change_settings, is_changeable};
+pub use situation::situation;
+pub use snapshot::{Snapshot, SnapshotError};
+pub use spawn::{MatchEntity, give_belief, resolved};
+
+use crate::scenario::{Scenario, ScenarioFault};
+use crate::teams::BuiltInTeamsPlugin;
+use naoisis_core::ball::{BallPlugin, BallVelocity};
+use naoisis_core::behaviour::BehaviourPlugin;
+use naoisis_core::collision::CollisionPlugin;
+use naoisis_core::communication::CommunicationPlugin;
+use naoisis_core::cycle::{CycleClock, CyclePlugin, run_cycle};
+use naoisis_core::events::{CycleEvents, EventsPlugin, MatchEvent};
+use naoisis_core::game::{Game, GameState};
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::PitchPlugin;
+use naoisis_core::random::RandomStreams;
+use naoisis_core::referee::RefereePlugin;
+use naoisis_core::robot::{RobotPlugin, Roster};
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::SimpleBeliefPlugin;
+use naoisis_sensing::sensing::SensingPlugin;
+
+/// Everything that a headless match needs: no window, no renderer, no assets.
+pub struct NaoisisPlugins;
+
+impl PluginGroup for NaoisisPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(CyclePlugin::default())
+            .add(EventsPlugin)
+            .add(MatchPlugin)
+            .add(rules::OwnRulesPlugin)
+            .add(PitchPlugin)
+            .add(RobotPlugin)
+            .add(BallPlugin)
+            .add(CollisionPlugin)
+            .add(SensingPlugin)
+            .add(CommunicationPlugin)
+            .add(BehaviourPlugin)
+            .add(RefereePlugin)
+            .add(invariants::InvariantPlugin)
+            .add(SimpleBeliefPlugin)
+            .add(BuiltInTeamsPlugin)
+    }
+}
+
+/// What belongs to the match as a whole, and to no part of it.
+struct MatchPlugin;
+
+impl Plugin for MatchPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<MatchEntity>()
+            .register_type::<Scenario>()
+            .register_type::<RandomStreams>()
+            .register_type::<sensors::SensorRecord>()
+            .init_resource::<SensorRegistry>();
+    }
+}
+
+/// Starts, runs and looks at a match in an [`App`] with the [`NaoisisPlugins`].
+pub trait MatchApp {
+    /// Puts the scenario's match into the app, in place of any that is there.
+    ///
+    /// # Errors
+    /// [`ScenarioFault`] when the scenario contradicts itself or names a behaviour or team that is not registered; the
+    /// app is then as it was.
+    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault>;
+
+    /// Runs this many cycles.
+    fn run_cycles(&mut self, count: usize) -> &mut Self;
+
+    /// Runs cycles until `condition` holds after one, at most `most`. Returns whether it held.
+    fn run_until(&mut self, most: usize, condition: impl FnMut(&App) -> bool) -> bool;
+
+    /// The number of cycles run.
+    fn cycle(&self) -> u64;
+
+    /// The true pose of a robot.
+    fn robot_pose(&self, id: RobotId) -> Option<Pose>;
+
+    /// A component of a robot.
+    fn robot<C: Component>(&self, id: RobotId) -> Option<&C>;
+
+    /// The true place of the ball.
+    fn ball(&self) -> Option<Pose>;
+
+    /// The true velocity of the ball, m/s.
+    fn ball_velocity(&self) -> Option<Vec2>;
+
+    /// The state of the game.
+    fn game(&self) -> &Game;
+
+    /// What happened in the last cycle.
+    fn events(&self) -> &[MatchEvent];
+
+    /// Whether the final whistle has gone.
+    fn is_finished(&self) -> bool {
+        self.game().state == GameState::Finished
+    }
+}
+
+impl MatchApp for App {
+    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault> {
+        start_match(self.world_mut(), scenario)?;
+        Ok(self)
+    }
+
+    fn run_cycles(&mut self, count: usize) -> &mut Self {
+        for _ in 0..count {
+            run_cycle(self.world_mut());
+        }
+        self
+    }
+
+    fn run_until(&mut self, most: usize, mut condition: impl FnMut(&App) -> bool) -> bool {
+        (0..most).any(|_| {
+            run_cycle(self.world_mut());
+            condition(self)
+        })
+    }
+
+    fn cycle(&self) -> u64 {
+        self.world().resource::<CycleClock>().cycle
+    }
+
+    fn robot_pose(&self, id: RobotId) -> Option<Pose> {
+        self.robot::<Pose>(id).copied()
+    }
+
+    fn robot<C: Component>(&self, id: RobotId) -> Option<&C> {
+        let entity = self.world().resource::<Roster>().get(id)?;
+        self.world().get::<C>(entity)
+    }
+
+    fn ball(&self) -> Option<Pose> {
+        spawn::ball_component::<Pose>(self.world())
+    }
+
+    fn ball_velocity(&self) -> Option<Vec2> {
+        spawn::ball_component::<BallVelocity>(self.world()).map(|velocity| velocity.0)
+    }
+
+    fn game(&self) -> &Game {
+        self.world().resource::<Game>()
+    }
+
+    fn events(&self) -> &[MatchEvent] {
+        self.world().resource::<CycleEvents>()
+    }
+}

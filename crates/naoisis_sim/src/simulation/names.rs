@@ -1,0 +1,50 @@
+//! The names of behaviours, teams, sensors and rules in a scenario: whether the program has what they stand for.
+
+use bevy::prelude::*;
+
+use super::rules::RuleRegistry;
+use super::sensors::SensorRegistry;
+use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, TeamsSpec, unknown_name};
+use naoisis_core::behaviour::{BehaviourRegistry, REMOTE};
+use naoisis_core::team::Team;
+
+/// A fault for each name that nobody has registered, and for each setting of a sensor or rule of the program's own. That a name is
+/// empty is a fault of the scenario itself.
+pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
+    let registry = world.resource::<BehaviourRegistry>();
+    let root = FieldPath::default();
+    let robots = scenario.robots.iter().enumerate().filter_map(|(index, robot)| match &robot.behaviour {
+        BehaviourSpec::Named(name) if !name.trim().is_empty() && registry.marker_of(name).is_none() => {
+            let known: Vec<&str> = registry.behaviour_names().collect();
+            let path = root.field("robots").index(index).field("behaviour");
+            let mut fault = unknown_name(&path, "behaviour", name, known.iter().copied());
+            fault.expected = format!("a script, or {}", fault.expected);
+            Some(fault)
+        }
+        _ => None,
+    });
+    let named = scenario.teams.iter().flat_map(|teams| Team::BOTH.map(|team| (team, teams.name(team))));
+    let teams = named.filter_map(|(team, name)| wrong_team(registry, &root.field("teams").field(team.name()), name));
+    let sensors = world.resource::<SensorRegistry>().faults(scenario);
+    robots.chain(teams).chain(sensors).chain(world.resource::<RuleRegistry>().faults(scenario)).collect()
+}
+
+/// What is wrong with the name of a team, if anything: it is neither registered nor the command line of a program.
+pub fn wrong_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) -> Option<ScenarioFault> {
+    match TeamsSpec::command_line(name) {
+        Some(Some(words)) if words.first().is_some_and(|word| !word.is_empty()) => None,
+        Some(words) => {
+            let wrong = if words.is_some() { "names no program" } else { "has a quote that is not closed" };
+            let expected = "the command line of a program, such as `exec:python3 my_team.py`";
+            Some(ScenarioFault::new(path.clone(), format!("`{name}` {wrong}"), expected))
+        }
+        None if name == REMOTE => None,
+        None => (!name.trim().is_empty() && registry.team(name).is_none()).then(|| no_team(registry, path, name)),
+    }
+}
+
+/// The fault of a team's name that nobody has registered.
+pub fn no_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) -> ScenarioFault {
+    let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
+    unknown_name(path, "team", name, known.iter().copied())
+}

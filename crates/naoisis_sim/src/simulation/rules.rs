@@ -1,0 +1,201 @@
+//! Rules of a program's own: judged by the referee, with settings in scenario files.
+//!
+//! A rule is one type with its settings; [`OwnRule`] says when a robot breaks it, and by what evidence.
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::game::Evidence;
+//! use naoisis::prelude::*;
+//! use naoisis::referee::snapshot::{MatchSnapshot, RobotSnapshot};
+//! use serde::Deserialize;
+//!
+//! /// Nobody may stay on the halfway line.
+//! #[derive(Deserialize)]
+//! #[serde(default, deny_unknown_fields)]
+//! struct Loitering {
+//!     limit_s: f32,
+//! }
+//!
+//! impl Default for Loitering {
+//!     fn default() -> Self {
+//!         Self { limit_s: 5.0 }
+//!     }
+//! }
+//!
+//! impl OwnRule for Loitering {
+//!     fn advance(&self, cycles: u64, _seen: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
+//!         if robot.pose.position.x.abs() < 0.2 { cycles + 1 } else { 0 }
+//!     }
+//!
+//!     fn judge(&self, cycles: u64, seen: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
+//!         (cycles >= seen.cycles(self.limit_s)).then(|| {
+//!             seen.evidence_against("Nobody may stay on the halfway line.", robot)
+//!                 .with_measurement("s on the line", seen.seconds(cycles), self.limit_s)
+//!                 .otherwise("It had to leave the line in time.")
+//!         })
+//!     }
+//! }
+//!
+//! let mut app = App::new();
+//! app.add_plugins(NaoisisPlugins).add_rule::<Loitering>("loitering");
+//! app.start_match(&Scenario::from_json(
+//!     r#"{ "rules": { "preset": "free", "own": { "loitering": { "limit_s": 2 } } }, "robots": [{ "pose": [0, 1, 0] }] }"#,
+//! )?)?;
+//! let penalised = app.run_until(61, |app| {
+//!     app.events().iter().any(|event| event.kind() == "penalty loitering")
+//! });
+//! assert!(penalised && app.cycle() == 60);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! A registered rule is in force where a scenario's rules name it under `"own"`, if only with `{}`: as the built-in ones, it has
+//! a switch in each scenario. Its verdicts are events, are explained by `--explain`, counted in tables, and replayed.
+
+use bevy::prelude::*;
+use core::marker::PhantomData;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+use crate::scenario::{FieldPath, Scenario, ScenarioFault, read_settings, unknown_name};
+use naoisis_core::cycle::{BeginCycle, Cycle, CycleSystems};
+use naoisis_core::game::{Intervention, PenaltyReason, RuleName, Rules};
+use naoisis_core::referee::own_rules::{MOST_OWN_RULES, OwnRule, OwnRules};
+
+/// Puts rules of the program's own into force, as the rules of the match say.
+pub struct OwnRulesPlugin;
+
+impl Plugin for OwnRulesPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<RuleRegistry>().add_systems(
+            Cycle,
+            put_in_force.run_if(resource_changed::<Rules>).in_set(CycleSystems::First).after(BeginCycle),
+        );
+    }
+}
+
+/// Why a rule was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RuleError {
+    /// Its name is none.
+    #[error("the rule `{0}` is refused: its name is no word of at most 32 lower-case letters, digits and underscores")]
+    NotAName(String),
+    /// Another rule has its name.
+    #[error("the rule `{0}` is refused: another rule has this name; give it a name of its own")]
+    NameTaken(RuleName),
+    /// There are too many.
+    #[error("the rule `{0}` is refused: a program can have {MOST_OWN_RULES} rules of its own")]
+    TooMany(RuleName),
+}
+
+/// Registers rules.
+pub trait RuleApp {
+    /// Registers a rule about single robots under the name by which scenarios switch it on, and by which verdicts are called.
+    ///
+    /// # Errors
+    /// [`RuleError`] when its name is none, or another rule's, or when there are too many.
+    fn try_add_rule<Rule: OwnRule + Default + DeserializeOwned>(&mut self, name: &str) -> Result<&mut Self, RuleError>;
+
+    /// As [`RuleApp::try_add_rule`], for a rule that is known to be right.
+    ///
+    /// # Panics
+    /// When it is not.
+    fn add_rule<Rule: OwnRule + Default + DeserializeOwned>(&mut self, name: &str) -> &mut Self {
+        match self.try_add_rule::<Rule>(name) {
+            Ok(app) => app,
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+impl RuleApp for App {
+    fn try_add_rule<Rule: OwnRule + Default + DeserializeOwned>(&mut self, name: &str) -> Result<&mut Self, RuleError> {
+        let name = RuleName::new(name).ok_or_else(|| RuleError::NotAName(name.to_owned()))?;
+        let mut registry = self.world_mut().get_resource_or_init::<RuleRegistry>();
+        let is_built_in = PenaltyReason::BUILT_IN.iter().any(|reason| reason.name() == name.as_str());
+        if is_built_in || registry.rules.contains_key(&name) {
+            return Err(RuleError::NameTaken(name));
+        }
+        let place = registry.rules.len();
+        if place >= MOST_OWN_RULES {
+            return Err(RuleError::TooMany(name));
+        }
+        let settings = Box::new(SettingsOf::<Rule>(PhantomData));
+        registry.rules.insert(name, RegisteredRule { place, settings });
+        Ok(self)
+    }
+}
+
+/// The registered rules by name.
+#[derive(Resource, Default)]
+pub struct RuleRegistry {
+    rules: BTreeMap<RuleName, RegisteredRule>,
+}
+
+/// A rule of which only the name is known.
+struct RegisteredRule {
+    place: usize,
+    settings: Box<dyn ReadRule>,
+}
+
+/// How a rule is made of its settings.
+trait ReadRule: Send + Sync {
+    fn read(&self, settings: &Value, path: &FieldPath) -> Result<Box<dyn OwnRule>, ScenarioFault>;
+}
+
+struct SettingsOf<Rule>(PhantomData<fn() -> Rule>);
+
+impl<Rule: OwnRule + DeserializeOwned> ReadRule for SettingsOf<Rule> {
+    fn read(&self, settings: &Value, path: &FieldPath) -> Result<Box<dyn OwnRule>, ScenarioFault> {
+        Ok(Box::new(read_settings::<Rule>(settings, path)?))
+    }
+}
+
+impl RuleRegistry {
+    /// The names of all rules, sorted.
+    pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.rules.keys().map(RuleName::as_str)
+    }
+
+    fn get(&self, name: &str) -> Option<(RuleName, &RegisteredRule)> {
+        let name = RuleName::new(name)?;
+        Some((name, self.rules.get(&name)?))
+    }
+
+    /// What is wrong with what a scenario says of the program's own rules: that there are none such, or that they have no such
+    /// settings.
+    pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
+        let path = FieldPath::from("rules.own");
+        let of_settings = scenario.rules.own.0.iter().filter_map(|(name, settings)| {
+            let path = path.key(name);
+            match self.get(name) {
+                None => Some(unknown_name(&path, "rule", name, self.names()).at_key()),
+                Some(_) if settings.is_null() => None,
+                Some((_, rule)) => rule.settings.read(settings, &path).err(),
+            }
+        });
+        let mut faults: Vec<ScenarioFault> = of_settings.collect();
+        for (index, timed) in scenario.interventions.iter().enumerate() {
+            if let Intervention::Penalise { reason: PenaltyReason::Own(name), .. } = timed.intervention
+                && !self.rules.contains_key(&name)
+            {
+                let path = FieldPath::from("interventions").index(index).field("do.penalise.reason");
+                let built_in = PenaltyReason::BUILT_IN.iter().map(PenaltyReason::name);
+                faults.push(unknown_name(&path, "penalty", name.as_str(), built_in.chain(self.names())));
+            }
+        }
+        faults
+    }
+}
+
+fn put_in_force(rules: Res<Rules>, registry: Res<RuleRegistry>, mut own: ResMut<OwnRules>) {
+    *own = OwnRules::default();
+    for (name, settings) in rules.own.0.iter().filter(|(_, settings)| !settings.is_null()) {
+        let Some((name, rule)) = registry.get(name) else { continue };
+        // What is wrong was found before the match started.
+        if let Ok(in_force) = rule.settings.read(settings, &FieldPath::default()) {
+            own.add(name, rule.place, in_force);
+        }
+    }
+}

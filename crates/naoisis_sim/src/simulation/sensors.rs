@@ -1,0 +1,292 @@
+//! Sensors of a program's own: settings in scenario files, readings for behaviours, in traces and in saved matches.
+//!
+//! A sensor is two components and a system: its settings, its reading, and the system that fills it.
+//!
+//! An example is on a page of the guide: [a sensor](crate::guide::extending::sensor).
+//!
+//! Every robot has the sensor, with its default settings; `"sensors"` in a scenario changes them for all robots or for one,
+//! and `null` takes it away. What a robot's reading was is under `"sensors"` of each robot in a trace.
+
+use bevy::ecs::system::ScheduleSystem;
+use bevy::prelude::*;
+use bevy::reflect::{GetTypeRegistration, TypeRegistry, Typed};
+use core::any::TypeId;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, read_settings, unknown_name};
+use naoisis_core::cycle::Cycle;
+use naoisis_core::knowledge::Knowledge;
+use naoisis_core::named_values::NamedValues;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::sensing::scene::SensingSystems;
+
+/// What the settings of a sensor are: a component that is read from files, and saved with a match.
+pub trait SensorSettings: Component + Default + DeserializeOwned + Reflect + Typed + GetTypeRegistration {}
+
+impl<T: Component + Default + DeserializeOwned + Reflect + Typed + GetTypeRegistration> SensorSettings for T {}
+
+/// What the reading of a sensor is: a component that is written to traces, and saved with a match. Its default is that of a
+/// robot which has not sensed yet.
+pub trait SensorReading: Component + Default + Serialize + Reflect + Typed + GetTypeRegistration {}
+
+impl<T: Component + Default + Serialize + Reflect + Typed + GetTypeRegistration> SensorReading for T {}
+
+/// Why a sensor was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("sensor `{sensor}` is refused: {reason}")]
+#[non_exhaustive]
+pub struct SensorError {
+    /// The name under which it should have been registered.
+    pub sensor: String,
+    /// What is wrong with it.
+    pub reason: SensorFlaw,
+}
+
+/// What is wrong with a sensor.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SensorFlaw {
+    /// Another sensor has its name.
+    #[error("another sensor has this name; give it a name of its own")]
+    NameTaken,
+    /// Another sensor has its settings or its reading.
+    #[error("`{component}` is another sensor's; give each sensor components of its own")]
+    ComponentTaken {
+        /// The component's type.
+        component: String,
+    },
+    /// A component does not say who may know it, or cannot be saved.
+    #[error(
+        "`{component}` does not say what it is; derive `Reflect` for it, with `#[reflect(Component, @Knowledge::{mark:?})]`"
+    )]
+    NotMarked {
+        /// The component's type.
+        component: String,
+        /// What it should say.
+        mark: Knowledge,
+    },
+    /// There are robots already, which lack it.
+    #[error("it is registered while a match is on; register sensors before the match starts")]
+    MatchIsOn,
+}
+
+/// Registers sensors.
+pub trait SensorApp {
+    /// Registers a sensor: `system` fills the `Reading` of each robot by its `Settings`, with the built-in sensors, before
+    /// anybody decides. It is the simulation's, and may read the truth; behaviours may read what it measures.
+    ///
+    /// # Errors
+    /// [`SensorError`] when its name or components are another's, or when they do not say who may know them.
+    fn try_add_sensor<Settings: SensorSettings, Reading: SensorReading, M>(
+        &mut self,
+        name: &str,
+        system: impl IntoScheduleConfigs<ScheduleSystem, M>,
+    ) -> Result<&mut Self, SensorError>;
+
+    /// As [`SensorApp::try_add_sensor`], for a sensor that is known to be right.
+    ///
+    /// # Panics
+    /// When it is not.
+    fn add_sensor<Settings: SensorSettings, Reading: SensorReading, M>(
+        &mut self,
+        name: &str,
+        system: impl IntoScheduleConfigs<ScheduleSystem, M>,
+    ) -> &mut Self {
+        match self.try_add_sensor::<Settings, Reading, M>(name, system) {
+            Ok(app) => app,
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+impl SensorApp for App {
+    fn try_add_sensor<Settings: SensorSettings, Reading: SensorReading, M>(
+        &mut self,
+        name: &str,
+        system: impl IntoScheduleConfigs<ScheduleSystem, M>,
+    ) -> Result<&mut Self, SensorError> {
+        let refuse = |reason| Err(SensorError { sensor: name.to_owned(), reason });
+        self.register_type::<Settings>().register_type::<Reading>();
+        {
+            let types = self.world().resource::<AppTypeRegistry>().read();
+            let settings = mark_of::<Settings>(&types);
+            if settings.is_none() {
+                return refuse(not_marked::<Settings>(Knowledge::Public));
+            }
+            if mark_of::<Reading>(&types) != Some(Knowledge::Sensor) {
+                return refuse(not_marked::<Reading>(Knowledge::Sensor));
+            }
+        }
+        let robots = self.world().try_query_filtered::<(), With<RobotId>>();
+        if robots.is_some_and(|mut robots| robots.iter(self.world()).next().is_some()) {
+            return refuse(SensorFlaw::MatchIsOn);
+        }
+        let mut registry = self.world_mut().get_resource_or_init::<SensorRegistry>();
+        if registry.sensors.contains_key(name) {
+            return refuse(SensorFlaw::NameTaken);
+        }
+        for (id, component) in
+            [(TypeId::of::<Settings>(), Settings::type_path()), (TypeId::of::<Reading>(), Reading::type_path())]
+        {
+            if registry.sensors.values().any(|sensor| sensor.components.contains(&id)) {
+                return refuse(SensorFlaw::ComponentTaken { component: component.to_owned() });
+            }
+        }
+        let turn = registry.sensors.len();
+        registry.sensors.insert(name.to_owned(), Sensor::of::<Settings, Reading>());
+        // Sensors may draw on the same random streams: they run in the order of their registration.
+        let write_down = write_down::<Reading>(name.to_owned()).run_if(resource_exists::<ReadingsAreRecorded>);
+        self.add_systems(Cycle, (system.into_configs(), write_down.into_configs()).chain().in_set(SensorTurn(turn)));
+        self.configure_sets(Cycle, SensorTurn(turn).in_set(SensingSystems::Custom));
+        for earlier in 0..turn {
+            self.configure_sets(Cycle, SensorTurn(turn).after(SensorTurn(earlier)));
+        }
+        Ok(self)
+    }
+}
+
+/// The place of one registered sensor among the others.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct SensorTurn(usize);
+
+/// The mark of a component that can be saved.
+fn mark_of<C: Component>(types: &TypeRegistry) -> Option<Knowledge> {
+    types.get_type_data::<ReflectComponent>(TypeId::of::<C>())?;
+    Knowledge::of_type(types, TypeId::of::<C>())
+}
+
+fn not_marked<C: Component + Typed>(mark: Knowledge) -> SensorFlaw {
+    SensorFlaw::NotMarked { component: C::type_path().to_owned(), mark }
+}
+
+/// Is there where somebody records what registered sensors read: elsewhere it is not written down.
+#[derive(Resource, Default)]
+pub struct ReadingsAreRecorded;
+
+/// What a robot's registered sensors read, by name, as traces have it.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct SensorRecord(NamedValues);
+
+impl SensorRecord {
+    /// The readings by the names of the sensors.
+    pub fn readings(&self) -> &BTreeMap<String, Value> {
+        &self.0.0
+    }
+}
+
+fn write_down<Reading: SensorReading>(sensor: String) -> impl FnMut(Query<(&Reading, &mut SensorRecord)>) {
+    move |mut robots| {
+        for (reading, mut record) in &mut robots {
+            record.0.set(&sensor, as_value(reading));
+        }
+    }
+}
+
+/// A reading as traces have it. Through text, in which a number of single precision has no more digits than it means.
+fn as_value(reading: &impl Serialize) -> Option<Value> {
+    let text = serde_json::to_string(reading).ok()?;
+    serde_json::from_str(&text).ok()
+}
+
+/// The registered sensors by name.
+#[derive(Resource, Default)]
+pub struct SensorRegistry {
+    sensors: BTreeMap<String, Sensor>,
+}
+
+/// What can be done with a sensor of which only the name is known.
+#[derive(Clone, Copy)]
+struct Sensor {
+    components: [TypeId; 2],
+    check: fn(&Value, &FieldPath) -> Result<(), ScenarioFault>,
+    insert: fn(&mut EntityWorldMut, Option<&Value>),
+    remove: fn(&mut EntityWorldMut),
+    reading: fn(EntityRef) -> Option<Value>,
+}
+
+impl Sensor {
+    fn of<Settings: SensorSettings, Reading: SensorReading>() -> Self {
+        Self {
+            components: [TypeId::of::<Settings>(), TypeId::of::<Reading>()],
+            check: |value, path| read_settings::<Settings>(value, path).map(|_| ()),
+            insert: |robot, value| {
+                // What is wrong was found before the match started.
+                let settings = value.and_then(|value| read_settings(value, &FieldPath::default()).ok());
+                robot.insert(settings.unwrap_or_else(Settings::default));
+                if !robot.contains::<Reading>() {
+                    robot.insert(Reading::default());
+                }
+            },
+            remove: |robot| {
+                robot.remove::<(Settings, Reading)>();
+            },
+            reading: |robot| robot.get::<Reading>().and_then(as_value),
+        }
+    }
+
+    /// Gives a robot the sensor, with these settings, or takes it away.
+    fn set(&self, name: &str, robot: &mut EntityWorldMut, settings: Option<&Value>) {
+        if settings.is_some_and(Value::is_null) {
+            (self.remove)(robot);
+        } else {
+            (self.insert)(robot, settings);
+        }
+        let reading = (self.reading)(robot.as_readonly());
+        if let Some(mut record) = robot.get_mut::<SensorRecord>() {
+            record.0.set(name, reading);
+        }
+    }
+}
+
+impl SensorRegistry {
+    /// The names of all sensors, sorted.
+    pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.sensors.keys().map(String::as_str)
+    }
+
+    /// What is wrong with what a scenario says of sensors: that there are none such, or that they have no such settings.
+    pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
+        let root = FieldPath::default();
+        let of_robots = scenario.robots.iter().enumerate().flat_map(|(index, robot)| {
+            self.faults_of(&robot.sensors, root.field("robots").index(index).field("sensors"))
+        });
+        self.faults_of(&scenario.sensors, root.field("sensors")).chain(of_robots).collect()
+    }
+
+    fn faults_of(&self, specs: &NamedValues, path: FieldPath) -> impl Iterator<Item = ScenarioFault> {
+        specs.0.iter().filter_map(move |(name, value)| {
+            let path = path.key(name);
+            match self.sensors.get(name) {
+                None => Some(unknown_name(&path, "sensor", name, self.names()).at_key()),
+                Some(_) if value.is_null() => None,
+                Some(sensor) => (sensor.check)(value, &path).err(),
+            }
+        })
+    }
+
+    /// Gives a robot its sensors, with the settings that the scenario has for it.
+    pub(super) fn equip(&self, robot: &mut EntityWorldMut, scenario: &Scenario, spec: &RobotSpec) {
+        for (name, sensor) in &self.sensors {
+            sensor.set(name, robot, settings_of(name, scenario, spec));
+        }
+    }
+
+    /// Changes the settings that two scenarios have differently for a robot.
+    pub(super) fn change(&self, robot: &mut EntityWorldMut, [old, new]: [(&Scenario, &RobotSpec); 2]) {
+        for (name, sensor) in &self.sensors {
+            let [before, after] = [old, new].map(|(scenario, spec)| settings_of(name, scenario, spec));
+            if before != after {
+                sensor.set(name, robot, after);
+            }
+        }
+    }
+}
+
+/// The robot's own settings of a sensor, and else the common ones, if the scenario says any.
+fn settings_of<'a>(name: &str, scenario: &'a Scenario, robot: &'a RobotSpec) -> Option<&'a Value> {
+    robot.sensors.get(name).or_else(|| scenario.sensors.get(name))
+}

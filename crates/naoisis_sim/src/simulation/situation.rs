@@ -1,0 +1,87 @@
+//! The present situation of a match as a scenario: to begin from there, again and again.
+
+use bevy::prelude::*;
+
+use super::spawn::resolved;
+use crate::scenario::{Scenario, ScenarioFault};
+use naoisis_core::ball::{Ball, BallVelocity};
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Game, Intervention, Interventions, Penalty, Score, TimedIntervention};
+use naoisis_core::geometry::Pose;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::head::HeadAngles;
+
+/// A scenario that begins as the match in `world` is now: places, heads, the rolling ball, penalties and the score, and what is
+/// asked for by hand and has not happened yet. Unlike
+/// a [`Snapshot`](super::Snapshot) it is a new match, in which the robots know where they stand and nothing else, and which
+/// can be changed by hand. In a half in which the teams have changed sides, all is turned back by half a turn.
+///
+/// # Errors
+/// [`ScenarioFault`] when robots stand in each other, which can only be while they are being put there.
+pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
+    let started_from = world.get_resource::<Scenario>().cloned().unwrap_or_default();
+    let mut scenario = resolved(world, &started_from);
+    let (clock, game) = (*world.resource::<CycleClock>(), world.resource::<Game>().clone());
+    let is_turned = game.blue_end != Game::default().blue_end;
+    // It is a new match.
+    scenario.from = None;
+    scenario.description = format!("{} after {:.2} s", scenario.name, clock.end_time_s());
+    let mut interventions = Vec::new();
+    for robot in &mut scenario.robots {
+        let Some(entity) = world.resource::<Roster>().get(robot.id()) else { continue };
+        if let Some(pose) = world.get::<Pose>(entity) {
+            robot.pose = if is_turned { pose.turned_half() } else { *pose };
+        }
+        if let Some(head) = world.get::<HeadAngles>(entity) {
+            robot.head = [head.yaw, head.pitch];
+        }
+        if let Some(penalty) = world.get::<Penalty>(entity).and_then(|penalty| penalty.0) {
+            let duration_s = Some((penalty.cycles_left as f64 * clock.period_s) as f32);
+            interventions.push(Intervention::Penalise { robot: robot.id(), reason: penalty.reason, duration_s });
+        }
+    }
+    if game.score != Score::default() {
+        interventions.push(Intervention::SetScore { blue: game.score.blue, pink: game.score.pink });
+    }
+    scenario.interventions =
+        interventions.into_iter().map(|intervention| TimedIntervention { at_s: 0.0, intervention }).collect();
+    let mut balls = world.query_filtered::<(&Pose, &BallVelocity), With<Ball>>();
+    if let (Some(ball), Some((pose, velocity))) = (&mut scenario.ball, balls.iter(world).next()) {
+        let sign = if is_turned { -1.0 } else { 1.0 };
+        (ball.position_m, ball.velocity_mps) = (sign * pose.position, sign * velocity.0);
+    }
+    for &asked in &world.resource::<Interventions>().queue {
+        carry_out(&mut scenario, if is_turned { turned(asked) } else { asked });
+    }
+    scenario.validate()?;
+    Ok(scenario)
+}
+
+/// What is asked for by hand and happens at the end of the next cycle is so from the beginning.
+fn carry_out(scenario: &mut Scenario, asked: Intervention) {
+    match asked {
+        Intervention::PlaceRobot { robot, pose } => {
+            for spec in scenario.robots.iter_mut().filter(|spec| spec.id() == robot) {
+                spec.pose = pose;
+            }
+        }
+        Intervention::PlaceBall { position_m, velocity_mps } => {
+            if let Some(ball) = &mut scenario.ball {
+                (ball.position_m, ball.velocity_mps) = (position_m, velocity_mps);
+            }
+        }
+        intervention => scenario.interventions.push(TimedIntervention { at_s: 0.0, intervention }),
+    }
+}
+
+/// The same on a pitch that is turned by half a turn.
+fn turned(asked: Intervention) -> Intervention {
+    match asked {
+        Intervention::PlaceRobot { robot, pose } => Intervention::PlaceRobot { robot, pose: pose.turned_half() },
+        Intervention::PlaceBall { position_m, velocity_mps } => {
+            Intervention::PlaceBall { position_m: -position_m, velocity_mps: -velocity_mps }
+        }
+        Intervention::DropBall { position_m } => Intervention::DropBall { position_m: -position_m },
+        other => other,
+    }
+}

@@ -1,0 +1,350 @@
+//! Snapshots in files: MessagePack, with a name and a version before it, and values by the names of their types.
+
+use bevy::prelude::*;
+use bevy::reflect::serde::{TypedReflectDeserializer, TypedReflectSerializer};
+use bevy::reflect::{ReflectFromReflect, TypePathTable, TypeRegistration, TypeRegistry};
+use core::fmt;
+use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::ser::{SerializeMap, SerializeSeq};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
+use crate::scenario::message_pack;
+use crate::scenario::saved_match::{FORMAT, LARGEST_FILE_BYTES, VERSION};
+use naoisis_core::read_file::read_file;
+use naoisis_core::replace_file::replace_file;
+
+/// What the names of the simulation's own types begin with.
+const OWN: &str = "naoisis::";
+
+impl Snapshot {
+    /// Writes the snapshot to a file, in place of any that is there: whole, or not at all. `world` knows its types.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: &Path, world: &World) -> Result<(), SnapshotError> {
+        let io_error = |error| SnapshotError::Io { path: path.to_owned(), error };
+        let bytes = self.to_bytes(world).map_err(|error| io_error(io::Error::other(error)))?;
+        replace_file(path, |mut file| file.write_all(&bytes)).map_err(io_error)
+    }
+
+    /// Reads a snapshot from a file. `world` knows its types.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is none that [`Snapshot::save`] wrote.
+    pub fn load(path: &Path, world: &World) -> Result<Snapshot, SnapshotError> {
+        let bytes =
+            read_file(path, LARGEST_FILE_BYTES).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
+        Snapshot::from_bytes(&bytes, world)
+            .map_err(|message| SnapshotError::NotASnapshot { path: path.to_owned(), message })
+    }
+
+    /// The snapshot as the bytes of a file.
+    ///
+    /// # Errors
+    /// When a value cannot be encoded; never for the simulation's own.
+    pub fn to_bytes(&self, world: &World) -> Result<Vec<u8>, String> {
+        let registry = world.resource::<AppTypeRegistry>().read();
+        rmp_serde::to_vec_named(&Written { snapshot: self, registry: &registry }).map_err(|error| error.to_string())
+    }
+
+    /// The snapshot from the bytes of a file.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, String> {
+        message_pack::check(bytes)?;
+        let registry = world.resource::<AppTypeRegistry>().read();
+        let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
+        let snapshot = SnapshotSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())?;
+        match IgnoredAny::deserialize(&mut deserializer) {
+            // There is nothing left to be read.
+            Err(rmp_serde::decode::Error::InvalidMarkerRead(_)) => Ok(snapshot),
+            _ => Err("there is something behind its end".to_owned()),
+        }
+    }
+}
+
+/// What a type is called in files. Types of the simulation have their own name without the module's, so that old files can
+/// be read when a type has moved; others have their whole path.
+fn saved_name(paths: &TypePathTable) -> Cow<'static, str> {
+    if paths.path().starts_with(OWN) {
+        Cow::Owned(format!("{OWN}{}", paths.short_path()))
+    } else {
+        Cow::Borrowed(paths.path())
+    }
+}
+
+/// The type that has this name in files.
+fn registration_by_name<'a>(name: &str, registry: &'a TypeRegistry) -> Option<&'a TypeRegistration> {
+    if !name.starts_with(OWN) {
+        return registry.get_with_type_path(name);
+    }
+    saved_types(registry).find(|registration| saved_name(registration.type_info().type_path_table()) == name)
+}
+
+/// The components and resources that a snapshot can hold.
+fn saved_types(registry: &TypeRegistry) -> impl Iterator<Item = &TypeRegistration> {
+    registry
+        .iter()
+        .filter(|registration| registration.data::<ReflectComponent>().is_some() && belongs_to_match(registration))
+}
+
+/// A snapshot as it is written.
+struct Written<'a> {
+    snapshot: &'a Snapshot,
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for Written<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Written { snapshot, registry } = *self;
+        let mut map = serializer.serialize_map(Some(4))?;
+        map.serialize_entry("format", FORMAT)?;
+        map.serialize_entry("version", &VERSION)?;
+        map.serialize_entry("resources", &WrittenValues { values: &snapshot.resources, registry })?;
+        map.serialize_entry("entities", &WrittenEntities { entities: &snapshot.entities, registry })?;
+        map.end()
+    }
+}
+
+struct WrittenEntities<'a> {
+    entities: &'a [EntityState],
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for WrittenEntities<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut list = serializer.serialize_seq(Some(self.entities.len()))?;
+        for entity in self.entities {
+            let components = WrittenValues { values: &entity.components, registry: self.registry };
+            list.serialize_element(&WrittenEntity { behaviours: &entity.behaviours, components })?;
+        }
+        list.end()
+    }
+}
+
+#[derive(Serialize)]
+struct WrittenEntity<'a> {
+    behaviours: &'a [String],
+    components: WrittenValues<'a>,
+}
+
+/// Values by the names of their types.
+struct WrittenValues<'a> {
+    values: &'a [Box<dyn Reflect>],
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for WrittenValues<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.values.len()))?;
+        for value in self.values {
+            let name = saved_name(value.reflect_type_info().type_path_table());
+            map.serialize_entry(&name, &TypedReflectSerializer::new(value.as_partial_reflect(), self.registry))?;
+        }
+        map.end()
+    }
+}
+
+/// Reads a snapshot with the types of a registry.
+struct SnapshotSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for SnapshotSeed<'_> {
+    type Value = Snapshot;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Snapshot, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for SnapshotSeed<'_> {
+    type Value = Snapshot;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a snapshot of a match")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Snapshot, A::Error> {
+        let mut snapshot = Snapshot { resources: Vec::new(), entities: Vec::new() };
+        let mut is_one = false;
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "format" => is_one = map.next_value::<String>()? == FORMAT,
+                "version" => {
+                    let version: u32 = map.next_value()?;
+                    if version != VERSION {
+                        return Err(A::Error::custom(format!("it has version {version}, not {VERSION}")));
+                    }
+                }
+                "resources" if is_one => snapshot.resources = map.next_value_seed(ValuesSeed(self.0))?,
+                "entities" if is_one => snapshot.entities = map.next_value_seed(EntitiesSeed(self.0))?,
+                _ => return Err(A::Error::custom("it is something else")),
+            }
+        }
+        if is_one { Ok(snapshot) } else { Err(A::Error::custom("it is empty")) }
+    }
+}
+
+struct EntitiesSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for EntitiesSeed<'_> {
+    type Value = Vec<EntityState>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Vec<EntityState>, D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for EntitiesSeed<'_> {
+    type Value = Vec<EntityState>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a list of entities")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<EntityState>, A::Error> {
+        let mut entities = Vec::new();
+        while let Some(entity) = list.next_element_seed(EntitySeed(self.0))? {
+            entities.push(entity);
+        }
+        Ok(entities)
+    }
+}
+
+struct EntitySeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for EntitySeed<'_> {
+    type Value = EntityState;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<EntityState, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for EntitySeed<'_> {
+    type Value = EntityState;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("an entity")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<EntityState, A::Error> {
+        let mut state = EntityState { behaviours: Vec::new(), components: Vec::new() };
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "behaviours" => state.behaviours = map.next_value_seed(BehavioursSeed)?,
+                "components" => state.components = map.next_value_seed(ValuesSeed(self.0))?,
+                _ => {
+                    map.next_value::<IgnoredAny>()?;
+                }
+            }
+        }
+        // A byte of a file would do for one of these.
+        if state.components.is_empty() {
+            return Err(A::Error::custom("there is an entity of nothing"));
+        }
+        Ok(state)
+    }
+}
+
+/// The names of an entity's behaviours.
+struct BehavioursSeed;
+
+/// More behaviours than this has no robot.
+const MOST_BEHAVIOURS: usize = 100;
+
+impl<'de> DeserializeSeed<'de> for BehavioursSeed {
+    type Value = Vec<String>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Vec<String>, D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for BehavioursSeed {
+    type Value = Vec<String>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a list of behaviours")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<String>, A::Error> {
+        let mut names = Vec::new();
+        while let Some(name) = list.next_element()? {
+            if names.len() == MOST_BEHAVIOURS {
+                return Err(A::Error::custom(format!("an entity has more than {MOST_BEHAVIOURS} behaviours")));
+            }
+            names.push(name);
+        }
+        Ok(names)
+    }
+}
+
+struct ValuesSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for ValuesSeed<'_> {
+    type Value = Vec<Box<dyn Reflect>>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for ValuesSeed<'_> {
+    type Value = Vec<Box<dyn Reflect>>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("values by the names of their types")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut values = Vec::new();
+        while let Some(name) = map.next_key::<String>()? {
+            let unknown = || A::Error::custom(format!("there is no type `{name}` here"));
+            let registration = registration_by_name(&name, self.0).ok_or_else(unknown)?;
+            let from_reflect = registration.data::<ReflectFromReflect>().ok_or_else(unknown)?;
+            let value = map.next_value_seed(TypedReflectDeserializer::new(registration, self.0))?;
+            let is_there = |values: &[Box<dyn Reflect>]| {
+                values.iter().any(|value| value.as_any().type_id() == registration.type_id())
+            };
+            if is_there(&values) {
+                return Err(A::Error::custom(format!("there are two of `{name}`")));
+            }
+            let value = from_reflect
+                .from_reflect(&*value)
+                .ok_or_else(|| A::Error::custom(format!("this is not all of a `{name}`")))?;
+            values.push(value);
+        }
+        Ok(values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::NaoisisPlugins;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn what_is_saved_has_a_name_of_its_own_that_no_module_is_part_of() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins));
+        let registry = app.world().resource::<AppTypeRegistry>().read();
+        let mut names = BTreeSet::new();
+        for registration in saved_types(&registry) {
+            let name = saved_name(registration.type_info().type_path_table()).into_owned();
+            let own_name = name.strip_prefix(OWN).unwrap_or_else(|| panic!("{name} is not the simulation's"));
+            assert!(!own_name.contains("::"), "the name {name} changes when a module does");
+            assert_eq!(
+                registration_by_name(&name, &registry).map(TypeRegistration::type_id),
+                Some(registration.type_id())
+            );
+            assert!(names.insert(name.clone()), "two types have the name {name}");
+        }
+        assert!(names.contains("naoisis::RobotId") && names.contains("naoisis::CycleClock"), "{names:?}");
+    }
+}

@@ -1,0 +1,255 @@
+//! From a scenario to entities and resources.
+
+use bevy::prelude::*;
+
+use super::names;
+use super::sensors::{SensorRecord, SensorRegistry};
+use super::settings::RobotSettings;
+use crate::scenario::wording::one_of;
+use crate::scenario::{BallSpec, BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault, TeamsSpec};
+use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use naoisis_core::behaviour::drawings::Drawings;
+use naoisis_core::behaviour::script::Script;
+use naoisis_core::behaviour::{BehaviourRegistry, Program, REMOTE};
+use naoisis_core::collision::Contacts;
+use naoisis_core::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
+use naoisis_core::cycle::{CycleClock, CyclePart};
+use naoisis_core::events::{CycleEvents, MatchEvent};
+use naoisis_core::game::Game;
+use naoisis_core::geometry::{Pose, wrap_angle};
+use naoisis_core::knowledge::Knowledge;
+use naoisis_core::pitch::{Pitch, Post};
+use naoisis_core::random::RandomStreams;
+use naoisis_core::referee;
+use naoisis_core::referee::placing::LineUp;
+use naoisis_core::robot::head::{HeadAngles, HeadCommand};
+use naoisis_core::robot::kick::{KickCommand, KickPhase};
+use naoisis_core::robot::motion::{ExecutedStep, WalkCommand};
+use naoisis_core::robot::{PreviousPose, Roster, Velocity};
+use naoisis_core::team::{RobotId, Team};
+use naoisis_sensing::belief::localisation_method::LocalisationMethod;
+use naoisis_sensing::belief::{Belief, SimpleBelief, team_from_pitch};
+use naoisis_sensing::sensing::odometry::Odometry;
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::status::BodyStatus;
+use naoisis_sensing::sensing::vision::Percepts;
+
+/// Marks the entities of a match: robots, ball and posts.
+#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct MatchEntity;
+
+/// A component of the ball.
+pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
+    let mut balls = world.try_query_filtered::<&C, With<Ball>>()?;
+    balls.iter(world).next().cloned()
+}
+
+/// Replaces the match in the world by that of the scenario, which begins anew.
+///
+/// # Errors
+/// [`ScenarioFault`] when the scenario contradicts itself, names a behaviour or team that is not registered, or wants
+/// camera images that cannot be rendered here; the world is then as it was.
+pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    scenario.validate()?;
+    let robots = robots_of(world, scenario)?;
+    scenario.cameras.render.make_ready(world)?;
+    let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
+    let old: Vec<Entity> = old.iter(world).collect();
+    for entity in old {
+        world.despawn(entity);
+    }
+    world.insert_resource(scenario.field.clone());
+    world.insert_resource(scenario.rules.clone());
+    world.insert_resource(scenario.messages.clone());
+    world.insert_resource(MessagesInFlight::default());
+    world.insert_resource(MessageStatistics::default());
+    world.insert_resource(clock_of(scenario));
+    world.insert_resource(CyclePart::default());
+    referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
+    world.insert_resource(CycleEvents::default());
+    world.resource_mut::<Messages<MatchEvent>>().clear();
+    world.insert_resource(Contacts::default());
+    spawn_posts(world, scenario);
+    spawn_ball(world, scenario);
+    world.resource_scope(|world, sensors: Mut<SensorRegistry>| {
+        for robot in &robots {
+            let mut entity = spawn_robot(world, scenario, robot);
+            sensors.equip(&mut entity, scenario, robot);
+        }
+    });
+    world.insert_resource(scenario.clone());
+    Ok(())
+}
+
+/// The scenario with all robots listed: those that whole teams line up included.
+pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
+    match robots_of(world, scenario) {
+        Ok(robots) => Scenario { robots, teams: None, ..scenario.clone() },
+        Err(_) => scenario.clone(),
+    }
+}
+
+/// The scenario's robots, or those of the two teams that it names, lined up for a kick-off, ordered by id. All of
+/// their behaviours exist.
+pub(super) fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
+    let registry = world.resource::<BehaviourRegistry>();
+    if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
+        return Err(fault);
+    }
+    let mut robots = scenario.robots.clone();
+    if let Some(teams) = &scenario.teams {
+        let game = Game::at_start(&scenario.rules, &clock_of(scenario));
+        let mut line_up = scenario.line_up(&game, game.kick_off(), scenario.ball.map(|ball| ball.position_m));
+        robots.extend(team_of(scenario, registry, Team::Blue, teams, &mut line_up)?);
+        robots.extend(team_of(scenario, registry, Team::Pink, teams, &mut line_up)?);
+    }
+    robots.sort_by_key(RobotSpec::id);
+    for robot in &mut robots {
+        // As a file has it.
+        robot.pose.heading = wrap_angle(robot.pose.heading);
+    }
+    Ok(robots)
+}
+
+/// The robots of a registered team at their places for the first kick-off.
+fn team_of(
+    scenario: &Scenario,
+    registry: &BehaviourRegistry,
+    team: Team,
+    teams: &TeamsSpec,
+    line_up: &mut LineUp,
+) -> Result<Vec<RobotSpec>, ScenarioFault> {
+    let (size, name) = (scenario.rules.team_size, teams.name(team));
+    let mut spec_of = |number, behaviour| {
+        let robot = teams.robot(team, number);
+        let pose = line_up.put_down(robot.id(), &scenario.body_of(&robot));
+        RobotSpec { pose, behaviour, ..robot }
+    };
+    if let Some(Some(words)) = TeamsSpec::command_line(name) {
+        return Ok((1..=size).map(|number| spec_of(number, BehaviourSpec::Program(words.clone()))).collect());
+    }
+    if name == REMOTE {
+        return Ok((1..=size).map(|number| spec_of(number, BehaviourSpec::Named(REMOTE.to_owned()))).collect());
+    }
+    let Some(recipe) = registry.team(name) else {
+        return Err(names::no_team(registry, &FieldPath::default().field("teams").field(team.name()), name));
+    };
+    for number in 1..=size {
+        let behaviour = recipe.behaviour_of(number, size);
+        if registry.marker_of(&behaviour).is_none() {
+            return Err(ScenarioFault::new(
+                FieldPath::default().field("teams").field(team.name()),
+                format!("player {number} of the team `{name}` has the behaviour `{behaviour}`, which there is not"),
+                format!("a team whose players have some of {}", one_of(registry.behaviour_names())),
+            ));
+        }
+    }
+    let named = |number| BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned());
+    Ok((1..=size).map(|number| spec_of(number, named(number))).collect())
+}
+
+fn clock_of(scenario: &Scenario) -> CycleClock {
+    CycleClock { cycle: 0, period_s: scenario.cycle_s }
+}
+
+fn spawn_posts(world: &mut World, scenario: &Scenario) {
+    for post in Pitch::goal_posts(&scenario.field) {
+        world.spawn((MatchEntity, Pose { position: post.position, heading: 0.0 }, Post::from(post)));
+    }
+    for post in &scenario.posts {
+        world.spawn((
+            MatchEntity,
+            Pose { position: post.position_m, heading: 0.0 },
+            Post { radius: post.radius_m, height: post.height_m, colour: None },
+        ));
+    }
+}
+
+fn spawn_ball(world: &mut World, scenario: &Scenario) {
+    let Some(ball) = scenario.ball else { return };
+    let pose = Pose { position: ball.position_m, heading: 0.0 };
+    world.spawn((
+        MatchEntity,
+        Ball,
+        pose,
+        PreviousPose(pose),
+        BallVelocity(ball.velocity_mps),
+        BallPhysics { radius_m: ball.radius_m, rolling: ball.rolling, restitution: ball.restitution },
+        BallPath::default(),
+    ));
+}
+
+fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec) -> EntityWorldMut<'w> {
+    let id = robot.id();
+    let [yaw, pitch] = robot.head;
+    let mut entity = world.spawn((
+        MatchEntity,
+        id,
+        RobotSettings::of(scenario, robot),
+        (robot.pose, PreviousPose(robot.pose), Velocity::default()),
+        (WalkCommand::default(), ExecutedStep::default()),
+        (HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
+        (KickCommand::default(), KickPhase::default()),
+        (SonarReading::default(), Percepts::default(), Odometry::default(), BodyStatus::default()),
+        (Outbox::default(), Inbox::default(), Drawings::default(), SensorRecord::default()),
+        RandomStreams::new(scenario.seed, id),
+    ));
+    give_behaviour(&mut entity, scenario, robot);
+    entity
+}
+
+/// Gives a robot without one its behaviour, and a belief that begins where it is, if it is one that believes.
+pub(super) fn give_behaviour(entity: &mut EntityWorldMut, scenario: &Scenario, robot: &RobotSpec) {
+    match &robot.behaviour {
+        BehaviourSpec::Script(entries) => {
+            entity.insert(Script(entries.clone()));
+        }
+        BehaviourSpec::Program(words) => {
+            entity.insert(Program(words.clone()));
+        }
+        BehaviourSpec::Named(name) => {
+            let marker = entity.world().resource::<BehaviourRegistry>().marker_of(name);
+            if let Some(insert) = marker {
+                insert(entity);
+            }
+            let localisation = robot.localisation.unwrap_or(scenario.localisation);
+            begin_belief(entity, robot.pose, localisation, ball_in(scenario));
+        }
+    }
+}
+
+/// What a robot with a belief believes at the start, and how it localises itself. It is put down where its team knows that
+/// it will be.
+fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod, ball: BallSpec) {
+    let Some(id) = robot.get::<RobotId>().copied() else { return };
+    if robot.contains::<Belief>() {
+        let own_end = robot.world().resource::<Game>().own_end(id.team);
+        robot.insert(Belief::at(team_from_pitch(pose, own_end)));
+    }
+    if let Some(mut belief) = robot.get_mut::<SimpleBelief>() {
+        belief.localisation = localisation;
+        (belief.ball.radius_m, belief.ball.rolling) = (ball.radius_m, ball.rolling);
+    }
+}
+
+/// The ball of a scenario, whose size and way of rolling is known to everybody.
+fn ball_in(scenario: &Scenario) -> BallSpec {
+    scenario.ball.unwrap_or_default()
+}
+
+/// Gives a robot that has none the built-in belief, which begins where the robot is. Whether there is such a robot.
+pub fn give_belief(world: &mut World, id: RobotId) -> bool {
+    let Some(entity) = world.resource::<Roster>().get(id) else { return false };
+    let scenario = world.resource::<Scenario>();
+    let own = scenario.robots.iter().find(|robot| robot.id() == id).and_then(|robot| robot.localisation);
+    let localisation = own.unwrap_or(scenario.localisation);
+    let ball = ball_in(scenario);
+    let mut robot = world.entity_mut(entity);
+    if !robot.contains::<SimpleBelief>() {
+        let pose = robot.get::<Pose>().copied().unwrap_or_default();
+        robot.insert(SimpleBelief::default());
+        begin_belief(&mut robot, pose, localisation, ball);
+    }
+    true
+}

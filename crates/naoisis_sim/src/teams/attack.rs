@@ -1,0 +1,374 @@
+//! Going for the ball: behind it, around it, lining up, kicking. Shared by all built-in players.
+
+use bevy::prelude::*;
+
+use super::aiming::{Aim, Sizes};
+use super::kicking::{BallAtFeet, KickPlan, any_kick, kick_now};
+use super::player::{Decision, Player, PlayerMemory};
+use super::walking::approach;
+use naoisis_core::robot::kick::KickRequest;
+use naoisis_core::robot::motion::WalkCommand;
+use naoisis_sensing::belief::BallBelief;
+use naoisis_sensing::sensing::status::BodyStatus;
+
+/// An opponent nearer to the ball than this puts the attacker under pressure, m.
+const PRESSURE_DISTANCE_M: f32 = 0.5;
+/// How much less exact a kick may be under pressure.
+const PRESSURE_PATIENCE: f32 = 2.5;
+/// Further away from the ball than this, an attacker faces it, m.
+pub(super) const FACE_BALL_M: f32 = 0.7;
+/// Nearer to the ball than this, an attacker is at it, m.
+const AT_BALL_M: f32 = 0.5;
+/// After so long at the ball, less exact kicks will do, s.
+const PREPARATION_S: f32 = 4.0;
+/// The ball must have been seen within this time for a kick, s.
+const FRESH_BALL_S: f32 = 0.4;
+/// Where its cameras cannot show it the ball, it will do if it was seen within this time, s.
+const BLIND_BALL_S: f32 = 5.0;
+/// Who cannot see the ball kicks it from so near to where it means to, m: what it believes of it errs.
+const BLIND_EXACTNESS_M: f32 = 0.05;
+/// A ball faster than this is not lined up for but met, m/s.
+const ROLLING_BALL_MPS: f32 = 0.15;
+/// Of a rolling ball it is reckoned where it will be after this time, s.
+const LEAD_S: f32 = 1.0;
+/// A shot is tried from this share of the greatest kick's distance.
+const SHOT_RANGE_SHARE: f32 = 0.95;
+
+/// Goes for the ball and kicks it.
+pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    let Some(ball) = player.ball() else { return search(player, memory) };
+    memory.lost_since_s = None;
+    let aim = choose_aim(player, memory, ball.position_m);
+    let rolls = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
+    let meeting_place = if rolls { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
+    go_for(player, memory, ball, &aim, meeting_place, |at_feet, hurried| kick_towards(player, at_feet, &aim, hurried))
+}
+
+/// Kicks the ball towards the aim, or goes to where it can: to where the ball will be met, m, team frame. `pick` says how to kick a
+/// ball that lies before the feet, if it should be kicked now, of a player that is in a hurry or not.
+pub fn go_for(
+    player: &Player,
+    memory: &mut PlayerMemory,
+    ball: &BallBelief,
+    aim: &Aim,
+    meeting_place: Vec2,
+    pick: impl FnOnce(BallAtFeet, bool) -> Option<KickRequest>,
+) -> Decision {
+    if player.kick_is_on_its_way(memory) {
+        return Decision { intention: "kick", ..default() };
+    }
+    if has_kicked_blindly(player, memory, ball) {
+        memory.ready_since_s = None;
+        return step_back(player);
+    }
+    let ready = kick_if_ready(player, memory, ball, aim, pick);
+    if ready.is_some() && !has_looked(player, memory) {
+        return Decision { intention: "attack", ..default() };
+    }
+    memory.ready_since_s = None;
+    if let Some(kick) = ready {
+        memory.kicked_at_s = Some(player.status.time_s);
+        memory.kick = None;
+        memory.at_ball_since_s = None;
+        return Decision { kick: Some(kick), intention: "kick", ..default() };
+    }
+    let (walk, target) = line_up(player, memory, ball, aim, meeting_place);
+    Decision { walk, target: Some(target), intention: "attack", ..default() }
+}
+
+/// Whether the player has stood and looked at a ball that lies right for so long that it can trust its eyes. The cameras of who walks
+/// step by step sway with the steps, and balls seem to lie where they do not.
+fn has_looked(player: &Player, memory: &mut PlayerMemory) -> bool {
+    /// As long as a sway lasts, s.
+    const LOOK_S: f32 = 0.4;
+    if player.limits.gait.is_none() {
+        return true;
+    }
+    let since_s = *memory.ready_since_s.get_or_insert(player.status.time_s);
+    player.body == BodyStatus::Standing && player.status.time_s - since_s >= LOOK_S
+}
+
+/// Where the ball should go: at the own kick-off to the side, otherwise at the goal or towards it.
+pub fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
+    let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
+        Aim::kick_off(ball, player.status.restarts.is_multiple_of(2))
+    } else {
+        let ahead = player.kicks.types().filter(|kick| !kick.is_side_kick());
+        let range_m = SHOT_RANGE_SHARE * ahead.map(|kick| player.kicks.max_distance_m(kick)).fold(0.0, f32::max);
+        let sizes = Sizes { blocked_half_width_m: player.blocked_half_width_m(), ball_radius_m: player.ball_radius_m };
+        Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, sizes, memory.aim)
+    };
+    memory.aim = Some(aim.direction);
+    aim
+}
+
+/// Whether the ball lies so near before the player that none of its cameras shows it, whatever its head does.
+fn is_out_of_sight(player: &Player, ball: &BallBelief) -> bool {
+    let place = player.in_robot(ball.position_m);
+    let at_ball_m = AT_BALL_M + player.longer_than_nao_m();
+    place.x > 0.0 && place.length_squared() < at_ball_m * at_ball_m && !player.head.can_see(place)
+}
+
+/// Whether the player has kicked since it saw the ball last, which it cannot see where it is. If the ball has left, it knows when it has a
+/// look; if not, it may have missed it.
+fn has_kicked_blindly(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
+    let since_kick_s = memory.kicked_at_s.map(|then| player.status.time_s - then);
+    ball.age_s > FRESH_BALL_S
+        && since_kick_s.is_some_and(|since_s| (0.0..ball.age_s).contains(&since_s))
+        && is_out_of_sight(player, ball)
+}
+
+/// Whether the player stands where it means to kick from, exactly.
+fn stands_where_it_kicks(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> bool {
+    let (abilities, obstacles) = ((player.kicks, player.limits), player.obstacles());
+    let plan = KickPlan::choose(ball.position_m, aim, player.pose(), &obstacles, abilities, memory.kick);
+    plan.is_some_and(|plan| plan.position.distance_squared(player.position()) < BLIND_EXACTNESS_M * BLIND_EXACTNESS_M)
+}
+
+/// A step back from where the ball should lie, so that it comes into view.
+fn step_back(player: &Player) -> Decision {
+    let place = player.position() - player.forward;
+    let walk = player.walk_to(place, player.forward, &player.obstacles());
+    Decision { walk, target: Some(place), intention: "attack", ..default() }
+}
+
+/// Whether the player has lost a ball before its feet, where its cameras show it none, and has kicked at it of late.
+fn may_have_missed(player: &Player, memory: &PlayerMemory) -> bool {
+    /// So long after a kick it thinks of that, s: as long as it takes to lose the ball, and to get away from it.
+    const LATE_S: f32 = 10.0;
+    /// Before the feet, m.
+    const AT_FEET_M: f32 = 0.1;
+    let since_kick_s = memory.kicked_at_s.map(|then| player.status.time_s - then);
+    let at_feet = Vec2::new(player.own_body.base.x_m[1] + player.ball_radius_m + AT_FEET_M, 0.0);
+    since_kick_s.is_some_and(|since_s| (0.0..LATE_S).contains(&since_s)) && !player.head.can_see(at_feet)
+}
+
+/// The kick to make now, of those that `pick` offers, if the ball is before the feet for sure. An opponent at the ball, or a long
+/// time there, makes it hurry.
+fn kick_if_ready(
+    player: &Player,
+    memory: &PlayerMemory,
+    ball: &BallBelief,
+    aim: &Aim,
+    pick: impl FnOnce(BallAtFeet, bool) -> Option<KickRequest>,
+) -> Option<KickRequest> {
+    if !player.body.is_free() || ball.heard_from.is_some() {
+        return None;
+    }
+    if ball.age_s > FRESH_BALL_S {
+        let may_be_there = ball.age_s <= BLIND_BALL_S && is_out_of_sight(player, ball);
+        if !may_be_there || !stands_where_it_kicks(player, memory, ball, aim) {
+            return None;
+        }
+    }
+    let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
+    let hurried = waited_s > PREPARATION_S || player.nearest_opponent(ball.position_m) < PRESSURE_DISTANCE_M;
+    let at_feet =
+        BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
+    pick(at_feet, hurried)
+}
+
+/// The kick that sends a ball before the feet towards the aim, or, in a hurry, any that does well enough.
+pub(super) fn kick_towards(player: &Player, at_feet: BallAtFeet, aim: &Aim, hurried: bool) -> Option<KickRequest> {
+    let patience = if hurried { PRESSURE_PATIENCE } else { 1.0 };
+    let kick = kick_now(at_feet, aim, (player.kicks, player.rolling), player.pitch, patience);
+    if kick.is_none() && hurried {
+        any_kick(
+            at_feet,
+            &player.belief.opponents,
+            player.blocked_half_width_m(),
+            (player.kicks, player.rolling),
+            player.pitch,
+        )
+    } else {
+        kick
+    }
+}
+
+/// The step that brings the player to where it can kick the ball, and that place.
+fn line_up(
+    player: &Player,
+    memory: &mut PlayerMemory,
+    ball: &BallBelief,
+    aim: &Aim,
+    meeting_place: Vec2,
+) -> (WalkCommand, Vec2) {
+    let distance_squared = player.position().distance_squared(ball.position_m);
+    let at_ball_m = AT_BALL_M + player.longer_than_nao_m();
+    if distance_squared > at_ball_m * at_ball_m {
+        memory.at_ball_since_s = None;
+    } else if memory.at_ball_since_s.is_none() {
+        memory.at_ball_since_s = Some(player.status.time_s);
+    }
+    let mut obstacles = player.obstacles();
+    let plan =
+        KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, (player.kicks, player.limits), memory.kick);
+    memory.kick = plan.map(|plan| plan.kick_type);
+    // Who has no kick stands with its toes at the ball, and walks on.
+    let toes_m = player.own_body.base.x_m[1] + player.ball_radius_m;
+    let (position, facing) =
+        plan.map_or((meeting_place - toes_m * aim.direction, aim.direction), |plan| (plan.position, plan.facing));
+    let (place, last_stretch) = approach(player.position(), player.forward, position, facing);
+    if last_stretch {
+        let place = if plan.is_some() { place } else { meeting_place + aim.direction };
+        return (player.walk_to(place, facing, &obstacles), position);
+    }
+    obstacles.add(ball.position_m, player.ball_clearance_m());
+    // Far away it is enough to face where the ball is; near it, where it shall go.
+    let face_ball_m = FACE_BALL_M + player.longer_than_nao_m();
+    let facing = if distance_squared > face_ball_m * face_ball_m {
+        (ball.position_m - player.position()).normalize_or(facing)
+    } else {
+        facing
+    };
+    (player.walk_to(place, facing, &obstacles), position)
+}
+
+/// Looks for the ball: turns around towards where it was lost, then walks from place to place.
+pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    /// How fast the body turns while the head searches: a share of the greatest speed.
+    const TURN_SHARE: f32 = 0.4;
+    /// How long it turns before it walks, s.
+    const TURN_S: f32 = 8.0;
+    /// How long it walks to a place before it goes to the next, s.
+    const PATROL_S: f32 = 12.0;
+    let now = player.status.time_s;
+    let since = *memory.lost_since_s.get_or_insert(now);
+    memory.kick = None;
+    memory.at_ball_since_s = None;
+    let head = Some(player.head.search(now - since));
+    let turn = if memory.lost_left { 1.0 } else { -1.0 };
+    let searched_s = now - since;
+    if may_have_missed(player, memory) {
+        return Decision { head, intention: "search", ..step_back(player) };
+    }
+    if searched_s < TURN_S {
+        let walk = WalkCommand::new(0.0, 0.0, turn * TURN_SHARE * player.limits.max_angular * player.period);
+        return Decision { walk, head, intention: "search", ..default() };
+    }
+    let (x, y) = (0.45 * player.pitch.half_length(), 0.5 * player.pitch.half_width());
+    let places = [Vec2::ZERO, Vec2::new(x, y), Vec2::new(-x, -y), Vec2::new(x, -y), Vec2::new(-x, y)];
+    let index = ((searched_s - TURN_S) / PATROL_S) as usize + usize::from(player.id.number);
+    let place = places[index % places.len()];
+    let facing = (place - player.position()).normalize_or(player.forward);
+    let walk = player.walk_to(place, facing, &player.obstacles());
+    Decision { walk, target: Some(place), head, intention: "search", ..default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::teams::player::tests::{PlayerFixture, after_decision};
+    use naoisis_core::geometry::Pose;
+    use naoisis_core::geometry::unit;
+    use naoisis_core::robot::body::Body;
+    use naoisis_sensing::sensing::status::BodyStatus;
+
+    const BALL_RADIUS_M: f32 = 0.03;
+
+    #[test]
+    fn from_all_around_the_ball_is_reached_without_a_touch_and_kicked_at_the_goal() {
+        for index in 0..24 {
+            let angle = index as f32 * 0.26;
+            let ball = Vec2::new(0.8, -0.4);
+            let start = ball + unit(angle) * (0.35 + 0.05 * index as f32);
+            let mut situation = PlayerFixture::new(Pose { position: start, heading: 2.0 * angle }, ball);
+            let mut memory = PlayerMemory::default();
+            let mut kick = None;
+            for _ in 0..30 * 20 {
+                let decision = attack(&situation.player(), &mut memory);
+                kick = decision.kick;
+                if kick.is_some() {
+                    break;
+                }
+                situation.belief.pose = after_decision(situation.belief.pose, &decision);
+                let base = Body::default().base.footprint(situation.belief.pose);
+                let gap = base.signed_distance(ball).0 - BALL_RADIUS_M;
+                assert!(gap > 0.0, "start {index}: touches the ball at {:?}", situation.belief.pose);
+                situation.status.time_s += situation.period;
+            }
+            let kick = kick.unwrap_or_else(|| panic!("start {index}: no kick within 20 s"));
+            let in_robot = situation.belief.ball_in_robot().unwrap();
+            let strike = naoisis_core::kick_geometry::strike(kick.kick_type, in_robot).unwrap();
+            let direction = situation.belief.pose.forward().rotate(strike.direction);
+            let y = ball.y + direction.y / direction.x * (3.0 - ball.x);
+            assert!(direction.x > 0.0 && y.abs() < 0.62, "start {index}: crosses the goal line at {y}");
+        }
+    }
+
+    #[test]
+    fn an_unseen_or_heard_ball_is_not_kicked_and_neither_is_one_while_recovering() {
+        let kicks = |change: fn(&mut PlayerFixture)| {
+            let mut situation = PlayerFixture::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
+            change(&mut situation);
+            attack(&situation.player(), &mut PlayerMemory::default()).kick.is_some()
+        };
+        assert!(kicks(|_| {}));
+        assert!(!kicks(|situation| situation.belief.ball.as_mut().unwrap().age_s = 1.0));
+        assert!(!kicks(|situation| {
+            situation.belief.ball.as_mut().unwrap().heard_from =
+                Some(naoisis_core::team::RobotId::new(naoisis_core::team::Team::Blue, 3));
+        }));
+        assert!(!kicks(|situation| situation.body = BodyStatus::Recovering));
+    }
+
+    #[test]
+    fn who_walks_step_by_step_stands_and_looks_before_it_kicks_and_does_not_kick_twice() {
+        let mut situation = PlayerFixture::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
+        situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
+        situation.latency.kick_s = 0.033;
+        situation.body = BodyStatus::Walking;
+        let mut memory = PlayerMemory::default();
+        let mut kicks = Vec::new();
+        for cycle in 0..30 {
+            situation.status.time_s = cycle as f32 / 30.0;
+            if cycle == 6 {
+                situation.body = BodyStatus::Standing;
+            }
+            let decision = attack(&situation.player(), &mut memory);
+            assert!(decision.walk.is_null(), "{cycle}: {decision:?}");
+            if decision.kick.is_some() {
+                kicks.push(cycle);
+                if kicks.len() == 2 {
+                    break;
+                }
+            }
+        }
+        // 0.4 s are 12 cycles. It is told to its legs once, and again when the legs should have begun and have not.
+        assert_eq!(kicks[0], 12);
+        assert!(kicks.get(1).is_none_or(|again| *again > 13), "{kicks:?}");
+    }
+
+    #[test]
+    fn the_own_kick_off_is_no_shot() {
+        let mut situation = PlayerFixture::new(Pose::new(-0.3, 0.0, 0.0), Vec2::ZERO);
+        let mut memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
+        for _ in 0..300 {
+            let decision = attack(&situation.player(), &mut memory);
+            if let Some(kick) = decision.kick {
+                // 1.06 m: not nearly to the goal, 3 m away.
+                assert!(kick.speed < 0.6, "{kick:?}");
+                return;
+            }
+            situation.belief.pose = after_decision(situation.belief.pose, &decision);
+        }
+        panic!("no kick within 10 s");
+    }
+
+    #[test]
+    fn a_lost_ball_is_searched_all_around() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
+        situation.belief.ball = None;
+        let mut memory = PlayerMemory::default();
+        let mut turned = 0.0;
+        for _ in 0..30 * 8 {
+            let decision = search(&situation.player(), &mut memory);
+            turned += decision.walk.dtheta.abs();
+            assert!(decision.head.is_some());
+            situation.belief.pose = after_decision(situation.belief.pose, &decision);
+            situation.status.time_s += situation.period;
+        }
+        // 40 % of 90 degrees per second for 8 s are 288 degrees; the head adds 100 to either side.
+        assert!(turned > 4.5, "{turned}");
+    }
+}

@@ -1,0 +1,267 @@
+//! The keeper stays between the ball and the goal, steps into shots, and clears a ball that comes near.
+
+use bevy::prelude::*;
+
+use super::attack::attack;
+use super::player::{Decision, Player, PlayerMemory};
+use super::roles::{FRESH_TEAM_MATE_S, TURN_PREFERENCE_S, time_to_ball_s};
+use super::worth::reach_m;
+use naoisis_core::behaviour::reasons::{Choice, Reasons};
+use naoisis_core::game::DefenderLimit;
+use naoisis_core::kick_geometry::Side;
+use naoisis_core::pitch::End;
+use naoisis_core::robot::posture::PostureRequest;
+
+/// Distance of the keeper's place from the middle of the goal line, m.
+const GUARD_DISTANCE_M: f32 = 0.45;
+/// The same where kicks are exact, m: they go where nobody stands, and the further out the keeper is, the more of the goal it hides.
+const GUARD_AGAINST_EXACT_KICKS_M: f32 = 0.8;
+/// The keeper's place is at least so far in front of the goal line, m.
+const LEAST_DEPTH_M: f32 = 0.2;
+/// A ball nearer to the goal than this is cleared, m.
+const CLEAR_DISTANCE_M: f32 = 1.1;
+/// Once it has left to clear the ball, it gives up only when that is further away than before by this, m.
+const GIVE_UP_M: f32 = 0.3;
+/// It leaves for a ball so far from the goal that it is there within this time, s, if it is the first there: a fast robot keeps
+/// more than its goal.
+const SWEEP_S: f32 = 5.5;
+/// Opponents must be later at such a ball by this, s.
+const SWEEP_LEAD_S: f32 = 0.5;
+/// A ball that comes at this speed is a shot, m/s.
+const SHOT_SPEED_MPS: f32 = 0.2;
+
+/// Decides for a keeper.
+pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    keep(player, memory, guard_distance_m(player), CLEAR_DISTANCE_M, attack)
+}
+
+/// How far from the middle of the goal line the keeper stands while the ball is far away, m.
+fn guard_distance_m(player: &Player) -> f32 {
+    let is_exact = player.kicks.types().all(|kick| player.kicks.direction_sd_of(kick) == 0.0);
+    if is_exact { GUARD_AGAINST_EXACT_KICKS_M } else { GUARD_DISTANCE_M }
+}
+
+/// Keeps the goal from so far, m, and clears with `clear` what comes nearer than so far, m.
+pub fn keep(
+    player: &Player,
+    memory: &mut PlayerMemory,
+    guard_m: f32,
+    clear_m: f32,
+    clear: impl FnOnce(&Player, &mut PlayerMemory) -> Decision,
+) -> Decision {
+    let goal = player.own_goal();
+    let Some(ball) = player.ball() else {
+        memory.attacks = false;
+        let place = goal + Vec2::new(guard_m, 0.0);
+        let walk = player.go_and_stay(place, Vec2::X, &player.obstacles());
+        let head = Some(player.head.search(player.status.time_s));
+        return Decision { walk, target: Some(place), head, intention: "keep", ..default() };
+    };
+    let (position, velocity) = (ball.position_m, ball.velocity_mps);
+    if let Some(y) = crossing(position, velocity, player.position().x, 0.5 * player.pitch.goal.width_m + 0.15) {
+        memory.attacks = false;
+        let posture = dive(player, position, velocity, y);
+        let place = Vec2::new(player.position().x, y);
+        let walk = player.walk_to(place, Vec2::X, &default());
+        return Decision { walk, target: Some(place), posture, intention: "save", ..default() };
+    }
+    let alone = player.rules.illegal_defender && player.rules.defender_limit == DefenderLimit::KeeperOnly;
+    let in_area = alone && player.pitch.in_penalty_area(End::NegativeX, position);
+    let clear_distance = if memory.attacks { clear_m + GIVE_UP_M } else { clear_m };
+    let distance = position.distance(goal);
+    let nearer_mate = player.belief.team_mates.iter().any(|mate| {
+        mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
+    });
+    let sweeps = (clear_distance..SWEEP_S * player.limits.max_linear_mps).contains(&distance)
+        && is_first_at(player, memory, position);
+    memory.attacks =
+        (in_area || sweeps || distance < clear_distance && !nearer_mate) && velocity.length() < SHOT_SPEED_MPS;
+    if memory.attacks {
+        return clear(player, memory);
+    }
+    memory.kick = None;
+    let place =
+        guard_place(position, goal, player.pitch.goal.width_m / 2.0, guard_m.max(coming_out_m(player, distance)));
+    let facing = (position - player.position()).normalize_or(Vec2::X);
+    let walk = player.go_and_stay(place, facing, &player.obstacles());
+    Decision { walk, target: Some(place), intention: "keep", ..default() }
+}
+
+/// What speaks for what the keeper does: how near the ball is to the goal, m, and how fast it comes, m/s.
+pub fn reasons(player: &Player, decision: &Decision) -> Reasons {
+    let Some(ball) = player.ball() else { return Reasons::default() };
+    let (distance, speed) = (ball.position_m.distance(player.own_goal()), -ball.velocity_mps.x);
+    let chosen = match decision.intention {
+        taken @ ("save" | "keep") => taken,
+        _ => "clear",
+    };
+    let options = vec![
+        Choice::new("save", speed - SHOT_SPEED_MPS, format!("the ball comes at {speed:.1} m/s")),
+        Choice::new("clear", CLEAR_DISTANCE_M - distance, format!("the ball is {distance:.1} m from the goal")),
+        Choice::new("keep", 0.0, "otherwise"),
+    ];
+    Reasons::of(options, chosen)
+}
+
+/// Whether the keeper is behind the ball before its team-mates, and clearly before the opponents.
+fn is_first_at(player: &Player, memory: &PlayerMemory, ball: Vec2) -> bool {
+    let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
+    let own_s = time_to_ball_s(player, player.position(), ball) - preference;
+    let belief = player.belief;
+    // Opponents see the pitch turned by half, and play the other way.
+    belief.opponents.iter().all(|other| own_s + SWEEP_LEAD_S < time_to_ball_s(player, -other.position_m, -ball))
+        && belief
+            .team_mates
+            .iter()
+            .filter(|mate| mate.age_s < FRESH_TEAM_MATE_S)
+            .all(|mate| own_s < time_to_ball_s(player, mate.position_m, ball))
+}
+
+/// A dive, for a shot that crosses the keeper's line at `y` and that it can reach by a dive only.
+fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRequest> {
+    /// The body of a NAO on its feet stops what comes this near, m; of others in proportion.
+    const BODY_M: f32 = 0.12;
+    /// A ball that is still further away than this in time leaves time for another look, s.
+    const SOON_S: f32 = 0.7;
+    let way = y - player.position().y;
+    let time_s = (ball.x - player.position().x) / -velocity.x;
+    let body_m = BODY_M * player.own_body.width_in_naos();
+    let walks = player.limits.max_linear_mps * time_s + body_m;
+    let reaches = player.rules.dive_reach_m + body_m;
+    let faces_ball = player.forward.x > 0.8 && player.body.is_free();
+    let pays = player.rules.dives && faces_ball && time_s < SOON_S && way.abs() > walks && way.abs() < reaches;
+    pays.then_some(PostureRequest::Dive(if way > 0.0 { Side::Left } else { Side::Right }))
+}
+
+/// How far from the middle of the goal the keeper comes towards a ball at this distance from it, m: the nearer to a ball that can be
+/// shot it stands, the more of the goal it hides.
+fn coming_out_m(player: &Player, distance: f32) -> f32 {
+    /// From this share of the greatest kick's distance shots are to be reckoned with.
+    const SHOT_RANGE_SHARE: f32 = 0.75;
+    /// It comes out over this share of the way to the ball, and at most so far that it can walk back in so many seconds, s.
+    const SHARE_OF_WAY: f32 = 0.5;
+    const BACK_S: f32 = 5.0;
+    if distance > SHOT_RANGE_SHARE * reach_m(player) {
+        return 0.0;
+    }
+    let back_mps = player.limits.gait.map_or(player.limits.max_linear_mps, |gait| gait.backward_mps);
+    (SHARE_OF_WAY * distance).min(BACK_S * back_mps)
+}
+
+/// Between the ball and the middle of the goal.
+fn guard_place(ball: Vec2, goal: Vec2, half_width: f32, guard_m: f32) -> Vec2 {
+    let towards_ball = (ball - goal).normalize_or(Vec2::X);
+    let place = goal + towards_ball * guard_m;
+    let most = (half_width - 0.15).max(0.0);
+    Vec2::new(place.x.max(goal.x + LEAST_DEPTH_M), place.y.clamp(-most, most))
+}
+
+/// Where a ball that rolls towards the goal crosses the line x = `line_x`, if that is within `half_width`.
+fn crossing(ball: Vec2, velocity: Vec2, line_x: f32, half_width: f32) -> Option<f32> {
+    if velocity.x > -SHOT_SPEED_MPS || ball.x < line_x {
+        return None;
+    }
+    let y = ball.y + velocity.y / velocity.x * (line_x - ball.x);
+    (y.abs() < half_width).then_some(y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn the_guard_stands_on_the_line_from_the_ball_to_the_goal() {
+        let goal = Vec2::new(-3.0, 0.0);
+        let place = guard_place(Vec2::new(-1.0, 1.0), goal, 0.7, GUARD_DISTANCE_M);
+        // Along (2, 1) / √5, 0.45 m from the goal.
+        assert_abs_diff_eq!(place, goal + Vec2::new(0.4025, 0.2012), epsilon = 1e-3);
+        assert!(guard_place(Vec2::new(-2.9, 2.0), goal, 0.7, GUARD_DISTANCE_M).x >= -2.8);
+    }
+
+    #[test]
+    fn the_guard_stands_further_out_against_kicks_that_go_where_they_are_meant_to() {
+        let mut situation = crate::teams::player::tests::PlayerFixture::new(
+            naoisis_core::geometry::Pose::new(-2.7, 0.0, 0.0),
+            Vec2::new(2.0, 0.0),
+        );
+        let place = |situation: &crate::teams::player::tests::PlayerFixture| {
+            decide(&situation.player(), &mut PlayerMemory::default()).target.unwrap()
+        };
+        let own_goal_x = situation.player().own_goal().x;
+        assert_abs_diff_eq!(place(&situation).x, own_goal_x + 0.8, epsilon = 1e-3);
+        situation.kicks.direction_sd = 0.1;
+        assert_abs_diff_eq!(place(&situation).x, own_goal_x + 0.45, epsilon = 1e-3);
+    }
+
+    #[test]
+    fn the_keeper_comes_out_to_a_ball_that_can_be_shot_no_further_than_it_gets_back_in_time() {
+        let mut situation = crate::teams::player::tests::PlayerFixture::new(
+            naoisis_core::geometry::Pose::new(-2.7, 0.0, 0.0),
+            Vec2::ZERO,
+        );
+        let out = |situation: &crate::teams::player::tests::PlayerFixture, distance: f32| {
+            coming_out_m(&situation.player(), distance)
+        };
+        // 5 s at 0.2 m/s are 1 m; kicks reach 4 m.
+        assert_eq!([out(&situation, 1.5), out(&situation, 2.5), out(&situation, 3.5)], [0.75, 1.0, 0.0]);
+        situation.limits.gait = Some(naoisis_core::robot::gait::Gait { backward_mps: 0.1, ..default() });
+        assert_eq!(out(&situation, 2.5), 0.5);
+    }
+
+    #[test]
+    fn a_shot_that_cannot_be_walked_to_is_dived_for_where_the_rules_let_it() {
+        let mut situation = crate::teams::player::tests::PlayerFixture::new(
+            naoisis_core::geometry::Pose::new(-2.7, 0.0, 0.0),
+            Vec2::ZERO,
+        );
+        let dives = |situation: &crate::teams::player::tests::PlayerFixture, y: f32| {
+            // 1 m away at 2 m/s: half a second, in which it walks 10 cm.
+            dive(&situation.player(), Vec2::new(-1.7, y), Vec2::new(-2.0, 0.0), y)
+        };
+        assert_eq!(dives(&situation, 0.4), None);
+        situation.rules.dives = true;
+        assert_eq!(dives(&situation, 0.4), Some(PostureRequest::Dive(Side::Left)));
+        assert_eq!(dives(&situation, -0.4), Some(PostureRequest::Dive(Side::Right)));
+        assert_eq!([dives(&situation, 0.2), dives(&situation, 0.7)], [None, None], "within a step; out of reach");
+        situation.body = naoisis_sensing::sensing::status::BodyStatus::Fallen;
+        assert_eq!(dives(&situation, 0.4), None);
+    }
+
+    #[test]
+    fn a_fast_keeper_leaves_for_a_ball_at_which_it_is_first_and_a_slow_one_stays() {
+        use naoisis_sensing::belief::RobotBelief;
+        let mut situation = crate::teams::player::tests::PlayerFixture::new(
+            naoisis_core::geometry::Pose::new(-2.7, 0.0, 0.0),
+            Vec2::new(-1.0, 0.0),
+        );
+        let clears = |situation: &crate::teams::player::tests::PlayerFixture| {
+            let mut memory = PlayerMemory::default();
+            decide(&situation.player(), &mut memory);
+            memory.attacks
+        };
+        // 2 m from the goal: within 5.5 s of 0.5 m/s, and not of 0.2 m/s.
+        assert!(!clears(&situation));
+        situation.limits.max_linear_mps = 0.5;
+        assert!(clears(&situation));
+        let robot = |x: f32| RobotBelief { id: None, position_m: Vec2::new(x, 0.0), covariance: [0.0; 3], age_s: 0.0 };
+        // The ball is 1.7 m from the keeper, 3.4 s.
+        situation.belief.opponents = vec![robot(1.2)];
+        assert!(clears(&situation), "4.4 s away");
+        situation.belief.opponents = vec![robot(0.8)];
+        assert!(!clears(&situation), "3.6 s away");
+        situation.belief.opponents.clear();
+        situation.belief.team_mates = vec![robot(-1.8)];
+        assert!(!clears(&situation), "a team-mate is nearer");
+    }
+
+    #[test]
+    fn a_shot_is_met_where_it_crosses() {
+        // From (0, 1) along (-2, -0.5): at x = -2.5 it is at y = 1 - 0.25 * 2.5 = 0.375.
+        let y = crossing(Vec2::new(0.0, 1.0), Vec2::new(-1.0, -0.25), -2.5, 0.85);
+        assert_abs_diff_eq!(y.unwrap(), 0.375, epsilon = 1e-6);
+        assert_eq!(crossing(Vec2::new(0.0, 1.0), Vec2::new(1.0, 0.0), -2.5, 0.85), None);
+        assert_eq!(crossing(Vec2::new(0.0, 1.0), Vec2::new(-1.0, 0.5), -2.5, 0.85), None);
+        assert_eq!(crossing(Vec2::new(0.0, 1.0), Vec2::new(-0.01, 0.0), -2.5, 0.85), None);
+    }
+}

@@ -1,0 +1,317 @@
+//! Where to stand for a kick, and when to strike.
+
+use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_2;
+
+use super::aiming::Aim;
+use super::walking::{Obstacles, least_walking_time_s, walking_time_s};
+use naoisis_core::ball::Rolling;
+use naoisis_core::geometry::{Pose, angle_of, unrotate};
+use naoisis_core::kick_geometry::KickGeometry;
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::kick::{KickRequest, KickSettings};
+use naoisis_core::robot::motion::MotionLimits;
+use naoisis_sensing::belief::RobotBelief;
+
+/// A ball that is passed stays this far from the lines, m.
+const LINE_MARGIN_M: f32 = 0.35;
+/// The ball must lie so far inside the rectangle of a kick, m: it is not seen to the millimetre.
+const RECTANGLE_MARGIN_M: f32 = 0.004;
+/// Aiming finer than this share of what the kick itself spreads by is not worth the while.
+const SPREAD_SHARE: f32 = 0.7;
+/// A kick over less is not worth the while, m.
+pub(super) const LEAST_KICK_M: f32 = 0.4;
+/// Advantage of the type of kick chosen before, s.
+const KICK_PREFERENCE_S: f32 = 0.5;
+/// What a side kick is worse by, s: it is the weaker.
+const SIDE_KICK_COST_S: f32 = 0.6;
+/// A kick that can be aimed is prepared for this share of the angle to which it can: the rest is for what goes wrong.
+pub(super) const AIMED_SHARE: f32 = 0.7;
+/// What a place next to which another robot stands is worse by, s.
+const OCCUPIED_COST_S: f32 = 2.5;
+/// A place is taken if it is in an obstacle's circle reduced to this share.
+const OCCUPIED_SHARE: f32 = 0.8;
+
+/// Where to stand for a kick of this geometry that sends a ball at `ball` in this direction (team frame): the position, m,
+/// and the direction to face. Of the directions from which a kick that can be aimed does it, the nearest to the way from `own` to
+/// the ball.
+pub fn stand_for(kick: &KickGeometry, ball: Vec2, direction: Vec2, own: Vec2) -> (Vec2, Vec2) {
+    let most = AIMED_SHARE * kick.aims_within();
+    let wanted = if most > 0.0 { angle_of(unrotate(ball - own, direction)).clamp(-most, most) } else { 0.0 };
+    let facing = unrotate(kick.leaves(kick.best_m, wanted), direction);
+    (ball - facing.rotate(kick.best_m), facing)
+}
+
+/// A kick to prepare.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct KickPlan {
+    /// The kind of kick, and with which foot.
+    pub kick_type: KickType,
+    /// Where to stand, m, team frame.
+    pub position: Vec2,
+    /// Where to face, unit vector, team frame.
+    pub facing: Vec2,
+}
+
+impl KickPlan {
+    /// The kick that can be made soonest; none for a robot without kicks.
+    pub fn choose(
+        ball: Vec2,
+        aim: &Aim,
+        own: Pose,
+        obstacles: &Obstacles,
+        (kicks, limits): (&KickSettings, &MotionLimits),
+        previous: Option<KickType>,
+    ) -> Option<Self> {
+        let forward = own.forward();
+        let turns_radps = 1.4 * (limits.max_angular / FRAC_PI_2).max(0.1);
+        let mut best: Option<(f32, Self)> = None;
+        for kick_type in kicks.types() {
+            let Some(geometry) = kicks.geometry(kick_type) else { continue };
+            let (position, facing) = stand_for(&geometry, ball, aim.direction, own.position);
+            let way = position - own.position;
+            // The chord of the angle to turn by is near enough to it.
+            let turn_s = (facing - forward).length() / turns_radps;
+            let passes_ball =
+                way.dot(ball - own.position) > 0.0 && way.length_squared() > ball.distance_squared(own.position);
+            let speed_mps = limits.max_linear_mps.max(0.01);
+            let detour_s = if passes_ball {
+                let ball_side = -way.normalize_or_zero().perp_dot(ball - own.position).abs();
+                0.8 * (0.25 + ball_side).max(0.0) / speed_mps
+            } else {
+                0.0
+            };
+            let is_side_kick = kick_type.is_side_kick();
+            let falls_short = is_side_kick && aim.is_shot && aim.distance_m > 0.7 * kicks.max_distance_m(kick_type);
+            let cost_of = |walk_s: f32| {
+                let cost_s = walk_s + detour_s + if is_side_kick { SIDE_KICK_COST_S } else { 0.0 };
+                cost_s + if falls_short { 5.0 } else { 0.0 }
+            };
+            let advantage_s = if previous == Some(kick_type) { KICK_PREFERENCE_S } else { 0.0 };
+            // Of equals the first is best. That its place is taken makes a kick only worse, and need not be known of one that is;
+            // neither need the angles of one that is too far away.
+            let is_worse = |cost_s: f32| best.is_some_and(|(least_s, _)| cost_s - advantage_s >= least_s);
+            let mut cost_s = cost_of(match &limits.gait {
+                Some(_) if is_worse(cost_of(least_walking_time_s(forward, way, facing, limits))) => continue,
+                Some(gait) => walking_time_s(forward, way, facing, gait, limits),
+                None => (way.length() / speed_mps).max(turn_s) + 0.4 * turn_s,
+            });
+            if is_worse(cost_s) {
+                continue;
+            }
+            // The place itself, and that from where the last stretch begins, must be free.
+            let taken = obstacles.iter().any(|obstacle| {
+                let least = OCCUPIED_SHARE * obstacle.radius_m;
+                [position, position - facing * 0.09]
+                    .into_iter()
+                    .any(|place| place.distance_squared(obstacle.centre) < least * least)
+            });
+            if taken {
+                cost_s += OCCUPIED_COST_S;
+            }
+            if !is_worse(cost_s) {
+                best = Some((cost_s - advantage_s, Self { kick_type, position, facing }));
+            }
+        }
+        best.map(|(_, plan)| plan)
+    }
+}
+
+/// A ball before a player's feet.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct BallAtFeet {
+    /// Where it is, m, team frame.
+    pub place: Vec2,
+    /// Where it is, m, robot frame.
+    pub in_robot: Vec2,
+    /// Where the robot faces, unit vector, team frame.
+    pub forward: Vec2,
+}
+
+impl BallAtFeet {
+    /// The kicks that reach the ball, aimed as well as they can be, each with the direction in which the ball leaves, unit vector,
+    /// team frame.
+    pub fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
+        settings.types().filter_map(move |kick_type| {
+            let geometry = settings.geometry(kick_type)?;
+            if !geometry.rectangle().inflate(-RECTANGLE_MARGIN_M).contains(self.in_robot) {
+                return None;
+            }
+            let wanted = geometry.wanted_for(unrotate(self.forward, aim));
+            let strike = settings.strike(kick_type, self.in_robot, wanted)?;
+            let request = KickRequest { direction: wanted, ..KickRequest::new(kick_type, 1.0) };
+            Some((request, self.forward.rotate(strike.direction)))
+        })
+    }
+}
+
+/// The kick to make now, if the ball lies so that one sends it where it should go: of those that do, the most accurate.
+/// `patience` scales how far off the direction may be.
+pub fn kick_now(
+    ball: BallAtFeet,
+    aim: &Aim,
+    (kicks, rolling): (&KickSettings, Rolling),
+    pitch: &Pitch,
+    patience: f32,
+) -> Option<KickRequest> {
+    ball.kicks(kicks, aim.direction)
+        .filter_map(|(kick, direction)| {
+            let kick_type = kick.kick_type;
+            let error = aim.direction.perp_dot(direction).abs();
+            let reach_m = kicks.max_distance_m(kick_type);
+            let distance_m =
+                if aim.is_shot { reach_m } else { aim.distance_m.min(room_inside(ball.place, direction, pitch)) };
+            let is_good = direction.dot(aim.direction) > 0.3
+                && error < patience * aim.tolerance.max(SPREAD_SHARE * kicks.direction_sd_of(kick_type))
+                && distance_m > LEAST_KICK_M.max(kicks.min_distance_m(kick_type))
+                && (!aim.is_shot || reach_m > 1.1 * aim.distance_m);
+            is_good.then_some((error, KickRequest { speed: rolling.speed_share(distance_m, reach_m), ..kick }))
+        })
+        .min_by(|(first, _), (second, _)| first.total_cmp(second))
+        .map(|(_, kick)| kick)
+}
+
+/// A kick for want of a better one: to wherever the ball goes from where it lies, past opponents, who block `blocked_half_width_m` to
+/// either side, and not backwards.
+pub fn any_kick(
+    ball: BallAtFeet,
+    opponents: &[RobotBelief],
+    blocked_half_width_m: f32,
+    (kicks, rolling): (&KickSettings, Rolling),
+    pitch: &Pitch,
+) -> Option<KickRequest> {
+    /// Opponents further away than this do not stop the ball, m.
+    const OPPONENT_RANGE_M: f32 = 0.8;
+    /// The x component of the direction that is furthest backwards.
+    const LEAST_FORWARDS: f32 = -0.2;
+    ball.kicks(kicks, Vec2::X)
+        .filter_map(|(kick, direction)| {
+            let is_free = opponents.iter().all(|opponent| {
+                let offset = opponent.position_m - ball.place;
+                offset.length_squared() > OPPONENT_RANGE_M * OPPONENT_RANGE_M
+                    || direction.dot(offset) < 0.0
+                    || direction.perp_dot(offset).abs() > blocked_half_width_m
+            });
+            let reach_m = kicks.max_distance_m(kick.kick_type);
+            let distance_m = room_inside(ball.place, direction, pitch).min(reach_m);
+            let least_m = LEAST_KICK_M.max(kicks.min_distance_m(kick.kick_type));
+            (is_free && direction.x > LEAST_FORWARDS && distance_m > least_m)
+                .then_some((direction.x, KickRequest { speed: rolling.speed_share(distance_m, reach_m), ..kick }))
+        })
+        .max_by(|(first, _), (second, _)| first.total_cmp(second))
+        .map(|(_, kick)| kick)
+}
+
+/// How far a ball can roll in this direction until it comes too near to a line, m.
+pub(super) fn room_inside(ball: Vec2, direction: Vec2, pitch: &Pitch) -> f32 {
+    let along = |place: f32, direction: f32, half: f32| {
+        if direction.abs() < 1e-3 {
+            f32::MAX
+        } else {
+            ((half - LINE_MARGIN_M) * direction.signum() - place) / direction
+        }
+    };
+    along(ball.x, direction.x, pitch.half_length()).min(along(ball.y, direction.y, pitch.half_width())).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use naoisis_core::geometry::unit;
+
+    #[test]
+    fn whoever_stands_where_it_should_sends_the_ball_where_it_should_go() {
+        let ball = Vec2::new(0.4, -0.3);
+        for kick_type in KickType::ALL {
+            for angle in [-2.5, -1.0, 0.0, 0.4, 3.0] {
+                let direction = unit(angle);
+                let kick = KickGeometry::of_paper(kick_type).unwrap();
+                let (position, facing) = stand_for(&kick, ball, direction, Vec2::ZERO);
+                let in_robot = unrotate(facing, ball - position);
+                assert!(kick_type.admissible_rectangle().contains(in_robot));
+                let strike = KickSettings::default().strike(kick_type, in_robot, 0.0).unwrap();
+                assert!(!strike.reduced);
+                assert_abs_diff_eq!(facing.rotate(strike.direction), direction, epsilon = 1e-5);
+                // Far enough away for the toes, at x = 11 cm, not to touch a ball of 3 cm radius.
+                assert!(in_robot.x > 0.14);
+            }
+        }
+    }
+
+    #[test]
+    fn the_foot_that_is_nearer_is_chosen_and_a_side_kick_when_that_spares_the_turn() {
+        let ball = Vec2::new(1.0, 0.0);
+        let choose = |own: Pose, direction: Vec2| {
+            let aim = Aim { direction, distance_m: 1.0, tolerance: 0.2, is_shot: false };
+            KickPlan::choose(
+                ball,
+                &aim,
+                own,
+                &Obstacles::default(),
+                (&KickSettings::default(), &MotionLimits::default()),
+                None,
+            )
+            .unwrap()
+            .kick_type
+        };
+        assert_eq!(choose(Pose::new(0.7, -0.1, 0.0), Vec2::X), KickType::LeftStraight);
+        assert_eq!(choose(Pose::new(0.7, 0.1, 0.0), Vec2::X), KickType::RightStraight);
+        assert_eq!(choose(Pose::new(0.8, 0.0, 0.0), Vec2::Y), KickType::RightSide);
+        assert_eq!(choose(Pose::new(0.8, 0.0, 0.0), -Vec2::Y), KickType::LeftSide);
+    }
+
+    #[test]
+    fn a_place_taken_by_another_robot_is_avoided() {
+        let ball = Vec2::new(1.0, 0.0);
+        let aim = Aim { direction: Vec2::X, distance_m: 1.0, tolerance: 0.2, is_shot: false };
+        let own = Pose::new(0.7, -0.1, 0.0);
+        let mut obstacles = Obstacles::default();
+        obstacles.add(Vec2::new(0.8, -0.25), 0.36);
+        let plan =
+            KickPlan::choose(ball, &aim, own, &obstacles, (&KickSettings::default(), &MotionLimits::default()), None)
+                .unwrap();
+        assert!(plan.position.distance(Vec2::new(0.8, -0.25)) > 0.2, "{plan:?}");
+    }
+
+    #[test]
+    fn a_ball_is_kicked_when_it_goes_where_it_should_and_only_then() {
+        let kick = |in_robot: Vec2, tolerance: f32| {
+            let ball = BallAtFeet { place: Vec2::ZERO, in_robot, forward: Vec2::X };
+            let aim = Aim { direction: Vec2::X, distance_m: 2.0, tolerance, is_shot: false };
+            kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0)
+        };
+        let straight = kick(Vec2::new(0.17, 0.05), 0.1).unwrap();
+        // 2 m of the left foot's 4 m.
+        assert_eq!(straight, KickRequest::new(KickType::LeftStraight, 0.5));
+        // The ray from the tip (0.10, 0.05) to (0.17, 0.08) leaves at atan(3 / 7) = 23°, of sine 0.39.
+        assert_eq!(kick(Vec2::new(0.17, 0.08), 0.3), None);
+        assert!(kick(Vec2::new(0.17, 0.08), 0.45).is_some());
+        assert_eq!(kick(Vec2::new(0.25, 0.05), 0.3), None);
+    }
+
+    #[test]
+    fn a_pass_does_not_roll_over_the_lines() {
+        let ball = BallAtFeet { place: Vec2::new(0.0, 1.2), in_robot: Vec2::new(0.17, 0.05), forward: Vec2::Y };
+        let aim = Aim { direction: Vec2::Y, distance_m: 3.0, tolerance: 0.2, is_shot: false };
+        let kick =
+            kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0).unwrap();
+        // Until 0.35 m before the line at y = 2: 0.45 m of 4 m.
+        assert_abs_diff_eq!(kick.speed, 0.1125, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn for_want_of_better_the_ball_goes_forwards_past_the_opponent() {
+        let ball = BallAtFeet { place: Vec2::ZERO, in_robot: Vec2::new(0.16, 0.08), forward: Vec2::X };
+        let (settings, pitch) = (KickSettings::default(), Pitch::default());
+        let kicks = (&settings, Rolling::default());
+        let kick = any_kick(ball, &[], 0.15, kicks, &pitch).unwrap();
+        assert_eq!(kick.kick_type, KickType::LeftStraight);
+        let opponent = RobotBelief { id: None, position_m: Vec2::new(0.4, 0.2), covariance: [0.0; 3], age_s: 0.0 };
+        let kick = any_kick(ball, &[opponent], 0.15, kicks, &pitch).unwrap();
+        assert_eq!(kick.kick_type, KickType::RightSide);
+        let backwards = BallAtFeet { forward: -Vec2::X, ..ball };
+        assert_eq!(any_kick(backwards, &[], 0.15, kicks, &pitch).map(|kick| kick.kick_type), None);
+    }
+}

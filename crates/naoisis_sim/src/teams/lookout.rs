@@ -1,0 +1,173 @@
+//! Looking where it walks, and who is near: most of those who run into an opponent have not seen it, since they walk aside or back
+//! with their eyes on the ball.
+
+use bevy::prelude::*;
+
+use super::giving_way::HARMLESS_MPS;
+use super::looked_around::LookedAround;
+use super::player::Player;
+use super::walking::{OBSTACLE_MEMORY_S, ROBOT_CLEARANCE_M};
+use naoisis_core::geometry::{angle_of, unit};
+use naoisis_core::robot::motion::WalkCommand;
+
+/// Of so many seconds the ball has the first, however much there is to look at besides, s.
+const EVERY_S: f32 = 1.5;
+/// See [`EVERY_S`].
+const BALL_S: f32 = 0.5;
+/// Where it walks, nobody has come from outside its view if it looked there within this time, s.
+const WAY_S: f32 = 1.2;
+/// Beside its way it looks after this time, s.
+const FLANKS_S: f32 = 3.0;
+/// How far beside its way that is, radians.
+const FLANKS: [f32; 4] = [0.6, -0.6, 1.2, -1.2];
+/// An opponent that is near has moved on if it was not seen for so long, s.
+const NEIGHBOUR_S: f32 = 0.7;
+/// It is near if it is reached within this time, s.
+const NEAR_S: f32 = 2.2;
+/// It watches nothing but a ball that is nearer than this, m; more for feet longer than a NAO's.
+const AT_FEET_M: f32 = 0.4;
+/// How far ahead it looks: the time to walk there, and at least so far, s and m.
+const AHEAD: (f32, f32) = (3.0, 0.8);
+
+/// A place (m, robot frame) that a player which walks so should have a look at now, if there is one: on its way, where an opponent was,
+/// or beside its way.
+pub fn place_to_check(player: &Player, looked: &LookedAround, walk: &WalkCommand) -> Option<Vec2> {
+    let now_s = player.status.time_s;
+    let is_harmless = walk.translation().length() < HARMLESS_MPS * player.period;
+    if is_harmless || now_s.rem_euclid(EVERY_S) < BALL_S || !player.head.turns() {
+        return None;
+    }
+    let at_feet_m = AT_FEET_M + player.longer_than_nao_m();
+    if player.ball().is_some_and(|ball| ball.position_m.distance(player.position()) < at_feet_m) {
+        return None;
+    }
+    let reach = player.head.reach_cosine();
+    let can_see = |place: Vec2| place.x > reach * place.length();
+    let way = angle_of(walk.translation());
+    let (ahead_s, least_m) = AHEAD;
+    let ahead_m = (ahead_s * player.limits.max_linear_mps).max(least_m);
+    let unseen_for = |after_s: f32, aside: f32| {
+        let is_old = looked.age_s(player.pose().heading + way + aside, now_s) > after_s;
+        is_old.then(|| ahead_m * unit(way + aside)).filter(|&place| can_see(place))
+    };
+    unseen_for(WAY_S, 0.0)
+        .or_else(|| neighbour(player).filter(|place| can_see(*place)))
+        .or_else(|| FLANKS.into_iter().find_map(|aside| unseen_for(FLANKS_S, aside)))
+}
+
+/// Where the opponent was (m, robot frame) that was not seen for the longest time, of those that are near.
+fn neighbour(player: &Player) -> Option<Vec2> {
+    let near_m = ROBOT_CLEARANCE_M + 2.0 * player.wider_than_nao_m() + NEAR_S * player.limits.max_linear_mps;
+    let opponents = player.belief.opponents.iter();
+    let old = opponents.filter(|other| (NEIGHBOUR_S..OBSTACLE_MEMORY_S).contains(&other.age_s));
+    old.filter(|other| other.position_m.distance_squared(player.position()) < near_m * near_m)
+        .max_by(|first, second| first.age_s.total_cmp(&second.age_s))
+        .map(|other| player.in_robot(other.position_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::teams::looked_around::{DIRECTIONS, HALF_VIEW};
+    use crate::teams::player::tests::PlayerFixture;
+    use core::f32::consts::TAU;
+    use naoisis_core::geometry::{Pose, wrap_angle};
+    use naoisis_sensing::belief::RobotBelief;
+
+    const PERIOD: f32 = 1.0 / 30.0;
+
+    /// The angles to which somebody looks away from the ball, cycle by cycle, whose head is wherever it wants to look; none while it
+    /// watches the ball, straight ahead.
+    fn looks(situation: &mut PlayerFixture, walk: WalkCommand, seconds: f32) -> Vec<Option<f32>> {
+        let mut looked = LookedAround::default();
+        let mut gaze = 0.0;
+        let cycles = (seconds / PERIOD) as usize;
+        // It has stood for long.
+        (1..=cycles)
+            .map(|cycle| {
+                situation.status.time_s = 99.0 + cycle as f32 * PERIOD;
+                looked.note(situation.belief.pose.heading + gaze, situation.status.time_s);
+                let angle = place_to_check(&situation.player(), &looked, &walk).map(angle_of);
+                gaze = angle.unwrap_or(0.0);
+                angle
+            })
+            .collect()
+    }
+
+    fn at(heading: f32) -> PlayerFixture {
+        PlayerFixture::new(Pose::new(0.3, -0.2, heading), Vec2::new(2.0, 0.0))
+    }
+
+    /// Whether somebody looks to `angle`, radians, at least so often as every 1.5 s.
+    fn looks_often_to(looks: &[Option<f32>], angle: f32) -> bool {
+        let is_there = |look: &Option<f32>| look.is_some_and(|look| wrap_angle(look - angle).abs() < HALF_VIEW);
+        looks.chunks(60).all(|two_seconds| two_seconds.iter().any(is_there))
+    }
+
+    #[test]
+    fn who_walks_aside_looks_there_and_has_the_ball_in_view_most_of_the_time() {
+        for heading in [0.0, 1.0, -3.0] {
+            for side in [1.0, -1.0] {
+                let aside = WalkCommand::new(-0.001, side * 0.004, 0.0);
+                let looks = looks(&mut at(heading), aside, 12.0);
+                assert!(looks_often_to(&looks, side * 1.8), "heading {heading}: {looks:?}");
+                let at_ball = looks.iter().filter(|look| look.is_none()).count();
+                assert!(at_ball > looks.len() / 2, "heading {heading}: {at_ball} of {}", looks.len());
+            }
+        }
+    }
+
+    #[test]
+    fn who_walks_ahead_looks_beside_its_way_now_and_then() {
+        let looks = looks(&mut at(0.5), WalkCommand::new(0.006, 0.0, 0.0), 12.0);
+        for side in [1.0, -1.0] {
+            let there = looks.iter().flatten().filter(|look| side * **look > HALF_VIEW).count();
+            // Once or twice in 3 s each: a cycle is enough for a head that is there at once.
+            assert!((3..=16).contains(&there), "{there} of {}", looks.len());
+        }
+    }
+
+    #[test]
+    fn who_stands_or_cannot_see_there_watches_the_ball() {
+        let standing = looks(&mut at(0.0), WalkCommand::default(), 6.0);
+        assert!(standing.iter().all(Option::is_none), "{standing:?}");
+        // Straight back is out of a NAO's reach: what it looks at instead are both sides of its way.
+        let back = looks(&mut at(0.0), WalkCommand::new(-0.004, 0.0, 0.0), 6.0);
+        assert!(back.iter().flatten().all(|look| look.abs() < 2.6), "{back:?}");
+    }
+
+    #[test]
+    fn a_ball_at_the_feet_is_not_let_out_of_sight() {
+        let aside = WalkCommand::new(0.0, 0.004, 0.0);
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.3, 0.0));
+        assert!(looks(&mut situation, aside, 6.0).iter().all(Option::is_none));
+        situation.belief.ball.as_mut().unwrap().position_m.x = 0.5;
+        assert!(looks_often_to(&looks(&mut situation, aside, 6.0), core::f32::consts::FRAC_PI_2));
+    }
+
+    #[test]
+    fn an_opponent_that_is_near_is_looked_at_again() {
+        let mut situation = at(0.0);
+        let ahead = WalkCommand::new(0.006, 0.0, 0.0);
+        let opponent = |y: f32, age_s: f32| RobotBelief {
+            id: None,
+            position_m: situation.belief.pose.position + Vec2::new(0.0, y),
+            covariance: [0.0; 3],
+            age_s,
+        };
+        let (near, far, fresh) = (opponent(0.6, 1.0), opponent(2.0, 2.0), opponent(-0.6, 0.2));
+        // Of these 1.5 s the time of the ball is over, and it has just looked all around.
+        situation.status.time_s = 66.0 * EVERY_S + BALL_S + 0.1;
+        let mut looked = LookedAround::default();
+        for direction in 0..DIRECTIONS {
+            looked.note(direction as f32 * TAU / DIRECTIONS as f32, situation.status.time_s);
+        }
+        let mut checks = |opponents: &[RobotBelief]| {
+            situation.belief.opponents = opponents.to_vec();
+            place_to_check(&situation.player(), &looked, &ahead)
+        };
+        assert_eq!(checks(&[far, fresh]), None);
+        let place = checks(&[far, near, fresh]).unwrap();
+        assert!(place.distance(Vec2::new(0.0, 0.6)) < 1e-5, "{place}");
+    }
+}

@@ -1,0 +1,240 @@
+//! What the rules ask of every player, whatever its role: kick-off places, distances to keep, areas to stay out of,
+//! getting up after a fall.
+
+use bevy::prelude::*;
+
+use super::penalty_kicks;
+use super::player::{Decision, Player, PlayerMemory};
+use naoisis_core::game::{DefenderLimit, GameState};
+use naoisis_core::geometry::{Pose, angle_of, unrotate};
+use naoisis_core::pitch::End;
+use naoisis_core::referee::formation;
+use naoisis_core::robot::motion::WalkCommand;
+use naoisis_core::robot::posture::PostureRequest;
+use naoisis_sensing::sensing::status::BodyStatus;
+
+/// The jersey number of the one who may be in the own penalty area.
+const KEEPER: u8 = 1;
+/// How much further than it must a player keeps away from the opponents' free kick, m: what it thinks of its own place
+/// and of the ball's is not exact.
+const DISTANCE_MARGIN_M: f32 = 0.35;
+/// How far from its own penalty area a field player stays, m.
+const AREA_MARGIN_M: f32 = 0.05;
+/// Who is nearer to it than that by this leaves: so much a player sways who stands before it, m.
+const AREA_SWAY_M: f32 = 0.03;
+/// Nearer to its place than this, and turned by less than this from its facing, a player stands still: m, radians.
+const IN_PLACE: (f32, f32) = (0.05, 0.15);
+
+/// The decision as the rules allow it.
+pub fn obey(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
+    let decision =
+        if keeps_off_the_kick_off(player, memory) { stay_off_the_circle(player, decision) } else { decision };
+    let decision = penalty_kicks::obey(player, keep_off_the_free_kick(player, decision));
+    stay_out_of_the_own_area(player, decision)
+}
+
+/// What a player who lies does about it.
+pub fn posture(player: &Player) -> Option<PostureRequest> {
+    (player.body == BodyStatus::Fallen).then_some(PostureRequest::GetUp)
+}
+
+/// Walks to its place for the kick-off, or the penalty kick, and stands there.
+pub fn take_place(player: &Player) -> Decision {
+    let place = penalty_kicks::place(player).unwrap_or_else(|| kick_off_place(player));
+    let (near_m, turned) = IN_PLACE;
+    let off = angle_of(unrotate(player.forward, place.forward())).abs();
+    let stands = place.position.distance_squared(player.position()) < near_m * near_m && off < turned;
+    let walk = if stands {
+        WalkCommand::default()
+    } else {
+        player.travel_to(place.position, place.forward(), &player.obstacles())
+    };
+    Decision { walk, target: Some(place.position), intention: "ready", ..default() }
+}
+
+/// The player's place for the kick-off, team frame.
+fn kick_off_place(player: &Player) -> Pose {
+    let kicking_off = player.status.kick_off_team == player.id.team && !player.status.drop_ball;
+    formation(player.pitch, player.rules.team_size, player.id.number, End::NegativeX, kicking_off)
+}
+
+/// Takes note of kick-offs, and of when they are over: the ball has left the mark, or it takes too long.
+pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
+    /// After this time the ball is free for everybody, s (2025 rule book).
+    const KICK_OFF_S: f32 = 10.0;
+    /// A ball this far from the centre mark is in play, m.
+    const IN_PLAY_M: f32 = 0.2;
+    let now = player.status.time_s;
+    let placed = match memory.restarts {
+        // At the start of the match, whoever stands at its kick-off place has been placed there.
+        None => kick_off_place(player).position.distance(player.position()) < 0.1,
+        Some(restarts) => restarts != player.status.restarts,
+    };
+    memory.restarts = Some(player.status.restarts);
+    let waits = matches!(player.status.state, GameState::Ready | GameState::Set);
+    let begins = memory.waited_for_kick_off && player.status.state == GameState::Playing;
+    memory.waited_for_kick_off = waits;
+    if placed || begins {
+        *memory = PlayerMemory {
+            restarts: memory.restarts,
+            whistles: memory.whistles,
+            spoke_at_s: memory.spoke_at_s,
+            waited_for_kick_off: waits,
+            kick_off_since_s: (!player.status.drop_ball).then_some(now),
+            last_glance_s: now,
+            ..default()
+        };
+    }
+    let in_play = player.ball().is_some_and(|ball| ball.position_m.length_squared() > IN_PLAY_M * IN_PLAY_M);
+    if memory.kick_off_since_s.is_some_and(|since| in_play || now - since > KICK_OFF_S) {
+        memory.kick_off_since_s = None;
+    }
+}
+
+/// Whether only the keeper may go for a ball there, m, team frame.
+pub fn is_for_the_keeper_only(player: &Player, place: Vec2) -> bool {
+    is_forbidden_area(player, place, 0.0)
+}
+
+/// Whether the opponents have a kick-off that is not over yet.
+fn keeps_off_the_kick_off(player: &Player, memory: &PlayerMemory) -> bool {
+    memory.kick_off_since_s.is_some() && player.status.kick_off_team != player.id.team
+}
+
+/// Stops a player before the centre circle.
+fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
+    let least = player.pitch.centre_circle_diameter_m / 2.0 + 0.2;
+    let walk = if leads_into(player, &decision.walk, Vec2::ZERO, least) {
+        WalkCommand { dtheta: decision.walk.dtheta, ..default() }
+    } else {
+        decision.walk
+    };
+    Decision { walk, kick: None, ..decision }
+}
+
+/// While the ball belongs to the opponents, nobody goes near it, and whoever is near it leaves.
+fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
+    let not_ours = player.status.set_play.filter(|set_play| set_play.team != Some(player.id.team));
+    let (Some(set_play), Some(ball)) = (not_ours, player.ball()) else { return decision };
+    let (away, distance) = (player.position() - ball.position_m, player.rules.free_kick_distance_m + DISTANCE_MARGIN_M);
+    let decision = Decision { kick: None, ..decision };
+    // As long as nobody knows whose it is, it is enough not to come nearer.
+    if set_play.team.is_some() && away.length_squared() < (distance - 0.1) * (distance - 0.1) {
+        // Towards the own goal, if need be past the ball: the way is free there more often than at the side line.
+        let home = player.own_goal() - ball.position_m;
+        let outwards = (away.normalize_or(-Vec2::X) + 0.5 * home.normalize_or(-Vec2::X)).normalize_or(-Vec2::X);
+        let place = ball.position_m + outwards * distance;
+        let walk = player.walk_to(place, -outwards, &player.obstacles());
+        return Decision { walk, target: Some(place), ..decision };
+    }
+    if leads_into(player, &decision.walk, ball.position_m, distance) {
+        let facing = (ball.position_m - player.position()).normalize_or(Vec2::X);
+        return Decision { walk: player.walk_to(player.position(), facing, &default()), ..decision };
+    }
+    decision
+}
+
+/// Where only the keeper may be in the own penalty area, the others stay out, and leave it if they got there.
+fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
+    if is_forbidden_area(player, player.position(), AREA_MARGIN_M - AREA_SWAY_M) {
+        let x = -player.pitch.half_length() + player.pitch.penalty_area.depth_m + 0.4;
+        let out = Vec2::new(x, player.position().y);
+        let walk = player.walk_to(out, player.forward, &player.obstacles());
+        return Decision { walk, target: Some(out), ..decision };
+    }
+    if is_forbidden_area(player, after(player, &decision.walk), AREA_MARGIN_M) {
+        return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, ..decision };
+    }
+    decision
+}
+
+/// Whether the player may not be at a place, team frame: in its own penalty area, or nearer to it than `margin` m.
+fn is_forbidden_area(player: &Player, place: Vec2, margin: f32) -> bool {
+    if player.id.number == KEEPER
+        || !player.rules.illegal_defender
+        || player.rules.defender_limit != DefenderLimit::KeeperOnly
+    {
+        return false;
+    }
+    let area = player.pitch.penalty_area;
+    place.x < -player.pitch.half_length() + area.depth_m + margin && place.y.abs() < area.width_m / 2.0 + margin
+}
+
+/// Where a step leads, team frame.
+fn after(player: &Player, walk: &WalkCommand) -> Vec2 {
+    player.position() + player.forward.rotate(walk.translation())
+}
+
+/// Whether a step leads nearer to a centre that the player is, or will be, nearer to than `radius`.
+fn leads_into(player: &Player, walk: &WalkCommand, centre: Vec2, radius: f32) -> bool {
+    let (now, then) = (player.position().distance_squared(centre), after(player, walk).distance_squared(centre));
+    then < radius * radius && then < now
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::teams::player::tests::PlayerFixture;
+    use naoisis_core::game::{Rules, SetPlayKind};
+    use naoisis_core::referee::SetPlayStatus;
+    use naoisis_core::team::Team;
+
+    fn walking(dx: f32, dy: f32) -> Decision {
+        Decision { walk: WalkCommand { dx, dy, dtheta: 0.01 }, ..default() }
+    }
+
+    fn moved(situation: &PlayerFixture, decision: Decision) -> Vec2 {
+        after(&situation.player(), &obey(&situation.player(), &PlayerMemory::default(), decision).walk)
+    }
+
+    #[test]
+    fn nobody_goes_near_the_opponents_free_kick_and_whoever_is_near_leaves() {
+        let mut situation = PlayerFixture::new(Pose::new(-1.2, 0.0, 0.0), Vec2::ZERO);
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Some(Team::Pink) });
+        // 0.75 m and the margin of 0.35 m: at 1.2 m a step may still lead nearer, at 1.1 m none may.
+        assert!(moved(&situation, walking(0.006, 0.0)).x > -1.2);
+        situation.belief.pose.position.x = -1.1;
+        assert_eq!(moved(&situation, walking(0.006, 0.0)).x, -1.1);
+        assert!(moved(&situation, walking(-0.006, 0.0)).x < -1.1);
+        situation.belief.pose.position.x = -0.5;
+        assert!(moved(&situation, walking(0.006, 0.0)).x < -0.5);
+        // The own free kick is there to be taken.
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Some(Team::Blue) });
+        assert!(moved(&situation, walking(0.006, 0.0)).x > -0.5);
+    }
+
+    #[test]
+    fn only_the_keeper_goes_into_the_own_penalty_area_where_the_rules_say_so() {
+        let rules = Rules { illegal_defender: true, ..Rules::default() };
+        // The area of the pitch of 2010 is 0.6 m deep: to x = -2.4.
+        let mut situation = PlayerFixture::new(Pose::new(-2.347, 0.5, core::f32::consts::PI), Vec2::new(-2.7, 0.5));
+        let forward = walking(0.006, 0.0);
+        assert!(moved(&situation, forward).x < -2.35);
+        situation.rules = rules;
+        assert_eq!(moved(&situation, forward).x, -2.347);
+        situation.belief.pose.position.x = -2.6;
+        assert!(moved(&situation, forward).x > -2.6);
+        situation.id.number = 1;
+        assert!(moved(&situation, forward).x < -2.6);
+    }
+
+    #[test]
+    fn a_player_in_its_place_for_the_kick_off_stands_still() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
+        situation.status.state = GameState::Ready;
+        let place = kick_off_place(&situation.player());
+        assert!(!take_place(&situation.player()).walk.is_null());
+        situation.belief.pose = Pose { position: place.position + Vec2::new(0.03, 0.03), ..place };
+        assert!(take_place(&situation.player()).walk.is_null());
+        situation.belief.pose.heading += 0.3;
+        assert!(!take_place(&situation.player()).walk.is_null());
+    }
+
+    #[test]
+    fn who_lies_gets_up() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
+        assert_eq!(posture(&situation.player()), None);
+        situation.body = BodyStatus::Fallen;
+        assert_eq!(posture(&situation.player()), Some(PostureRequest::GetUp));
+    }
+}

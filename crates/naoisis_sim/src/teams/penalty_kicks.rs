@@ -1,0 +1,150 @@
+//! What players do at a penalty kick, and at the shots of a shoot-out: where they wait, and what they keep away from until the
+//! ball is played.
+
+use bevy::prelude::*;
+
+use super::player::{Decision, Player};
+use naoisis_core::game::{SetPlayKind, ShootOutProcedure};
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::End;
+use naoisis_core::referee::formation;
+use naoisis_core::robot::motion::WalkCommand;
+use naoisis_core::team::Team;
+
+/// The jersey number of the one who defends the goal.
+const KEEPER: u8 = 1;
+/// How far behind the ball the kicker waits, m.
+const BEHIND_BALL_M: f32 = 0.45;
+/// A ball believed farther than this from its mark has been played, m: what is believed is not exact.
+const PLAYED_M: f32 = 0.4;
+/// How far from the penalty area those stay who must not enter it, m.
+const AREA_MARGIN_M: f32 = 0.3;
+
+/// Whose penalty kick is being prepared or under way, as far as the player knows: of nobody known, if it does not.
+fn penalty_kick(player: &Player) -> Option<Option<Team>> {
+    player.status.set_play.filter(|set_play| set_play.kind == SetPlayKind::PenaltyKick).map(|set_play| set_play.team)
+}
+
+/// The penalty mark from which the ball is played, m, team frame.
+fn mark(player: &Player, is_ours: bool) -> Vec2 {
+    let x = player.pitch.half_length() - player.pitch.penalty_mark_distance_m;
+    Vec2::new(if is_ours { x } else { -x }, 0.0)
+}
+
+/// Whether the player is the one of its team who takes a penalty kick: of the field players that it knows of the one nearest to
+/// the mark.
+fn is_kicker(player: &Player) -> bool {
+    let mark = mark(player, true);
+    let own = player.position().distance(mark);
+    let mates = player.belief.team_mates.iter().filter_map(|mate| Some((mate.id?, mate.position_m.distance(mark))));
+    let is_keeper = player.id.number == KEEPER && player.rules.team_size > 1;
+    !is_keeper
+        && mates
+            .filter(|(mate, _)| mate.number != KEEPER)
+            .all(|(mate, distance)| (own, player.id.number) < (distance, mate.number))
+}
+
+/// The player's place for a penalty kick, team frame; none if there is none.
+pub fn place(player: &Player) -> Option<Pose> {
+    let team = penalty_kick(player)?;
+    let is_ours = team == Some(player.id.team);
+    Some(if is_ours && is_kicker(player) {
+        Pose { position: mark(player, true) - Vec2::new(BEHIND_BALL_M, 0.0), heading: 0.0 }
+    } else if player.id.number == KEEPER {
+        Pose { position: player.own_goal(), heading: 0.0 }
+    } else {
+        formation(player.pitch, player.rules.team_size, player.id.number, End::NegativeX, false)
+    })
+}
+
+/// The decision as the rules of a penalty kick, or of a shoot-out, allow it.
+pub fn obey(player: &Player, decision: Decision) -> Decision {
+    let opponents = player.id.team.opponent();
+    let in_shoot_out =
+        player.rules.shoot_out_procedure == ShootOutProcedure::Spl2025 && player.status.shoot_out == Some(opponents);
+    let kick = penalty_kick(player);
+    let is_ours = kick.flatten() == Some(player.id.team);
+    let lies = player.ball().is_none_or(|ball| ball.position_m.distance(mark(player, is_ours)) < PLAYED_M);
+    if !lies || (kick.is_none() && !in_shoot_out) {
+        return decision;
+    }
+    if player.id.number == KEEPER && !is_ours || in_shoot_out {
+        return Decision { walk: WalkCommand::default(), kick: None, posture: None, ..decision };
+    }
+    let enters = |step: &WalkCommand| {
+        let place = player.position() + player.forward.rotate(step.translation());
+        let area = player.pitch.penalty_area;
+        let depth = player.pitch.half_length() - if is_ours { place.x } else { -place.x };
+        depth < area.depth_m + AREA_MARGIN_M && place.y.abs() < area.width_m / 2.0 + AREA_MARGIN_M
+    };
+    if !(is_ours && is_kicker(player)) && enters(&decision.walk) {
+        return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, kick: None, ..decision };
+    }
+    decision
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::teams::player::tests::PlayerFixture;
+    use naoisis_core::game::Rules;
+    use naoisis_core::referee::SetPlayStatus;
+    use naoisis_core::team::RobotId;
+    use naoisis_sensing::belief::RobotBelief;
+
+    fn at_penalty_kick(team: Option<Team>, pose: Pose, ball: Vec2) -> PlayerFixture {
+        let mut situation = PlayerFixture::new(pose, ball);
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::PenaltyKick, team });
+        situation
+    }
+
+    fn walk(situation: &PlayerFixture) -> WalkCommand {
+        obey(&situation.player(), Decision { walk: WalkCommand::new(0.005, 0.0, 0.0), ..default() }).walk
+    }
+
+    #[test]
+    fn the_nearest_field_player_takes_it_and_the_others_wait_in_their_formation() {
+        let mut situation = at_penalty_kick(Some(Team::Blue), Pose::new(0.0, 0.0, 0.0), Vec2::new(1.2, 0.0));
+        // The mark is at x = 3 - 1.8 = 1.2 m.
+        assert_eq!(place(&situation.player()).unwrap().position, Vec2::new(1.2 - BEHIND_BALL_M, 0.0));
+        let mate = |x| RobotBelief {
+            id: Some(RobotId::new(Team::Blue, 3)),
+            position_m: Vec2::new(x, 0.0),
+            covariance: [0.0; 3],
+            age_s: 0.0,
+        };
+        situation.belief.team_mates = vec![mate(-1.0)];
+        assert!(place(&situation.player()).unwrap().position.x > 0.0);
+        situation.belief.team_mates = vec![mate(0.5)];
+        assert!(place(&situation.player()).unwrap().position.x < 0.0);
+        situation.id.number = KEEPER;
+        assert_eq!(place(&situation.player()).unwrap().position, Vec2::new(-3.0, 0.0));
+    }
+
+    #[test]
+    fn until_the_ball_is_played_the_keeper_stands_and_the_others_stay_out_of_the_area() {
+        let keeper = |ball| {
+            let mut situation = at_penalty_kick(Some(Team::Pink), Pose::new(-3.0, 0.0, 0.0), ball);
+            situation.id.number = KEEPER;
+            situation
+        };
+        assert!(walk(&keeper(Vec2::new(-1.2, 0.1))).is_null());
+        assert!(!walk(&keeper(Vec2::new(-2.0, 0.1))).is_null());
+        // The area begins at x = -2.4.
+        let defender =
+            |x| at_penalty_kick(Some(Team::Pink), Pose::new(x, 1.0, core::f32::consts::PI), Vec2::new(-1.2, 0.0));
+        assert!(walk(&defender(-2.11)).is_null());
+        assert!(!walk(&defender(-2.0)).is_null());
+    }
+
+    #[test]
+    fn in_a_shoot_out_of_2025_the_keeper_waits_for_the_shot() {
+        let mut situation = PlayerFixture::new(Pose::new(-3.0, 0.0, 0.0), Vec2::new(-1.2, 0.0));
+        situation.status.shoot_out = Some(Team::Pink);
+        assert!(!walk(&situation).is_null());
+        situation.rules = Rules { shoot_out_procedure: ShootOutProcedure::Spl2025, ..Rules::default() };
+        assert!(walk(&situation).is_null());
+        situation.status.shoot_out = Some(Team::Blue);
+        assert!(!walk(&situation).is_null());
+    }
+}

@@ -1,0 +1,404 @@
+//! What a built-in player has to decide on, what it decides, and what it remembers.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::hearing::Whistles;
+use super::looked_around::LookedAround;
+use super::looking::Head;
+use super::passing::Pass;
+use super::walking::{
+    BALL_CLEARANCE_M, OBSTACLE_MEMORY_S, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M,
+    TOLD_MEMORY_S, step_towards, way_around,
+};
+use naoisis_core::ball::Rolling;
+use naoisis_core::communication::ReceivedMessage;
+use naoisis_core::game::Rules;
+use naoisis_core::geometry::{Pose, angle_of, unit, unrotate};
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::knowledge::Knowledge;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::referee::GameStatus;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::head::HeadCommand;
+use naoisis_core::robot::kick::{KickRequest, KickSettings};
+use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
+use naoisis_core::robot::posture::PostureRequest;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::{BallBelief, Belief, RobotBelief};
+use naoisis_sensing::sensing::latency::Latency;
+use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
+use naoisis_sensing::sensing::status::BodyStatus;
+
+/// What the clearances of the built-in teams are measured for: half the width of a NAO with its arms, how far its feet reach
+/// ahead, and the radius of the paper's ball, m. Others keep so much more, or less.
+const NAO_HALF_WIDTH_M: f32 = 0.15;
+/// See [`NAO_HALF_WIDTH_M`].
+const NAO_FRONT_M: f32 = 0.11;
+/// See [`NAO_HALF_WIDTH_M`].
+const NAO_BALL_RADIUS_M: f32 = 0.03;
+/// How far its feet reach to either side of a NAO's middle, and half the width that an opponent of its size blocks: a little more, for
+/// the ball's radius, m.
+const NAO_FEET_HALF_WIDTH_M: f32 = 0.1;
+/// See [`NAO_FEET_HALF_WIDTH_M`].
+const NAO_BLOCKED_HALF_WIDTH_M: f32 = 0.15;
+
+/// Everything that a player knows when it decides.
+#[derive(Clone, Copy, Debug)]
+pub struct Player<'a> {
+    /// Who it is.
+    pub id: RobotId,
+    /// What it believes.
+    pub belief: &'a Belief,
+    /// What its team-mates told it in this cycle.
+    pub heard: &'a [ReceivedMessage],
+    /// What it is told of the game.
+    pub status: &'a GameStatus,
+    /// What its body is doing.
+    pub body: BodyStatus,
+    /// What its sonars measured.
+    pub sonar: SonarReading,
+    /// Where its sonars point.
+    pub sonar_settings: &'a SonarSettings,
+    /// How fast it walks.
+    pub limits: &'a MotionLimits,
+    /// How far it kicks.
+    pub kicks: &'a KickSettings,
+    /// How late its commands are.
+    pub latency: &'a Latency,
+    /// Its body.
+    pub own_body: &'a Body,
+    /// Its head, and what is in view of it.
+    pub head: Head,
+    /// How the ball rolls.
+    pub rolling: Rolling,
+    /// The ball's radius, m.
+    pub ball_radius_m: f32,
+    /// The pitch that is played on.
+    pub pitch: &'a Pitch,
+    /// The rules that are played by.
+    pub rules: &'a Rules,
+    /// Duration of a cycle, s.
+    pub period: f32,
+    /// Where it faces, unit vector, team frame.
+    pub forward: Vec2,
+}
+
+/// What a player does in a cycle.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Decision {
+    /// The step.
+    pub walk: WalkCommand,
+    /// Where the steps lead, m, team frame: for people who watch.
+    pub target: Option<Vec2>,
+    /// Where to look; none for what [`super::looking`] proposes.
+    pub head: Option<HeadCommand>,
+    /// The kick.
+    pub kick: Option<KickRequest>,
+    /// What it does with its whole body.
+    pub posture: Option<PostureRequest>,
+    /// What it is about, in a word.
+    pub intention: &'static str,
+    /// The pass that it announces to its team-mates.
+    pub pass: Option<Pass>,
+    /// Whether it tells its team-mates which opponents it sees.
+    pub reports_opponents: bool,
+}
+
+/// What a built-in player remembers from cycle to cycle.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct PlayerMemory {
+    /// How often the robots had been placed.
+    pub restarts: Option<u32>,
+    /// What it makes of the referee's whistles.
+    pub whistles: Whistles,
+    /// When it said something last, if messages are limited, s.
+    pub spoke_at_s: Option<f32>,
+    /// Whether the game was in `ready` or `set`.
+    pub waited_for_kick_off: bool,
+    /// When the kick-off was given that is not over yet, s.
+    pub kick_off_since_s: Option<f32>,
+    /// The direction in which the ball should go, team frame.
+    pub aim: Option<Vec2>,
+    /// The kick that is being prepared.
+    pub kick: Option<KickType>,
+    /// Since when the ball lies right for the kick that it is about to make, s.
+    pub ready_since_s: Option<f32>,
+    /// When it told its legs to kick last, s.
+    pub kicked_at_s: Option<f32>,
+    /// Since when it is at the ball, s.
+    pub at_ball_since_s: Option<f32>,
+    /// Whether it is its turn to go for the ball.
+    pub attacks: bool,
+    /// When the ball was lost, s.
+    pub lost_since_s: Option<f32>,
+    /// On which side the ball was lost: whether on the left.
+    pub lost_left: bool,
+    /// Until when it looks around instead of at the ball, s.
+    pub glance_until_s: f32,
+    /// When it looked around last, s.
+    pub last_glance_s: f32,
+    /// The pass that a team-mate has announced to it, and when, s.
+    pub expected_pass: Option<(Pass, f32)>,
+    /// The place that it has chosen to wait for a pass at, m, team frame.
+    pub free_place: Option<Vec2>,
+    /// Opponents that team-mates tell of: who, where, m, team frame, and when, s.
+    pub told_opponents: Vec<(RobotId, Vec2, f32)>,
+    /// Where it has looked of late.
+    #[serde(default)]
+    pub looked_around: LookedAround,
+}
+
+impl<'a> Player<'a> {
+    /// Its pose, team frame.
+    pub fn pose(&self) -> Pose {
+        self.belief.pose
+    }
+
+    /// Its place, m, team frame.
+    pub fn position(&self) -> Vec2 {
+        self.belief.pose.position
+    }
+
+    /// The ball, if it has an idea where that is.
+    pub fn ball(&self) -> Option<&'a BallBelief> {
+        self.belief.ball.as_ref()
+    }
+
+    /// By how much its body is wider to either side than a NAO's, m. Others are taken to be as wide as itself.
+    pub fn wider_than_nao_m(&self) -> f32 {
+        self.own_body.torso.half_width_m - NAO_HALF_WIDTH_M
+    }
+
+    /// By how much further ahead a ball before its feet lies than before a NAO's, m.
+    pub fn longer_than_nao_m(&self) -> f32 {
+        (self.own_body.base.x_m[1] - NAO_FRONT_M) + (self.ball_radius_m - NAO_BALL_RADIUS_M)
+    }
+
+    /// Half the width that an opponent blocks for the ball, m: its feet and the ball's radius. Others are taken to be as wide as itself.
+    pub fn blocked_half_width_m(&self) -> f32 {
+        NAO_BLOCKED_HALF_WIDTH_M
+            + (self.own_body.base.half_width_m - NAO_FEET_HALF_WIDTH_M)
+            + (self.ball_radius_m - NAO_BALL_RADIUS_M)
+    }
+
+    /// How far it walks around the ball, m.
+    pub fn ball_clearance_m(&self) -> f32 {
+        BALL_CLEARANCE_M + self.longer_than_nao_m()
+    }
+
+    /// A point of the team frame in the robot's, m.
+    pub fn in_robot(&self, point: Vec2) -> Vec2 {
+        unrotate(self.forward, point - self.position())
+    }
+
+    /// The middle of the own goal line, m, team frame.
+    pub fn own_goal(&self) -> Vec2 {
+        Vec2::new(-self.pitch.half_length(), 0.0)
+    }
+
+    /// The middle of the opponents' goal line, m, team frame.
+    pub fn opponent_goal(&self) -> Vec2 {
+        Vec2::new(self.pitch.half_length(), 0.0)
+    }
+
+    /// The distance of the nearest opponent from a place, m.
+    pub fn nearest_opponent(&self, place: Vec2) -> f32 {
+        self.belief
+            .opponents
+            .iter()
+            .map(|opponent| opponent.position_m.distance_squared(place))
+            .fold(f32::MAX, f32::min)
+            .sqrt()
+    }
+
+    /// Where opponents are that were seen of late, m, team frame.
+    pub fn fresh_opponents(&self) -> impl Iterator<Item = Vec2> + use<'a> {
+        /// What was seen longer ago is not worth telling of, s.
+        const FRESH_S: f32 = 0.5;
+        let opponents = self.belief.opponents.iter();
+        opponents.filter(|opponent| opponent.age_s < FRESH_S).map(|opponent| opponent.position_m)
+    }
+
+    /// Whether a kick that it told its legs has not reached them yet: the next would find them busy.
+    pub fn kick_is_on_its_way(&self, memory: &PlayerMemory) -> bool {
+        let until_s = self.latency.kick_s + 0.5 * self.period;
+        memory.kicked_at_s.is_some_and(|then| (0.0..until_s).contains(&(self.status.time_s - then)))
+    }
+
+    /// What is in the way: robots, posts, and what the sonars hear besides. The ball is not.
+    pub fn obstacles(&self) -> Obstacles {
+        let mut obstacles = Obstacles::default();
+        let own = self.position();
+        let near = |place: Vec2| place.distance_squared(own) < OBSTACLE_RANGE_M * OBSTACLE_RANGE_M;
+        let robots = self.belief.opponents.iter().chain(&self.belief.team_mates);
+        // Team-mates that told where they are walk on.
+        let memory_s = |robot: &RobotBelief| if robot.id.is_some() { TOLD_MEMORY_S } else { OBSTACLE_MEMORY_S };
+        for robot in robots.filter(|robot| robot.age_s < memory_s(robot) && near(robot.position_m)) {
+            obstacles.add(robot.position_m, ROBOT_CLEARANCE_M + 2.0 * self.wider_than_nao_m());
+        }
+        let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);
+        for post in [Vec2::new(-x, -y), Vec2::new(-x, y), Vec2::new(x, -y), Vec2::new(x, y)] {
+            if near(post) {
+                obstacles.add(post, POST_CLEARANCE_M + self.wider_than_nao_m());
+            }
+        }
+        for (reading, side) in [(self.sonar.left, 1.0), (self.sonar.right, -1.0)] {
+            // What is far away will be seen in time.
+            let Some(distance) = reading.filter(|distance| *distance < 0.45) else { continue };
+            let direction = self.forward.rotate(unit(side * self.sonar_settings.heading));
+            let place = own + direction * (distance + 0.05);
+            let known = obstacles.iter().any(|known| known.centre.distance_squared(place) < 0.4 * 0.4);
+            if !known {
+                obstacles.add(place, 0.3);
+            }
+        }
+        obstacles
+    }
+
+    /// The step towards a place past the obstacles, turning to face `facing` (unit vector, team frame).
+    pub fn walk_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
+        let way = way_around(self.position(), place, obstacles);
+        step_towards(self.forward, way, facing, self.limits, self.period)
+    }
+
+    /// The step towards a place to be at: who is near enough to it stands, and who walks goes on until it is there. What one
+    /// believes of places is not exact, and who stands need not follow it.
+    pub fn go_and_stay(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
+        /// Standing within so many metres and radians, it stays.
+        const STAYS: (f32, f32) = (0.12, 0.35);
+        /// Walking, it goes on until it is within so many.
+        const THERE: (f32, f32) = (0.04, 0.1);
+
+        /// The same where commands are followed at once.
+        const STAYS_EXACTLY: (f32, f32) = (0.04, 0.05);
+        const THERE_EXACTLY: (f32, f32) = (0.01, 0.02);
+
+        let (near_m, turned) = match (self.body == BodyStatus::Walking, &self.limits.gait) {
+            (true, Some(_)) => THERE,
+            (false, Some(_)) => STAYS,
+            (true, None) => THERE_EXACTLY,
+            (false, None) => STAYS_EXACTLY,
+        };
+        let is_there = place.distance_squared(self.position()) < near_m * near_m;
+        if !is_there {
+            return self.travel_to(place, facing, obstacles);
+        }
+        let off = angle_of(unrotate(self.forward, facing)).abs();
+        if off < turned { WalkCommand::default() } else { self.walk_to(self.position(), facing, obstacles) }
+    }
+
+    /// The step towards a place: over a longer way facing ahead, otherwise facing `facing`.
+    pub fn travel_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
+        let way = place - self.position();
+        let facing = if way.length_squared() > 0.8 * 0.8 { way.normalize_or(facing) } else { facing };
+        self.walk_to(place, facing, obstacles)
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use naoisis_core::game::GameState;
+    use naoisis_core::robot::motion::after_step;
+    use naoisis_core::team::Team;
+
+    /// What a player may find itself in: everything that a [`Player`] refers to.
+    #[derive(Clone, Debug)]
+    pub struct PlayerFixture {
+        pub id: RobotId,
+        pub belief: Belief,
+        pub heard: Vec<ReceivedMessage>,
+        pub status: GameStatus,
+        pub body: BodyStatus,
+        pub sonar: SonarReading,
+        pub sonar_settings: SonarSettings,
+        pub limits: MotionLimits,
+        pub kicks: KickSettings,
+        pub latency: Latency,
+        pub own_body: Body,
+        pub head: Head,
+        pub rolling: Rolling,
+        pub pitch: Pitch,
+        pub rules: Rules,
+        pub period: f32,
+    }
+
+    impl PlayerFixture {
+        /// Blue's number 2 with the ball in play.
+        pub fn new(pose: Pose, ball: Vec2) -> Self {
+            Self {
+                id: RobotId::new(Team::Blue, 2),
+                belief: Belief { ball: Some(BallBelief { position_m: ball, ..default() }), ..Belief::at(pose) },
+                heard: Vec::new(),
+                status: GameStatus { state: GameState::Playing, ..default() },
+                body: BodyStatus::Standing,
+                sonar: SonarReading::default(),
+                sonar_settings: SonarSettings::default(),
+                limits: MotionLimits::default(),
+                kicks: KickSettings::default(),
+                latency: Latency::default(),
+                own_body: Body::default(),
+                head: Head::default(),
+                rolling: Rolling::default(),
+                pitch: Pitch::default(),
+                rules: Rules::default(),
+                period: 1.0 / 30.0,
+            }
+        }
+
+        /// The player in it.
+        pub fn player(&self) -> Player<'_> {
+            Player {
+                id: self.id,
+                belief: &self.belief,
+                heard: &self.heard,
+                status: &self.status,
+                body: self.body,
+                sonar: self.sonar,
+                sonar_settings: &self.sonar_settings,
+                limits: &self.limits,
+                kicks: &self.kicks,
+                latency: &self.latency,
+                own_body: &self.own_body,
+                head: self.head,
+                rolling: self.rolling,
+                ball_radius_m: NAO_BALL_RADIUS_M,
+                pitch: &self.pitch,
+                rules: &self.rules,
+                period: self.period,
+                forward: self.belief.pose.forward(),
+            }
+        }
+    }
+
+    /// Where a step leads; it must be within the limits of 0.2 m/s and 90 degrees per second.
+    pub fn after_decision(pose: Pose, decision: &Decision) -> Pose {
+        let step = decision.walk;
+        assert!(step.translation().length() < 0.2 / 30.0 + 1e-6);
+        assert!(step.dtheta.abs() < core::f32::consts::FRAC_PI_2 / 30.0 + 1e-6);
+        after_step(pose, step)
+    }
+
+    #[test]
+    fn obstacles_are_robots_posts_and_what_only_the_sonars_know() {
+        let mut situation = PlayerFixture::new(Pose::new(2.0, 0.6, 0.0), Vec2::ZERO);
+        let robot = |x, y, age_s| RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s };
+        situation.belief.opponents = vec![robot(1.5, 0.6, 0.0), robot(-2.0, 0.0, 0.0), robot(2.2, 0.0, 5.0)];
+        let count = |situation: &PlayerFixture| situation.player().obstacles().iter().count();
+        // The opponent near by, and the post at (2.975, 0.7); the others are far away or long gone.
+        assert_eq!(count(&situation), 2);
+        situation.sonar.left = Some(0.3);
+        assert_eq!(count(&situation), 3);
+        // The same echo from a robot that is known.
+        situation.belief.opponents.push(robot(2.33, 0.72, 0.0));
+        assert_eq!(count(&situation), 3);
+        // A team-mate that told where it is walks on.
+        let told = |age_s| RobotBelief { id: Some(RobotId::new(Team::Blue, 3)), ..robot(1.4, -0.3, age_s) };
+        situation.belief.team_mates = vec![told(0.5 * TOLD_MEMORY_S)];
+        assert_eq!(count(&situation), 4);
+        situation.belief.team_mates = vec![told(1.5 * TOLD_MEMORY_S)];
+        assert_eq!(count(&situation), 3);
+    }
+}

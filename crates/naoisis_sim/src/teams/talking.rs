@@ -1,0 +1,101 @@
+//! How often a player talks where messages are limited: so that its team's last as long as the match.
+
+use super::player::{Player, PlayerMemory};
+use naoisis_core::game::GameState;
+
+/// Messages that are kept back for each robot: what several say at once is counted afterwards.
+const RESERVE: u32 = 3;
+/// Who announces a pass waits no longer than this since it spoke last, s.
+const URGENT_S: f32 = 1.0;
+
+/// Whether it is time for the player to say something, and if so, takes note of it. `urgent`: it cannot wait for long.
+pub fn may_speak(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> bool {
+    let status = player.status;
+    if status.messages_left.is_none() {
+        return true;
+    }
+    let pause_s = pause_between_messages_s(player);
+    if status.state != GameState::Playing || pause_s.is_infinite() {
+        return false;
+    }
+    let pause_s = if urgent { pause_s.min(URGENT_S) } else { pause_s };
+    let speaks = memory.spoke_at_s.is_none_or(|at| status.time_s - at >= pause_s);
+    if speaks {
+        memory.spoke_at_s = Some(status.time_s);
+    }
+    speaks
+}
+
+/// How long a player is silent between two messages so that its team's last for the rest of the match, s: 0 where they are not limited,
+/// infinite when none is left.
+pub fn pause_between_messages_s(player: &Player) -> f32 {
+    let status = player.status;
+    let Some(left) = status.messages_left else { return 0.0 };
+    let size = u32::from(player.rules.team_size);
+    let to_spend = left.saturating_sub(RESERVE * size);
+    if to_spend == 0 {
+        return f32::INFINITY;
+    }
+    let later_halves = player.rules.halves.saturating_sub(status.half) as f32;
+    let to_go_s = status.time_left_s.unwrap_or(player.rules.half_s) + later_halves * player.rules.half_s;
+    to_go_s * size as f32 / to_spend as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::teams::player::tests::PlayerFixture;
+    use bevy::prelude::*;
+    use naoisis_core::game::Rules;
+    use naoisis_core::geometry::Pose;
+
+    /// How often a player of a team of five talks in a match of two halves of 600 s.
+    fn times_spoken(urgent: bool) -> u32 {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
+        situation.rules = Rules { team_size: 5, ..Rules::default() };
+        let (mut memory, mut left, mut spoken) = (PlayerMemory::default(), 1200, 0);
+        for second in 0..1200_u16 {
+            let half = u32::from(second / 600) + 1;
+            let (time_s, time_left_s) = (f32::from(second), Some(600.0 - f32::from(second % 600)));
+            situation.status = naoisis_core::referee::GameStatus { half, time_s, time_left_s, ..situation.status };
+            situation.status.messages_left = Some(left);
+            if may_speak(&situation.player(), &mut memory, urgent) {
+                spoken += 1;
+                // All five talk alike.
+                left -= 5;
+            }
+        }
+        spoken
+    }
+
+    #[test]
+    fn the_messages_last_for_the_match_and_are_used() {
+        assert!((200..=240).contains(&times_spoken(false)), "{}", times_spoken(false));
+        assert!((230..=240).contains(&times_spoken(true)), "{}", times_spoken(true));
+    }
+
+    #[test]
+    fn where_nothing_is_limited_everybody_talks_all_the_time() {
+        let situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
+        let mut memory = PlayerMemory::default();
+        assert!((0..3).all(|_| may_speak(&situation.player(), &mut memory, false)));
+    }
+
+    #[test]
+    fn the_pause_is_what_the_messages_that_are_left_allow() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
+        situation.rules = Rules { team_size: 7, halves: 2, half_s: 600.0, ..Rules::default() };
+        assert_eq!(pause_between_messages_s(&situation.player()), 0.0);
+        situation.status = naoisis_core::referee::GameStatus {
+            half: 1,
+            time_left_s: Some(600.0),
+            messages_left: Some(1200),
+            ..situation.status
+        };
+        // 1200 s for 1200 - 3 * 7 messages of seven robots.
+        let pause_s = pause_between_messages_s(&situation.player());
+        assert!((pause_s - 1200.0 * 7.0 / 1179.0).abs() < 1e-3, "{pause_s}");
+        situation.status.messages_left = Some(21);
+        assert_eq!(pause_between_messages_s(&situation.player()), f32::INFINITY);
+    }
+}

@@ -1,0 +1,385 @@
+//! What a kick is worth: simple geometry of who is where, with the reach and the spread of the robot's own kicks and its own speed, so
+//! that it holds for any robot.
+//!
+//! Worth is counted in goals: 1 is a sure goal for the own team, -1 one against it.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+
+use super::kicking::AIMED_SHARE;
+use super::player::Player;
+use super::talking::pause_between_messages_s;
+use naoisis_sensing::belief::RobotBelief;
+
+/// How exactly the ball is aimed beside the spread of the kick itself, radians.
+const AIMING_SD: f32 = 0.05;
+/// What is left of a chance for each further kick over the whole reach that it takes to get there.
+const LEFT_AFTER_A_KICK: f32 = 0.4;
+/// What a ball where one could score is worth, of the goal: opponents come back meanwhile.
+const STANDING: f32 = 0.35;
+/// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often. Measured against `roles`: the more it
+/// matters the more balls a team keeps, and from here on the fewer matches it wins.
+const POSSESSION: f32 = 0.57;
+/// The same for robots that aim their kicks, who need not walk around the ball first.
+const POSSESSION_OF_AIMED: f32 = 0.45;
+/// The same for slow robots that talk as often as they like, on a pitch that is large beside their kicks.
+const POSSESSION_OF_SLOW: f32 = 0.41;
+/// And so much more in a small team of slow robots, where nobody is left to win back a ball that is lost.
+const POSSESSION_OF_FEW: f32 = 0.1;
+/// Teams up to this size are small, keeper included.
+const FEW: u8 = 4;
+/// Kicks reach over this share of a small pitch.
+const SMALL_PITCH_SHARE: f32 = 0.75;
+/// Who is sooner at the ball by so long, and by the time for [`RACE_M`], gets it nearly three times of four, s.
+const RACE_S: f32 = 0.5;
+/// How far a robot steps about at the ball before it has it, m: slow ones need longer for that.
+const RACE_M: f32 = 0.12;
+/// Who takes longer than this to walk as far as it kicks is slow, s.
+const SLOW_S: f32 = 16.0;
+/// Who is silent for shorter than this between two messages talks as often as it likes, s.
+const TALKS_FREELY_S: f32 = 1.0;
+/// How long an opponent takes to see where a ball rolls, s.
+const REACTION_S: f32 = 0.7;
+/// How exactly an opponent's place is known, m.
+const PLACE_SD_M: f32 = 0.04;
+/// A place that is reached is so far from a robot's own at most, m.
+const AT_PLACE_M: f32 = 0.2;
+/// While a foot swings, opponents come nearer to the ball by this share of the way that they could walk.
+const COMING_SHARE: f32 = 0.8;
+/// Who gets a shot that missed: seldom the team that shot.
+const OURS_AFTER_A_MISS: f32 = 0.2;
+
+/// Who plays with, and against, whoever has the ball.
+#[derive(Clone, Copy, Debug)]
+pub struct Company<'a> {
+    /// The field players of the own team that are known: numbers and places, m, team frame.
+    pub mates: &'a [(u8, Vec2)],
+    /// The opponents that are known.
+    pub opponents: &'a [RobotBelief],
+}
+
+/// The greatest reach of the player's kicks, m.
+pub fn reach_m(player: &Player) -> f32 {
+    player.kicks.types().map(|kick| player.kicks.max_distance_m(kick)).fold(0.1, f32::max)
+}
+
+/// How long the kick that reaches furthest takes until the foot meets the ball, s.
+pub(super) fn wind_up_s(player: &Player) -> f32 {
+    player.kicks.strongest().map_or(player.kicks.wind_up_s, |kick| player.kicks.wind_up_of_s(kick))
+}
+
+/// How exact the kick that reaches furthest is: standard deviation of its direction, radians.
+fn direction_sd(player: &Player) -> f32 {
+    player.kicks.strongest().map_or(player.kicks.direction_sd, |kick| player.kicks.direction_sd_of(kick))
+}
+
+/// How far to either side of straight ahead the player's kicks can be aimed, radians.
+pub(super) fn aims_within(player: &Player) -> f32 {
+    let kicks = player.kicks.types().filter_map(|kick| player.kicks.geometry(kick));
+    AIMED_SHARE * kicks.map(|kick| kick.aims_within()).fold(0.0, f32::max)
+}
+
+/// How likely a team with the ball at `place` scores, with nobody in its way: from within reach by how wide the goal looks beside
+/// the spread of a kick, from further away less.
+pub fn threat(player: &Player, place: Vec2) -> f32 {
+    let way = player.opponent_goal() - place;
+    let distance = way.length().max(0.3);
+    let reach = reach_m(player);
+    let beyond = (distance - reach).max(0.0) / reach;
+    let opening = 0.5 * player.pitch.goal.width_m * (way.x / distance).max(0.1) / distance.min(reach);
+    let spread = direction_sd(player) + AIMING_SD;
+    let hits = opening * opening / (opening * opening + spread * spread);
+    hits * ops::powf(LEFT_AFTER_A_KICK, beyond)
+}
+
+/// Whether the player can shoot from nearly everywhere.
+fn is_pitch_small(player: &Player) -> bool {
+    reach_m(player) > SMALL_PITCH_SHARE * player.pitch.length_m
+}
+
+/// Whether the player is slow beside what it kicks.
+pub(super) fn is_slow(player: &Player) -> bool {
+    reach_m(player) > SLOW_S * player.limits.max_linear_mps
+}
+
+/// How much it matters who has the ball next, of 1.
+fn possession(player: &Player) -> f32 {
+    let talks_freely = pause_between_messages_s(player) < TALKS_FREELY_S;
+    let of_many = if aims_within(player) > 0.0 {
+        POSSESSION_OF_AIMED
+    } else if is_slow(player) && talks_freely && !is_pitch_small(player) {
+        POSSESSION_OF_SLOW
+    } else {
+        POSSESSION
+    };
+    if player.rules.team_size <= FEW && is_slow(player) { of_many + POSSESSION_OF_FEW } else { of_many }
+}
+
+/// What a ball at `place` is worth that the own team gets first with this likelihood: how likely it is to score less how likely the
+/// others are, who see the place mirrored.
+pub(super) fn standing(player: &Player, place: Vec2, ours: f32) -> f32 {
+    let ours = 0.5 + possession(player) * (ours - 0.5);
+    STANDING * (ours * threat(player, place) - (1.0 - ours) * threat(player, -place))
+}
+
+/// How likely a ball that is kicked in this direction goes between the posts.
+fn hits(player: &Player, ball: Vec2, direction: Vec2) -> f32 {
+    let spread = direction_sd(player) + AIMING_SD;
+    let half_goal = 0.5 * player.pitch.goal.width_m - player.ball_radius_m;
+    let inside = |side: f32| {
+        let post = player.opponent_goal() + Vec2::Y * side * half_goal - ball;
+        // The sine of the angle between the way and the post is near enough to the angle.
+        let angle = side * direction.perp_dot(post) / post.length().max(0.1);
+        likely(1.7 * angle / spread)
+    };
+    (inside(1.0) + inside(-1.0) - 1.0).max(0.0)
+}
+
+/// What a shot in this direction is worth: a goal, a ball before the goal, or one before the feet of who stops it.
+pub(super) fn shot_worth(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> f32 {
+    /// What is not a goal ends so far before the goal line, m.
+    const BEFORE_GOAL: Vec2 = Vec2::X;
+    let distance = (player.opponent_goal().x - ball.x) / direction.x.max(0.1);
+    let end = ball + direction * distance;
+    let course = course(player, company, ball, end, 1.0);
+    let scores = hits(player, ball, direction) * course.arrives;
+    scores
+        + (course.arrives - scores) * standing(player, end - BEFORE_GOAL, OURS_AFTER_A_MISS)
+        + (1.0 - course.arrives) * standing(player, course.stopped_at, 0.0)
+}
+
+/// What a pass from `ball` would be worth to a player that waits for it at `place`.
+pub fn pass_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> f32 {
+    let share = (ball.distance(place) / reach_m(player)).min(1.0);
+    let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), place);
+    let arrives = course(player, company, ball, place, share).arrives;
+    let race_s = race_s(player);
+    arrives * likely((theirs_s - race_s) / race_s) * threat(player, place)
+}
+
+/// What it is worth to kick the ball to `place`, and who of the team-mates gets it if the team does.
+pub(super) fn kick_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> (f32, Option<u8>) {
+    let reach = reach_m(player);
+    let recovery_s = player.kicks.strongest().map_or(player.kicks.recovery_s, |kick| player.kicks.recovery_of_s(kick));
+    let own_s = wind_up_s(player) + recovery_s + walking_s(player, [player.position()], place);
+    let (ours_s, receiver) = company
+        .mates
+        .iter()
+        .map(|(number, mate)| (walking_s(player, [*mate], place), Some(*number)))
+        .fold((own_s, None), |best, next| if next.0 < best.0 { next } else { best });
+    let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), place);
+    let ours = is_first(player, ours_s, theirs_s) * stays_inside(player, ball, place);
+    let share = (ball.distance(place) / reach).min(1.0);
+    let course = course(player, company, ball, place, share);
+    let worth = course.arrives * standing(player, place, ours)
+        + (1.0 - course.arrives) * standing(player, course.stopped_at, 0.0);
+    (worth, receiver)
+}
+
+/// How likely a ball that is kicked to `place` stays on the pitch.
+fn stays_inside(player: &Player, ball: Vec2, place: Vec2) -> f32 {
+    let room = Vec2::new(player.pitch.half_length(), player.pitch.half_width()) - place.abs();
+    let spread = (direction_sd(player) + AIMING_SD) * ball.distance(place);
+    likely(1.7 * room.min_element() / spread.max(1e-3))
+}
+
+/// What becomes of a ball among opponents.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Course {
+    /// How likely nobody stops it on the way.
+    arrives: f32,
+    /// Where it is stopped, if it is, m, team frame.
+    stopped_at: Vec2,
+}
+
+/// What becomes of a ball that is kicked to `place`. `share`: how far it would roll, of the reach.
+fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32) -> Course {
+    let way = place - ball;
+    let distance = way.length().max(0.05);
+    let direction = way / distance;
+    let launch_mps = player.rolling.speed_for_distance(share * reach_m(player)).max(0.1);
+    let half_width = player.own_body.base.half_width_m + player.ball_radius_m;
+    let direction_sd = direction_sd(player);
+    let comes_m = COMING_SHARE * wind_up_s(player) * player.limits.max_linear_mps;
+    // Those that surely let it pass have no place where they stop it: half-way is for want of one.
+    let (mut arrives, mut stops, mut stopped_m) = (1.0, 1e-3, 0.5e-3 * distance);
+    for other in company.opponents {
+        let offset = come_nearer(other.position_m - ball, comes_m);
+        let along = direction.dot(offset);
+        if along < 0.0 || along > distance {
+            continue;
+        }
+        // It slows down: the mean of the way is slower than the start.
+        let steps_aside = (along / (0.75 * launch_mps) - REACTION_S).max(0.0) * player.limits.max_linear_mps;
+        let room = direction.perp_dot(offset).abs() - half_width - steps_aside.min(0.5 * along);
+        let passes = likely(2.0 * room / (direction_sd * along + PLACE_SD_M));
+        arrives *= passes;
+        stops += 1.0 - passes;
+        stopped_m += (1.0 - passes) * along;
+    }
+    Course { arrives, stopped_at: ball + direction * (stopped_m / stops) }
+}
+
+/// Where somebody is, as seen from the ball, who has come nearer to it by so much, or as near as it gets.
+fn come_nearer(offset: Vec2, by_m: f32) -> Vec2 {
+    let distance = offset.length().max(1e-3);
+    offset * (1.0 - by_m.min((distance - AT_PLACE_M).max(0.0)) / distance)
+}
+
+/// Whether a kick in this direction is none to make: the opponents at the ball would likely stop it, and on a small pitch it matters more
+/// who has the ball than where it is. On larger ones it is better to try.
+pub(super) fn is_in_vain(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> bool {
+    /// Who is further away than this does not stop it at once, m.
+    const AT_ONCE_M: f32 = 0.5;
+    /// It must get past them as likely as this.
+    const LEAST: f32 = 0.6;
+    is_pitch_small(player) && course(player, company, ball, ball + direction * AT_ONCE_M, 1.0).arrives < LEAST
+}
+
+/// How long the nearest of some takes to `place`, s, at the player's own speed.
+pub fn walking_s(player: &Player, from: impl IntoIterator<Item = Vec2>, place: Vec2) -> f32 {
+    let nearest = from.into_iter().map(|other| other.distance_squared(place)).fold(1e6, f32::min).sqrt();
+    (nearest - AT_PLACE_M).max(0.0) / player.limits.max_linear_mps.max(1e-3)
+}
+
+/// The difference in time to the ball of which the sooner one gets it nearly three times of four, s.
+fn race_s(player: &Player) -> f32 {
+    RACE_S + RACE_M / player.limits.max_linear_mps.max(1e-2)
+}
+
+/// How likely who takes so long is somewhere sooner than others, s.
+pub(super) fn is_first(player: &Player, own_s: f32, theirs_s: f32) -> f32 {
+    likely((theirs_s - own_s) / race_s(player))
+}
+
+/// A number from 0 to 1 for what speaks for and against: 1/2 for nought.
+fn likely(evidence: f32) -> f32 {
+    1.0 / (1.0 + ops::exp(-evidence.clamp(-20.0, 20.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::teams::player::tests::PlayerFixture;
+    use naoisis_core::geometry::{Pose, unit};
+    use naoisis_core::robot::kick::KickModel;
+
+    fn opponent(x: f32, y: f32) -> RobotBelief {
+        RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s: 0.0 }
+    }
+
+    fn behind(ball: Vec2) -> PlayerFixture {
+        PlayerFixture::new(Pose { position: ball - Vec2::new(0.2, 0.0), heading: 0.0 }, ball)
+    }
+
+    #[test]
+    fn what_an_opponent_on_the_way_would_stop_is_worth_less_the_nearer_it_is_to_the_way() {
+        let situation = behind(Vec2::ZERO);
+        let worth = |y: f32| {
+            let opponents = [opponent(0.8, y)];
+            pass_worth(
+                &situation.player(),
+                Company { mates: &[], opponents: &opponents },
+                Vec2::ZERO,
+                Vec2::new(1.6, 0.0),
+            )
+        };
+        assert!(worth(0.0) < worth(0.4) && worth(0.4) < worth(1.2));
+    }
+
+    #[test]
+    fn a_goal_threatens_from_near_more_than_from_far_and_from_the_middle_more_than_from_beside() {
+        let situation = behind(Vec2::ZERO);
+        let threat = |x, y| threat(&situation.player(), Vec2::new(x, y));
+        assert!(threat(2.0, 0.0) > threat(0.0, 0.0) && threat(0.0, 0.0) > threat(-2.5, 0.0));
+        assert!(threat(2.5, 0.0) > threat(2.5, 1.8));
+    }
+
+    #[test]
+    fn a_ball_that_is_stopped_lies_before_whoever_stops_it() {
+        let situation = behind(Vec2::ZERO);
+        let course = |opponents: &[RobotBelief]| {
+            let company = Company { mates: &[], opponents };
+            course(&situation.player(), company, Vec2::ZERO, Vec2::new(2.0, 0.0), 0.5)
+        };
+        let stopped = course(&[opponent(0.6, 0.0)]);
+        assert!(stopped.arrives < 0.2 && stopped.stopped_at.distance(Vec2::new(0.6, 0.0)) < 0.01, "{stopped:?}");
+        // Who is beside the way or behind the ball lets it pass.
+        let passes = course(&[opponent(0.6, 1.0), opponent(-0.5, 0.0)]);
+        assert!(passes.arrives > 0.99, "{passes:?}");
+        // Of two who might stop it each does as likely.
+        let either = course(&[opponent(0.5, 0.0), opponent(1.0, 0.0)]);
+        assert!((either.stopped_at.x - 0.75).abs() < 0.05, "{either:?}");
+    }
+
+    #[test]
+    fn while_the_foot_swings_an_opponent_comes_into_the_way() {
+        let mut situation = behind(Vec2::ZERO);
+        let opponents = [opponent(0.25, 0.2)];
+        let company = Company { mates: &[], opponents: &opponents };
+        let way = Vec2::new(2.0, 0.0);
+        let arrives =
+            |situation: &PlayerFixture, way: Vec2| course(&situation.player(), company, Vec2::ZERO, way, 0.5).arrives;
+        assert!(arrives(&situation, way) > 0.6);
+        situation.kicks.wind_up_s = 1.5;
+        // 0.8 * 1.5 s of its way nearer, but no nearer than 0.2 m: to (0.16, 0.12), and 0.15 m to either side are blocked.
+        assert!(arrives(&situation, way) < 0.6);
+        assert!(arrives(&situation, 2.0 * unit(-1.2)) > 0.99, "to the other side it is free");
+    }
+
+    #[test]
+    fn a_kick_that_may_leave_the_pitch_is_worth_less() {
+        let mut situation = behind(Vec2::ZERO);
+        situation.kicks.direction_sd = 0.1;
+        let inside = |place| stays_inside(&situation.player(), Vec2::ZERO, place);
+        // Half-way to the line that is 2 m away: 1 m of room, (0.1 + 0.05) * 1 m of spread.
+        assert!(inside(Vec2::new(0.0, 1.0)) > 0.99);
+        // On the line it is as likely in as out.
+        assert!((inside(Vec2::new(0.0, 2.0)) - 0.5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn on_a_small_pitch_nobody_kicks_into_feet() {
+        let mut situation = behind(Vec2::ZERO);
+        let opponents = [opponent(0.25, 0.0)];
+        let company = Company { mates: &[], opponents: &opponents };
+        // A NAO of the paper reaches 4 of 6 m.
+        assert!(!is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::X), "it is tried");
+        situation.kicks.left_straight = KickModel::of(6.0);
+        assert!(is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::X));
+        assert!(!is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::Y), "nobody is there");
+    }
+
+    #[test]
+    fn who_has_the_ball_matters_less_to_slow_robots_that_talk_freely_and_more_to_few_of_them() {
+        let mut situation = behind(Vec2::ZERO);
+        situation.rules.team_size = 5;
+        // A NAO of the paper takes 20 s for the 4 m that it kicks.
+        assert!(is_slow(&situation.player()));
+        assert_eq!(possession(&situation.player()), POSSESSION_OF_SLOW);
+        situation.rules.team_size = 3;
+        assert_eq!(possession(&situation.player()), POSSESSION_OF_SLOW + POSSESSION_OF_FEW);
+        situation.rules.team_size = 5;
+        situation.status.messages_left = Some(300);
+        assert_eq!(possession(&situation.player()), POSSESSION, "it is silent for seconds");
+        situation.status.messages_left = None;
+        situation.kicks.left_straight = KickModel::of(6.0);
+        assert_eq!(possession(&situation.player()), POSSESSION, "the pitch is small");
+        situation.kicks.left_straight = KickModel::of(4.0);
+        situation.limits.max_linear_mps = 0.6;
+        assert!(!is_slow(&situation.player()));
+        assert_eq!(possession(&situation.player()), POSSESSION);
+    }
+
+    #[test]
+    fn a_lead_of_half_a_second_and_a_step_wins_the_ball_nearly_three_times_of_four() {
+        let mut situation = behind(Vec2::ZERO);
+        for speed_mps in [0.2, 1.0] {
+            situation.limits.max_linear_mps = speed_mps;
+            let lead_s = RACE_S + RACE_M / speed_mps;
+            // 1 / (1 + 1 / e)
+            assert!((is_first(&situation.player(), 2.0, 2.0 + lead_s) - 0.731).abs() < 1e-3);
+            assert!((is_first(&situation.player(), 2.0, 2.0) - 0.5).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! The window in which matches are watched.
+#![cfg_attr(
+    test,
+    expect(
+        clippy::disallowed_methods,
+        reason = "tests may compute what they expect with the platform's own functions"
+    )
+)]
+
+pub mod viewer;

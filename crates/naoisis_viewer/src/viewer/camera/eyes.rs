@@ -1,0 +1,65 @@
+//! Through a robot's eyes: the view of one of its cameras, as the simulation's own camera model has it.
+
+use bevy::math::{Affine3A, ops};
+use bevy::prelude::*;
+use naoisis_core::camera_model::{CameraIntrinsics, CameraView};
+
+/// The place in the pitch frame of a camera that looks as a robot's does.
+pub fn transform(camera: &CameraView, pitch_from_robot: Affine3A) -> Transform {
+    // Bevy's cameras look along -z, with y up.
+    let axes = Mat3::from_cols(camera.right, -camera.down, -camera.forward);
+    let rotation = Quat::from_mat3(&(Mat3::from(pitch_from_robot.matrix3) * axes));
+    Transform::from_translation(pitch_from_robot.transform_point3(camera.lens)).with_rotation(rotation)
+}
+
+/// The vertical angle of view, radians, with which the whole of a robot's image just fits into an area `aspect` times as
+/// wide as high.
+pub fn field_of_view(intrinsics: CameraIntrinsics, aspect: f32) -> f32 {
+    let half = intrinsics.size / 2.0 / intrinsics.focal_length;
+    2.0 * ops::atan(half.y.max(half.x / aspect))
+}
+
+/// The part of an area of the window in which the robot's image is then.
+pub fn image_in(intrinsics: CameraIntrinsics, area: Rect) -> Rect {
+    let scale = (area.size() / intrinsics.size).min_element();
+    Rect::from_center_size(area.center(), scale * intrinsics.size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::geometry::Pose;
+    use naoisis_core::robot::body::Body;
+    use naoisis_core::robot::head::HeadAngles;
+    use naoisis_core::robot::posture::Posture;
+    use naoisis_sensing::appearance::scene::world_from_body;
+    use naoisis_sensing::sensing::camera::CameraSettings;
+
+    /// Where a point of the pitch is seen in a window through a robot's eyes, logical pixels.
+    fn in_window(camera: &CameraView, robot: Pose, point: Vec3, window: Vec2) -> Vec2 {
+        let aspect = window.x / window.y;
+        let place = transform(camera, world_from_body(robot, Posture::Upright, &Body::default()));
+        let seen = place.to_matrix().inverse().transform_point3(point);
+        let half_height = ops::tan(field_of_view(camera.intrinsics, aspect) / 2.0);
+        let in_half_windows = Vec2::new(seen.x / aspect, -seen.y) / (-seen.z * half_height);
+        window / 2.0 * (Vec2::ONE + in_half_windows)
+    }
+
+    #[test]
+    fn the_window_shows_what_is_in_the_robots_image_at_the_same_place() {
+        let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
+        let robot = Pose::new(-1.0, 0.7, 0.8);
+        let head = HeadAngles { yaw: -0.4, pitch: 0.2 };
+        let views = CameraSettings::default().views(head);
+        for ((side, &camera), window) in views.named().zip([Vec2::new(1280.0, 720.0), Vec2::new(600.0, 900.0)]) {
+            for pixel in [Vec2::new(10.0, 200.0), Vec2::new(300.0, 230.0), Vec2::new(160.0, 120.0)] {
+                let Some(ground) = camera.ground_point(pixel) else { continue };
+                let point = robot.transform_point(ground).extend(0.0);
+                let frame = image_in(intrinsics, Rect::from_corners(Vec2::ZERO, window));
+                let expected = frame.min + pixel / intrinsics.size * frame.size();
+                let actual = in_window(&camera, robot, point, window);
+                assert!(actual.abs_diff_eq(expected, 0.1), "{side:?} {pixel}: {actual} instead of {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,393 @@
+//! Where the match is watched from: from the side, from above, with the ball, with a robot, through a robot's eyes, or
+//! from wherever one flies.
+
+use bevy::core_pipeline::tonemapping::Tonemapping;
+use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
+use bevy::math::ops;
+use bevy::pbr::{DistanceFog, FogFalloff};
+use bevy::prelude::*;
+use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
+
+pub mod eyes;
+pub mod free_area;
+pub mod viewpoint;
+
+use super::layout::{FreeArea, mouse_is_for_match};
+use super::palette;
+use super::robot_model::RobotLimbs;
+use super::shared::{CameraSystems, RobotsWorld, Selection, SelectionSystems, ViewPreset};
+use super::stage::{PitchRoot, StageSystems, pose_of};
+use free_area::AreaPerspective;
+use naoisis_core::ball::Ball;
+use naoisis_core::camera_model::{CameraMount, CameraName, CameraView};
+use naoisis_core::game::Penalty;
+use naoisis_core::geometry::wrap_angle;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::appearance::scene::world_from_body;
+use naoisis_sensing::sensing::camera::CameraSettings;
+use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
+
+/// How fast the camera goes where it should, 1/s.
+const EASING_PER_S: f32 = 8.0;
+/// How fast it goes along with play, which may go to and fro, 1/s.
+const PLAY_EASING_PER_S: f32 = 1.2;
+/// Pixels of a touch pad that are one notch of a wheel.
+const PIXELS_PER_NOTCH: f32 = 40.0;
+/// Nothing nearer than this is drawn, m: the lens of a robot is close to its face.
+const NEAR_M: f32 = 0.02;
+
+/// The camera of the window.
+pub struct ViewerCameraPlugin;
+
+impl Plugin for ViewerCameraPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_message::<ViewPreset>()
+            .add_message::<LookAt>()
+            // Cameras that robots look through must not get the panels.
+            .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
+            .add_systems(Startup, spawn_camera)
+            .add_systems(
+                Update,
+                (make_room, choose_view, look_at_places, use_mouse.run_if(mouse_is_for_match).in_set(CameraMouse))
+                    .chain()
+                    .after(SelectionSystems)
+                    .in_set(CameraSystems),
+            )
+            // What is followed is in its place by then.
+            .add_systems(
+                PostUpdate,
+                (follow, move_camera, hide_own_body).chain().after(StageSystems).before(TransformSystems::Propagate),
+            );
+    }
+}
+
+/// The system by which the mouse moves the camera: whoever needs the mouse holds it up.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct CameraMouse;
+
+/// A place of the pitch is to be looked at, m.
+#[derive(Message, Clone, Copy, PartialEq, Debug)]
+pub struct LookAt(pub Vec2);
+
+/// What the camera goes along with.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub enum CameraMode {
+    /// The whole pitch, in whatever panels leave of the window.
+    Pitch(Overview),
+    /// Nothing: the mouse turns it about a point of the pitch.
+    #[default]
+    Orbit,
+    /// Nothing: the mouse flies it.
+    Fly,
+    /// Play: the ball, and what is around it.
+    Play,
+    /// The ball.
+    Ball,
+    /// The selected robot, which had this heading last.
+    Robot {
+        /// Counter-clockwise from +x, radians, pitch frame.
+        heading: f32,
+    },
+    /// A camera of the selected robot.
+    Eyes(CameraName),
+}
+
+/// The camera of the window: where it is, and where it goes.
+#[derive(Component, Clone, Copy, PartialEq, Debug)]
+pub struct ViewerCamera {
+    /// Where it is.
+    pub current: Viewpoint,
+    /// Where it goes.
+    pub wanted: Viewpoint,
+    /// What it goes along with.
+    pub mode: CameraMode,
+}
+
+fn spawn_camera(mut commands: Commands, root: Res<PitchRoot>, pitch: Res<Pitch>, window: Query<&Window>) {
+    let window = size_of(window);
+    let area = FreeArea::default().within(window);
+    let view = Viewpoint::of_pitch(Overview::Broadcast, &pitch, area.width() / area.height());
+    let perspective = AreaPerspective { field_of_view: FIELD_OF_VIEW, near_m: NEAR_M, area, window };
+    commands.spawn((
+        ChildOf(root.0),
+        Camera3d::default(),
+        PrimaryEguiContext,
+        Projection::custom(perspective),
+        // The one that needs no look-up table and keeps colours.
+        Tonemapping::KhronosPbrNeutral,
+        DistanceFog { color: palette::SKY, falloff: FogFalloff::Linear { start: 12.0, end: 45.0 }, ..default() },
+        ViewerCamera { current: view, wanted: view, mode: CameraMode::Pitch(Overview::Broadcast) },
+        view.transform(),
+    ));
+}
+
+/// The size of the window, logical pixels.
+fn size_of(window: Query<&Window>) -> Vec2 {
+    window.iter().next().map_or(Vec2::new(1280.0, 720.0), Window::size)
+}
+
+/// What was in view remains so when a panel opens, from farther away.
+fn make_room(
+    free: Res<FreeArea>,
+    pitch: Res<Pitch>,
+    window: Query<&Window>,
+    mut camera: Single<&mut ViewerCamera>,
+    mut before: Local<Option<f32>>,
+) {
+    let now = free.aspect(size_of(window));
+    if *before == Some(now) && !pitch.is_changed() {
+        return;
+    }
+    let factor = before.map_or(1.0, |before| room_for_views(before) / room_for_views(now));
+    *before = Some(now);
+    match camera.mode {
+        CameraMode::Pitch(overview) => camera.wanted = Viewpoint::of_pitch(overview, &pitch, now),
+        CameraMode::Orbit => camera.wanted = camera.wanted.farther(factor),
+        _ => {}
+    }
+}
+
+/// How much of what is looked at there is in an area this many times as wide as high: less in narrow ones.
+fn room_for_views(aspect: f32) -> f32 {
+    /// What is looked at is about as wide, by its height, as a pitch is.
+    const OF_VIEWS: f32 = 1.5;
+    (aspect / OF_VIEWS).min(1.0)
+}
+
+fn choose_view(
+    mut presets: MessageReader<ViewPreset>,
+    pitch: Res<Pitch>,
+    window: Query<&Window>,
+    roster: Res<Roster>,
+    mut selection: ResMut<Selection>,
+    free: Res<FreeArea>,
+    balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
+    robots: Query<&Transform, (With<RobotId>, Without<ViewerCamera>)>,
+    mut camera: Single<&mut ViewerCamera>,
+) {
+    let aspect = free.aspect(size_of(window));
+    let whole = |overview| (Viewpoint::of_pitch(overview, &pitch, aspect), CameraMode::Pitch(overview));
+    for preset in presets.read() {
+        if matches!(preset, ViewPreset::FollowRobot | ViewPreset::Eyes(_)) && selection.0.is_none() {
+            selection.0 = roster.iter().next().map(|(id, _)| id);
+        }
+        let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok()).map(pose_of);
+        let wanted = camera.wanted;
+        let (wanted, mode) = match preset {
+            ViewPreset::Broadcast => whole(Overview::Broadcast),
+            ViewPreset::TopDown => whole(Overview::TopDown),
+            ViewPreset::FollowPlay => (wanted, CameraMode::Play),
+            ViewPreset::FollowBall => {
+                let ball = balls.iter().next().map(|ball| ball.translation.truncate());
+                (Viewpoint::of_ball(ball.unwrap_or_default()), CameraMode::Ball)
+            }
+            ViewPreset::FollowRobot => match robot {
+                Some(robot) => (Viewpoint::behind(robot), CameraMode::Robot { heading: robot.heading }),
+                None => continue,
+            },
+            ViewPreset::Eyes(side) => (wanted, CameraMode::Eyes(*side)),
+            ViewPreset::Fly => (wanted, CameraMode::Fly),
+        };
+        // The short way round.
+        let turn = wrap_angle(wanted.azimuth - camera.current.azimuth);
+        camera.current.azimuth = wanted.azimuth - turn;
+        camera.wanted = wanted;
+        camera.mode = mode;
+    }
+}
+
+fn look_at_places(mut places: MessageReader<LookAt>, mut camera: Single<&mut ViewerCamera>) {
+    if let Some(LookAt(place)) = places.read().last() {
+        camera.wanted = camera.wanted.at(*place);
+        camera.mode = CameraMode::Orbit;
+    }
+}
+
+fn use_mouse(
+    buttons: Res<ButtonInput<MouseButton>>,
+    motion: Res<AccumulatedMouseMotion>,
+    scroll: Res<AccumulatedMouseScroll>,
+    window: Query<&Window>,
+    free: Res<FreeArea>,
+    mut camera: Single<&mut ViewerCamera>,
+) {
+    let height = free.within(size_of(window)).height();
+    let mode = camera.mode;
+    let mut wanted = camera.wanted;
+    if buttons.pressed(MouseButton::Middle) || (buttons.pressed(MouseButton::Left) && mode == CameraMode::Fly) {
+        wanted = wanted.looked(motion.delta);
+    } else if buttons.pressed(MouseButton::Left) {
+        wanted = wanted.turned(motion.delta);
+    } else if buttons.pressed(MouseButton::Right) {
+        wanted = match mode {
+            CameraMode::Fly => wanted.drifted(motion.delta, height),
+            _ => wanted.shifted(motion.delta, height),
+        };
+    }
+    let notches = match scroll.unit {
+        MouseScrollUnit::Line => scroll.delta.y,
+        MouseScrollUnit::Pixel => scroll.delta.y / PIXELS_PER_NOTCH,
+    };
+    if notches != 0.0 {
+        wanted = if mode == CameraMode::Fly { wanted.flown(notches) } else { wanted.zoomed(notches) };
+    }
+    if wanted == camera.wanted {
+        return;
+    }
+    // Whoever moves it away from what it follows, wants it to stay there.
+    if matches!(mode, CameraMode::Pitch(_) | CameraMode::Play)
+        || (wanted.focus != camera.wanted.focus && mode != CameraMode::Fly)
+    {
+        camera.mode = CameraMode::Orbit;
+    }
+    camera.wanted = wanted;
+}
+
+/// Goes along with play, the ball or the robot.
+fn follow(
+    time: Res<Time<Real>>,
+    (pitch, free, window): (Res<Pitch>, Res<FreeArea>, Query<&Window>),
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
+    robots: Query<(&Transform, &Penalty), (With<RobotId>, Without<ViewerCamera>)>,
+    mut camera: Single<&mut ViewerCamera>,
+) {
+    let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
+    let robot = robot.filter(|(_, penalty)| !penalty.is_off_pitch()).map(|(transform, _)| pose_of(transform));
+    match camera.mode {
+        CameraMode::Ball => {
+            if let Some(ball) = balls.iter().next() {
+                camera.wanted.focus = ball.translation;
+            }
+        }
+        CameraMode::Play => {
+            if let Some(ball) = balls.iter().next() {
+                let play = Viewpoint::of_play(ball.translation.truncate(), &pitch, free.aspect(size_of(window)));
+                let share = 1.0 - ops::exp(-PLAY_EASING_PER_S * time.delta_secs());
+                camera.wanted = camera.wanted.eased(play, share);
+            }
+        }
+        CameraMode::Robot { heading } => {
+            if let Some(robot) = robot {
+                camera.wanted.focus = Viewpoint::behind(robot).focus;
+                camera.wanted.azimuth += wrap_angle(robot.heading - heading);
+                camera.mode = CameraMode::Robot { heading: robot.heading };
+            }
+        }
+        CameraMode::Pitch(_) | CameraMode::Orbit | CameraMode::Fly | CameraMode::Eyes(_) => {}
+    }
+}
+
+/// The camera of this name; of a robot that has none of it, its first or, for the lower one of a NAO, its last.
+pub fn mount_of(settings: &CameraSettings, name: CameraName) -> Option<&CameraMount> {
+    let cameras = settings.mounts.as_slice();
+    let other = if name == CameraName::BOTTOM { cameras.last() } else { cameras.first() };
+    settings.mounts.get(name).or(other)
+}
+
+fn move_camera(
+    time: Res<Time<Real>>,
+    window: Query<&Window>,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    robots: Query<(&Transform, &HeadAngles, &Posture, &Body, &CameraSettings, &Penalty), Without<ViewerCamera>>,
+    free: Res<FreeArea>,
+    mut eased: Local<Option<Rect>>,
+    camera: Single<(&mut ViewerCamera, &mut Transform, &mut Projection)>,
+) {
+    let (mut camera, mut transform, mut projection) = camera.into_inner();
+    let window = size_of(window);
+    let wanted = free.within(window);
+    let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
+    let mut area = eased.map_or(wanted, |before| between_areas(before, wanted, share));
+    let mut field_of_view = FIELD_OF_VIEW;
+    if let CameraMode::Eyes(side) = camera.mode {
+        let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
+        let mount = robot.and_then(|(.., settings, _)| mount_of(settings, side));
+        let (Some((place, head, posture, body, settings, penalty)), Some(mount)) = (robot, mount) else {
+            camera.mode = CameraMode::Orbit;
+            return;
+        };
+        // A robot that is off the pitch sees nothing new.
+        if !penalty.is_off_pitch() {
+            let view = CameraView::new(settings.intrinsics(mount), mount, settings.neck_m, *head);
+            *transform = eyes::transform(&view, world_from_body(pose_of(place), *posture, body));
+        }
+        // What was recognised is drawn where it is seen.
+        area = wanted;
+        field_of_view = eyes::field_of_view(settings.intrinsics(mount), area.width() / area.height());
+    } else {
+        // It begins where it should be.
+        let share = if eased.is_some() { share } else { 1.0 };
+        camera.current = camera.current.eased(camera.wanted, share);
+        *transform = camera.current.transform();
+    }
+    *eased = free.is_known().then_some(area);
+    let perspective = AreaPerspective { field_of_view, near_m: NEAR_M, area, window };
+    let now = match &*projection {
+        Projection::Custom(custom) => custom.get::<AreaPerspective>().copied(),
+        _ => None,
+    };
+    if now != Some(perspective) {
+        *projection = Projection::custom(perspective);
+    }
+}
+
+/// An area a share of the way to another; all of it when they are as good as the same.
+fn between_areas(from: Rect, to: Rect, share: f32) -> Rect {
+    let between = Rect { min: from.min.lerp(to.min, share), max: from.max.lerp(to.max, share) };
+    let is_there = between.min.abs_diff_eq(to.min, 0.5) && between.max.abs_diff_eq(to.max, 0.5);
+    if is_there { to } else { between }
+}
+
+/// A robot does not see itself; in one robot's world there is only what it believes.
+fn hide_own_body(
+    camera: Single<&ViewerCamera>,
+    world: Option<Res<RobotsWorld>>,
+    selection: Res<Selection>,
+    robots: Query<(&RobotId, &RobotLimbs)>,
+    mut limbs: Query<&mut Visibility>,
+) {
+    for (id, model) in &robots {
+        let is_own = matches!(camera.mode, CameraMode::Eyes(_)) && selection.0 == Some(*id);
+        let hidden = is_own || world.as_ref().is_some_and(|world| world.0);
+        let wanted = if hidden { Visibility::Hidden } else { Visibility::Inherited };
+        for limb in model.limbs {
+            if let Ok(mut visibility) = limbs.get_mut(limb) {
+                visibility.set_if_neq(wanted);
+            }
+        }
+    }
+}
+
+impl ViewerCamera {
+    /// The camera through which the match is watched, and whose: none but for a robot's eyes.
+    pub fn eyes(&self, selection: &Selection) -> Option<(RobotId, CameraName)> {
+        match self.mode {
+            CameraMode::Eyes(side) => selection.0.map(|id| (id, side)),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::geometry::Pose;
+
+    #[test]
+    fn only_the_eyes_of_a_selected_robot_are_looked_through() {
+        let view = Viewpoint::behind(Pose::default());
+        let camera = |mode| ViewerCamera { current: view, wanted: view, mode };
+        let selection = Selection(Some(RobotId::new(naoisis_core::team::Team::Pink, 2)));
+        let eyes = camera(CameraMode::Eyes(CameraName::BOTTOM)).eyes(&selection);
+        assert_eq!(eyes.map(|(_, side)| side), Some(CameraName::BOTTOM));
+        assert_eq!(camera(CameraMode::Ball).eyes(&selection), None);
+    }
+}

@@ -1,0 +1,306 @@
+//! A place to look from, and how the mouse moves it.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_2;
+
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::Pitch;
+
+/// Vertical angle of view, radians.
+pub const FIELD_OF_VIEW: f32 = 0.5;
+/// Turn for a drag of one pixel, radians.
+const TURN_PER_PIXEL: f32 = 0.005;
+/// Change of the logarithm of the distance for one notch of the wheel.
+const ZOOM_PER_NOTCH: f32 = 0.12;
+/// From straight above there is no up; it is never quite straight, radians.
+const STEEPEST: f32 = FRAC_PI_2 - 0.002;
+/// The camera stays above the ground, radians.
+const FLATTEST: f32 = 0.03;
+/// Looking around, it may look up so far, radians.
+const HIGHEST_LOOK: f32 = -1.2;
+/// Flying, it stays so far above the ground, m.
+const LOWEST_FLIGHT: f32 = 0.05;
+/// Way of a flight for one notch of the wheel, m.
+const FLIGHT_PER_NOTCH: f32 = 0.3;
+/// Distances that can be chosen, m.
+const DISTANCES: [f32; 2] = [0.4, 40.0];
+
+/// Views of the whole pitch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Overview {
+    /// From the side, as on television.
+    Broadcast,
+    /// From above.
+    TopDown,
+}
+
+/// A place to look from.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Viewpoint {
+    /// The point looked at, m, pitch frame.
+    pub focus: Vec3,
+    /// Direction in which one stands from there: 0 at -y, a quarter turn at +x, radians.
+    pub azimuth: f32,
+    /// Angle above the ground, radians.
+    pub elevation: f32,
+    /// Distance, m.
+    pub distance: f32,
+}
+
+impl Viewpoint {
+    /// From the focus to the camera, unit vector.
+    fn direction(&self) -> Vec3 {
+        let (sin_azimuth, cos_azimuth) = ops::sin_cos(self.azimuth);
+        let (sin_elevation, cos_elevation) = ops::sin_cos(self.elevation);
+        Vec3::new(sin_azimuth * cos_elevation, -cos_azimuth * cos_elevation, sin_elevation)
+    }
+
+    /// Where the camera is, m, pitch frame.
+    pub fn eye(&self) -> Vec3 {
+        self.focus + self.distance * self.direction()
+    }
+
+    /// The camera's place in the pitch frame.
+    pub fn transform(&self) -> Transform {
+        Transform::from_translation(self.eye()).looking_at(self.focus, Vec3::Z)
+    }
+
+    /// A view of the whole pitch, as large as it can be in an area `aspect` times as wide as high.
+    pub fn of_pitch(preset: Overview, pitch: &Pitch, aspect: f32) -> Self {
+        /// What stands on the pitch is so high, m.
+        const ROBOTS_M: f32 = 0.6;
+        let elevation = match preset {
+            Overview::Broadcast => 0.6,
+            Overview::TopDown => STEEPEST,
+        };
+        // Half of what is around the lines, and the goals.
+        let half_length = pitch.half_length() + pitch.goal.depth_m.max(pitch.border_m / 2.0);
+        let half_width = pitch.half_width() + pitch.border_m / 2.0;
+        let signs = [-1.0, 1.0];
+        let corners = signs.into_iter().flat_map(|x| signs.map(|y| Vec2::new(x * half_length, y * half_width)));
+        let points: Vec<Vec3> = corners.flat_map(|corner| [0.0, ROBOTS_M].map(|z| corner.extend(z))).collect();
+        Self { focus: Vec3::ZERO, azimuth: 0.0, elevation, distance: 1.0 }.fitted(&points, aspect)
+    }
+
+    /// Seen from the same side, as near as all points are in view, in an area `aspect` times as wide as high.
+    fn fitted(self, points: &[Vec3], aspect: f32) -> Self {
+        let transform = Transform::default().looking_to(-self.direction(), Vec3::Z);
+        let (right, up, ahead) = (*transform.right(), *transform.up(), *transform.forward());
+        let tangent = ops::tan(FIELD_OF_VIEW / 2.0);
+        // The camera has to be behind the plane through each edge of the picture and the farthest point at that edge.
+        let farthest = |side: Vec3, tangent: f32| {
+            points.iter().map(|point| (side - tangent * ahead).dot(*point)).fold(f32::NEG_INFINITY, f32::max)
+        };
+        let [upper, lower] = [up, -up].map(|side| farthest(side, tangent));
+        let [rightmost, leftmost] = [right, -right].map(|side| farthest(side, aspect * tangent));
+        let back = ((upper + lower) / (2.0 * tangent)).max((rightmost + leftmost) / (2.0 * aspect * tangent));
+        let eye = (upper - lower) / 2.0 * up + (rightmost - leftmost) / 2.0 * right - back * ahead;
+        let distance = eye.z / -ahead.z;
+        Self { focus: eye + distance * ahead, distance, ..self }
+    }
+
+    /// The part of the pitch about the ball, from the side, as on television: nearer than the whole, and never beyond its ends.
+    pub fn of_play(ball: Vec2, pitch: &Pitch, aspect: f32) -> Self {
+        /// Of the distance from which the whole pitch is seen.
+        const NEARNESS: f32 = 0.6;
+        /// How far the middle of the picture goes along with the ball.
+        const ALONG: Vec2 = Vec2::new(0.75, 0.4);
+        let whole = Self::of_pitch(Overview::Broadcast, pitch, aspect);
+        let half = Vec2::new(pitch.half_length(), pitch.half_width());
+        let focus = (ALONG * ball.clamp(-half, half)).extend(0.0) + Vec3::Y * whole.focus.y * NEARNESS;
+        Self { focus, elevation: 0.5, distance: NEARNESS * whole.distance, ..whole }
+    }
+
+    /// Close to the ball, from the side.
+    pub fn of_ball(ball: Vec2) -> Self {
+        Self { focus: ball.extend(0.0), azimuth: 0.0, elevation: 0.4, distance: 3.2 }
+    }
+
+    /// Behind a robot, over its shoulders.
+    pub fn behind(robot: Pose) -> Self {
+        let focus = robot.transform_point(Vec2::new(0.5, 0.0)).extend(0.3);
+        Self { focus, azimuth: robot.heading - FRAC_PI_2, elevation: 0.35, distance: 2.4 }
+    }
+
+    /// At a place of the pitch, from where one looks at it now.
+    pub fn at(self, place: Vec2) -> Self {
+        Self { focus: place.extend(0.0), distance: self.distance.min(3.5), ..self }
+    }
+
+    /// A place a share of the way to another.
+    pub fn eased(self, to: Viewpoint, share: f32) -> Viewpoint {
+        Viewpoint {
+            focus: self.focus.lerp(to.focus, share),
+            azimuth: self.azimuth.lerp(to.azimuth, share),
+            elevation: self.elevation.lerp(to.elevation, share),
+            distance: self.distance.lerp(to.distance, share),
+        }
+    }
+
+    /// Turns by a drag of this many pixels.
+    pub fn turned(mut self, pixels: Vec2) -> Self {
+        self.azimuth -= pixels.x * TURN_PER_PIXEL;
+        self.elevation = (self.elevation + pixels.y * TURN_PER_PIXEL).clamp(FLATTEST, STEEPEST);
+        self
+    }
+
+    /// Moves along the ground by a drag of this many pixels in an area of this height.
+    pub fn shifted(mut self, pixels: Vec2, height: f32) -> Self {
+        let metres = pixels * self.metres_per_pixel(height);
+        let (sin, cos) = ops::sin_cos(self.azimuth);
+        let right = Vec2::new(cos, sin);
+        let moved = metres.y * right.perp() - metres.x * right;
+        self.focus += moved.extend(0.0);
+        self
+    }
+
+    /// Goes closer by this many notches of the wheel.
+    pub fn zoomed(self, notches: f32) -> Self {
+        self.farther(ops::exp(-ZOOM_PER_NOTCH * notches))
+    }
+
+    /// From so many times as far away.
+    pub fn farther(mut self, factor: f32) -> Self {
+        self.distance = (self.distance * factor).clamp(DISTANCES[0], DISTANCES[1]);
+        self
+    }
+
+    /// How large a pixel is at the focus, in an area of this height, m.
+    fn metres_per_pixel(&self, height: f32) -> f32 {
+        2.0 * self.distance * ops::tan(FIELD_OF_VIEW / 2.0) / height
+    }
+
+    /// Looks around from where it is, by a drag of this many pixels.
+    pub fn looked(self, pixels: Vec2) -> Self {
+        let eye = self.eye();
+        let mut looked = self;
+        looked.azimuth -= pixels.x * TURN_PER_PIXEL;
+        looked.elevation = (self.elevation + pixels.y * TURN_PER_PIXEL).clamp(HIGHEST_LOOK, STEEPEST);
+        looked.focus = eye - looked.distance * looked.direction();
+        looked
+    }
+
+    /// Flies ahead by this many notches of the wheel.
+    pub fn flown(self, notches: f32) -> Self {
+        let way = -FLIGHT_PER_NOTCH * notches * self.direction();
+        self.lifted_to_flight(self.focus + way)
+    }
+
+    /// Flies to the side and up by a drag of this many pixels in an area of this height.
+    pub fn drifted(self, pixels: Vec2, height: f32) -> Self {
+        let metres = 2.0 * FLIGHT_PER_NOTCH * 10.0 * pixels / height;
+        let (sin, cos) = ops::sin_cos(self.azimuth);
+        self.lifted_to_flight(self.focus - metres.x * Vec3::new(cos, sin, 0.0) + metres.y * Vec3::Z)
+    }
+
+    /// With another focus, but not below the ground.
+    fn lifted_to_flight(self, focus: Vec3) -> Self {
+        let moved = Self { focus, ..self };
+        let lift = (LOWEST_FLIGHT - moved.eye().z).max(0.0);
+        Self { focus: focus + lift * Vec3::Z, ..moved }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_broadcast_has_the_yellow_goal_on_the_right() {
+        let view = Viewpoint::of_pitch(Overview::Broadcast, &Pitch::default(), 1.6);
+        let transform = view.transform();
+        assert!(transform.translation.y < -3.0 && transform.translation.z > 2.0);
+        assert!(transform.right().abs_diff_eq(Vec3::X, 1e-5));
+    }
+
+    #[test]
+    fn from_above_up_is_plus_y() {
+        let view = Viewpoint::of_pitch(Overview::TopDown, &Pitch::default(), 1.6);
+        assert!(view.transform().up().abs_diff_eq(Vec3::Y, 0.01));
+    }
+
+    #[test]
+    fn the_whole_pitch_is_in_view() {
+        let pitch = Pitch::default();
+        for (preset, aspect) in [Overview::Broadcast, Overview::TopDown]
+            .into_iter()
+            .flat_map(|preset| [0.5, 1.0, 1.6, 16.0 / 9.0, 3.0].map(|aspect| (preset, aspect)))
+        {
+            let camera_from_pitch = Viewpoint::of_pitch(preset, &pitch, aspect).transform().to_matrix().inverse();
+            for corner in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                let point = Vec3::new(corner.0 * pitch.half_length(), corner.1 * pitch.half_width(), 0.0);
+                let seen = camera_from_pitch.transform_point3(point);
+                let half_height = -seen.z * ops::tan(FIELD_OF_VIEW / 2.0);
+                assert!(seen.x.abs() < aspect * half_height, "{preset:?} {aspect} {seen}");
+                assert!(seen.y.abs() < half_height, "{preset:?} {aspect} {seen}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_pitch_fills_what_is_left_of_the_window() {
+        let pitch = Pitch::default();
+        let far = |aspect| Viewpoint::of_pitch(Overview::TopDown, &pitch, aspect).distance;
+        let per_distance = 2.0 * ops::tan(FIELD_OF_VIEW / 2.0);
+        // In a wide area the carpet's width fills the height; robots are nearer than the ground.
+        let height = pitch.width_m + pitch.border_m;
+        assert!((far(5.0) - (height / per_distance + 0.6)).abs() < 0.01, "{}", far(5.0));
+        // In a narrow one its length fills the width.
+        assert!((far(0.5) - 0.6) * per_distance * 0.5 >= pitch.length_m, "{}", far(0.5));
+        assert!(far(0.25) > 1.9 * far(0.5));
+    }
+
+    #[test]
+    fn who_follows_play_sees_the_ball_wherever_it_is() {
+        let pitch = Pitch::default();
+        for aspect in [1.0, 16.0 / 9.0] {
+            for ball in [Vec2::ZERO, Vec2::new(3.0, 2.0), Vec2::new(-3.0, -2.0), Vec2::new(3.2, 0.0)] {
+                let view = Viewpoint::of_play(ball, &pitch, aspect);
+                let seen = view.transform().to_matrix().inverse().transform_point3(ball.extend(0.0));
+                let half_height = -seen.z * ops::tan(FIELD_OF_VIEW / 2.0);
+                let share = Vec2::new(seen.x / aspect, seen.y) / half_height;
+                assert!(share.abs().max_element() < 0.9, "the ball at {ball} is seen at {share}");
+                assert!(view.distance < Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect).distance);
+            }
+        }
+    }
+
+    #[test]
+    fn the_ground_goes_along_with_the_mouse() {
+        let view = Viewpoint::of_pitch(Overview::TopDown, &Pitch::default(), 1.6);
+        // A drag to the right by half the window's height: what is looked at is then as far to the left.
+        let shifted = view.shifted(Vec2::new(50.0, 0.0), 100.0);
+        let expected = -view.distance * ops::tan(FIELD_OF_VIEW / 2.0);
+        assert!((shifted.focus.x - expected).abs() < 1e-4);
+        assert!(view.shifted(Vec2::new(0.0, 50.0), 100.0).focus.y > 0.0);
+    }
+
+    #[test]
+    fn the_camera_stays_above_the_ground() {
+        let view = Viewpoint::of_pitch(Overview::Broadcast, &Pitch::default(), 1.6);
+        assert_eq!(view.turned(Vec2::new(0.0, -1e4)).elevation, FLATTEST);
+        assert_eq!(view.turned(Vec2::new(0.0, 1e4)).elevation, STEEPEST);
+        assert_eq!(view.zoomed(1e3).distance, DISTANCES[0]);
+    }
+
+    #[test]
+    fn a_view_from_behind_looks_where_the_robot_looks() {
+        for heading in [0.0, 1.0, -2.5] {
+            let robot = Pose::new(1.0, 0.5, heading);
+            let forward = Viewpoint::behind(robot).transform().forward().truncate().normalize();
+            assert!(forward.abs_diff_eq(robot.forward(), 1e-5), "{heading}: {forward}");
+        }
+    }
+
+    #[test]
+    fn who_looks_around_stays_where_it_is_and_who_flies_goes_where_it_looks() {
+        let view = Viewpoint::of_pitch(Overview::Broadcast, &Pitch::default(), 1.6);
+        let looked = view.looked(Vec2::new(120.0, -60.0));
+        assert!(looked.eye().abs_diff_eq(view.eye(), 1e-4));
+        assert!(!looked.transform().forward().abs_diff_eq(*view.transform().forward(), 0.1));
+        let way = looked.flown(2.0).eye() - looked.eye();
+        assert!(way.abs_diff_eq(2.0 * FLIGHT_PER_NOTCH * looked.transform().forward(), 1e-4));
+        assert!(looked.flown(1e3).eye().z >= LOWEST_FLIGHT - 1e-3);
+    }
+}

@@ -1,0 +1,96 @@
+//! What is told apart by colour, tried with the eyes of people who lack one kind of cones: the teams, the ball, the lines, what
+//! the lanes know of the ball. Only tests need it.
+//!
+//! How colours are seen is simulated as by Machado, Oliveira and Fernandes (2009), "A physiologically-based model for simulation of
+//! color vision deficiency", complete loss; how far they are apart is their distance in `OKLab`, in which black and white are 1 apart.
+
+use bevy::color::{Mix, Oklaba};
+use bevy::prelude::*;
+
+use super::palette;
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::team::Team;
+use naoisis_sensing::appearance::colours;
+
+/// What only its colour tells apart is at least so far apart, for everybody.
+const APART: f32 = 0.13;
+/// What a shape, a name or a ring tells apart besides.
+const APART_BESIDES: f32 = 0.03;
+
+/// Rows of the matrices of linear red, green and blue.
+const NONE: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const PROTANOPIA: [[f32; 3]; 3] =
+    [[0.152_286, 1.052_583, -0.204_868], [0.114_503, 0.786_281, 0.099_216], [-0.003_882, -0.048_116, 1.051_998]];
+const DEUTERANOPIA: [[f32; 3]; 3] =
+    [[0.367_322, 0.860_646, -0.227_968], [0.280_085, 0.672_501, 0.047_413], [-0.011_820, 0.042_940, 0.968_881]];
+const TRITANOPIA: [[f32; 3]; 3] =
+    [[1.255_528, -0.076_749, -0.178_779], [-0.078_411, 0.930_809, 0.147_602], [0.004_733, 0.691_367, 0.303_900]];
+
+/// A colour as it is seen.
+fn seen(colour: Color, rows: [[f32; 3]; 3]) -> Color {
+    let linear = colour.to_linear();
+    let [red, green, blue] = rows.map(|row| Vec3::from(row).dot(Vec3::new(linear.red, linear.green, linear.blue)));
+    Color::linear_rgb(red.clamp(0.0, 1.0), green.clamp(0.0, 1.0), blue.clamp(0.0, 1.0))
+}
+
+fn distance(one: Color, other: Color) -> f32 {
+    let [one, other] = [one, other].map(|colour| {
+        let lab = Oklaba::from(colour);
+        Vec3::new(lab.lightness, lab.a, lab.b)
+    });
+    one.distance(other)
+}
+
+#[test]
+fn what_is_told_apart_by_colour_stays_apart_for_everybody() {
+    let team = palette::team;
+    let [carpet, chalk, ball] = [colours::CARPET, colours::CHALK, colours::BALL].map(palette::from_appearance);
+    let ink = palette::ink;
+    // As lanes have them, on a dark panel.
+    let panel = Color::srgb_u8(20, 24, 31);
+    let faded = panel.mix(&ink(Ink::Orange), 0.4);
+    let by_colour = [
+        ("blue and pink", team(Team::Blue), team(Team::Pink)),
+        ("pink and the carpet", team(Team::Pink), carpet),
+        ("the ball and the carpet", ball, carpet),
+        ("the ball and lines", ball, chalk),
+        ("the ball and blue", ball, team(Team::Blue)),
+        ("lines and the carpet", chalk, carpet),
+        ("believed opponents and team-mates", ink(Ink::Sky), ink(Ink::Vermilion)),
+        ("a ball that is seen and one that is remembered", ink(Ink::Orange), faded),
+        ("a ball that is seen and one that was told of", ink(Ink::Orange), ink(Ink::Sky)),
+        ("a ball that is remembered and a lost one", faded, panel),
+        ("the pen's arrows and its zones", ink(Ink::Yellow), ink(Ink::Sky)),
+        ("the pen's arrows and the carpet", ink(Ink::Yellow), carpet),
+        ("the pen's zones and the carpet", ink(Ink::Sky), carpet),
+    ];
+    let by_shape = [
+        // A robot is white, and has a name; the ball is round, and has a ring where it is small.
+        ("blue and the carpet", team(Team::Blue), carpet),
+        ("the ball and pink", ball, team(Team::Pink)),
+        // An arrow in a circle, and two circles.
+        ("oneself and the ball as believed", ink(Ink::Purple), ink(Ink::Orange)),
+    ];
+    let pairs = by_colour.map(|pair| (pair, APART)).into_iter().chain(by_shape.map(|pair| (pair, APART_BESIDES)));
+    let eyes = [("all", NONE), ("no red", PROTANOPIA), ("no green", DEUTERANOPIA), ("no blue", TRITANOPIA)];
+    let mut near = Vec::new();
+    for (cones, rows) in eyes {
+        for ((names, one, other), least) in pairs.clone() {
+            let apart = distance(seen(one, rows), seen(other, rows));
+            if apart < least {
+                near.push(format!("{names} are {apart:.3} apart, cones: {cones}"));
+            }
+        }
+    }
+    assert!(near.is_empty(), "{near:#?}");
+}
+
+#[test]
+fn the_simulation_leaves_grey_as_it_is_and_makes_red_and_green_alike() {
+    let grey = Color::srgb(0.5, 0.5, 0.5);
+    for rows in [PROTANOPIA, DEUTERANOPIA, TRITANOPIA] {
+        assert!(distance(seen(grey, rows), grey) < 0.01);
+    }
+    let [red, green] = [Color::srgb(0.7, 0.3, 0.1), Color::srgb(0.35, 0.45, 0.1)];
+    assert!(distance(seen(red, DEUTERANOPIA), seen(green, DEUTERANOPIA)) < 0.5 * distance(red, green));
+}

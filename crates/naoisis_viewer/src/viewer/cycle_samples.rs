@@ -1,0 +1,285 @@
+//! The latest cycles in numbers: what robots were told to do, how far they were from the truth, where they were.
+//!
+//! Kept of every cycle as it is played, and, where the past is looked at, of the seconds before it, from their records. For
+//! plots, trails and whatever shows more than one cycle.
+
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use super::timeline::Timeline;
+use naoisis_core::cycle::{Cycle, CycleClock};
+use naoisis_core::geometry::Pose;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::team::RobotId;
+use naoisis_record::record::beliefs::Sensed;
+use naoisis_record::record::history::History;
+use naoisis_sensing::belief::error::{BeliefError, Truth};
+use naoisis_sensing::belief::{point_team_from_pitch, team_from_pitch};
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_sim::interface::gather::{CurrentRecord, RecordSystems};
+use naoisis_sim::interface::vocabulary::RobotCommand;
+use naoisis_sim::scenario::Scenario;
+
+/// The latest so many cycles are kept.
+const LONGEST: usize = 3600;
+/// So much of what was before a moment of the past that is looked at is read from its records, s.
+pub const LOOK_BACK_S: f64 = 20.0;
+/// The part of a frame that is spent on that.
+const BUDGET: Duration = Duration::from_millis(4);
+
+/// Keeps the [`CycleSamples`].
+pub struct CycleSamplesPlugin;
+
+impl Plugin for CycleSamplesPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<CycleSamples>()
+            .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
+            .add_systems(First, begin_anew.run_if(resource_exists_and_changed::<Scenario>))
+            .add_systems(PreUpdate, note_past);
+    }
+}
+
+/// A robot in a cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub struct RobotSample {
+    /// Where it was at the end of it, pitch frame.
+    pub pose: Pose,
+    /// How fast it was, m/s.
+    pub speed_mps: f32,
+    /// Where its head was turned, radians.
+    pub head: HeadAngles,
+    /// What its sonars heard.
+    pub sonar: SonarReading,
+    /// How far its belief was from the truth.
+    pub error: Option<BeliefError>,
+    /// How far away the ball was, m.
+    pub ball_m: Option<f32>,
+    /// Whether it was off the pitch.
+    pub penalised: bool,
+    /// What its behaviour wanted, if that is known.
+    pub command: Option<RobotCommand>,
+}
+
+/// A cycle in numbers.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct CycleSample {
+    /// Its end, s since the start.
+    pub time_s: f64,
+    /// Where the ball was at the end of it, m, pitch frame.
+    pub ball: Option<Vec2>,
+    /// The robots, in the order of their ids.
+    pub robots: BTreeMap<RobotId, RobotSample>,
+}
+
+/// The latest cycles.
+#[derive(Resource, Default, Debug)]
+pub struct CycleSamples {
+    samples: BTreeMap<u64, CycleSample>,
+}
+
+impl CycleSamples {
+    /// What there is of a cycle.
+    pub fn sample(&self, cycle: u64) -> Option<&CycleSample> {
+        self.samples.get(&cycle)
+    }
+
+    /// What there is of a robot in a cycle.
+    pub fn robot(&self, cycle: u64, id: RobotId) -> Option<&RobotSample> {
+        self.sample(cycle)?.robots.get(&id)
+    }
+
+    /// What there is of the cycles from one to another, in order.
+    pub fn between(&self, first: u64, last: u64) -> impl Iterator<Item = (u64, &CycleSample)> {
+        // Without an end before its start, of which there would be no range.
+        self.samples.range(first.min(last)..=last).map(|(cycle, sample)| (*cycle, sample))
+    }
+
+    fn note(&mut self, cycle: u64, sample: CycleSample) {
+        self.samples.insert(cycle, sample);
+        while self.samples.len() > LONGEST {
+            // What is furthest from now.
+            let first = self.samples.keys().next().copied();
+            let last = self.samples.keys().next_back().copied();
+            let is_first_further = first.zip(last).is_none_or(|(first, last)| cycle - first >= last - cycle);
+            if is_first_further {
+                self.samples.pop_first()
+            } else {
+                self.samples.pop_last()
+            };
+        }
+    }
+}
+
+fn begin_anew(mut samples: ResMut<CycleSamples>) {
+    *samples = CycleSamples::default();
+}
+
+fn note_cycle(
+    mut samples: ResMut<CycleSamples>,
+    current: Res<CurrentRecord>,
+    mut before: Local<Option<(u64, Sensed)>>,
+) {
+    let record = &current.record;
+    let sensed = before.take().filter(|(cycle, _)| cycle + 1 == record.cycle).map(|(_, sensed)| sensed);
+    samples.note(record.cycle, CycleSample::of(record, sensed.as_ref()));
+    *before = Some((record.cycle, Sensed::of(record)));
+}
+
+/// Notes the moment that is looked at again and, some in each frame, those before it, unless they are known.
+fn note_past(
+    mut samples: ResMut<CycleSamples>,
+    mut history: ResMut<History>,
+    timeline: Res<Timeline>,
+    clock: Res<CycleClock>,
+) {
+    if !timeline.is_past() {
+        return;
+    }
+    let started = Instant::now();
+    let first = clock.cycle.saturating_sub((LOOK_BACK_S / clock.period_s) as u64);
+    let mut cycle = clock.cycle;
+    while samples.sample(cycle).is_some() || note_record(&mut samples, &mut history, cycle) {
+        // Where only every so many cycles have a record, the one before it.
+        let Some(before) = history.around(cycle).0.filter(|before| *before >= first) else { return };
+        if started.elapsed() > BUDGET {
+            return;
+        }
+        cycle = before;
+    }
+}
+
+/// Notes a cycle from its record, if there is one.
+fn note_record(samples: &mut CycleSamples, history: &mut History, cycle: u64) -> bool {
+    let Ok(Some(record)) = history.record(cycle) else { return false };
+    let before = record.cycle.checked_sub(1).and_then(|before| history.record(before).ok()?);
+    let sensed = before.filter(|before| before.cycle + 1 == record.cycle).map(|before| Sensed::of(&before));
+    samples.note(record.cycle, CycleSample::of(&record, sensed.as_ref()));
+    record.cycle == cycle
+}
+
+impl CycleSample {
+    /// What a record says. Beliefs are compared with what was `sensed`: the end of the cycle before. Where that is not known, as
+    /// in a trace of every few cycles, with the end of this one.
+    pub fn of(record: &CycleRecord, sensed: Option<&Sensed>) -> Self {
+        let now = Sensed::of(record);
+        let sensed = sensed.unwrap_or(&now);
+        CycleSample {
+            time_s: record.time_s,
+            ball: now.ball.map(|[place, _]| place),
+            robots: record.robots.iter().map(|robot| (robot.id, RobotSample::of(robot, record, sensed))).collect(),
+        }
+    }
+}
+
+impl RobotSample {
+    /// What a record says of a robot, whose belief is about what was sensed.
+    fn of(robot: &RobotRecord, record: &CycleRecord, sensed: &Sensed) -> Self {
+        let own_end = record.game.own_end(robot.id.team);
+        let opponents =
+            record.robots.iter().filter(|other| other.id.team != robot.id.team && other.penalised.is_none());
+        let error = robot.belief.as_ref().filter(|_| robot.penalised.is_none()).map(|belief| {
+            let truth = Truth {
+                pose: team_from_pitch(sensed.pose(robot.id).unwrap_or(robot.pose), own_end),
+                ball: sensed.ball.map(|vectors| vectors.map(|vector| point_team_from_pitch(vector, own_end))),
+                opponents: opponents
+                    .map(|other| sensed.pose(other.id).unwrap_or(other.pose))
+                    .map(|pose| point_team_from_pitch(pose.position, own_end))
+                    .collect(),
+            };
+            BeliefError::of(belief, &truth, |_| {})
+        });
+        RobotSample {
+            pose: robot.pose,
+            speed_mps: robot.velocity.linear.length(),
+            head: robot.head,
+            sonar: robot.sonar_m,
+            error,
+            ball_m: record.ball.map(|ball| ball.position_m.truncate().distance(robot.pose.position)),
+            penalised: robot.penalised.is_some(),
+            command: robot.command.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::team::Team;
+    use naoisis_record::record::RecordPlugin;
+    use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+
+    const BLUE: RobotId = RobotId::new(Team::Blue, 1);
+
+    #[test]
+    fn a_cycle_is_noted_with_what_the_behaviour_wanted_in_it() {
+        let scenario = Scenario::from_json(
+            r#"{ "rules": "free", "ball": { "position_m": [1.0, 0.0] },
+                 "robots": [{ "number": 1, "pose": [0.0, 0.0, 0.0], "behaviour": { "script": [
+                    { "from_s": 0.0, "until_s": 60.0, "walk": [0.004, 0.0, 0.0] },
+                    { "from_s": 0.0, "until_s": 60.0, "say": { "intention": "go" } }] } }] }"#,
+        );
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, RecordPlugin, CycleSamplesPlugin));
+        app.init_resource::<Timeline>().init_resource::<CurrentRecord>().init_resource::<History>();
+        app.start_match(&scenario.unwrap()).unwrap();
+        app.run_cycles(30);
+        let samples = app.world().resource::<CycleSamples>();
+        let robot = samples.robot(30, BLUE).unwrap();
+        // 30 steps of 4 mm.
+        assert!((robot.pose.position.x - 0.12).abs() < 1e-5 && (robot.ball_m.unwrap() - 0.88).abs() < 1e-5);
+        let command = robot.command.as_ref().unwrap();
+        assert_eq!(command.walk.map(|walk| walk.dx), Some(0.004));
+        assert_eq!(command.say.as_ref().and_then(|say| say.intention.as_deref()), Some("go"));
+        assert_eq!(robot.error, None, "it believes nothing");
+        assert_eq!(samples.between(20, 30).count(), 11);
+        assert_eq!(samples.between(25, 20).count(), 1);
+    }
+
+    #[test]
+    fn what_was_before_a_moment_of_the_past_is_read_from_its_records() {
+        let (mut samples, mut history) = (CycleSamples::default(), History::of_every(3));
+        for cycle in (0..=30).step_by(3) {
+            let robots = vec![RobotRecord::new(BLUE)];
+            history.push(&CycleRecord { cycle, time_s: cycle as f64 / 30.0, robots, ..default() }).unwrap();
+        }
+        assert!(note_record(&mut samples, &mut history, 12) && !note_record(&mut samples, &mut history, 13));
+        let noted: Vec<u64> = samples.between(0, 30).map(|(cycle, _)| cycle).collect();
+        assert_eq!(noted, [12, 15]);
+        assert_eq!(samples.robot(15, BLUE).map(|robot| robot.speed_mps), Some(0.0));
+    }
+
+    #[test]
+    fn a_belief_is_compared_with_what_was_sensed() {
+        let belief = naoisis_sensing::belief::Belief { pose: Pose::new(1.0, 0.0, 0.0), ..default() };
+        let record = |cycle, x| {
+            let robot =
+                RobotRecord { pose: Pose::new(x, 0.0, 0.0), belief: Some(belief.clone()), ..RobotRecord::new(BLUE) };
+            CycleRecord { cycle, robots: vec![robot], ..default() }
+        };
+        // It believes what was so when it sensed, and has walked on since.
+        let mut history = History::default();
+        history.push(&record(0, 1.0)).unwrap();
+        history.push(&record(1, 1.5)).unwrap();
+        let mut samples = CycleSamples::default();
+        assert!(note_record(&mut samples, &mut history, 1));
+        let error_m = |sample: &CycleSample| sample.robots[&BLUE].error.as_ref().map(|error| error.position_m);
+        assert_eq!(samples.sample(1).and_then(error_m), Some(0.0));
+        // Where the cycle before is not known, with the end of this one.
+        assert_eq!(error_m(&CycleSample::of(&record(1, 1.5), None)), Some(0.5));
+    }
+
+    #[test]
+    fn what_is_furthest_from_now_is_forgotten() {
+        let mut samples = CycleSamples::default();
+        for cycle in 0..LONGEST as u64 + 100 {
+            samples.note(cycle, CycleSample::default());
+        }
+        assert_eq!(samples.samples.len(), LONGEST);
+        assert!(samples.sample(99).is_none() && samples.sample(100).is_some());
+        // Back at the start.
+        samples.note(3, CycleSample::default());
+        assert!(samples.sample(3).is_some() && samples.sample(LONGEST as u64 + 99).is_none());
+    }
+}

@@ -1,0 +1,253 @@
+//! Runs the match: pause, single cycle, speed, restart.
+//!
+//! The [`Cycle`](naoisis_core::cycle::Cycle) runs from `FixedUpdate`, whose step is the scenario's cycle; pause and speed act on
+//! `Time<Virtual>`. As fast as it goes, cycles fill a part of every frame instead. What a cycle does depends on
+//! neither: the match is the same at every speed.
+
+use bevy::prelude::*;
+use bevy::time::TimeSystems;
+use core::time::Duration;
+use std::time::Instant;
+
+#[cfg(test)]
+mod tests;
+
+use super::event_log::EventLog;
+use super::keyframes::{self, Keyframes, Simulator};
+use super::memory::ViewerMemory;
+use super::plots;
+use super::shared::{DisplayFraction, Notice, Playback, ViewerCommand, is_over};
+use super::speed::Speed;
+use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
+use naoisis_core::cycle::{CycleClock, try_run_cycle};
+use naoisis_core::game::{Game, Interventions};
+use naoisis_record::record::history::History;
+use naoisis_sim::scenario::{Scenario, ScenarioFault, ScenarioFile};
+use naoisis_sim::simulation;
+
+/// The part of a frame that is spent on cycles when they go as fast as possible.
+const BUDGET: Duration = Duration::from_millis(12);
+/// A frame that took longer than this does not make the match jump: a slow display shows a slow match.
+const LONGEST_FRAME: Duration = Duration::from_millis(500);
+/// Over which time the achieved speed is measured, s.
+const MEASURED_OVER_S: f32 = 0.5;
+
+/// Runs the match in the window.
+pub struct DrivePlugin;
+
+impl Plugin for DrivePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins(TimelinePlugin)
+            .configure_sets(
+                RunFixedMainLoop,
+                TimelineSystems.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop).after(find_display_fraction),
+            )
+            .add_message::<ViewerCommand>()
+            .init_resource::<Playback>()
+            .init_resource::<PlayedFile>()
+            .init_resource::<Notice>()
+            .init_resource::<DisplayFraction>()
+            .add_systems(Startup, set_longest_frame)
+            .add_systems(First, (obey_commands, set_clocks).chain().before(TimeSystems))
+            .add_systems(FixedUpdate, run_cycle_in_time)
+            .add_systems(RunFixedMainLoop, find_display_fraction.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
+            .add_systems(Update, (run_cycles_as_fast_as_possible, measure_speed).chain());
+    }
+}
+
+fn is_over_in(world: &World) -> bool {
+    is_over(world.resource(), world.resource(), world.resource())
+}
+
+fn set_longest_frame(mut time: ResMut<Time<Virtual>>) {
+    time.set_max_delta(LONGEST_FRAME);
+}
+
+fn obey_commands(world: &mut World) {
+    let commands: Vec<ViewerCommand> = world.resource_mut::<Messages<ViewerCommand>>().drain().collect();
+    for command in commands {
+        match command {
+            ViewerCommand::TogglePause => toggle_pause(world),
+            ViewerCommand::Step => {
+                world.resource_mut::<Playback>().paused = true;
+                if world.resource::<Timeline>().is_past() {
+                    timeline::step(world, 1);
+                } else {
+                    *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
+                    advance(world);
+                }
+            }
+            ViewerCommand::Faster => set_speed(world, |speed| speed.neighbour(1)),
+            ViewerCommand::Slower => set_speed(world, |speed| speed.neighbour(-1)),
+            ViewerCommand::SetSpeed(wanted) => set_speed(world, |_| wanted),
+            ViewerCommand::Restart => restart(world, 0),
+            ViewerCommand::RestartWithNextSeed => restart(world, 1),
+            ViewerCommand::Load(name) => {
+                let result = load(world, name);
+                world.resource_mut::<Playback>().problem = result.err();
+            }
+        }
+    }
+}
+
+fn load(world: &mut World, name: &str) -> Result<(), String> {
+    start_file(world, ScenarioFile::named(name).map_err(|error| error.to_string())?)?;
+    if let Some(mut memory) = world.get_resource_mut::<ViewerMemory>() {
+        memory.note_scenario(name);
+    }
+    Ok(())
+}
+
+fn set_speed(world: &mut World, choose: impl FnOnce(Speed) -> Speed) {
+    let mut playback = world.resource_mut::<Playback>();
+    playback.speed = choose(playback.speed);
+}
+
+fn toggle_pause(world: &mut World) {
+    let mut playback = world.resource_mut::<Playback>();
+    playback.paused = !playback.paused;
+    let plays = !playback.paused;
+    let timeline = world.resource::<Timeline>();
+    let last = world.resource::<History>().last_cycle();
+    if plays && timeline.is_replay() && timeline.cursor() == last.map(|last| last as f64) {
+        timeline::go_to(world, 0.0);
+    }
+}
+
+fn restart(world: &mut World, seed_step: u64) {
+    if world.resource::<Timeline>().is_replay() {
+        if seed_step != 0 {
+            world
+                .resource_mut::<Notice>()
+                .tell("A replay has the seed of its match: R shows it again, F plays on from here");
+            return;
+        }
+        timeline::go_to(world, 0.0);
+        world.resource_mut::<Playback>().paused = false;
+        return;
+    }
+    let Some(mut scenario) = world.get_resource::<Scenario>().cloned() else { return };
+    scenario.seed = scenario.seed.wrapping_add(seed_step);
+    let result = start(world, &scenario);
+    world.resource_mut::<Playback>().problem = result.err().map(|fault| fault.to_string());
+}
+
+/// The text that the match is from, where it is known: what is chosen later is laid over it.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct PlayedFile(pub Option<ScenarioFile>);
+
+/// Starts the match of a file in place of the present one.
+///
+/// # Errors
+/// What is wrong with it, in words; the present match goes on then.
+pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), String> {
+    start(world, &file.scenario).map_err(|fault| file.source.error(&fault).headline())?;
+    world.insert_resource(PlayedFile(Some(file)));
+    Ok(())
+}
+
+/// Starts a match in place of the present one.
+///
+/// # Errors
+/// What is wrong with the scenario; the present match goes on then.
+pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    simulation::start_match(world, scenario)?;
+    timeline::forget(world);
+    world.resource_mut::<EventLog>().clear();
+    world.resource_mut::<Playback>().failed = false;
+    *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
+    Ok(())
+}
+
+/// Makes Bevy's clocks those of the match and of the wanted speed.
+fn set_clocks(
+    scenario: Option<Res<Scenario>>,
+    mut playback: ResMut<Playback>,
+    mut fixed: ResMut<Time<Fixed>>,
+    mut virtual_time: ResMut<Time<Virtual>>,
+) {
+    if let Some(scenario) = scenario.filter(|scenario| scenario.is_changed()) {
+        let overstep = fixed.overstep();
+        fixed.discard_overstep(overstep);
+        fixed.set_timestep(Duration::from_secs_f64(scenario.cycle_s));
+        playback.last_cycle = scenario.last_cycle();
+    }
+    let Speed::Times(factor) = playback.speed else {
+        virtual_time.pause();
+        return;
+    };
+    if playback.paused {
+        virtual_time.pause();
+    } else {
+        virtual_time.unpause();
+        virtual_time.set_relative_speed_f64(factor);
+    }
+}
+
+/// Runs a cycle unless the match is over, there is none, or its past is shown.
+fn advance(world: &mut World) -> bool {
+    let stands = world.resource::<Timeline>().is_past() || world.resource::<Playback>().failed;
+    if stands || !world.contains_resource::<Scenario>() || is_over_in(world) {
+        return false;
+    }
+    if world.contains_resource::<Simulator>() {
+        keyframes::keep_if_due(world);
+        // What is done by hand is not done again by itself when the match is played again.
+        if !world.resource::<Interventions>().queue.is_empty() {
+            world.resource::<Keyframes>().note_change();
+        }
+    }
+    let result = try_run_cycle(world);
+    if result.is_ok() {
+        plots::note_cycle(world);
+    }
+    let mut playback = world.resource_mut::<Playback>();
+    playback.note_progress(1.0);
+    if let Err(panic) = &result {
+        playback.failed = true;
+        playback.problem = Some(format!("{panic}. The match cannot go on; start it again, or another."));
+    }
+    result.is_ok()
+}
+
+fn run_cycle_in_time(world: &mut World) {
+    advance(world);
+}
+
+fn run_cycles_as_fast_as_possible(world: &mut World) {
+    let playback = world.resource::<Playback>();
+    if playback.paused || playback.speed != Speed::Unlimited {
+        return;
+    }
+    let started = Instant::now();
+    while started.elapsed() < BUDGET && advance(world) {}
+}
+
+fn find_display_fraction(
+    playback: Res<Playback>,
+    timeline: Res<Timeline>,
+    game: Res<Game>,
+    clock: Res<CycleClock>,
+    fixed: Res<Time<Fixed>>,
+    mut fraction: ResMut<DisplayFraction>,
+) {
+    // The past has a moment of its own.
+    if timeline.is_past() {
+        return;
+    }
+    // While it stands still, what is shown stays.
+    if playback.speed == Speed::Unlimited || is_over(&game, &clock, &playback) {
+        fraction.0 = 1.0;
+    } else if !playback.paused {
+        fraction.0 = fixed.overstep_fraction();
+    }
+}
+
+fn measure_speed(time: Res<Time<Real>>, clock: Res<CycleClock>, mut playback: ResMut<Playback>) {
+    playback.measured.1 += time.delta_secs();
+    let (cycles, elapsed_s) = playback.measured;
+    if elapsed_s >= MEASURED_OVER_S {
+        playback.achieved = (cycles * clock.period_s) as f32 / elapsed_s;
+        playback.measured = (0.0, 0.0);
+    }
+}

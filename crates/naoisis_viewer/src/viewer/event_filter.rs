@@ -1,0 +1,243 @@
+//! Which events are listed: of some kinds, of a team, of a robot. What the list leaves out is counted.
+
+use bevy::prelude::*;
+use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
+use bevy_egui::egui::{self, PopupCloseBehavior, RichText, WidgetInfo, WidgetType};
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::event_log::{EventLog, LogEntry, LogKind};
+use super::shared::FindEvent;
+use super::theme::{dim, team_colour, text_size};
+use naoisis_core::robot::Roster;
+use naoisis_core::team::{RobotId, Team};
+
+/// Keeps the [`ListedEvents`].
+pub struct EventFilterPlugin;
+
+impl Plugin for EventFilterPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<EventFilter>()
+            .init_resource::<FoundMistakes>()
+            .init_resource::<ListedEvents>()
+            .add_systems(PreUpdate, list_events);
+    }
+}
+
+/// Which events the list has.
+#[derive(Resource, Clone, PartialEq, Eq, Debug)]
+pub struct EventFilter {
+    /// Kinds that it leaves out.
+    pub hidden: BTreeSet<LogKind>,
+    /// Only events of this team.
+    pub team: Option<Team>,
+    /// Only events of this robot.
+    pub robot: Option<RobotId>,
+}
+
+impl Default for EventFilter {
+    fn default() -> Self {
+        // They are found by going through the whole match, for those who want them.
+        Self { hidden: [LogKind::Mistake].into(), team: None, robot: None }
+    }
+}
+
+impl EventFilter {
+    /// Whether the list has an event.
+    pub fn has(&self, entry: &LogEntry) -> bool {
+        let team = entry.robot.map(|robot| robot.team).or(entry.team);
+        !self.hidden.contains(&entry.kind)
+            && self.team.is_none_or(|wanted| team == Some(wanted))
+            && self.robot.is_none_or(|wanted| entry.robot == Some(wanted))
+    }
+
+    /// Whether it has what went wrong.
+    pub fn has_mistakes(&self) -> bool {
+        !self.hidden.contains(&LogKind::Mistake)
+    }
+}
+
+/// What went wrong, as entries of the list, as far as somebody has found it.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct FoundMistakes(pub Vec<LogEntry>);
+
+/// The events that the list has, oldest first, and how many it leaves out.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct ListedEvents {
+    /// Those that it has.
+    pub entries: Vec<LogEntry>,
+    /// How many there are of each kind, whether it has them or not; mistakes only once they are wanted.
+    pub counts: BTreeMap<LogKind, usize>,
+    /// How many it leaves out.
+    pub hidden: usize,
+    /// What it was made of: it is made again when that is another.
+    of: Option<(EventFilter, usize, Option<LogEntry>, usize)>,
+}
+
+impl ListedEvents {
+    /// Of what happened and what went wrong.
+    fn of(filter: &EventFilter, log: &[LogEntry], mistakes: &[LogEntry]) -> Self {
+        let mut listed = Self::default();
+        for entry in log.iter().chain(mistakes).cloned() {
+            *listed.counts.entry(entry.kind).or_default() += 1;
+            if filter.has(&entry) {
+                listed.entries.push(entry);
+            } else {
+                listed.hidden += 1;
+            }
+        }
+        listed.entries.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
+        listed
+    }
+}
+
+/// Makes the list again where something is new: not in each frame.
+fn list_events(
+    filter: Res<EventFilter>,
+    log: Res<EventLog>,
+    found: Res<FoundMistakes>,
+    mut listed: ResMut<ListedEvents>,
+) {
+    let mistakes = if filter.has_mistakes() { &found.0[..] } else { &[] };
+    let log = log.until(f64::INFINITY);
+    let is_same = listed.of.as_ref().is_some_and(|(of, count, last, wrong)| {
+        *of == *filter && *count == log.len() && last.as_ref() == log.last() && *wrong == mistakes.len()
+    });
+    if !is_same {
+        let of = Some((filter.clone(), log.len(), log.last().cloned(), mistakes.len()));
+        *listed = ListedEvents { of, ..ListedEvents::of(&filter, log, mistakes) };
+    }
+}
+
+/// The way to the next listed event and back, and what is listed; whether something was changed.
+pub(super) fn show(
+    ui: &mut egui::Ui,
+    filter: &mut EventFilter,
+    listed: &ListedEvents,
+    roster: &Roster,
+    events: &mut MessageWriter<FindEvent>,
+) -> bool {
+    let mut is_used = false;
+    ui.horizontal_wrapped(|ui| {
+        let steps = [
+            ("<", "Previous listed event", "The one before (,)", FindEvent::Previous),
+            (">", "Next listed event", "The next one (.)", FindEvent::Next),
+        ];
+        for (text, name, hint, event) in steps {
+            let button = ui.small_button(text);
+            button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
+            if button.on_hover_text(hint).clicked() {
+                is_used = true;
+                events.write(event);
+            }
+        }
+        let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+        let before = filter.clone();
+        let words = RichText::new("Filter").size(text_size::SMALL);
+        let (button, _) = MenuButton::new(words).config(stays).ui(ui, |ui| choose(ui, filter, listed, roster));
+        button.on_hover_text("Which events are listed; , and . go from one to the next");
+        is_used |= *filter != before;
+        if listed.hidden > 0 {
+            let count = format!("{} hidden", listed.hidden);
+            let all = ui.small_button(RichText::new(&count).size(text_size::SMALL));
+            all.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, "Hidden events"));
+            if all.on_hover_text("Click: all of them are listed").clicked() {
+                *filter = EventFilter { hidden: filter.hidden_mistakes(), ..EventFilter::everything() };
+            }
+        }
+    });
+    is_used
+}
+
+impl EventFilter {
+    fn everything() -> Self {
+        Self { hidden: BTreeSet::new(), team: None, robot: None }
+    }
+
+    /// Mistakes stay out where they are: nothing of them has been found then.
+    fn hidden_mistakes(&self) -> BTreeSet<LogKind> {
+        self.hidden.iter().copied().filter(|kind| *kind == LogKind::Mistake).collect()
+    }
+}
+
+fn choose(ui: &mut egui::Ui, filter: &mut EventFilter, listed: &ListedEvents, roster: &Roster) {
+    for (kind, name) in LogKind::ALL {
+        let mut is_on = !filter.hidden.contains(&kind);
+        let count = listed.counts.get(&kind).copied().unwrap_or_default();
+        let words = if kind == LogKind::Mistake && !is_on { name.to_owned() } else { format!("{name} ({count})") };
+        let shown = ui.checkbox(&mut is_on, words);
+        shown.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, true, is_on, format!("List {name}")));
+        if shown.clicked() {
+            if is_on {
+                filter.hidden.remove(&kind);
+            } else {
+                filter.hidden.insert(kind);
+            }
+        }
+    }
+    ui.separator();
+    ui.horizontal(|ui| {
+        ui.label(dim("of"));
+        ui.selectable_value(&mut filter.team, None, "both teams");
+        for team in Team::BOTH {
+            let name = RichText::new(team.name()).color(team_colour(ui, team));
+            if ui.selectable_label(filter.team == Some(team), name).clicked() {
+                filter.team = Some(team);
+                filter.robot = filter.robot.filter(|robot| robot.team == team);
+            }
+        }
+    });
+    let chosen = filter.robot.map_or("any robot".to_owned(), |robot| robot.to_string());
+    egui::ComboBox::from_id_salt("robot of events").selected_text(chosen).show_ui(ui, |ui| {
+        ui.selectable_value(&mut filter.robot, None, "any robot");
+        let ids = roster.iter().map(|(id, _)| id);
+        for id in ids.filter(|id| filter.team.is_none_or(|team| id.team == team)).collect::<Vec<_>>() {
+            ui.selectable_value(&mut filter.robot, Some(id), id.to_string());
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BLUE: RobotId = RobotId::new(Team::Blue, 1);
+    const PINK: RobotId = RobotId::new(Team::Pink, 1);
+
+    fn log() -> Vec<LogEntry> {
+        let entry = |second: u32, kind, robot: Option<RobotId>| LogEntry {
+            time_s: f64::from(second),
+            kind,
+            robot,
+            team: robot.map(|robot| robot.team),
+            ..default()
+        };
+        vec![
+            entry(1, LogKind::Referee, None),
+            entry(2, LogKind::Kick, Some(BLUE)),
+            entry(3, LogKind::Kick, Some(PINK)),
+            entry(4, LogKind::Goal, Some(PINK)),
+        ]
+    }
+
+    fn times(filter: &EventFilter, mistakes: &[LogEntry]) -> (Vec<f64>, usize) {
+        let listed = ListedEvents::of(filter, &log(), mistakes);
+        (listed.entries.iter().map(|entry| entry.time_s).collect(), listed.hidden)
+    }
+
+    #[test]
+    fn what_is_left_out_is_counted() {
+        let all = EventFilter::default();
+        assert_eq!(times(&all, &[]), (vec![1.0, 2.0, 3.0, 4.0], 0));
+        let no_kicks = EventFilter { hidden: [LogKind::Kick].into(), ..all.clone() };
+        assert_eq!(times(&no_kicks, &[]), (vec![1.0, 4.0], 2));
+        assert_eq!(times(&EventFilter { team: Some(Team::Pink), ..all.clone() }, &[]), (vec![3.0, 4.0], 2));
+        assert_eq!(times(&EventFilter { robot: Some(BLUE), ..all }, &[]), (vec![2.0], 3));
+    }
+
+    #[test]
+    fn mistakes_stand_among_the_events_of_their_time() {
+        let mistake = LogEntry { time_s: 2.5, kind: LogKind::Mistake, ..default() };
+        let (times, hidden) = times(&EventFilter::everything(), &[mistake]);
+        assert_eq!((times, hidden), (vec![1.0, 2.0, 2.5, 3.0, 4.0], 0));
+    }
+}

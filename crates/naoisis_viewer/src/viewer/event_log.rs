@@ -1,0 +1,328 @@
+//! What happened in the match so far, as far as it is worth a line.
+
+use bevy::prelude::*;
+
+use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems};
+use naoisis_core::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickResult, MatchEvent};
+use naoisis_core::game::{Evidence, PenaltyReason};
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::referee::report::headline;
+use naoisis_core::team::{RobotId, Team};
+
+/// The log forgets the oldest entries beyond this many.
+const LONGEST: usize = 20_000;
+
+/// Keeps the [`EventLog`].
+pub struct EventLogPlugin;
+
+impl Plugin for EventLogPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<EventLog>().add_systems(Cycle, log_events.in_set(CycleSystems::Record));
+    }
+}
+
+/// What sort of thing happened.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub enum LogKind {
+    /// A goal, or a shot of a shoot-out.
+    Goal,
+    /// A kick.
+    Kick,
+    /// A robot fell, or got up.
+    Fall,
+    /// A penalty, its end, a caution.
+    Penalty,
+    /// What else the referee decided.
+    Referee,
+    /// What was done by hand, or by a scenario.
+    Hand,
+    /// Something went wrong.
+    Mistake,
+    /// Anything else.
+    #[default]
+    Other,
+}
+
+impl LogKind {
+    /// All of them, each with its name.
+    pub const ALL: [(LogKind, &str); 8] = [
+        (LogKind::Goal, "goals"),
+        (LogKind::Kick, "kicks"),
+        (LogKind::Fall, "falls"),
+        (LogKind::Penalty, "penalties"),
+        (LogKind::Referee, "referee"),
+        (LogKind::Hand, "by hand"),
+        (LogKind::Mistake, "mistakes"),
+        (LogKind::Other, "others"),
+    ];
+
+    fn of(event: &MatchEvent) -> Self {
+        match event {
+            MatchEvent::Goal { .. } | MatchEvent::Shot { .. } | MatchEvent::ShootOutWon { .. } => LogKind::Goal,
+            MatchEvent::Kick { .. } => LogKind::Kick,
+            MatchEvent::Fall { .. } | MatchEvent::GotUp { .. } | MatchEvent::Dive { .. } => LogKind::Fall,
+            MatchEvent::Penalty { .. } | MatchEvent::PenaltyOver { .. } | MatchEvent::Caution { .. } => {
+                LogKind::Penalty
+            }
+            MatchEvent::Intervention { .. } | MatchEvent::InterventionRefused { .. } => LogKind::Hand,
+            MatchEvent::InvariantBroken { .. }
+            | MatchEvent::AgentLost { .. }
+            | MatchEvent::Collision { .. }
+            | MatchEvent::CommandRefused { .. } => LogKind::Other,
+            _ => LogKind::Referee,
+        }
+    }
+}
+
+/// Something that happened.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LogEntry {
+    /// When, s since the start.
+    pub time_s: f64,
+    /// The team that it is to be credited to or blamed on, if any.
+    pub team: Option<Team>,
+    /// What, in a few words.
+    pub text: String,
+    /// Whether it is one of the big moments: a goal, a half.
+    pub important: bool,
+    /// Who did it, or whom it was done to.
+    pub robot: Option<RobotId>,
+    /// Where, m, pitch frame, as far as the event says.
+    pub place: Option<Vec2>,
+    /// Why the referee decided so.
+    pub evidence: Option<Evidence>,
+    /// What sort of thing it is.
+    pub kind: LogKind,
+}
+
+/// A robot touched the ball.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct BallTouch {
+    /// When, s since the start.
+    pub time_s: f64,
+    /// The robot that touched it.
+    pub robot: RobotId,
+    /// Whether it was a kick.
+    pub kick: bool,
+}
+
+/// What happened, oldest first.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct EventLog {
+    entries: Vec<LogEntry>,
+    touches: Vec<BallTouch>,
+}
+
+impl EventLog {
+    /// Adds what happened at a time, as far as it is worth a line.
+    pub fn note<'a>(&mut self, time_s: f64, events: impl IntoIterator<Item = &'a MatchEvent>) {
+        for event in events {
+            let touch = touch(event).map(|(robot, kick)| BallTouch { time_s, robot, kick });
+            self.touches.extend(touch);
+            let Some((team, important, text)) = describe(event) else { continue };
+            let (robot, place, evidence) = circumstances(event);
+            self.entries.push(LogEntry {
+                time_s,
+                team,
+                text,
+                important,
+                robot,
+                place: place.or(evidence.map(|evidence| evidence.position_m)),
+                evidence: evidence.cloned(),
+                kind: LogKind::of(event),
+            });
+        }
+        let surplus = self.entries.len().saturating_sub(LONGEST);
+        self.entries.drain(..surplus);
+        let surplus = self.touches.len().saturating_sub(LONGEST);
+        self.touches.drain(..surplus);
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+        self.touches.clear();
+    }
+
+    /// The entries until a time, s, oldest first.
+    pub fn until(&self, time_s: f64) -> &[LogEntry] {
+        &self.entries[..self.entries.partition_point(|entry| entry.time_s <= time_s)]
+    }
+
+    /// What there was until a time, s, for a match that goes on from there in another way.
+    pub fn cut(&self, time_s: f64) -> EventLog {
+        let touches = self.touches.iter().filter(|touch| touch.time_s <= time_s).copied().collect();
+        EventLog { entries: self.until(time_s).to_vec(), touches }
+    }
+
+    /// Whether this is one of the entries.
+    pub fn has(&self, entry: &LogEntry) -> bool {
+        let from = self.entries.partition_point(|other| other.time_s < entry.time_s);
+        self.entries[from..].iter().take_while(|other| other.time_s <= entry.time_s).any(|other| other == entry)
+    }
+
+    /// The last touch of the ball until a time, s.
+    pub fn last_touch(&self, time_s: f64) -> Option<BallTouch> {
+        self.touches[..self.touches.partition_point(|touch| touch.time_s <= time_s)].last().copied()
+    }
+}
+
+/// Who touched the ball, and whether by a kick.
+fn touch(event: &MatchEvent) -> Option<(RobotId, bool)> {
+    match event {
+        MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, .. } => Some((*robot, true)),
+        MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Ball, .. } => Some((*robot, false)),
+        _ => None,
+    }
+}
+
+/// The robot that an event is about, where it happened (m, pitch frame), and the referee's reasons.
+fn circumstances(event: &MatchEvent) -> (Option<RobotId>, Option<Vec2>, Option<&Evidence>) {
+    match event {
+        MatchEvent::Kick { robot, .. }
+        | MatchEvent::Fall { robot, .. }
+        | MatchEvent::GotUp { robot }
+        | MatchEvent::Dive { robot, .. } => (Some(*robot), None, None),
+        MatchEvent::PenaltyOver { robot, position_m } => (Some(*robot), Some(*position_m), None),
+        MatchEvent::Penalty { robot, evidence, .. } | MatchEvent::Caution { robot, evidence, .. } => {
+            (Some(*robot), None, Some(evidence))
+        }
+        MatchEvent::PlacedByHand { robot, position_m, evidence } => (Some(*robot), Some(*position_m), Some(evidence)),
+        MatchEvent::Goal { scorer, evidence, .. } => (*scorer, None, Some(evidence)),
+        MatchEvent::GameStuck { robot, evidence } => (*robot, None, Some(evidence)),
+        MatchEvent::BallOut { position_m, evidence, .. } => (None, Some(*position_m), Some(evidence)),
+        MatchEvent::GoalDisallowed { evidence, .. }
+        | MatchEvent::Shot { evidence, .. }
+        | MatchEvent::TooManyMessages { evidence, .. } => (None, None, Some(evidence)),
+        MatchEvent::ThrowIn { position_m, .. }
+        | MatchEvent::DropBall { position_m }
+        | MatchEvent::FreeKick { position_m, .. } => (None, Some(*position_m), None),
+        MatchEvent::Collision { robot, position_m, .. } => (*robot, Some(*position_m), None),
+        _ => (None, None, None),
+    }
+}
+
+fn log_events(events: Res<CycleEvents>, clock: Res<CycleClock>, mut log: ResMut<EventLog>) {
+    log.note(clock.end_time_s(), events.iter());
+}
+
+/// The team that an event is about, whether it is important, and what it is; nothing for what happens all the time.
+fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
+    let (team, important, text) = match event {
+        MatchEvent::Kick { reason: Some(KickMiss::Busy | KickMiss::Penalised | KickMiss::PlayStopped), .. } => {
+            return None;
+        }
+        MatchEvent::Kick { robot, kick_type, result, .. } => {
+            let kick = match kick_type {
+                KickType::LeftStraight => "kicks with the left foot".to_owned(),
+                KickType::RightStraight => "kicks with the right foot".to_owned(),
+                KickType::LeftSide => "side-kicks to the right".to_owned(),
+                KickType::RightSide => "side-kicks to the left".to_owned(),
+                KickType::Own(_) => format!("kicks ({})", kick_type.words()),
+            };
+            let result = match result {
+                KickResult::Kicked => "",
+                KickResult::Reduced => ", from the wrong side",
+                KickResult::Missed => " and misses",
+            };
+            (Some(robot.team), false, format!("{robot} {kick}{result}"))
+        }
+        MatchEvent::Goal { team, scorer, own_goal, .. } => {
+            let by = match scorer {
+                Some(robot) if *own_goal => format!(", own goal by {robot}"),
+                Some(robot) => format!(" by {robot}"),
+                None => String::new(),
+            };
+            (Some(*team), true, format!("Goal for {team}{by}"))
+        }
+        MatchEvent::BallOut { line, last_touch, .. } => {
+            let line = match line {
+                BoundaryLine::Side => "side line",
+                BoundaryLine::Goal => "goal line",
+            };
+            let by = last_touch.map(|team| format!(", off {team}")).unwrap_or_default();
+            (*last_touch, false, format!("Out over the {line}{by}"))
+        }
+        MatchEvent::KickOff { team } => (Some(*team), false, format!("Kick-off for {team}")),
+        MatchEvent::ThrowIn { team, .. } => (Some(*team), false, format!("Throw-in for {team}")),
+        MatchEvent::Penalty { robot, reason: PenaltyReason::SentOff, .. } => {
+            (Some(robot.team), true, format!("{robot} is sent off"))
+        }
+        MatchEvent::Penalty { robot, reason, .. } => {
+            (Some(robot.team), false, format!("{robot} penalised for {}", reason.words()))
+        }
+        MatchEvent::TooManyMessages { team, .. } => {
+            (Some(*team), true, format!("{team} has sent too many messages: its goals do not count"))
+        }
+        MatchEvent::PenaltyOver { robot, .. } => (Some(robot.team), false, format!("{robot} is back")),
+        MatchEvent::HalfBegins { half } => (None, true, format!("Half {half} begins")),
+        MatchEvent::FinalWhistle => (None, true, "Final whistle".to_owned()),
+        MatchEvent::InvariantBroken { message } => (None, true, format!("Error in the simulation: {message}")),
+        MatchEvent::Collision { .. } | MatchEvent::CommandRefused { .. } => return None,
+        // What else the referee decides, in its own words.
+        decision => (None, false, headline(decision)?.trim_end_matches('.').to_owned()),
+    };
+    Some((team, important, text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goals_are_named_after_their_scorers() {
+        let scorer = Some(RobotId::new(Team::Pink, 2));
+        let text = |team, own_goal| {
+            describe(&MatchEvent::Goal { team, scorer, own_goal, evidence: Evidence::default() })
+                .map(|(team, _, text)| (team, text))
+        };
+        assert_eq!(text(Team::Pink, false), Some((Some(Team::Pink), "Goal for pink by pink2".to_owned())));
+        assert_eq!(text(Team::Blue, true), Some((Some(Team::Blue), "Goal for blue, own goal by pink2".to_owned())));
+    }
+
+    #[test]
+    fn entries_say_where_and_why_and_who_touched_the_ball() {
+        let robot = RobotId::new(Team::Blue, 3);
+        let evidence = Evidence { position_m: Vec2::new(1.0, 0.5), ..default() };
+        let out = MatchEvent::BallOut {
+            line: BoundaryLine::Side,
+            position_m: Vec2::new(2.0, 2.1),
+            last_touch: Some(Team::Blue),
+            evidence: evidence.clone(),
+        };
+        let goal = MatchEvent::Goal { team: Team::Blue, scorer: Some(robot), own_goal: false, evidence };
+        let touch = MatchEvent::Collision {
+            robot: Some(robot),
+            with: CollisionPartner::Ball,
+            collision_type: naoisis_core::events::CollisionType::MovingRobotAndMovingBall,
+            speed_mps: 0.1,
+            position_m: Vec2::ZERO,
+        };
+        let mut log = EventLog::default();
+        log.note(1.0, [&touch]);
+        log.note(2.0, [&out, &goal]);
+        let [first, second] = log.until(3.0) else { panic!("two entries") };
+        assert_eq!(first.place, Some(Vec2::new(2.0, 2.1)));
+        assert_eq!((second.place, second.robot), (Some(Vec2::new(1.0, 0.5)), Some(robot)));
+        assert!(second.evidence.is_some() && log.until(1.5).is_empty());
+        assert!(log.has(second) && !log.has(&LogEntry { time_s: 2.5, ..second.clone() }));
+        assert_eq!(log.last_touch(2.0), Some(BallTouch { time_s: 1.0, robot, kick: false }));
+        assert_eq!(log.last_touch(0.5), None);
+    }
+
+    #[test]
+    fn kicks_while_recovering_are_not_worth_a_line() {
+        let kick = |reason| MatchEvent::Kick {
+            robot: RobotId::new(Team::Blue, 1),
+            kick_type: KickType::LeftSide,
+            speed: Some(1.0),
+            result: KickResult::Missed,
+            reason: Some(reason),
+            direction: None,
+            launch_speed_mps: None,
+        };
+        assert_eq!(describe(&kick(KickMiss::Busy)), None);
+        let missed = describe(&kick(KickMiss::OutOfReach)).map(|(.., text)| text);
+        assert_eq!(missed.as_deref(), Some("blue1 side-kicks to the right and misses"));
+    }
+}

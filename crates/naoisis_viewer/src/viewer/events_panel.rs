@@ -1,0 +1,302 @@
+//! Penalties, and what happened: a click on an event goes to that moment, and shows where it was and why the referee decided
+//! so.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, RichText};
+use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
+
+use super::camera::LookAt;
+use super::display_settings::DisplaySettings;
+use super::event_filter::{self, EventFilter, ListedEvents};
+use super::event_log::{EventLog, LogEntry};
+use super::lanes::{EventKind, Lanes};
+use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
+use super::overlays::{Brush, OverlaySystems};
+use super::palette;
+use super::shared::{FindEvent, Playback, TimelineCommand};
+use super::theme::{dim, minutes, team_colour, text_size};
+use super::timeline::Timeline;
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Evidence, Measurement, Penalty, RobotEvidence};
+use naoisis_core::robot::Roster;
+use naoisis_core::team::RobotId;
+use naoisis_record::record::history::History;
+use naoisis_sim::scenario::Scenario;
+
+/// Entries of the list that are shown, and in the past, of what is to come.
+const SHOWN: usize = 60;
+const TO_COME: usize = 2;
+/// The least height of the list, logical pixels.
+const LEAST_HEIGHT: f32 = 48.0;
+/// The panel.
+const DOCK: Dock = Dock { name: "events", edge: Edge::Right, size: 230.0, least: 150.0, most_share: 0.35 };
+/// An event is looked at again from so long before it, s.
+const RUN_UP_S: f64 = 2.0;
+
+/// Shows penalties and events.
+pub struct EventsPanelPlugin;
+
+impl Plugin for EventsPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<ShownEvent>()
+            .add_message::<EventChoice>()
+            .add_systems(PreUpdate, forget_event.run_if(resource_exists_and_changed::<Scenario>))
+            .add_systems(Update, choose_event)
+            .add_systems(PostUpdate, mark_place.after(OverlaySystems).before(EguiPostUpdateSet::EndPass))
+            .add_systems(
+                EguiPrimaryContextPass,
+                show_events.run_if(|display: Res<DisplaySettings>| display.events).in_set(LayoutSystems::Events),
+            );
+    }
+}
+
+/// The event that is looked at, and where it was, m, pitch frame.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct ShownEvent(pub Option<(LogEntry, Option<Vec2>)>);
+
+/// The event of the list that is to be looked at; again, that it no longer is.
+#[derive(Message, Clone, PartialEq, Debug)]
+pub struct EventChoice(pub LogEntry);
+
+/// Another match has other events.
+fn forget_event(log: Res<EventLog>, mut shown: ResMut<ShownEvent>) {
+    if shown.0.as_ref().is_some_and(|(entry, _)| !log.has(entry)) {
+        shown.0 = None;
+    }
+}
+
+fn choose_event(
+    mut choices: MessageReader<EventChoice>,
+    clock: Res<CycleClock>,
+    mut playback: ResMut<Playback>,
+    mut history: ResMut<History>,
+    mut shown: ResMut<ShownEvent>,
+    mut looks: MessageWriter<LookAt>,
+    mut moments: MessageWriter<TimelineCommand>,
+) {
+    for EventChoice(entry) in choices.read() {
+        if shown.0.as_ref().is_some_and(|(other, _)| other == entry) {
+            shown.0 = None;
+            continue;
+        }
+        let place = entry.place.or_else(|| place_in_record(entry, &clock, &mut history));
+        if let Some(place) = place {
+            looks.write(LookAt(place));
+        }
+        shown.0 = Some((entry.clone(), place));
+        moments.write(TimelineCommand::GoTo(cycle_of(entry, &clock)));
+        playback.paused = true;
+    }
+}
+
+/// The cycle in which an event was.
+fn cycle_of(entry: &LogEntry, clock: &CycleClock) -> u64 {
+    (entry.time_s / clock.period_s).round() as u64
+}
+
+/// Where an event was that does not say so itself: at its robot, or at the ball.
+fn place_in_record(entry: &LogEntry, clock: &CycleClock, history: &mut History) -> Option<Vec2> {
+    let record = history.record(cycle_of(entry, clock)).ok()??;
+    let robot = record.robots.iter().find(|robot| Some(robot.id) == entry.robot).map(|robot| robot.pose.position);
+    robot.or(record.ball.map(|ball| ball.position_m.truncate()))
+}
+
+/// Marks where the event was, and whoever and whatever the evidence speaks of.
+fn mark_place(shown: Res<ShownEvent>, time: Res<Time<Real>>, mut brush: Brush) {
+    let Some((entry, place)) = &shown.0 else { return };
+    let colour = palette::ink(Ink::Yellow);
+    if let Some(place) = *place {
+        let breath = time.elapsed_secs().fract();
+        for radius in [0.12, 0.15, 0.15 + 0.25 * breath] {
+            brush.circle(place, radius, colour.with_alpha(1.0 - (radius - 0.12)));
+        }
+        brush.words(place + Vec2::Y * 0.2, entry.text.clone(), colour);
+    }
+    let Some(evidence) = &entry.evidence else { return };
+    if let Some(ball) = evidence.ball_m {
+        brush.circle(ball, 0.06, palette::ink(Ink::Orange));
+    }
+    for robot in &evidence.robots {
+        brush.circle(robot.position_m, 0.2, palette::team(robot.robot.team));
+        brush.words(robot.position_m, format!("{} then", robot.robot), palette::ink(Ink::White));
+    }
+}
+
+fn show_events(
+    mut contexts: EguiContexts,
+    (listed, mut filter): (Res<ListedEvents>, ResMut<EventFilter>),
+    (mut lanes, mut events): (Option<ResMut<Lanes>>, MessageWriter<FindEvent>),
+    shown: Res<ShownEvent>,
+    clock: Res<CycleClock>,
+    (timeline, roster): (Res<Timeline>, Res<Roster>),
+    robots: Query<(&RobotId, &Penalty)>,
+    mut choices: MessageWriter<EventChoice>,
+    mut playback: ResMut<Playback>,
+    mut sizes: ResMut<PanelSizes>,
+    mut moments: MessageWriter<TimelineCommand>,
+) -> Result {
+    let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
+    penalties.sort_by_key(|(id, _)| *id);
+    // In the past, what has happened since then can be seen, too: to go there.
+    let now_s = clock.end_time_s();
+    let log = &listed.entries[..];
+    let log = if timeline.is_past() { log } else { &log[..log.partition_point(|entry| entry.time_s <= now_s)] };
+    let context = contexts.ctx_mut()?;
+    // What is opened beside it may need its place.
+    if !DOCK.has_room(context, &sizes) {
+        return Ok(());
+    }
+    let rest = |ui: &egui::Ui| ui.data(|data| data.get_temp::<f32>(egui::Id::new("rest of events"))).unwrap_or(0.0);
+    DOCK.show(context, &mut sizes, |ui| {
+        let height = (ui.available_height() - rest(ui)).max(LEAST_HEIGHT);
+        let top = ui.cursor().top();
+        let mut wanted = filter.clone();
+        let is_used = event_filter::show(ui, &mut wanted, &listed, &roster, &mut events);
+        if let Some(lanes) = lanes.as_mut().filter(|_| is_used) {
+            lanes.kind = EventKind::Listed;
+        }
+        filter.set_if_neq(wanted);
+        if log.is_empty() {
+            let nothing = if listed.hidden > 0 { "Nothing that is listed." } else { "Nothing has happened yet." };
+            ui.label(dim(nothing));
+        }
+        for (id, penalty) in &penalties {
+            let left_s = penalty.left_s(&clock);
+            let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
+            ui.label(RichText::new(text).color(team_colour(ui, id.team)));
+        }
+        let list = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).auto_shrink(false);
+        let list = list.show(ui, |ui| {
+            for entry in around(log, now_s).iter().rev() {
+                let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
+                if show_entry(ui, entry, chosen, entry.time_s > now_s) {
+                    choices.write(EventChoice(entry.clone()));
+                }
+            }
+        });
+        if let Some((entry, _)) = &shown.0
+            && show_circumstances(ui, entry)
+        {
+            let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
+            moments.write(TimelineCommand::GoTo(cycle));
+            playback.paused = false;
+        }
+        let others = ui.min_rect().bottom() - top - list.inner_rect.height();
+        ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of events"), others));
+    });
+    Ok(())
+}
+
+/// The entries until now, as far as they are shown, and the few that come next.
+fn around(log: &[LogEntry], now_s: f64) -> &[LogEntry] {
+    let now = log.partition_point(|entry| entry.time_s <= now_s);
+    &log[now.saturating_sub(SHOWN)..(now + TO_COME).min(log.len())]
+}
+
+/// A line of the list; whether it was clicked.
+fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: bool) -> bool {
+    ui.horizontal(|ui| {
+        ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
+        let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
+        let text = RichText::new(&entry.text).color(if is_to_come { colour.gamma_multiply(0.5) } else { colour });
+        let text = match entry.important {
+            true => text.strong().size(text_size::IMPORTANT),
+            false => text.size(text_size::ENTRY),
+        };
+        let text = if chosen { text.underline() } else { text };
+        let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
+        let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &entry.text));
+        response.on_hover_text("Click: that moment, where it was, and why").clicked()
+    })
+    .inner
+}
+
+/// What is known of an event; whether it is to be looked at again.
+fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry) -> bool {
+    ui.separator();
+    ui.label(RichText::new(&entry.text).size(text_size::ENTRY).strong());
+    for line in entry.evidence.iter().flat_map(reasons) {
+        ui.add(egui::Label::new(dim(line).size(text_size::SMALL)).wrap());
+    }
+    ui.small_button("Look at it again").on_hover_text("From two seconds before it").clicked()
+}
+
+/// The referee's reasons, line by line.
+fn reasons(evidence: &Evidence) -> Vec<String> {
+    let mut lines = vec![evidence.rule.to_string()];
+    if let Some(measured) = &evidence.measured {
+        lines.push(measured_words(measured));
+        // How fast robots walked is a reason only where speed was what counted.
+        if measured.what.starts_with("m/s") {
+            let walked = |robot: &RobotEvidence| format!("{} walked at {:.2} m/s.", robot.robot, robot.speed_mps);
+            lines.extend(evidence.robots.iter().map(walked));
+        }
+    }
+    lines.push(evidence.otherwise.to_string());
+    lines.retain(|line| !line.is_empty());
+    lines
+}
+
+/// What was measured, with as many digits as tell it from the limit, and by how much it is beyond.
+fn measured_words(measured: &Measurement) -> String {
+    const MOST_DIGITS: u32 = 5;
+    let Measurement { what, value, limit } = measured;
+    let margin = (value - limit).abs();
+    if margin == 0.0 {
+        return format!("{value:.2} {what}; the limit is {limit:.2}.");
+    }
+    // Of the margin itself two digits that mean something.
+    let is_enough = |digits: &u32| margin * 10_u32.pow(*digits) as f32 >= 10.0;
+    let digits = (2..MOST_DIGITS).find(is_enough).unwrap_or(MOST_DIGITS) as usize;
+    let relation = if value < limit { "below" } else { "beyond" };
+    format!("{value:.digits$} {what}: {margin:.digits$} {relation} the limit of {limit:.digits$}.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::team::Team;
+
+    #[test]
+    fn the_list_ends_with_a_little_of_what_is_to_come() {
+        let entry = |second: u32| LogEntry { time_s: f64::from(second), ..LogEntry::default() };
+        let log: Vec<LogEntry> = (0..100).map(entry).collect();
+        let times = |now_s| {
+            let shown = around(&log, now_s);
+            [shown[0].time_s, shown[shown.len() - 1].time_s]
+        };
+        assert_eq!(times(80.0), [21.0, 82.0]);
+        assert_eq!(times(1e9), [40.0, 99.0]);
+        assert_eq!(times(10.5), [0.0, 12.0]);
+        assert!(around(&[], 0.0).is_empty());
+    }
+
+    #[test]
+    fn the_reasons_are_the_rule_what_was_measured_and_what_would_have_helped() {
+        let evidence = Evidence {
+            rule: "A rule.".into(),
+            measured: Some(Measurement { what: "s in the goal".into(), value: 3.25, limit: 3.0 }),
+            otherwise: "It had to come out.".into(),
+            ..default()
+        };
+        let measured = "3.25 s in the goal: 0.25 beyond the limit of 3.00.";
+        assert_eq!(reasons(&evidence), ["A rule.", measured, "It had to come out."]);
+        assert_eq!(reasons(&Evidence::default()), [""; 0]);
+    }
+
+    #[test]
+    fn a_small_margin_is_seen_and_speeds_are_said_where_they_count() {
+        let measured = |value, limit, what: &'static str| Measurement { what: what.into(), value, limit };
+        assert_eq!(
+            measured_words(&measured(3.034, 3.03, "m from the centre")),
+            "3.0340 m from the centre: 0.0040 beyond the limit of 3.0300."
+        );
+        assert_eq!(measured_words(&measured(0.2, 0.2, "m/s")), "0.20 m/s; the limit is 0.20.");
+        let robot = RobotEvidence { robot: RobotId::new(Team::Blue, 2), position_m: Vec2::ZERO, speed_mps: 0.2 };
+        let evidence = |what| Evidence { measured: Some(measured(1.0, 0.5, what)), ..default() }.with_robot(robot);
+        assert_eq!(reasons(&evidence("m/s towards the other"))[1], "blue2 walked at 0.20 m/s.");
+        assert_eq!(reasons(&evidence("m behind the line")).len(), 1);
+    }
+}

@@ -1,0 +1,283 @@
+//! What robots' cameras see, as images for people: only of those cameras that someone looks at.
+//!
+//! Drawn by the software renderer that also draws the images that robots see by, of the instant at which the robots
+//! sensed: percepts lie where they were recognised. Where a robot sees by images of its own, those are shown. Overlays
+//! are not in the scene that is drawn, so that no camera sees them.
+
+use bevy::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+use super::timeline::Timeline;
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::cycle::{Cycle, CycleClock};
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::team::RobotId;
+use naoisis_record::record::history::History;
+use naoisis_sensing::appearance::gather::MatchScene;
+use naoisis_sensing::appearance::scene::{Scene, SceneBall, SceneRobot};
+use naoisis_sensing::appearance::stride::Stride;
+use naoisis_sensing::appearance::view::View;
+use naoisis_sensing::sensing::camera::image::{Image, Layers};
+use naoisis_sensing::sensing::camera::software::{Detail, PreparedScene, Renderer};
+use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings};
+use naoisis_sensing::sensing::jobs::{self, SensingThreads};
+use naoisis_sensing::sensing::scene::SensingSystems;
+use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::scenario::Scenario;
+
+/// Draws what robots see, for people.
+pub struct EyesPlugin;
+
+impl Plugin for EyesPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Watched>()
+            .init_resource::<SensedScene>()
+            .init_resource::<EyeImages>()
+            .add_systems(
+                Cycle,
+                keep_scene
+                    .after(SensingSystems::Images)
+                    .before(SensingSystems::Vision)
+                    .run_if(|watched: Res<Watched>| !watched.cameras.is_empty()),
+            )
+            .add_systems(First, forget_scene.run_if(resource_exists_and_changed::<Scenario>))
+            .add_systems(
+                Update,
+                (find_past_scene, draw_watched)
+                    .chain()
+                    .in_set(EyesSystems)
+                    .run_if(|watched: Res<Watched>| !watched.cameras.is_empty()),
+            );
+    }
+}
+
+/// The systems that draw the images. Whoever shows one says so in [`Watched`] before them.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct EyesSystems;
+
+/// The cameras that someone looks at in this frame.
+#[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
+pub struct Watched {
+    /// Robots and their cameras.
+    pub cameras: BTreeSet<(RobotId, CameraName)>,
+}
+
+/// The match as it was when the robots sensed it last.
+#[derive(Resource, Default, Debug)]
+pub struct SensedScene {
+    /// The cycle in which they did.
+    cycle: Option<u64>,
+    scene: Scene,
+    /// How their legs go in what was recorded, where nobody kept it.
+    strides: BTreeMap<RobotId, Stride>,
+}
+
+/// What the cameras saw that someone looks at.
+#[derive(Resource, Default)]
+pub struct EyeImages {
+    /// Each with the cycle in which it was taken.
+    images: BTreeMap<(RobotId, CameraName), (u64, Image)>,
+    prepared: PreparedScene,
+    workers: Vec<Renderer>,
+    /// Images drawn since the program began.
+    pub drawn: u64,
+    /// The time that the last ones took.
+    pub last_took: Duration,
+    /// How many those were.
+    pub last_count: usize,
+}
+
+impl EyeImages {
+    /// The image of a camera that is watched, and the cycle in which it was taken.
+    pub fn image(&self, robot: RobotId, side: CameraName) -> Option<(u64, &Image)> {
+        self.images.get(&(robot, side)).map(|(cycle, image)| (*cycle, image))
+    }
+}
+
+fn forget_scene(mut sensed: ResMut<SensedScene>, mut images: ResMut<EyeImages>) {
+    *sensed = SensedScene::default();
+    images.images.clear();
+}
+
+/// Keeps what the robots sense in the cycle under way.
+fn keep_scene(clock: Res<CycleClock>, scene: Res<Scene>, mut sensed: ResMut<SensedScene>) {
+    sensed.cycle = Some(clock.cycle);
+    sensed.scene.clone_from(&scene);
+}
+
+/// What was sensed in a cycle of the past, or in one that was over before anybody looked: the world at the end of the
+/// cycle before.
+fn find_past_scene(
+    clock: Res<CycleClock>,
+    timeline: Res<Timeline>,
+    now: MatchScene,
+    roster: Res<Roster>,
+    bodies: Query<(&Body, &KickSettings)>,
+    mut sensed: ResMut<SensedScene>,
+    mut history: ResMut<History>,
+) {
+    let sensed = &mut *sensed;
+    let shown = clock.cycle;
+    let is_known = sensed.cycle == Some(shown);
+    if is_known || (!timeline.is_past() && sensed.cycle.is_some_and(|cycle| cycle > shown)) {
+        return;
+    }
+    if let Ok(Some(record)) = history.record(shown.saturating_sub(1)) {
+        now.gather(&mut sensed.scene);
+        let robot = |id| {
+            let found = roster.get(id).and_then(|robot| bodies.get(robot).ok());
+            found.map_or_else(Default::default, |(body, kicks)| (*body, *kicks))
+        };
+        sensed.take_record(shown, &record, &history, clock.period_s, robot);
+    }
+}
+
+impl SensedScene {
+    /// Takes over what a record says of robots, whose bodies and kicks are known, and ball. All else is as it always was.
+    fn take_record(
+        &mut self,
+        cycle: u64,
+        record: &CycleRecord,
+        history: &History,
+        period_s: f64,
+        known: impl Fn(RobotId) -> (Body, KickSettings),
+    ) {
+        self.cycle = Some(cycle);
+        let on_pitch = record.robots.iter().filter(|robot| robot.penalised.is_none());
+        self.scene.robots.clear();
+        self.scene.robots.extend(on_pitch.map(|robot| {
+            let stride = self.strides.entry(robot.id).or_default();
+            let (body, kicks) = known(robot.id);
+            stride.kick = history.swing(robot.id, record.cycle, period_s, &kicks);
+            stride.follow(robot.pose, robot.velocity, record.time_s);
+            let standing = SceneRobot::standing(robot.id, robot.pose, body);
+            SceneRobot { head: robot.head, stride: *stride, ..standing.in_posture(robot.posture) }
+        }));
+        self.scene.ball = record.ball.map(|ball| SceneBall {
+            position: ball.position_m.truncate(),
+            // Its centre is as high as it is large.
+            radius: ball.position_m.z,
+        });
+    }
+}
+
+/// An image to be drawn.
+struct ImageJob {
+    camera: (RobotId, CameraName),
+    view: View,
+    image: Image,
+}
+
+fn draw_watched(
+    watched: Res<Watched>,
+    timeline: Res<Timeline>,
+    sensed: Res<SensedScene>,
+    threads: Res<SensingThreads>,
+    roster: Res<Roster>,
+    robots: Query<(&CameraSettings, &CameraImages)>,
+    mut eyes: ResMut<EyeImages>,
+) {
+    let eyes = &mut *eyes;
+    let Some(cycle) = sensed.cycle else { return };
+    eyes.images.retain(|camera, _| watched.cameras.contains(camera));
+    let mut due = Vec::new();
+    for &(id, side) in &watched.cameras {
+        if eyes.images.get(&(id, side)).is_some_and(|(taken, _)| *taken == cycle) {
+            continue;
+        }
+        let Some((settings, own)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { continue };
+        let (_, mut image) = eyes.images.remove(&(id, side)).unwrap_or_default();
+        // Robots that are off the pitch or lie have no images.
+        let Some(body) = sensed.scene.robot(id).filter(|robot| robot.is_upright()) else { continue };
+        if own.cycle.is_some() && !own.of(side).is_empty() && !timeline.is_past() {
+            image.clone_from(own.of(side));
+            eyes.images.insert((id, side), (cycle, image));
+            continue;
+        }
+        let Some(camera) = settings.view(side, body.head) else { continue };
+        let view = View::of_robot(&camera, body.world_from_robot(), id);
+        due.push(ImageJob { camera: (id, side), view, image });
+    }
+    if due.is_empty() {
+        return;
+    }
+    let started = Instant::now();
+    eyes.prepared.prepare(&sensed.scene, Detail::default());
+    let prepared = &eyes.prepared;
+    jobs::for_each(*threads, &mut eyes.workers, &mut due, |renderer, job| {
+        renderer.draw(prepared, &job.view, Layers::default(), &mut job.image);
+    });
+    eyes.last_took = started.elapsed();
+    eyes.last_count = due.len();
+    eyes.drawn += due.len() as u64;
+    eyes.images.extend(due.into_iter().map(|job| (job.camera, (cycle, job.image))));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::robot::head::HeadAngles;
+    use naoisis_core::team::Team;
+    use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+
+    const BLUE: RobotId = RobotId::new(Team::Blue, 1);
+
+    fn app() -> App {
+        let scenario = Scenario::from_json(
+            r#"{ "rules": "free", "ball": { "position_m": [0.9, 0.0], "velocity_mps": [0.5, 0.0] },
+                 "robots": [{ "number": 1, "pose": [0.0, 0.0, 0.0] }, { "number": 2, "pose": [-1.0, 0.0, 0.0] }] }"#,
+        );
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, EyesPlugin));
+        app.init_resource::<Timeline>().init_resource::<History>();
+        app.start_match(&scenario.unwrap()).unwrap();
+        app.update();
+        app
+    }
+
+    fn drawn(app: &App) -> u64 {
+        app.world().resource::<EyeImages>().drawn
+    }
+
+    #[test]
+    fn only_cameras_that_someone_looks_at_are_drawn_and_once_a_cycle() {
+        let mut app = app();
+        for _ in 0..5 {
+            app.run_cycles(1);
+            app.update();
+        }
+        assert_eq!(drawn(&app), 0);
+        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraName::BOTTOM));
+        for _ in 0..5 {
+            app.run_cycles(1);
+            app.update();
+            app.update();
+        }
+        assert_eq!(drawn(&app), 5);
+        let eyes = app.world().resource::<EyeImages>();
+        let (cycle, image) = eyes.image(BLUE, CameraName::BOTTOM).unwrap();
+        assert_eq!((cycle, image.width, image.height), (10, 320, 240));
+        assert!(eyes.image(BLUE, CameraName::TOP).is_none());
+        app.world_mut().resource_mut::<Watched>().cameras.clear();
+        app.run_cycles(1);
+        app.update();
+        assert_eq!(drawn(&app), 5);
+    }
+
+    #[test]
+    fn an_image_is_of_the_instant_at_which_the_robot_sensed() {
+        let mut app = app();
+        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraName::BOTTOM));
+        app.run_cycles(1);
+        app.update();
+        // The ball was 0.9 m ahead then, whatever it has rolled since.
+        let camera = CameraSettings::default().view(CameraName::BOTTOM, HeadAngles::default()).unwrap();
+        let pixel = camera.pixel_in_image(Vec3::new(0.9, 0.0, 0.03)).unwrap();
+        let (_, image) = app.world().resource::<EyeImages>().image(BLUE, CameraName::BOTTOM).unwrap();
+        let [red, green, blue] = image.colour(pixel.x as u32, pixel.y as u32).unwrap();
+        assert!(red > 150 && red > green + 50 && green > blue, "{red} {green} {blue}");
+    }
+}

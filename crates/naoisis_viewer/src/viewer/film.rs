@@ -1,0 +1,162 @@
+//! The record button: a video, or a folder of PNG files, of what the window shows, panels and all.
+
+use bevy::prelude::*;
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
+use std::path::PathBuf;
+use std::thread::{self, JoinHandle};
+
+use super::shared::{KeysSystems, Notice, ToggleFilm};
+use naoisis_core::cycle::CycleClock;
+use naoisis_record::record::encoder::RecordError;
+use naoisis_record::record::film::{FRAME_S, Film};
+use naoisis_sensing::sensing::camera::image::Image as Picture;
+
+/// So many files of one name are kept beside each other.
+const MOST_OF_ONE_NAME: u32 = 1000;
+
+/// Records what is shown.
+pub struct FilmPlugin;
+
+impl Plugin for FilmPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Filming>()
+            .add_message::<ToggleFilm>()
+            .add_systems(Update, (toggle, take_pictures, tell_of_ends).chain().after(KeysSystems))
+            .add_systems(Last, finish_at_exit);
+    }
+}
+
+/// The film that is being taken, and those that are still being written.
+#[derive(Resource, Debug, Default)]
+pub struct Filming {
+    film: Option<(Film, f64)>,
+    /// When a picture was last asked for, s of real time.
+    asked_at_s: Option<f64>,
+    /// It ends with the first picture, for which it still waits.
+    ends_soon: bool,
+    ending: Vec<(PathBuf, JoinHandle<Result<u64, RecordError>>)>,
+}
+
+impl Filming {
+    /// Whether a film is being taken.
+    pub fn is_on(&self) -> bool {
+        self.film.is_some()
+    }
+
+    /// Takes a film from now on, s of real time.
+    pub fn begin(&mut self, film: Film, now_s: f64) {
+        self.film = Some((film, now_s));
+        self.asked_at_s = None;
+        self.ends_soon = false;
+    }
+
+    /// Lets the film be written to its end in peace.
+    fn end(&mut self) {
+        if let Some((film, _)) = self.film.take() {
+            let path = film.path().to_owned();
+            self.ending.push((path, thread::spawn(move || film.finish())));
+        }
+    }
+}
+
+fn toggle(
+    mut toggles: MessageReader<ToggleFilm>,
+    clock: Res<CycleClock>,
+    time: Res<Time<Real>>,
+    mut filming: ResMut<Filming>,
+    mut notice: ResMut<Notice>,
+) {
+    for kind in toggles.read() {
+        if let Some((film, _)) = &filming.film {
+            // Pictures come some frames after they were asked for.
+            if film.is_empty() {
+                filming.ends_soon = true;
+            } else {
+                filming.end();
+            }
+            continue;
+        }
+        match create(*kind, clock.cycle) {
+            Ok(film) => {
+                notice.tell(format!("Recording {}", film.path().display()));
+                filming.begin(film, time.elapsed_secs_f64());
+            }
+            Err(error) => notice.tell(format!("Cannot record: {error}")),
+        }
+    }
+}
+
+/// A film in the current folder, under a name that is free.
+fn create(kind: ToggleFilm, cycle: u64) -> Result<Film, RecordError> {
+    let mut attempt = 1;
+    loop {
+        let suffix = if attempt == 1 { String::new() } else { format!("-{attempt}") };
+        let name = format!("naoisis-{cycle:06}{suffix}");
+        let film = match kind {
+            ToggleFilm::Video => Film::create_video(&PathBuf::from(name + ".mp4")),
+            ToggleFilm::Frames => Film::create_frames(&PathBuf::from(name)),
+        };
+        match film {
+            Err(RecordError::Exists(_) | RecordError::NotEmpty(_)) if attempt < MOST_OF_ONE_NAME => attempt += 1,
+            film => return film,
+        }
+    }
+}
+
+/// Asks for a picture of the window when the film wants one.
+fn take_pictures(time: Res<Time<Real>>, mut filming: ResMut<Filming>, mut commands: Commands) {
+    if !filming.is_on() {
+        return;
+    }
+    let now_s = time.elapsed_secs_f64();
+    // A little less than a picture apart, so that a display of just that rate misses none.
+    if filming.asked_at_s.is_some_and(|asked_at_s| now_s - asked_at_s < 0.9 * FRAME_S) {
+        return;
+    }
+    filming.asked_at_s = Some(now_s);
+    let keep = move |captured: On<ScreenshotCaptured>, mut filming: ResMut<Filming>, mut notice: ResMut<Notice>| {
+        let Some((film, began_at_s)) = &mut filming.film else { return };
+        let Some(picture) = picture_of(&captured.image) else { return };
+        if !film.add((now_s - *began_at_s).max(0.0), picture) {
+            notice.tell("The window has another size: the film ends here");
+            filming.end();
+        } else if filming.ends_soon {
+            filming.end();
+        }
+    };
+    commands.spawn(Screenshot::primary_window()).observe(keep);
+}
+
+fn picture_of(image: &Image) -> Option<Picture> {
+    let rgb = image.clone().try_into_dynamic().ok()?.into_rgb8();
+    Some(Picture { width: rgb.width(), height: rgb.height(), rgb: rgb.into_raw(), ..default() })
+}
+
+fn tell_of_ends(mut filming: ResMut<Filming>, mut notice: ResMut<Notice>) {
+    if filming.film.as_ref().is_some_and(|(film, _)| film.has_failed()) {
+        filming.end();
+    }
+    let (ended, going_on): (Vec<_>, Vec<_>) =
+        core::mem::take(&mut filming.ending).into_iter().partition(|(_, thread)| thread.is_finished());
+    filming.ending = going_on;
+    for (path, thread) in ended {
+        notice.tell(match thread.join() {
+            Ok(Ok(pictures)) => format!("Saved {}: {:.1} s", path.display(), pictures as f64 * FRAME_S),
+            Ok(Err(error)) => format!("The film ended early: {error}"),
+            Err(_) => format!("The film ended early: {}", path.display()),
+        });
+    }
+}
+
+/// Whoever closes the window while a film is taken wants all of it.
+fn finish_at_exit(mut exits: MessageReader<AppExit>, mut filming: ResMut<Filming>) {
+    if exits.read().next().is_none() {
+        return;
+    }
+    filming.end();
+    for (path, thread) in core::mem::take(&mut filming.ending) {
+        if !matches!(thread.join(), Ok(Ok(_))) {
+            warn!("{}: the film is not whole", path.display());
+        }
+    }
+}

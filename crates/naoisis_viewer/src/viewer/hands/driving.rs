@@ -1,0 +1,299 @@
+//! A robot driven by the keyboard: it does what the keys say, whatever its behaviour wants.
+//!
+//! The keys are read once a frame, and once a cycle what they say takes the place of the behaviour's commands. Limits and
+//! errors of the legs, the time that a kick takes and the rules are those of every robot.
+
+use bevy::ecs::query::QueryData;
+use bevy::prelude::*;
+use bevy_egui::input::EguiWantsInput;
+
+use crate::viewer::camera::ViewerCamera;
+use crate::viewer::keyframes::Keyframes;
+use crate::viewer::shared::{KeysSystems, Selection, ViewPreset};
+use naoisis_core::behaviour::DecideSystems;
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems};
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::head::{HeadAngles, HeadCommand, HeadLimits};
+use naoisis_core::robot::kick::{KickCommand, KickRequest, KickSettings};
+use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
+use naoisis_core::team::RobotId;
+
+/// How fast the head follows the keys, of the speed that its joints reach: slow enough to aim.
+const HEAD_SHARE: f32 = 0.3;
+
+/// Drives a robot.
+pub(super) struct DrivingPlugin;
+
+impl Plugin for DrivingPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Driving>()
+            .add_systems(Update, (change_robot, read_driver).chain().after(KeysSystems))
+            .add_systems(Cycle, drive.in_set(CycleSystems::Decide).after(DecideSystems::Behave));
+    }
+}
+
+/// Who is driven, and what the keys say.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct Driving {
+    /// The robot, if any.
+    pub robot: Option<RobotId>,
+    /// What it is to do.
+    wish: Wish,
+    /// From where the match was watched before.
+    view: Option<ViewerCamera>,
+}
+
+/// What the keys say.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct Wish {
+    /// Forward, left, counter-clockwise: -1 to 1.
+    walk: Vec3,
+    /// Left, down: -1 to 1.
+    head: Vec2,
+    /// Look straight ahead.
+    look_ahead: bool,
+    /// The kick to begin, which lasts until a cycle has begun it.
+    kick: Option<DrivenKick>,
+}
+
+/// The keys that drive, and what they do, for the help.
+pub const KEYS: &[(&str, &str)] = &[
+    ("W A S D", "Walk"),
+    ("Q E", "Turn"),
+    ("I J K L", "Turn the head"),
+    ("U", "Look ahead"),
+    ("1 2", "Kick straight, left or right foot"),
+    ("3 4", "Kick to the side"),
+    ("5 6 7", "A kick of the model's own, aimed by the head"),
+    ("Tab", "Another robot"),
+    ("Esc", "Leave"),
+];
+
+/// A kick that a key stands for, whatever robot is driven.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum DrivenKick {
+    /// One of the paper's four.
+    OfPaper(KickType),
+    /// So many kicks of the robot's own come before it, in the order of their names.
+    Own(usize),
+}
+
+impl DrivenKick {
+    /// What that is of this robot, with the head turned so far to the left, radians; nothing for a kick that it does not have.
+    fn request(self, kicks: &KickSettings, yaw: f32) -> Option<KickRequest> {
+        let kick_type = match self {
+            DrivenKick::OfPaper(kick_type) => kick_type,
+            DrivenKick::Own(index) => KickType::Own(kicks.own.iter().nth(index)?.0),
+        };
+        let aims = kicks.geometry(kick_type).is_some_and(|geometry| geometry.aims_within() > 0.0);
+        Some(KickRequest { direction: if aims { yaw } else { 0.0 }, ..KickRequest::new(kick_type, 1.0) })
+    }
+}
+
+/// The keys of the kicks.
+const KICKS: [(KeyCode, DrivenKick); 7] = [
+    (KeyCode::Digit1, DrivenKick::OfPaper(KickType::LeftStraight)),
+    (KeyCode::Digit2, DrivenKick::OfPaper(KickType::RightStraight)),
+    (KeyCode::Digit3, DrivenKick::OfPaper(KickType::LeftSide)),
+    (KeyCode::Digit4, DrivenKick::OfPaper(KickType::RightSide)),
+    (KeyCode::Digit5, DrivenKick::Own(0)),
+    (KeyCode::Digit6, DrivenKick::Own(1)),
+    (KeyCode::Digit7, DrivenKick::Own(2)),
+];
+
+/// The keys that mean something else while a robot is driven.
+const TAKEN: [KeyCode; 18] = [
+    KeyCode::KeyW,
+    KeyCode::KeyA,
+    KeyCode::KeyS,
+    KeyCode::KeyD,
+    KeyCode::KeyQ,
+    KeyCode::KeyE,
+    KeyCode::KeyI,
+    KeyCode::KeyJ,
+    KeyCode::KeyK,
+    KeyCode::KeyL,
+    KeyCode::KeyU,
+    KeyCode::Digit1,
+    KeyCode::Digit2,
+    KeyCode::Digit3,
+    KeyCode::Digit4,
+    KeyCode::Digit5,
+    KeyCode::Digit6,
+    KeyCode::Digit7,
+];
+
+impl Driving {
+    /// Whether this key drives now, whatever else it means at other times.
+    pub fn takes(&self, key: KeyCode) -> bool {
+        self.robot.is_some() && (TAKEN.contains(&key) || key == KeyCode::Escape)
+    }
+}
+
+/// Begins to drive the selected robot, through its eyes, or ends it.
+pub(super) fn toggle(world: &mut World) {
+    if world.resource::<Driving>().robot.is_some() {
+        stop(world);
+        return;
+    }
+    let chosen = world.resource::<Selection>().0;
+    let Some(robot) = chosen.or_else(|| world.resource::<Roster>().iter().next().map(|(id, _)| id)) else { return };
+    let view = world.query::<&ViewerCamera>().iter(world).next().copied();
+    *world.resource_mut::<Driving>() = Driving { robot: Some(robot), wish: Wish::default(), view };
+    world.resource_mut::<Selection>().0 = Some(robot);
+    world.write_message(ViewPreset::Eyes(CameraName::TOP));
+}
+
+fn stop(world: &mut World) {
+    let before = core::mem::take(&mut *world.resource_mut::<Driving>());
+    if let (Some(view), Some(mut camera)) = (before.view, world.query::<&mut ViewerCamera>().iter_mut(world).next()) {
+        *camera = view;
+    }
+}
+
+/// The driver leaves, or changes to another robot by selecting it, or another match lacks the robot.
+fn change_robot(world: &mut World) {
+    let Some(robot) = world.resource::<Driving>().robot else { return };
+    let leaves = world.resource::<ButtonInput<KeyCode>>().just_pressed(KeyCode::Escape);
+    // A click that meets nobody does not take the wheel away.
+    let selected = *world.resource_mut::<Selection>().0.get_or_insert(robot);
+    if leaves || world.resource::<Roster>().get(selected).is_none() {
+        stop(world);
+    } else if selected != robot {
+        let mut driving = world.resource_mut::<Driving>();
+        (driving.robot, driving.wish) = (Some(selected), Wish::default());
+    }
+}
+
+fn read_driver(keys: Res<ButtonInput<KeyCode>>, panels: Option<Res<EguiWantsInput>>, mut driving: ResMut<Driving>) {
+    if driving.robot.is_none() {
+        return;
+    }
+    // What is typed into a panel is not for the robot: it stands.
+    if panels.is_some_and(|panels| panels.wants_any_keyboard_input()) {
+        driving.wish = Wish::default();
+        return;
+    }
+    let kick = KICKS.iter().find(|(key, _)| keys.just_pressed(*key)).map(|(_, kick)| *kick);
+    driving.wish = Wish { kick: kick.or(driving.wish.kick), ..wish(|key| keys.pressed(key)) };
+}
+
+/// What the keys say, but for kicks.
+fn wish(is_pressed: impl Fn(KeyCode) -> bool) -> Wish {
+    let axis = |plus, minus| f32::from(u8::from(is_pressed(plus))) - f32::from(u8::from(is_pressed(minus)));
+    Wish {
+        walk: Vec3::new(
+            axis(KeyCode::KeyW, KeyCode::KeyS),
+            axis(KeyCode::KeyA, KeyCode::KeyD),
+            axis(KeyCode::KeyQ, KeyCode::KeyE),
+        ),
+        head: Vec2::new(axis(KeyCode::KeyJ, KeyCode::KeyL), axis(KeyCode::KeyK, KeyCode::KeyI)),
+        look_ahead: is_pressed(KeyCode::KeyU),
+        kick: None,
+    }
+}
+
+/// A robot that is driven.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct Driven {
+    angles: &'static HeadAngles,
+    head: &'static HeadLimits,
+    motion: &'static MotionLimits,
+    kicks: &'static KickSettings,
+    walk: &'static mut WalkCommand,
+    look: &'static mut HeadCommand,
+    kick: &'static mut KickCommand,
+}
+
+/// Takes the place of what the behaviour wants.
+fn drive(
+    clock: Res<CycleClock>,
+    roster: Res<Roster>,
+    keyframes: Res<Keyframes>,
+    mut driving: ResMut<Driving>,
+    mut robots: Query<Driven>,
+) {
+    let Some(entity) = driving.robot.and_then(|robot| roster.get(robot)) else { return };
+    let Ok(mut robot) = robots.get_mut(entity) else { return };
+    // Nobody drives when the match is played again.
+    keyframes.note_change();
+    let wish = driving.wish;
+    *robot.walk = walk_command(wish.walk, robot.motion, clock.period());
+    *robot.look = head_command(&wish, *robot.angles, robot.head, clock.period());
+    robot.kick.0 = wish.kick.and_then(|kick| kick.request(robot.kicks, robot.angles.yaw));
+    driving.wish.kick = None;
+}
+
+/// The displacement of a cycle with these keys.
+fn walk_command(walk: Vec3, limits: &MotionLimits, period: f32) -> WalkCommand {
+    let step = limits.max_linear_mps * period * walk.truncate().normalize_or_zero();
+    WalkCommand::new(step.x, step.y, limits.max_angular * period * walk.z)
+}
+
+/// Where the head turns in a cycle with these keys.
+fn head_command(wish: &Wish, angles: HeadAngles, limits: &HeadLimits, period: f32) -> HeadCommand {
+    if wish.look_ahead {
+        return HeadCommand::default();
+    }
+    let step = HEAD_SHARE * limits.max_speed * period * wish.head;
+    HeadCommand { yaw: angles.yaw + step.x, pitch: angles.pitch + step.y }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use naoisis_sim::scenario::Scenario;
+
+    /// Drives in an app that has no window.
+    pub fn add_without_panels(app: &mut App) {
+        app.init_resource::<Driving>()
+            .add_systems(Update, (change_robot, read_driver).chain())
+            .add_systems(Cycle, drive.in_set(CycleSystems::Decide).after(DecideSystems::Behave));
+    }
+
+    #[test]
+    fn keys_that_contradict_each_other_cancel_and_diagonals_are_no_faster() {
+        assert_eq!(wish(|_| true).walk, Vec3::ZERO);
+        let keys = [KeyCode::KeyW, KeyCode::KeyD];
+        let command = walk_command(wish(|key| keys.contains(&key)).walk, &MotionLimits::default(), 0.1);
+        assert_abs_diff_eq!(command.translation().length(), 0.02, epsilon = 1e-6);
+        assert!(command.dx > 0.0 && command.dy < 0.0 && command.dtheta == 0.0);
+    }
+
+    #[test]
+    fn the_head_turns_from_where_it_is() {
+        let angles = HeadAngles { yaw: 0.5, pitch: 0.1 };
+        let limits = HeadLimits { max_speed: 2.0, ..default() };
+        let left = head_command(&wish(|key| key == KeyCode::KeyJ), angles, &limits, 0.1);
+        assert_abs_diff_eq!(left.yaw, 0.56, epsilon = 1e-6);
+        assert_eq!(left.pitch, 0.1);
+        assert_eq!(head_command(&wish(|key| key == KeyCode::KeyU), angles, &limits, 0.1), HeadCommand::default());
+    }
+
+    #[test]
+    fn the_kicks_of_a_model_have_keys_and_go_where_the_robot_looks() {
+        let aimed = r#"{ "kicks": { "own": { "visual": { "region": { "x_m": [0.1, 0.3], "y_m": [-0.1, 0.1],
+            "foot_m": [0.1, 0], "best_m": [0.2, 0], "direction": { "chosen": { "most_deg": 45 } } } } } } }"#;
+        let kicks = Scenario::from_json(aimed).unwrap().kicks;
+        let visual = DrivenKick::Own(0).request(&kicks, -0.4).unwrap();
+        assert_eq!((visual.kick_type.name(), visual.direction), ("visual", -0.4));
+        let straight = DrivenKick::OfPaper(KickType::LeftStraight);
+        assert_eq!(straight.request(&kicks, -0.4), Some(KickRequest::new(KickType::LeftStraight, 1.0)));
+        assert_eq!(DrivenKick::Own(1).request(&kicks, 0.0), None);
+    }
+
+    #[test]
+    fn every_key_that_drives_is_taken() {
+        for (key, _) in KICKS {
+            assert!(TAKEN.contains(&key));
+        }
+        for key in TAKEN {
+            let kicks = KICKS.iter().any(|(kick, _)| *kick == key);
+            assert!(kicks || wish(|pressed| pressed == key) != Wish::default(), "{key:?} does nothing");
+        }
+    }
+}

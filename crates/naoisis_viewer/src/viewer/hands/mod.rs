@@ -1,0 +1,265 @@
+//! Hands on the match: the mouse drags, turns and kicks, a robot is driven by the keyboard, the referee is made to
+//! whistle, penalise and forgive.
+//!
+//! All of it goes the way that a program's or a scenario's interventions go ([`Intervention`]), or that a behaviour's
+//! commands go, so that the rules apply to it and a trace has it. It happens at the end of the next cycle; while the match
+//! stands, what is to happen is drawn on the pitch.
+
+use bevy::prelude::*;
+use bevy_egui::EguiPostUpdateSet;
+
+pub mod aim;
+pub mod driving;
+pub mod keep;
+mod panel;
+pub mod undo;
+
+use super::camera::{CameraMouse, ViewerCamera};
+use super::layout::mouse_is_for_match;
+use super::overlays::{Brush, OverlaySystems};
+use super::palette;
+use super::selection::{PickTarget, pointed_at};
+use super::shared::{CameraSystems, HandAction, KeysSystems, Notice, Selection, SelectionSystems};
+use super::stage::{pitch_from_world, pose_of, world_from_pitch};
+use super::timeline::Timeline;
+use aim::{Grip, Held, Sight};
+use naoisis_core::ball::{Ball, BallPhysics};
+use naoisis_core::game::{Intervention, Interventions, Penalty, PenaltyReason};
+use naoisis_core::pitch::Pitch;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::body::Body;
+use naoisis_core::team::RobotId;
+
+/// A ball is small on the screen: it is meant by a click so many logical pixels beside it.
+const BALL_PIXELS: f32 = 9.0;
+/// The mouse has to move so far to move anything, logical pixels: a click only selects.
+const DRAG_PIXELS: f32 = 4.0;
+/// Radius of the ring that marks where the ball will lie, m.
+const BALL_RING_M: f32 = 0.08;
+
+/// Lets the user take part.
+pub struct HandsPlugin;
+
+impl Plugin for HandsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Hands>()
+            .init_resource::<undo::Undo>()
+            .init_resource::<Notice>()
+            .add_message::<HandAction>()
+            .configure_sets(Update, CameraMouse.run_if(|hands: Res<Hands>| !hands.hold_anything()))
+            .add_plugins((driving::DrivingPlugin, panel::HandsPanelPlugin))
+            .add_systems(
+                Update,
+                (take_hold.run_if(mouse_is_for_match), drag_and_let_go, undo::note_marks, obey)
+                    .chain()
+                    .in_set(HandsSystems)
+                    .after(KeysSystems)
+                    .before(SelectionSystems)
+                    .before(CameraSystems),
+            )
+            .add_systems(PostUpdate, draw_intentions.after(OverlaySystems).before(EguiPostUpdateSet::EndPass));
+    }
+}
+
+/// The systems that carry out what the hands do.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct HandsSystems;
+
+/// What the mouse has hold of.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct Hands {
+    grip: Option<Grip>,
+    /// Where it was taken, logical pixels, and whether the mouse has moved since.
+    press: Option<(Vec2, bool)>,
+    /// What happens if the mouse lets go now.
+    intention: Option<Intervention>,
+}
+
+impl Hands {
+    /// Whether the mouse has hold of anything: the camera stands then.
+    pub fn hold_anything(&self) -> bool {
+        self.grip.is_some()
+    }
+}
+
+/// Whether there is a present to take part in.
+fn is_live(timeline: &Timeline) -> bool {
+    !timeline.is_past() && !timeline.is_replay()
+}
+
+/// Why there is none.
+fn why_not(timeline: &Timeline) -> &'static str {
+    if timeline.is_replay() {
+        "A replay cannot be changed: branch from here first (F)"
+    } else {
+        "The past cannot be changed: go to the present (End), or branch from here (F)"
+    }
+}
+
+fn sight(camera: (&Camera, &GlobalTransform), cursor: Vec2) -> Option<Sight> {
+    let (camera, from) = camera;
+    let ray = camera.viewport_to_world(from, cursor).ok()?;
+    let to_pitch = pitch_from_world();
+    Some(Sight { origin: to_pitch * ray.origin, direction: to_pitch * *ray.direction })
+}
+
+fn take_hold(
+    buttons: Res<ButtonInput<MouseButton>>,
+    keys: Res<ButtonInput<KeyCode>>,
+    window: Single<&Window>,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+    robots: Query<(&RobotId, &Transform, &Penalty, &Body)>,
+    balls: Query<&Transform, With<Ball>>,
+    mut hands: ResMut<Hands>,
+) {
+    if !buttons.just_pressed(MouseButton::Left) {
+        return;
+    }
+    let Some(cursor) = window.cursor_position() else { return };
+    let Some(sight) = sight(*camera, cursor) else { return };
+    let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+    let (camera, from) = *camera;
+    let is_meant = |ball: &&Transform| {
+        let seen = camera.world_to_viewport(from, world_from_pitch() * ball.translation);
+        seen.is_ok_and(|seen| seen.distance(cursor) <= BALL_PIXELS)
+    };
+    let ball = balls.iter().find(is_meant).map(|ball| {
+        let held = if shift { Held::BallToKick } else { Held::Ball };
+        (held, pose_of(ball), 0.0)
+    });
+    let on_pitch = robots.iter().filter(|(_, _, penalty, _)| !penalty.is_off_pitch());
+    let targets =
+        on_pitch.clone().map(|(id, transform, _, body)| (*id, PickTarget::of(body, transform.translation.truncate())));
+    let robot = || {
+        let id = pointed_at(sight.origin, sight.direction, targets)?;
+        let (_, transform, _, body) = on_pitch.clone().find(|(other, ..)| **other == id)?;
+        let held = if shift { Held::RobotToTurn(id) } else { Held::Robot(id) };
+        Some((held, pose_of(transform), body.height_m))
+    };
+    let Some((held, pose, height_m)) = ball.or_else(robot) else { return };
+    if let Some(grip) = Grip::new(held, pose, height_m, &sight) {
+        *hands = Hands { grip: Some(grip), press: Some((cursor, false)), intention: None };
+    }
+}
+
+fn drag_and_let_go(
+    buttons: Res<ButtonInput<MouseButton>>,
+    keys: Res<ButtonInput<KeyCode>>,
+    timeline: Res<Timeline>,
+    pitch: Res<Pitch>,
+    window: Single<&Window>,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+    balls: Query<&BallPhysics, With<Ball>>,
+    mut hands: ResMut<Hands>,
+    mut notice: ResMut<Notice>,
+    mut commands: Commands,
+) {
+    let (Some(grip), Some((pressed_at, has_moved))) = (hands.grip, hands.press) else { return };
+    if keys.just_pressed(KeyCode::Escape) {
+        *hands = Hands::default();
+        return;
+    }
+    if !is_live(&timeline) {
+        let cursor = window.cursor_position();
+        if cursor.is_some_and(|cursor| pressed_at.distance(cursor) > DRAG_PIXELS) {
+            notice.tell(why_not(&timeline));
+            *hands = Hands::default();
+        } else if !buttons.pressed(MouseButton::Left) {
+            *hands = Hands::default();
+        }
+        return;
+    }
+    if let Some(cursor) = window.cursor_position() {
+        let has_moved = has_moved || pressed_at.distance(cursor) > DRAG_PIXELS;
+        let rolling = balls.iter().next().map(|physics| physics.rolling).unwrap_or_default();
+        let intention = sight(*camera, cursor)
+            .filter(|_| has_moved)
+            .and_then(|sight| grip.release(&sight, pitch.carpet_half_extents(), rolling));
+        hands.press = Some((pressed_at, has_moved));
+        // Over the sky the last place counts.
+        hands.intention = intention.or(hands.intention);
+    }
+    if !buttons.pressed(MouseButton::Left) {
+        if let Some(intervention) = hands.intention {
+            commands.queue(move |world: &mut World| undo::act(world, intervention));
+        }
+        *hands = Hands::default();
+    }
+}
+
+fn obey(world: &mut World) {
+    undo::begin_anew(world);
+    let actions: Vec<HandAction> = world.resource_mut::<Messages<HandAction>>().drain().collect();
+    for action in actions {
+        if action == HandAction::KeepSituation && world.resource::<Timeline>().is_past() {
+            keep::keep_past_situation(world);
+            continue;
+        }
+        if matches!(action, HandAction::Undo | HandAction::Redo) {
+            undo::obey(world, action == HandAction::Undo);
+            continue;
+        }
+        if !is_live(world.resource()) {
+            let words = why_not(world.resource());
+            world.resource_mut::<Notice>().tell(words);
+            continue;
+        }
+        match action {
+            HandAction::Whistle => undo::act(world, Intervention::Whistle),
+            HandAction::DropBall => undo::act(world, Intervention::DropBall { position_m: Vec2::ZERO }),
+            HandAction::PenaliseOrReturn => penalise_or_return(world),
+            HandAction::Drive => driving::toggle(world),
+            HandAction::KeepSituation => keep::keep_situation(world),
+            HandAction::Undo | HandAction::Redo => {}
+        }
+    }
+}
+
+fn penalise_or_return(world: &mut World) {
+    let Some(robot) = world.resource::<Selection>().0 else {
+        world.resource_mut::<Notice>().tell("Select a robot first");
+        return;
+    };
+    let entity = world.resource::<Roster>().get(robot);
+    let serves = entity.and_then(|entity| world.get::<Penalty>(entity)).is_some_and(Penalty::is_active);
+    let intervention = if serves {
+        Intervention::Return { robot }
+    } else {
+        Intervention::Penalise { robot, reason: PenaltyReason::Manual, duration_s: None }
+    };
+    undo::act(world, intervention);
+}
+
+/// Draws what will happen when the mouse lets go, and what will at the end of the cycle.
+fn draw_intentions(
+    hands: Res<Hands>,
+    interventions: Res<Interventions>,
+    roster: Res<Roster>,
+    bodies: Query<&Body>,
+    balls: Query<&BallPhysics>,
+    mut brush: Brush,
+) {
+    let rolling = balls.iter().next().map(|physics| physics.rolling).unwrap_or_default();
+    for intention in hands.intention.iter().chain(&interventions.queue) {
+        match *intention {
+            Intervention::PlaceRobot { robot, pose } => {
+                let body = roster.get(robot).and_then(|robot| bodies.get(robot).ok()).copied().unwrap_or_default();
+                let radius = PickTarget::of(&body, pose.position).reach_m;
+                brush.pose(pose, radius, palette::team(robot.team));
+            }
+            Intervention::PlaceBall { position_m, velocity_mps } if velocity_mps != Vec2::ZERO => {
+                let speed = velocity_mps.length();
+                let end = position_m + velocity_mps.normalize_or_zero() * rolling.distance(speed);
+                brush.arrow(position_m, end, Color::WHITE);
+                brush.words(end, format!("{speed:.1} m/s"), Color::WHITE);
+            }
+            Intervention::PlaceBall { position_m, .. } | Intervention::DropBall { position_m } => {
+                brush.circle(position_m, BALL_RING_M, Color::WHITE);
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,170 @@
+//! The buttons of what can be done by hand.
+
+use bevy::prelude::*;
+use bevy_egui::egui::text::LayoutJob;
+use bevy_egui::egui::{self, Align2, RichText, TextFormat, TextStyle};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::driving::{self, Driving};
+use super::undo::Undo;
+use crate::viewer::display_settings::Workspace;
+use crate::viewer::display_settings::{DisplaySettings, Switch};
+use crate::viewer::film::Filming;
+use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::shared::{Action, HandAction, Notice, Selection, ToggleFilm};
+use crate::viewer::theme::{MARGIN, bright, card, problem_colour, text_size};
+use crate::viewer::timeline::Timeline;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::Penalty;
+use naoisis_core::robot::Roster;
+
+/// The widest that the help of driving is, logical pixels.
+const WIDEST_HELP: f32 = 460.0;
+
+/// Shows the buttons, and what is told.
+pub(super) struct HandsPanelPlugin;
+
+impl Plugin for HandsPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            EguiPrimaryContextPass,
+            (
+                show_buttons.in_set(LayoutSystems::Hands),
+                (show_notice, show_driver).chain().in_set(LayoutSystems::Floating),
+            ),
+        );
+    }
+}
+
+fn show_buttons(
+    mut contexts: EguiContexts,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    penalties: Query<&Penalty>,
+    (driving, undo): (Res<Driving>, Res<Undo>),
+    timeline: Res<Timeline>,
+    filming: Res<Filming>,
+    mut display: ResMut<DisplaySettings>,
+    mut films: MessageWriter<ToggleFilm>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let serves = selection.0.and_then(|id| penalties.get(roster.get(id)?).ok()).is_some_and(Penalty::is_active);
+    layout::bar_below(contexts.ctx_mut()?, "hands", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
+            let hint = "F8: a video of the window; with Shift, a folder of PNG files";
+            if ui.button(record).on_hover_text(hint).clicked() {
+                let is_shift = ui.input(|input| input.modifiers.shift);
+                films.write(if is_shift { ToggleFilm::Frames } else { ToggleFilm::Video });
+            }
+            if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
+                display.toggle(Switch::Game);
+            }
+            if timeline.is_replay() {
+                return;
+            }
+            let mut button = |enabled: bool, text: &str, hint: &str, action: HandAction| {
+                if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
+                    actions.write(Action::Hand(action));
+                }
+            };
+            button(true, "Whistle", "W", HandAction::Whistle);
+            button(true, "Drop ball", "B: the ball on the centre, in play", HandAction::DropBall);
+            let whom = selection.0.map_or_else(|| "robot".to_owned(), |id| id.to_string());
+            let what = if serves { "Return" } else { "Penalise" };
+            button(selection.0.is_some(), &format!("{what} {whom}"), "P", HandAction::PenaliseOrReturn);
+            let text = match (driving.robot, selection.0) {
+                (Some(id), _) => format!("Leave {id}"),
+                (None, Some(id)) => format!("Drive {id}"),
+                (None, None) => "Drive a robot".to_owned(),
+            };
+            button(true, &text, "D: by the keyboard, through its eyes", HandAction::Drive);
+            let [undo, redo] = undo.counts().map(|count| count > 0);
+            button(undo, "Undo", "Ctrl Z: takes back what was done by hand", HandAction::Undo);
+            button(redo, "Redo", "Ctrl Shift Z: does it again", HandAction::Redo);
+            button(true, "Save situation", "F9: as a scenario file", HandAction::KeepSituation);
+        });
+    });
+    Ok(())
+}
+
+/// What is left free beside a notice, and about the width of a letter in it, logical pixels.
+const NOTICE_MARGIN: f32 = 60.0;
+const NOTICE_LETTER: f32 = 7.5;
+
+/// What was told, for a while.
+fn show_notice(
+    mut contexts: EguiContexts,
+    time: Res<Time<Real>>,
+    display: Res<DisplaySettings>,
+    mut notice: ResMut<Notice>,
+) -> Result {
+    if notice.left_s <= 0.0 {
+        return Ok(());
+    }
+    notice.left_s -= time.delta_secs();
+    let context = contexts.ctx_mut()?;
+    // Captions are below.
+    let align = if display.workspace == Workspace::Teach { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
+    let widest = layout::free_area(context).width() - NOTICE_MARGIN;
+    let shown = layout::floating(context, "notice", align).show(context, |ui| {
+        let text = bright(&notice.text).size(text_size::IMPORTANT);
+        card(ui).show(ui, |ui| {
+            // On one line, if it has room for it.
+            let long = notice.text.chars().count() as f32 * NOTICE_LETTER > widest;
+            if long {
+                ui.set_width(widest);
+            }
+            let words = egui::Label::new(text);
+            ui.add(if long { words.wrap() } else { words.extend() });
+        });
+    });
+    // Who points at it reads it still.
+    if shown.response.contains_pointer() {
+        notice.left_s = notice.left_s.max(1.0);
+    }
+    Ok(())
+}
+
+/// What drives, while someone drives.
+fn show_driver(
+    mut contexts: EguiContexts,
+    driving: Res<Driving>,
+    roster: Res<Roster>,
+    penalties: Query<&Penalty>,
+    clock: Res<CycleClock>,
+) -> Result {
+    let Some(robot) = driving.robot else { return Ok(()) };
+    let context = contexts.ctx_mut()?;
+    let width = layout::free_area(context).width();
+    let penalty = roster.get(robot).and_then(|robot| penalties.get(robot).ok()?.0);
+    layout::floating(context, "driver", Align2::CENTER_TOP).interactable(false).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.set_max_width((width - 2.0 * MARGIN).min(WIDEST_HELP));
+            ui.label(bright(format!("You drive {robot}")));
+            if let Some(penalty) = penalty {
+                let left_s = penalty.left_s(&clock);
+                let text = format!("It is penalised for {}: {left_s:.0} s", penalty.reason.words());
+                ui.label(RichText::new(text).color(problem_colour(ui)));
+            }
+            ui.horizontal_wrapped(|ui| {
+                for (keys, what) in driving::KEYS {
+                    // A key stays beside what it does.
+                    ui.add(egui::Label::new(key_and_meaning(ui, keys, what)).extend());
+                }
+            });
+        });
+    });
+    Ok(())
+}
+
+/// A key, strong, and what it does.
+fn key_and_meaning(ui: &egui::Ui, key: &str, meaning: &str) -> LayoutJob {
+    let font = TextStyle::Body.resolve(ui.style());
+    let mut job = LayoutJob::default();
+    for (text, colour) in [(key, ui.visuals().strong_text_color()), (meaning, ui.visuals().weak_text_color())] {
+        let gap = if job.is_empty() { 0.0 } else { 6.0 };
+        job.append(text, gap, TextFormat::simple(font.clone(), colour));
+    }
+    job
+}

@@ -1,0 +1,162 @@
+use super::*;
+use crate::viewer::drive::DrivePlugin;
+use crate::viewer::event_log::EventLogPlugin;
+use crate::viewer::shared::{SelectionCommand, TimelineCommand, ViewPreset};
+use bevy::input::InputPlugin;
+use bevy::time::TimeUpdateStrategy;
+use core::time::Duration;
+use driving::Driving;
+use naoisis_core::geometry::Pose;
+use naoisis_core::team::Team;
+use naoisis_sim::scenario::Scenario;
+use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+
+const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+
+/// A match at a cycle a frame, without a window.
+fn app() -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, InputPlugin, NaoisisPlugins, EventLogPlugin, DrivePlugin));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(33_334)))
+        .init_resource::<Notice>()
+        .init_resource::<undo::Undo>()
+        .insert_resource(Selection(Some(BLUE2)))
+        .add_message::<HandAction>()
+        .add_message::<SelectionCommand>()
+        .add_message::<ViewPreset>()
+        .add_systems(Update, obey);
+    driving::tests::add_without_panels(&mut app);
+    app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+    app.update();
+    app
+}
+
+fn act(app: &mut App, action: HandAction) {
+    app.world_mut().write_message(action);
+    for _ in 0..4 {
+        app.update();
+    }
+}
+
+#[test]
+fn a_robot_is_penalised_and_returns() {
+    let mut app = app();
+    act(&mut app, HandAction::PenaliseOrReturn);
+    assert!(app.robot::<Penalty>(BLUE2).unwrap().is_active());
+    act(&mut app, HandAction::PenaliseOrReturn);
+    assert!(!app.robot::<Penalty>(BLUE2).unwrap().is_active());
+}
+
+fn close(one: Option<Pose>, other: Option<Pose>) -> bool {
+    one.zip(other).is_some_and(|(one, other)| one.position.distance(other.position) < 0.02)
+}
+
+#[test]
+fn what_was_done_by_hand_is_taken_back_and_done_again() {
+    let mut app = app();
+    let (start, goal) = (app.robot_pose(BLUE2), Pose::new(1.0, 1.0, 0.0));
+    undo::act(app.world_mut(), Intervention::PlaceRobot { robot: BLUE2, pose: goal });
+    (0..4).for_each(|_| app.update());
+    assert!(close(app.robot_pose(BLUE2), Some(goal)));
+    act(&mut app, HandAction::Undo);
+    assert!(close(app.robot_pose(BLUE2), start), "{:?}", app.robot_pose(BLUE2));
+    assert!(app.world().resource::<Notice>().text.starts_with("Taken back: blue2 is put at (1.00"));
+    act(&mut app, HandAction::Redo);
+    assert!(close(app.robot_pose(BLUE2), Some(goal)));
+    assert!(app.world().resource::<Notice>().text.starts_with("Done again: blue2"));
+    act(&mut app, HandAction::Redo);
+    assert!(app.world().resource::<Notice>().text.starts_with("Nothing was taken back"));
+    // A penalty, too: the robot stands where it stood.
+    act(&mut app, HandAction::PenaliseOrReturn);
+    act(&mut app, HandAction::Undo);
+    (0..4).for_each(|_| app.update());
+    assert!(!app.robot::<Penalty>(BLUE2).unwrap().is_active());
+    // It has gone on since.
+    let moved = app.robot_pose(BLUE2).unwrap().position.distance(goal.position);
+    assert!(moved < 0.15, "{moved}");
+    // A whistle was heard.
+    act(&mut app, HandAction::Whistle);
+    act(&mut app, HandAction::Undo);
+    assert!(app.world().resource::<Notice>().text.starts_with("Cannot be taken back: the whistle"));
+}
+
+#[test]
+fn what_the_match_has_not_carried_out_yet_is_left_out_of_it() {
+    let mut app = app();
+    app.world_mut().write_message(crate::viewer::ViewerCommand::TogglePause);
+    app.update();
+    let queue = |app: &App| app.world().resource::<Interventions>().queue.len();
+    for x in [1.0, 2.0] {
+        undo::act(app.world_mut(), Intervention::PlaceRobot { robot: BLUE2, pose: Pose::new(x, 1.0, 0.0) });
+    }
+    act(&mut app, HandAction::Undo);
+    assert_eq!(queue(&app), 1);
+    act(&mut app, HandAction::Undo);
+    assert_eq!(queue(&app), 0);
+    act(&mut app, HandAction::Redo);
+    assert_eq!(queue(&app), 1);
+    // Another match has nothing of this one.
+    app.world_mut().write_message(crate::viewer::ViewerCommand::Restart);
+    app.update();
+    act(&mut app, HandAction::Undo);
+    assert!(app.world().resource::<Notice>().text.starts_with("Nothing was done by hand"));
+}
+
+#[test]
+fn strokes_of_the_pen_are_taken_back_and_drawn_again() {
+    use crate::viewer::pen_marks::{Pen, PenMark};
+    let mut app = app();
+    app.init_resource::<Pen>().add_systems(Update, undo::note_marks.before(obey));
+    app.update();
+    let marks = |app: &App| app.world().resource::<Pen>().marks.len();
+    app.world_mut().resource_mut::<Pen>().marks.push(PenMark::Arrow(Vec2::ZERO, Vec2::X));
+    app.update();
+    act(&mut app, HandAction::Undo);
+    assert_eq!(marks(&app), 0);
+    act(&mut app, HandAction::Redo);
+    assert_eq!(marks(&app), 1);
+    app.world_mut().resource_mut::<Pen>().marks.pop();
+    app.update();
+    act(&mut app, HandAction::Undo);
+    assert_eq!(marks(&app), 1, "wiped away, and back again");
+}
+
+#[test]
+fn the_past_is_not_changed() {
+    let mut app = app();
+    act(&mut app, HandAction::Whistle);
+    assert_eq!(*app.world().resource::<Notice>(), Notice::default());
+    app.world_mut().write_message(crate::viewer::ViewerCommand::TogglePause);
+    app.world_mut().write_message(TimelineCommand::GoTo(0));
+    app.update();
+    act(&mut app, HandAction::PenaliseOrReturn);
+    assert!(app.world().resource::<Interventions>().queue.is_empty());
+    assert!(app.world().resource::<Notice>().text.starts_with("The past cannot be changed"));
+}
+
+#[test]
+fn a_driven_robot_goes_where_the_keys_say() {
+    let mut app = app();
+    let before = app.robot_pose(BLUE2).unwrap();
+    act(&mut app, HandAction::Drive);
+    app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::KeyQ);
+    let begun = app.cycle();
+    while app.cycle() < begun + 30 {
+        app.update();
+    }
+    // A second of 90 degrees a second; the first cycles were still the behaviour's.
+    let turned = app.robot_pose(BLUE2).unwrap().heading - before.heading;
+    assert!((turned.to_degrees() - 90.0).abs() < 15.0, "{}", turned.to_degrees());
+    // Whoever selects another robot drives that one.
+    let blue3 = RobotId::new(Team::Blue, 3);
+    app.world_mut().resource_mut::<Selection>().0 = Some(blue3);
+    app.update();
+    assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
+    // A click that meets nobody changes nothing.
+    app.world_mut().resource_mut::<Selection>().0 = None;
+    app.update();
+    assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
+    assert_eq!(app.world().resource::<Selection>().0, Some(blue3));
+    act(&mut app, HandAction::Drive);
+    assert_eq!(app.world().resource::<Driving>().robot, None);
+}

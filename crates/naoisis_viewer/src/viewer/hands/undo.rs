@@ -1,0 +1,248 @@
+//! What was done by hand is taken back, and done again: places, kicks, penalties, strokes of the pen.
+//!
+//! What the match has not carried out yet is left out of it. What it has is undone by another [`Intervention`], which puts robot or
+//! ball back to where it was: a trace has both, and plays again as it was.
+
+use bevy::prelude::*;
+
+use super::{is_live, why_not};
+use crate::viewer::keyframes::Keyframes;
+use crate::viewer::pen_marks::{Pen, PenMark};
+use crate::viewer::shared::Notice;
+use crate::viewer::timeline::Timeline;
+use naoisis_core::ball::{Ball, BallVelocity};
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Intervention, Interventions, Penalty};
+use naoisis_core::geometry::Pose;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::RobotId;
+
+/// More is not remembered.
+const MOST: usize = 200;
+
+/// What was done by hand, and can be taken back.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct Undo {
+    /// What was done, the last one last.
+    done: Vec<Step>,
+    /// What was taken back, the last one last.
+    undone: Vec<Step>,
+    /// What the pen has drawn, as far as it is noted.
+    marks: Vec<PenMark>,
+    /// The match that it is of.
+    of: Keyframes,
+}
+
+/// One thing that was done.
+#[derive(Clone, PartialEq, Debug)]
+enum Step {
+    /// Something was done to the match, which these take back; none, of what cannot be.
+    Hand { act: Intervention, back: Vec<Intervention> },
+    /// A stroke of the pen.
+    Drawn(PenMark),
+    /// A stroke was wiped away.
+    Erased(PenMark),
+}
+
+impl Step {
+    fn words(&self) -> String {
+        match self {
+            Step::Hand { act, .. } => act.to_string(),
+            Step::Drawn(PenMark::Arrow(..)) => "an arrow is drawn".to_owned(),
+            Step::Drawn(PenMark::Zone(..)) => "a zone is drawn".to_owned(),
+            Step::Erased(_) => "a mark is wiped away".to_owned(),
+        }
+    }
+}
+
+impl Undo {
+    /// How much can be taken back, and done again.
+    pub fn counts(&self) -> [usize; 2] {
+        [self.done.len(), self.undone.len()]
+    }
+
+    fn note(&mut self, step: Step) {
+        self.done.push(step);
+        self.undone.clear();
+        let surplus = self.done.len().saturating_sub(MOST);
+        self.done.drain(..surplus);
+    }
+}
+
+/// Does something by hand, so that it can be taken back.
+pub(super) fn act(world: &mut World, act: Intervention) {
+    let back = way_back(world, act);
+    act.apply(world);
+    world.get_resource_or_init::<Undo>().note(Step::Hand { act, back });
+}
+
+/// What takes an intervention back, as things are before it.
+fn way_back(world: &mut World, act: Intervention) -> Vec<Intervention> {
+    match act {
+        Intervention::PlaceRobot { robot, .. } => {
+            robot_pose(world, robot).map(|pose| Intervention::PlaceRobot { robot, pose }).into_iter().collect()
+        }
+        Intervention::PlaceBall { .. } | Intervention::DropBall { .. } => ball(world).into_iter().collect(),
+        Intervention::Penalise { robot, .. } => {
+            let place = robot_pose(world, robot).map(|pose| Intervention::PlaceRobot { robot, pose });
+            core::iter::once(Intervention::Return { robot }).chain(place).collect()
+        }
+        Intervention::Return { robot } => {
+            let penalty = world.resource::<Roster>().get(robot).and_then(|entity| world.get::<Penalty>(entity)?.0);
+            let clock = world.resource::<CycleClock>();
+            let again = penalty.map(|penalty| Intervention::Penalise {
+                robot,
+                reason: penalty.reason,
+                duration_s: Some(penalty.left_s(clock) as f32),
+            });
+            again.into_iter().collect()
+        }
+        Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => Vec::new(),
+    }
+}
+
+/// Where a robot is, or will be by what is asked for already.
+fn robot_pose(world: &World, wanted: RobotId) -> Option<Pose> {
+    let queue = &world.resource::<Interventions>().queue;
+    let asked = queue.iter().rev().find_map(|asked| match asked {
+        Intervention::PlaceRobot { robot, pose } if *robot == wanted => Some(*pose),
+        _ => None,
+    });
+    asked.or_else(|| world.get::<Pose>(world.resource::<Roster>().get(wanted)?).copied())
+}
+
+/// What puts the ball to where it is, or will be, as fast as it is.
+fn ball(world: &mut World) -> Option<Intervention> {
+    let queue = &world.resource::<Interventions>().queue;
+    let asked = queue.iter().rev().find_map(|asked| match asked {
+        Intervention::PlaceBall { .. } => Some(*asked),
+        Intervention::DropBall { position_m } => {
+            Some(Intervention::PlaceBall { position_m: *position_m, velocity_mps: Vec2::ZERO })
+        }
+        _ => None,
+    });
+    let mut balls = world.query_filtered::<(&Pose, &BallVelocity), With<Ball>>();
+    asked.or_else(|| {
+        let (pose, velocity) = balls.iter(world).next()?;
+        Some(Intervention::PlaceBall { position_m: pose.position, velocity_mps: velocity.0 })
+    })
+}
+
+/// Takes the last thing back; what to tell the user.
+pub(super) fn undo(world: &mut World) -> String {
+    forget_other_match(world);
+    let Some(step) = world.get_resource_or_init::<Undo>().done.pop() else {
+        return "Nothing was done by hand that could be taken back".to_owned();
+    };
+    let why_not = why_it_cannot_be(world, &step);
+    if let Some(why) = why_not {
+        world.resource_mut::<Undo>().done.push(step);
+        return why;
+    }
+    match &step {
+        Step::Hand { act, back } => {
+            let mut interventions = world.resource_mut::<Interventions>();
+            if let Some(index) = interventions.queue.iter().rposition(|asked| asked == act) {
+                interventions.queue.remove(index);
+            } else if back.is_empty() {
+                let words = format!("Cannot be taken back: {}. F plays on from before it", step.words());
+                return words;
+            } else {
+                interventions.queue.extend(back);
+            }
+        }
+        Step::Drawn(_) => change_marks(world, None),
+        Step::Erased(mark) => change_marks(world, Some(*mark)),
+    }
+    let words = format!("Taken back: {}", step.words());
+    world.resource_mut::<Undo>().undone.push(step);
+    words
+}
+
+/// Does again what was taken back last; what to tell the user.
+pub(super) fn redo(world: &mut World) -> String {
+    forget_other_match(world);
+    let Some(step) = world.get_resource_or_init::<Undo>().undone.pop() else {
+        return "Nothing was taken back that could be done again".to_owned();
+    };
+    if let Some(why) = why_it_cannot_be(world, &step) {
+        world.resource_mut::<Undo>().undone.push(step);
+        return why;
+    }
+    let step = match step {
+        Step::Hand { act, .. } => {
+            // From where things are by now.
+            let back = way_back(world, act);
+            act.apply(world);
+            Step::Hand { act, back }
+        }
+        Step::Drawn(mark) => {
+            change_marks(world, Some(mark));
+            step
+        }
+        Step::Erased(_) => {
+            change_marks(world, None);
+            step
+        }
+    };
+    let words = format!("Done again: {}", step.words());
+    world.resource_mut::<Undo>().done.push(step);
+    words
+}
+
+/// The past is not changed, but for what is drawn on it.
+fn why_it_cannot_be(world: &World, step: &Step) -> Option<String> {
+    let timeline = world.resource::<Timeline>();
+    (matches!(step, Step::Hand { .. }) && !is_live(timeline)).then(|| why_not(timeline).to_owned())
+}
+
+/// Of another match nothing is taken back, but for what was drawn.
+fn forget_other_match(world: &mut World) {
+    let now = world.get_resource_or_init::<Keyframes>().clone();
+    let mut undo = world.get_resource_or_init::<Undo>();
+    if !undo.of.is_same(&now) {
+        undo.done.retain(|step| !matches!(step, Step::Hand { .. }));
+        undo.undone.retain(|step| !matches!(step, Step::Hand { .. }));
+        undo.of = now;
+    }
+}
+
+/// Draws a mark, or wipes the last one away.
+fn change_marks(world: &mut World, drawn: Option<PenMark>) {
+    let Some(mut pen) = world.get_resource_mut::<Pen>() else { return };
+    match drawn {
+        Some(mark) => pen.marks.push(mark),
+        None => {
+            pen.marks.pop();
+        }
+    }
+    let marks = pen.marks.clone();
+    world.resource_mut::<Undo>().marks = marks;
+}
+
+/// Notes what the pen has done.
+pub(super) fn note_marks(pen: Option<Res<Pen>>, mut undo: ResMut<Undo>) {
+    let Some(pen) = pen.filter(|pen| pen.is_changed() && pen.marks != undo.marks) else { return };
+    let (known, now) = (undo.marks.clone(), &pen.marks);
+    if now.len() > known.len() && now.starts_with(&known) {
+        now[known.len()..].iter().for_each(|mark| undo.note(Step::Drawn(*mark)));
+    } else if known.len() == now.len() + 1 && known.starts_with(now) {
+        undo.note(Step::Erased(known[now.len()]));
+    } else {
+        // A bookmark has marks of its own.
+        undo.done.retain(|step| matches!(step, Step::Hand { .. }));
+        undo.undone.retain(|step| matches!(step, Step::Hand { .. }));
+    }
+    undo.marks.clone_from(&pen.marks);
+}
+
+/// Another match is another one for what can be taken back, too.
+pub(super) fn begin_anew(world: &mut World) {
+    forget_other_match(world);
+}
+
+/// Carries out what a key or a button says.
+pub(super) fn obey(world: &mut World, is_undo: bool) {
+    let words = if is_undo { undo(world) } else { redo(world) };
+    world.resource_mut::<Notice>().tell(words);
+}

@@ -1,0 +1,141 @@
+//! Moments of the match from which any other can be had again: every few seconds the whole match is kept as it is.
+
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use naoisis_core::behaviour::Program;
+use naoisis_core::cycle::CycleClock;
+use naoisis_record::whatif::Moment;
+
+/// From one to the next, s.
+pub const INTERVAL_S: f64 = 5.0;
+/// Why a match cannot be kept.
+const PROGRAMS: &str = "robots of this match are played by programs, whose thoughts nobody but they can take back";
+/// Beyond this many bytes every other one is forgotten.
+const MOST_BYTES: usize = 200 << 20;
+
+/// Makes an app with all that the program's matches have.
+pub type MakeApp = &'static (dyn Fn() -> App + Sync);
+
+/// Makes the apps in which the match is played again, one for each thread. Without it none is.
+#[derive(Resource, Clone, Copy)]
+pub struct Simulator(pub MakeApp);
+
+/// The moments of the match that is shown, by the cycle that had just ended. Those who play it again share them.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct Keyframes(Arc<Mutex<Kept>>);
+
+#[derive(Clone, Debug, Default)]
+struct Kept {
+    moments: BTreeMap<u64, Moment>,
+    bytes: usize,
+    /// Whether something was done since the last one that playing the match again does not do.
+    is_changed: bool,
+    /// Why there can be none.
+    fault: Option<String>,
+}
+
+impl Keyframes {
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        // Nobody panics while it holds them; if so, they are whole nevertheless.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether these are the same, and not only alike: those of one match.
+    pub fn is_same(&self, other: &Keyframes) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
+    /// Keeps a moment.
+    pub fn keep(&self, cycle: u64, moment: Moment) {
+        let mut kept = self.kept();
+        kept.bytes += moment.size_bytes();
+        if let Some(before) = kept.moments.insert(cycle, moment) {
+            kept.bytes -= before.size_bytes();
+        }
+        if kept.bytes > MOST_BYTES {
+            let mut index = 0;
+            // Never the first, without which the beginning were lost.
+            kept.moments.retain(|_, _| {
+                index += 1;
+                index % 2 == 1
+            });
+            kept.bytes = kept.moments.values().map(Moment::size_bytes).sum();
+        }
+    }
+
+    /// The last moment that is not after a cycle.
+    pub fn before(&self, cycle: u64) -> Option<(u64, Moment)> {
+        self.kept().moments.range(..=cycle).next_back().map(|(kept, moment)| (*kept, moment.clone()))
+    }
+
+    /// The cycle of the last one.
+    pub fn last(&self) -> Option<u64> {
+        self.kept().moments.keys().next_back().copied()
+    }
+
+    /// Notes that something was done by hand in the cycle under way: after it the match is kept.
+    pub fn note_change(&self) {
+        self.kept().is_changed = true;
+    }
+
+    /// Why there can be none, if so.
+    pub fn fault(&self) -> Option<String> {
+        self.kept().fault.clone()
+    }
+
+    /// Others with the moments until a cycle, for a match that goes on from there in another way.
+    pub fn until(&self, cycle: u64) -> Keyframes {
+        let mut kept = self.kept().clone();
+        kept.moments.retain(|kept, _| *kept <= cycle);
+        kept.bytes = kept.moments.values().map(Moment::size_bytes).sum();
+        Keyframes(Arc::new(Mutex::new(kept)))
+    }
+}
+
+/// Keeps the match in `world` as it is, if it is time to, or if something was done that playing it again does not do by itself.
+pub fn keep_if_due(world: &mut World) {
+    let Some(keyframes) = world.get_resource::<Keyframes>().cloned() else { return };
+    let clock = *world.resource::<CycleClock>();
+    let since = keyframes.last().map(|last| (clock.cycle.saturating_sub(last)) as f64 * clock.period_s);
+    let is_changed = core::mem::take(&mut keyframes.kept().is_changed);
+    if keyframes.fault().is_some() || (!is_changed && since.is_some_and(|since_s| since_s < INTERVAL_S - 1e-9)) {
+        return;
+    }
+    let is_played_by_programs = world.query::<&Program>().iter(world).next().is_some();
+    let moment = if is_played_by_programs { Err(PROGRAMS.to_owned()) } else { Moment::of(world) };
+    match moment {
+        Ok(moment) => keyframes.keep(clock.cycle, moment),
+        Err(fault) => keyframes.kept().fault = Some(fault),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::scenario::Scenario;
+    use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+
+    #[test]
+    fn the_match_is_kept_every_few_seconds_and_goes_on_from_there_as_it_was() {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins).init_resource::<Keyframes>();
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        keep_if_due(app.world_mut());
+        for _ in 0..320 {
+            app.run_cycles(1);
+            keep_if_due(app.world_mut());
+        }
+        let keyframes = app.world().resource::<Keyframes>().clone();
+        assert_eq!((keyframes.last(), keyframes.before(299).map(|(cycle, _)| cycle)), (Some(300), Some(150)));
+        let expected = app.ball();
+        keyframes.before(310).unwrap().1.put_back(app.world_mut()).unwrap();
+        assert_eq!((app.cycle(), app.run_cycles(20).ball()), (300, expected));
+        // After what was done by hand it is kept at once.
+        app.world().resource::<Keyframes>().note_change();
+        keep_if_due(app.world_mut());
+        assert_eq!(keyframes.last(), Some(320));
+        assert_eq!((keyframes.until(200).last(), keyframes.last()), (Some(150), Some(320)));
+    }
+}

@@ -1,0 +1,315 @@
+//! What the keys do. The help lists the same table.
+
+use bevy::prelude::*;
+use bevy::render::view::screenshot::{Screenshot, save_to_disk};
+use bevy_egui::egui::{Event, Key};
+use bevy_egui::input::egui_wants_any_keyboard_input;
+use bevy_egui::{EguiInput, EguiPreUpdateSet};
+
+use super::branches::BranchCommand;
+use super::display_settings::{DisplaySettings, Switch};
+use super::hands::driving::Driving;
+use super::shared::{
+    Action, CameraSystems, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, TeachAction,
+    TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
+};
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::team::Team;
+
+/// Carries out what the keys mean.
+pub struct KeysPlugin;
+
+impl Plugin for KeysPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<DisplaySettings>().add_message::<Action>().add_systems(
+            PreUpdate,
+            keep_tab_from_panels.after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass),
+        );
+        app.add_systems(
+            Update,
+            (read_keys.run_if(not(egui_wants_any_keyboard_input)), carry_out)
+                .chain()
+                .in_set(KeysSystems)
+                .before(SelectionSystems)
+                .before(CameraSystems),
+        );
+    }
+}
+
+/// A key and what it does.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Binding {
+    /// The key.
+    pub key: KeyCode,
+    /// Whether Shift is held down.
+    pub shift: bool,
+    /// Whether Ctrl is held down, or the command key.
+    pub control: bool,
+    /// The key's name on a keyboard.
+    pub name: &'static str,
+    /// What it does, for people.
+    pub description: &'static str,
+    /// What it does.
+    pub action: Action,
+}
+
+const fn binding(key: KeyCode, name: &'static str, description: &'static str, action: Action) -> Binding {
+    Binding { key, shift: false, control: false, name, description, action }
+}
+
+const fn with_shift(binding: Binding) -> Binding {
+    Binding { shift: true, ..binding }
+}
+
+const fn with_control(binding: Binding) -> Binding {
+    Binding { control: true, ..binding }
+}
+
+/// All keys.
+pub const BINDINGS: &[Binding] = &[
+    binding(KeyCode::Space, "Space", "Pause, go on", Action::Command(ViewerCommand::TogglePause)),
+    binding(KeyCode::ArrowRight, "Right", "One cycle", Action::Command(ViewerCommand::Step)),
+    binding(KeyCode::ArrowUp, "Up", "Faster", Action::Command(ViewerCommand::Faster)),
+    binding(KeyCode::ArrowDown, "Down", "Slower", Action::Command(ViewerCommand::Slower)),
+    binding(KeyCode::ArrowLeft, "Left", "One cycle back", Action::Timeline(TimelineCommand::Step(-1))),
+    binding(KeyCode::PageUp, "Page up", "Five seconds back", Action::Timeline(TimelineCommand::Skip(-5.0))),
+    binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Timeline(TimelineCommand::Skip(5.0))),
+    binding(KeyCode::Home, "Home", "To the start", Action::Timeline(TimelineCommand::GoTo(0))),
+    binding(KeyCode::End, "End", "To the present", Action::Timeline(TimelineCommand::Present)),
+    binding(KeyCode::Comma, ",", "To the listed event before", Action::Find(FindEvent::Previous)),
+    binding(KeyCode::Period, ".", "To the next listed event", Action::Find(FindEvent::Next)),
+    binding(KeyCode::KeyF, "F", "Branch from here, beside the match", Action::PlayFromHere),
+    binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
+    with_shift(binding(
+        KeyCode::KeyR,
+        "Shift R",
+        "New match with the next seed",
+        Action::Command(ViewerCommand::RestartWithNextSeed),
+    )),
+    binding(KeyCode::F1, "F1", "View from the side", Action::View(ViewPreset::Broadcast)),
+    binding(KeyCode::F2, "F2", "View from above", Action::View(ViewPreset::TopDown)),
+    binding(KeyCode::F3, "F3", "Follow the ball", Action::View(ViewPreset::FollowBall)),
+    binding(KeyCode::F4, "F4", "Follow the selected robot", Action::View(ViewPreset::FollowRobot)),
+    binding(KeyCode::F5, "F5", "Through its first camera", Action::View(ViewPreset::Eyes(CameraName::TOP))),
+    binding(KeyCode::F6, "F6", "Through its last camera", Action::View(ViewPreset::Eyes(CameraName::BOTTOM))),
+    binding(KeyCode::F7, "F7", "Fly with the mouse", Action::View(ViewPreset::Fly)),
+    binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(SelectionCommand::Next)),
+    with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(SelectionCommand::Previous))),
+    binding(KeyCode::Escape, "Esc", "No robot", Action::Select(SelectionCommand::Nobody)),
+    binding(KeyCode::KeyV, "V", "Watch, debug, teach", Action::NextWorkspace(1)),
+    with_shift(binding(KeyCode::KeyV, "Shift V", "The one before", Action::NextWorkspace(-1))),
+    binding(KeyCode::KeyI, "I", "The selected robot", Action::Toggle(Switch::Robot)),
+    binding(KeyCode::KeyC, "C", "The cameras of all robots", Action::Toggle(Switch::Cameras)),
+    binding(KeyCode::KeyO, "O", "Overlays", Action::Toggle(Switch::Overlays)),
+    binding(KeyCode::KeyG, "G", "Lanes: the whole match", Action::Toggle(Switch::Lanes)),
+    binding(KeyCode::KeyQ, "Q", "Plots of any number", Action::Toggle(Switch::Plots)),
+    binding(KeyCode::KeyT, "T", "This moment, many times", Action::Toggle(Switch::ManyTimes)),
+    binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
+    binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
+    binding(KeyCode::KeyS, "S", "Shadows, smooth edges", Action::Toggle(Switch::FineDrawing)),
+    binding(KeyCode::KeyL, "L", "Light or dark", Action::Toggle(Switch::Light)),
+    binding(KeyCode::KeyW, "W", "Whistle", Action::Hand(HandAction::Whistle)),
+    binding(KeyCode::KeyB, "B", "Drop the ball on the centre", Action::Hand(HandAction::DropBall)),
+    binding(KeyCode::KeyP, "P", "Penalise or return the robot", Action::Hand(HandAction::PenaliseOrReturn)),
+    binding(KeyCode::KeyD, "D", "Drive the selected robot", Action::Hand(HandAction::Drive)),
+    with_control(binding(KeyCode::KeyZ, "Ctrl Z", "Take back what was done by hand", Action::Hand(HandAction::Undo))),
+    with_control(with_shift(binding(KeyCode::KeyZ, "Ctrl Shift Z", "Do it again", Action::Hand(HandAction::Redo)))),
+    with_control(binding(KeyCode::KeyY, "Ctrl Y", "Do it again", Action::Hand(HandAction::Redo))),
+    binding(KeyCode::KeyU, "U", "Pen: arrows, with Shift zones", Action::Teach(TeachAction::Pen)),
+    binding(KeyCode::KeyX, "X", "Take back what was drawn last", Action::Teach(TeachAction::Erase)),
+    binding(KeyCode::KeyY, "Y", "One robot's world, or the truth", Action::Teach(TeachAction::RobotsWorld)),
+    binding(KeyCode::KeyK, "K", "Bookmark with a caption", Action::Teach(TeachAction::Bookmark)),
+    binding(KeyCode::KeyJ, "J", "Next bookmark", Action::Teach(TeachAction::NextBookmark)),
+    with_shift(binding(KeyCode::KeyJ, "Shift J", "Bookmark before", Action::Teach(TeachAction::PreviousBookmark))),
+    binding(KeyCode::F9, "F9", "Save the situation", Action::Hand(HandAction::KeepSituation)),
+    binding(KeyCode::Equal, "+", "Larger panels", Action::ScalePanels(1)),
+    with_shift(binding(KeyCode::Equal, "Shift =", "Larger panels", Action::ScalePanels(1))),
+    binding(KeyCode::NumpadAdd, "+ on the key pad", "Larger panels", Action::ScalePanels(1)),
+    binding(KeyCode::Minus, "−", "Smaller panels", Action::ScalePanels(-1)),
+    binding(KeyCode::NumpadSubtract, "− on the key pad", "Smaller panels", Action::ScalePanels(-1)),
+    binding(KeyCode::KeyM, "M", "Scenario, teams, settings", Action::Toggle(Switch::Game)),
+    binding(KeyCode::F8, "F8", "Record a video", Action::Film(ToggleFilm::Video)),
+    with_shift(binding(KeyCode::F8, "Shift F8", "Record PNG files", Action::Film(ToggleFilm::Frames))),
+    binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
+    binding(KeyCode::F10, "F10", "What a frame costs", Action::Toggle(Switch::Statistics)),
+    binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
+];
+
+/// The keys of the robots' numbers, from 1.
+const NUMBERS: [KeyCode; 9] = [
+    KeyCode::Digit1,
+    KeyCode::Digit2,
+    KeyCode::Digit3,
+    KeyCode::Digit4,
+    KeyCode::Digit5,
+    KeyCode::Digit6,
+    KeyCode::Digit7,
+    KeyCode::Digit8,
+    KeyCode::Digit9,
+];
+
+/// What else there is to press, for the help: its group, the key, what it does.
+const OTHERS: &[(&str, &str, &str)] = &[
+    ("Robots", "1 … 9", "Blue's robot of this number"),
+    ("Robots", "Shift 1 … 9", "Pink's robot of this number"),
+    ("Robots", "Click", "Select a robot"),
+    ("By hand", "Drag a robot, the ball", "Put it elsewhere"),
+    ("By hand", "Shift drag a robot", "Turn it"),
+    ("By hand", "Shift drag the ball", "Kick it"),
+    ("View", "Left drag", "Turn the view"),
+    ("View", "Right drag", "Move the view"),
+    ("View", "Middle drag", "Look around"),
+    ("View", "Wheel", "Closer, farther"),
+];
+
+/// What the help lists together.
+#[derive(Clone, PartialEq, Debug)]
+pub struct HelpGroup {
+    /// What its keys have to do with.
+    pub name: &'static str,
+    /// Keys and what they do: a line for each thing, with the first key that does it.
+    pub lines: Vec<(&'static str, &'static str)>,
+}
+
+/// The groups of the help, in their order.
+const GROUPS: [&str; 7] = ["Time", "By hand", "Robots", "View", "Panels", "To others", "Pictures"];
+
+/// Which of them an action belongs to.
+fn group_of(action: Action) -> &'static str {
+    match action {
+        Action::Command(_) | Action::Timeline(_) | Action::Find(_) | Action::PlayFromHere => "Time",
+        Action::Hand(_) => "By hand",
+        Action::Teach(_) => "To others",
+        Action::Select(_) => "Robots",
+        Action::View(_) => "View",
+        Action::Toggle(_) | Action::ScalePanels(_) | Action::Workspace(_) | Action::NextWorkspace(_) => "Panels",
+        Action::Screenshot | Action::Film(_) => "Pictures",
+    }
+}
+
+/// Keys and what they do, for the help.
+pub fn help() -> Vec<HelpGroup> {
+    let is_first = |(index, binding): &(usize, &Binding)| {
+        BINDINGS[..*index].iter().all(|other| other.description != binding.description)
+    };
+    let of_bindings = BINDINGS.iter().enumerate().filter(is_first);
+    let of_bindings = of_bindings.map(|(_, binding)| (group_of(binding.action), binding.name, binding.description));
+    let lines: Vec<_> = of_bindings.chain(OTHERS.iter().copied()).collect();
+    let of_group = |name| lines.iter().filter(move |(group, ..)| *group == name).map(|(_, key, what)| (*key, *what));
+    GROUPS.into_iter().map(|name| HelpGroup { name, lines: of_group(name).collect() }).collect()
+}
+
+/// Tab is the next robot. In the panels it would choose the next button, and from then on they had all keys.
+fn keep_tab_from_panels(mut inputs: Query<&mut EguiInput>) {
+    for mut input in &mut inputs {
+        input.events.retain(|event| !matches!(event, Event::Key { key: Key::Tab, .. }));
+    }
+}
+
+fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions: MessageWriter<Action>) {
+    let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+    let control =
+        keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight, KeyCode::SuperLeft, KeyCode::SuperRight]);
+    let is_meant = |binding: &&Binding| {
+        let is_held = binding.shift == shift && binding.control == control;
+        // Whoever drives has plain keys for that.
+        keys.just_pressed(binding.key) && is_held && (control || !driving.takes(binding.key))
+    };
+    actions.write_batch(BINDINGS.iter().filter(is_meant).map(|binding| binding.action));
+    if control {
+        return;
+    }
+    let team = if shift { Team::Pink } else { Team::Blue };
+    let numbers = NUMBERS.iter().zip(1..).filter(|(key, _)| keys.just_pressed(**key) && !driving.takes(**key));
+    actions.write_batch(numbers.map(|(_, number)| Action::Select(SelectionCommand::Number(team, number))));
+}
+
+fn carry_out(
+    mut actions: MessageReader<Action>,
+    mut viewer_commands: MessageWriter<ViewerCommand>,
+    (mut moments, mut events): (MessageWriter<TimelineCommand>, MessageWriter<FindEvent>),
+    mut ways: MessageWriter<BranchCommand>,
+    mut views: MessageWriter<ViewPreset>,
+    mut choices: MessageWriter<SelectionCommand>,
+    mut films: MessageWriter<ToggleFilm>,
+    (mut hand_actions, mut teach_actions): (MessageWriter<HandAction>, MessageWriter<TeachAction>),
+    mut display: ResMut<DisplaySettings>,
+    clock: Res<CycleClock>,
+    mut commands: Commands,
+) {
+    for action in actions.read() {
+        match *action {
+            Action::Command(command) => {
+                viewer_commands.write(command);
+            }
+            Action::Timeline(command) => {
+                moments.write(command);
+            }
+            Action::Find(event) => {
+                events.write(event);
+            }
+            Action::PlayFromHere => {
+                ways.write(BranchCommand::PlayFromHere);
+            }
+            Action::View(preset) => {
+                views.write(preset);
+            }
+            Action::Select(choice) => {
+                choices.write(choice);
+            }
+            Action::Hand(action) => {
+                hand_actions.write(action);
+            }
+            Action::Teach(action) => {
+                teach_actions.write(action);
+            }
+            Action::ScalePanels(steps) => display.panel_scale = display.panel_scale.larger(steps),
+            Action::Toggle(switch) => display.toggle(switch),
+            Action::Workspace(workspace) => display.enter(workspace),
+            Action::NextWorkspace(steps) => {
+                let workspace = display.workspace.neighbour(steps);
+                display.enter(workspace);
+            }
+            Action::Film(film) => {
+                films.write(film);
+            }
+            Action::Screenshot => {
+                let path = format!("naoisis-{:06}.png", clock.cycle);
+                commands.spawn(Screenshot::primary_window()).observe(save_to_disk(path));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_means_two_things() {
+        for (index, binding) in BINDINGS.iter().enumerate() {
+            for other in &BINDINGS[index + 1..] {
+                assert!(
+                    (binding.key, binding.shift, binding.control) != (other.key, other.shift, other.control),
+                    "{}",
+                    binding.name
+                );
+            }
+            assert!(!NUMBERS.contains(&binding.key), "{}", binding.name);
+        }
+    }
+
+    #[test]
+    fn the_help_has_a_line_for_each_thing_and_every_line_a_group() {
+        let groups = help();
+        let lines: Vec<_> = groups.iter().flat_map(|group| &group.lines).collect();
+        assert_eq!(lines.iter().filter(|(_, what)| *what == "Larger panels").count(), 1);
+        for binding in BINDINGS {
+            assert!(lines.iter().any(|(_, what)| *what == binding.description), "{}", binding.description);
+        }
+        for (_, key, what) in OTHERS {
+            assert!(lines.contains(&&(*key, *what)), "{what}");
+        }
+    }
+}

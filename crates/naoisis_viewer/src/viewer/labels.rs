@@ -1,0 +1,147 @@
+//! Words on the pitch: names above the robots, and those of the overlays; a ring about a ball that is small.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2, Stroke};
+use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
+
+use super::camera::ViewerCamera;
+use super::display_settings::{DisplaySettings, Workspace};
+use super::layout::LayoutSystems;
+use super::overlays::OverlayWords;
+use super::palette;
+use super::shared::shows_truth;
+use super::theme::text_size;
+use naoisis_core::ball::BallPhysics;
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::Penalty;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::team::RobotId;
+
+/// From the upper edge of a robot, as it is seen, to the middle of its name, logical pixels.
+const ABOVE_PIXELS: f32 = 12.0;
+/// A ball that is seen with a smaller radius has a ring of this one about it, logical pixels.
+const LEAST_BALL_PIXELS: f32 = 9.0;
+
+/// Writes the robots' names.
+pub struct LabelsPlugin;
+
+impl Plugin for LabelsPlugin {
+    fn build(&self, app: &mut App) {
+        // The camera is where it is in this frame.
+        app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
+            EguiPrimaryContextPass,
+            (
+                (draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels).run_if(shows_truth),
+                write_overlay_words,
+            )
+                .chain()
+                .in_set(LayoutSystems::Behind),
+        );
+    }
+}
+
+fn write_overlay_words(
+    mut contexts: EguiContexts,
+    (words, display): (Res<OverlayWords>, Res<DisplaySettings>),
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+) -> Result {
+    let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::SMALL };
+    let (camera, camera_transform) = *camera;
+    let context = contexts.ctx_mut()?;
+    // Panels may be larger than the window has them.
+    let zoom = context.zoom_factor();
+    let painter = context.layer_painter(LayerId::background());
+    for words in &words.0 {
+        let Ok(place) = camera.world_to_viewport(camera_transform, words.place) else { continue };
+        let font = FontId::proportional(size);
+        let text = painter.layout_no_wrap(words.text.clone(), font, palette::in_panel(words.colour));
+        let area = Align2::CENTER_BOTTOM.anchor_size(Pos2::new(place.x / zoom, place.y / zoom - 3.0), text.size());
+        painter.rect_filled(area.expand2(egui::vec2(3.0, 0.5)), 4.0, Color32::from_black_alpha(170));
+        painter.galley(area.min, text, Color32::WHITE);
+    }
+    Ok(())
+}
+
+fn draw_labels(
+    mut contexts: EguiContexts,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+    robots: Query<(&RobotId, &GlobalTransform, &Penalty, &Body, &Posture)>,
+    (clock, display): (Res<CycleClock>, Res<DisplaySettings>),
+) -> Result {
+    // They are read from the last row, too.
+    let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::ENTRY };
+    let (camera, camera_transform) = *camera;
+    let context = contexts.ctx_mut()?;
+    // Panels may be larger than the window has them.
+    let zoom = context.zoom_factor();
+    let painter = context.layer_painter(LayerId::background());
+    for (id, transform, penalty, body, posture) in &robots {
+        let point = transform.translation() + upper_edge(body, *posture, *camera_transform.up());
+        // A robot behind the camera has no place in the picture.
+        let Ok(place) = camera.world_to_viewport(camera_transform, point) else { continue };
+        let name = match penalty.0 {
+            Some(active) => format!("{id}: {:.0} s", active.left_s(&clock)),
+            None => id.to_string(),
+        };
+        let faded = if penalty.is_off_pitch() { 0.45 } else { 0.85 };
+        let colour = palette::in_panel(palette::team(id.team));
+        let text = painter.layout_no_wrap(name, FontId::proportional(size), Color32::WHITE);
+        let middle = Pos2::new(place.x / zoom, place.y / zoom - ABOVE_PIXELS);
+        let area = Align2::CENTER_CENTER.anchor_size(middle, text.size());
+        painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(faded));
+        painter.galley(area.min, text, Color32::WHITE);
+    }
+    Ok(())
+}
+
+/// From a robot's place to the point of its body that is seen uppermost by a camera whose upward direction this is, m, in
+/// Bevy's world.
+fn upper_edge(body: &Body, posture: Posture, up: Vec3) -> Vec3 {
+    let height = if posture.is_upright() { body.height_m } else { body.lying_height_m };
+    let half_extents = Vec2::new(body.torso.half_width_m, height / 2.0);
+    // Of a cylinder, so that the name stays where it is while the robot turns.
+    let reach = Vec2::new(Vec2::new(up.x, up.z).length(), up.y.abs()).dot(half_extents);
+    height / 2.0 * Vec3::Y + reach * up
+}
+
+/// Where the ball is only some pixels large, a ring shows where it is.
+fn ring_ball(
+    mut contexts: EguiContexts,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+    balls: Query<(&GlobalTransform, &BallPhysics)>,
+) -> Result {
+    let (camera, camera_transform) = *camera;
+    let context = contexts.ctx_mut()?;
+    let zoom = context.zoom_factor();
+    let painter = context.layer_painter(LayerId::background());
+    for (transform, physics) in &balls {
+        let centre = transform.translation() + physics.radius_m * Vec3::Y;
+        let edge = centre + physics.radius_m * camera_transform.right();
+        let seen = [centre, edge].map(|point| camera.world_to_viewport(camera_transform, point).ok());
+        let [Some(centre), Some(edge)] = seen else { continue };
+        if centre.distance(edge) < LEAST_BALL_PIXELS - 2.0 {
+            let (middle, radius) = (Pos2::new(centre.x / zoom, centre.y / zoom), LEAST_BALL_PIXELS / zoom);
+            painter.circle_stroke(middle, radius, Stroke::new(3.0, Color32::from_black_alpha(150)));
+            painter.circle_stroke(middle, radius, Stroke::new(1.5, palette::in_panel(palette::ink(Ink::Orange))));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_upper_edge_of_a_robot_is_its_head_from_the_side_and_its_shoulder_from_above() {
+        let body = Body::default();
+        let from_side = upper_edge(&body, Posture::Upright, Vec3::Y);
+        assert!(from_side.abs_diff_eq(Vec3::new(0.0, body.height_m, 0.0), 1e-5));
+        let from_above = upper_edge(&body, Posture::Upright, Vec3::NEG_Z);
+        assert!((from_above.z + body.torso.half_width_m).abs() < 1e-5);
+        let large = Body { height_m: 1.4, ..body };
+        assert!(upper_edge(&large, Posture::Upright, Vec3::Y).y > 1.39);
+    }
+}

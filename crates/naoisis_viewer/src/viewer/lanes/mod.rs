@@ -1,0 +1,390 @@
+//! Lanes: the whole match at a glance, a lane for each robot: what it meant to do, from what it knew of the ball, its kicks, falls
+//! penalties and mistakes; and the way to the next event of a kind.
+
+use bevy::prelude::*;
+use bevy_egui::EguiPrimaryContextPass;
+use std::io;
+use std::sync::mpsc::{self, Receiver, TryRecvError};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+mod panel;
+pub mod tracks;
+
+use super::display_settings::DisplaySettings;
+use super::event_filter::{EventFilter, FoundMistakes, ListedEvents};
+use super::event_log::{LogEntry, LogKind};
+use super::keyframes::Keyframes;
+use super::layout::LayoutSystems;
+use super::shared::{FindEvent, Notice, Playback, Selection, TimelineCommand};
+use super::time_axis::ShownPart;
+use super::timeline::Timeline;
+use naoisis_core::cycle::{Cycle, CycleClock};
+use naoisis_core::team::RobotId;
+use naoisis_record::record::history::{History, MarkKind};
+use naoisis_record::record::mistakes::{Mistake, MistakeKind};
+use naoisis_sim::interface::gather::{CurrentRecord, RecordSystems};
+use naoisis_sim::scenario::Scenario;
+use tracks::{BallSource, Condition, LaneTrack, Span, Tracks};
+
+/// The part of a frame in which the few records are read that came while a thread read the others.
+const BUDGET: Duration = Duration::from_millis(2);
+/// More cycles than this are read by a thread.
+const FEW: u64 = 60;
+
+/// Keeps and shows the [`Lanes`].
+pub struct LanesPlugin;
+
+impl Plugin for LanesPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Lanes>()
+            .init_resource::<ShownPart>()
+            .add_message::<FindEvent>()
+            .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
+            .add_systems(Update, (read_records, tell_mistakes, find_event).chain())
+            .add_systems(EguiPrimaryContextPass, panel::show.run_if(is_open).in_set(LayoutSystems::Lanes));
+    }
+}
+
+fn is_open(display: Res<DisplaySettings>) -> bool {
+    display.lanes
+}
+
+/// What is known of the whole match.
+#[derive(Resource, Debug, Default)]
+pub struct Lanes {
+    /// What robots did.
+    pub tracks: Tracks,
+    /// The match that it is of.
+    keyframes: Keyframes,
+    /// What a thread has read, when it has.
+    read: Option<Mutex<Receiver<Tracks>>>,
+    /// Whether somebody asked for an event while the lanes were closed.
+    is_wanted: bool,
+    /// The kind of events that is gone to.
+    pub kind: EventKind,
+    /// The robot that is selected because an event of its was gone to: the next one may be another's.
+    followed: Option<RobotId>,
+}
+
+/// What one may want to find in a match.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum EventKind {
+    /// One of those that the list of events has.
+    #[default]
+    Listed,
+    /// A goal.
+    Goal,
+    /// The ball left the pitch.
+    Out,
+    /// A robot was penalised.
+    Penalty,
+    /// A robot kicked.
+    Kick,
+    /// A robot fell.
+    Fall,
+    /// A robot no longer knew where the ball was.
+    BallLost,
+    /// A robot meant to do something else than before.
+    NewIntention,
+    /// Something went wrong.
+    Mistake,
+}
+
+impl EventKind {
+    /// All of them, each with its name.
+    pub const ALL: [(EventKind, &str); 9] = [
+        (EventKind::Listed, "listed event"),
+        (EventKind::Goal, "goal"),
+        (EventKind::Out, "ball out"),
+        (EventKind::Penalty, "penalty"),
+        (EventKind::Kick, "kick"),
+        (EventKind::Fall, "fall"),
+        (EventKind::BallLost, "ball lost"),
+        (EventKind::NewIntention, "new intention"),
+        (EventKind::Mistake, "mistake"),
+    ];
+
+    /// Its name, for people.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
+    }
+}
+
+/// What is played is taken in as it is.
+fn note_cycle(mut lanes: ResMut<Lanes>, current: Res<CurrentRecord>) {
+    let cycle = current.record.cycle;
+    // Where something is missing before it, records are read first.
+    if lanes.tracks.last_cycle().map_or(0, |last| last + 1) == cycle {
+        lanes.tracks.note(&current.record);
+    }
+}
+
+/// Records of what nobody has taken in are read while they are looked at: many by a thread, a few here.
+fn read_records(
+    mut lanes: ResMut<Lanes>,
+    mut history: ResMut<History>,
+    keyframes: Res<Keyframes>,
+    scenario: Option<Res<Scenario>>,
+    (display, filter): (Res<DisplaySettings>, Option<Res<EventFilter>>),
+    mut part: ResMut<ShownPart>,
+) {
+    let Some(scenario) = scenario else { return };
+    if !lanes.keyframes.is_same(&keyframes) {
+        let (kind, tracks) = (lanes.kind, Tracks::new(&scenario));
+        *lanes = Lanes { tracks, keyframes: keyframes.clone(), kind, ..default() };
+        part.0 = None;
+    }
+    let is_wanted = display.lanes || lanes.is_wanted || filter.is_some_and(|filter| filter.has_mistakes());
+    let Some(last) = history.last_cycle().filter(|_| is_wanted) else { return };
+    let next = |tracks: &Tracks| tracks.last_cycle().map_or(0, |last| last + 1);
+    if let Some(read) = &lanes.read {
+        let tracks = read.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
+        match tracks {
+            Ok(tracks) => (lanes.tracks, lanes.read) = (tracks, None),
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => lanes.read = None,
+        }
+    }
+    if next(&lanes.tracks) + FEW <= last {
+        lanes.read = read_by_thread(lanes.tracks.clone(), history.clone()).ok().map(Mutex::new);
+        return;
+    }
+    let started = Instant::now();
+    while next(&lanes.tracks) <= last && started.elapsed() < BUDGET {
+        let Ok(Some(record)) = history.record(next(&lanes.tracks)) else { return };
+        lanes.tracks.note(&record);
+    }
+}
+
+fn read_by_thread(mut tracks: Tracks, mut history: History) -> io::Result<Receiver<Tracks>> {
+    let (sender, receiver) = mpsc::channel();
+    thread::Builder::new().name("lanes".to_owned()).spawn(move || {
+        while let Ok(Some(record)) = history.record(tracks.last_cycle().map_or(0, |last| last + 1)) {
+            tracks.note(&record);
+        }
+        tracks.gather_mistakes();
+        let _nobody_waits = sender.send(tracks);
+    })?;
+    Ok(receiver)
+}
+
+fn find_event(
+    mut wanted: MessageReader<FindEvent>,
+    mut lanes: ResMut<Lanes>,
+    history: Res<History>,
+    mut selection: ResMut<Selection>,
+    (timeline, clock, listed): (Res<Timeline>, Res<CycleClock>, Option<Res<ListedEvents>>),
+    mut playback: ResMut<Playback>,
+    mut notice: ResMut<Notice>,
+    mut moments: MessageWriter<TimelineCommand>,
+) {
+    for wanted in wanted.read() {
+        let now = timeline.cursor().map_or(clock.cycle, |cursor| cursor.ceil() as u64);
+        if let (EventKind::Listed, Some(listed)) = (lanes.kind, &listed) {
+            match neighbour(&listed.entries, *wanted, now, clock.period_s) {
+                Some(entry) => {
+                    moments.write(TimelineCommand::GoTo((entry.time_s / clock.period_s).round() as u64));
+                    playback.paused = true;
+                    notice.tell(&entry.text);
+                    if entry.robot.is_some() {
+                        (selection.0, lanes.followed) = (entry.robot, entry.robot);
+                    }
+                }
+                None => notice.tell(format!("No listed event {} this moment", side_of(*wanted))),
+            }
+            continue;
+        }
+        lanes.is_wanted = true;
+        if lanes.tracks.last_cycle().unwrap_or_default() + FEW < history.last_cycle().unwrap_or_default() {
+            notice.tell("The match is being read for it: once more, please");
+            continue;
+        }
+        // Whom somebody chose, and not whom the last event brought.
+        let chosen = selection.0.filter(|id| lanes.followed != Some(*id));
+        let cycles = cycles_of(&lanes, &history, chosen, clock.period_s);
+        let found = match wanted {
+            FindEvent::Next => cycles.iter().find(|(cycle, _)| *cycle > now),
+            FindEvent::Previous => cycles.iter().rev().find(|(cycle, _)| *cycle < now),
+        };
+        match found {
+            Some((cycle, robot)) => {
+                moments.write(TimelineCommand::GoTo(*cycle));
+                playback.paused = true;
+                if chosen.is_none() && robot.is_some() {
+                    (selection.0, lanes.followed) = (*robot, *robot);
+                }
+                let is_there = |mistake: &&Mistake| cycle_of(mistake, clock.period_s) == *cycle;
+                let of_kind = lanes.tracks.mistakes().iter().filter(|_| lanes.kind == EventKind::Mistake);
+                let mistake = of_kind.filter(|mistake| is_of(mistake, *robot)).find(is_there);
+                let of_robot = || robot.map_or_else(String::new, |robot| format!("{robot}: "));
+                notice.tell(mistake.map_or_else(|| format!("{}{}", of_robot(), lanes.kind.name()), mistake_words));
+            }
+            None => {
+                let whose = chosen.map_or_else(String::new, |id| format!(" of {id}"));
+                notice.tell(format!("No {}{whose} {} this moment", lanes.kind.name(), side_of(*wanted)));
+            }
+        }
+    }
+}
+
+/// The list of events has what was found, too.
+fn tell_mistakes(lanes: Res<Lanes>, found: Option<ResMut<FoundMistakes>>) {
+    let mistakes = lanes.tracks.mistakes();
+    if let Some(mut found) = found.filter(|found| found.0.len() != mistakes.len()) {
+        found.0 = mistakes.iter().map(entry_of_mistake).collect();
+    }
+}
+
+fn entry_of_mistake(mistake: &Mistake) -> LogEntry {
+    LogEntry {
+        time_s: mistake.from_s,
+        team: Some(mistake.robot.team),
+        text: mistake_words(mistake),
+        robot: Some(mistake.robot),
+        place: Some(mistake.position_m),
+        kind: LogKind::Mistake,
+        ..default()
+    }
+}
+
+fn side_of(wanted: FindEvent) -> &'static str {
+    if wanted == FindEvent::Next { "after" } else { "before" }
+}
+
+/// The entry of a list, oldest first, that is next after a cycle, or the one before it.
+fn neighbour(entries: &[LogEntry], wanted: FindEvent, now: u64, period_s: f64) -> Option<&LogEntry> {
+    let cycle = |entry: &LogEntry| (entry.time_s / period_s).round() as u64;
+    match wanted {
+        FindEvent::Next => entries.get(entries.partition_point(|entry| cycle(entry) <= now)),
+        FindEvent::Previous => entries[..entries.partition_point(|entry| cycle(entry) < now)].last(),
+    }
+}
+
+/// The cycles of the events of the chosen kind, in order, and whose they are: of a robot, if one is selected and the kind is about
+/// robots.
+fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s: f64) -> Vec<(u64, Option<RobotId>)> {
+    let marks = |kind| history.marks().iter().filter(move |mark| mark.kind == kind).map(|mark| (mark.cycle, None));
+    let is_meant = |id: RobotId| robot.is_none_or(|robot| robot == id);
+    let of_tracks = |cycles: fn(&LaneTrack) -> Vec<u64>| {
+        let tracks = lanes.tracks.robots().filter(|(id, _)| is_meant(*id));
+        tracks.flat_map(move |(id, track)| cycles(track).into_iter().map(move |cycle| (cycle, Some(id)))).collect()
+    };
+    let mut cycles: Vec<(u64, Option<RobotId>)> = match lanes.kind {
+        EventKind::Listed => Vec::new(),
+        EventKind::Goal => marks(MarkKind::Goal).collect(),
+        EventKind::Out => marks(MarkKind::Out).collect(),
+        EventKind::Penalty => of_tracks(|track| begins(&track.conditions, &Condition::Penalised).collect()),
+        EventKind::Fall => of_tracks(|track| begins(&track.conditions, &Condition::Down).collect()),
+        EventKind::BallLost => of_tracks(|track| begins(&track.ball, &BallSource::Lost).collect()),
+        EventKind::Kick => of_tracks(|track| track.kicks.iter().map(|(cycle, _)| *cycle).collect()),
+        EventKind::NewIntention => of_tracks(|track| track.intentions.iter().skip(1).map(|span| span.first).collect()),
+        EventKind::Mistake => {
+            let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| is_of(mistake, robot));
+            of_robot.map(|mistake| (cycle_of(mistake, period_s), Some(mistake.robot))).collect()
+        }
+    };
+    cycles.sort_unstable();
+    // Of several at once, the first is gone to.
+    cycles.dedup_by_key(|(cycle, _)| *cycle);
+    cycles
+}
+
+/// Whether a mistake is a robot's, or any will do.
+fn is_of(mistake: &Mistake, robot: Option<RobotId>) -> bool {
+    robot.is_none_or(|robot| mistake.robot == robot)
+}
+
+/// The cycle in which a mistake began.
+fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
+    (mistake.from_s / period_s).round() as u64
+}
+
+/// What went wrong, in a line.
+fn mistake_words(mistake: &Mistake) -> String {
+    let joins = if mistake.kind == MistakeKind::BallGivenAway { "to" } else { "with" };
+    let other = mistake.other.map_or_else(String::new, |other| format!(" {joins} {other}"));
+    let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {worst:.2} {}", mistake.unit()));
+    let length_s = mistake.until_s - mistake.from_s;
+    let length = if length_s > 0.0 { format!(", for {length_s:.1} s") } else { String::new() };
+    format!("{}: {}{other}{worst}{length}", mistake.robot, mistake.kind)
+}
+
+/// When something began to be so.
+fn begins<T: PartialEq>(spans: &[Span<T>], what: &T) -> impl Iterator<Item = u64> {
+    spans.iter().filter(move |span| span.what == *what).map(|span| span.first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::events::MatchEvent;
+    use naoisis_core::game::PenaltyReason;
+    use naoisis_core::team::Team;
+    use naoisis_sim::interface::cycle_record::{CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
+
+    const BLUE: RobotId = RobotId::new(Team::Blue, 1);
+    const PINK: RobotId = RobotId::new(Team::Pink, 1);
+
+    #[test]
+    fn the_next_listed_event_is_not_that_of_now() {
+        let entry = |second: u32| LogEntry { time_s: f64::from(second), ..default() };
+        let entries = [1, 2, 3].map(entry);
+        let found = |wanted, now| neighbour(&entries, wanted, now, 0.1).map(|entry| entry.time_s);
+        assert_eq!((found(FindEvent::Next, 20), found(FindEvent::Previous, 20)), (Some(3.0), Some(1.0)));
+        assert_eq!((found(FindEvent::Next, 30), found(FindEvent::Previous, 10)), (None, None));
+        assert_eq!((found(FindEvent::Next, 0), found(FindEvent::Previous, 99)), (Some(1.0), Some(3.0)));
+    }
+
+    #[test]
+    fn events_are_found_by_kind_and_robot() {
+        let (mut lanes, mut history) = (Lanes { kind: EventKind::Goal, ..default() }, History::default());
+        for cycle in 0..=100 {
+            let penalised = |since: u64| {
+                (cycle >= since).then_some(PenaltyRecord { reason: PenaltyReason::Manual, time_left_s: 1.0 })
+            };
+            let robots = vec![
+                RobotRecord { penalised: penalised(40), ..RobotRecord::new(BLUE) },
+                RobotRecord { penalised: penalised(70), ..RobotRecord::new(PINK) },
+            ];
+            let goal = MatchEvent::Goal { team: Team::Pink, scorer: None, own_goal: false, evidence: default() };
+            let events = if cycle == 20 { vec![goal] } else { Vec::new() };
+            let record = CycleRecord { cycle, robots, events, ..default() };
+            history.push(&record).unwrap();
+            lanes.tracks.note(&record);
+        }
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [(20, None)], "a goal is nobody's own");
+        lanes.kind = EventKind::Penalty;
+        assert_eq!(cycles_of(&lanes, &history, None, 0.1), [(40, Some(BLUE)), (70, Some(PINK))]);
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [(70, Some(PINK))]);
+    }
+
+    #[test]
+    fn mistakes_are_found_and_said() {
+        let scenario = Scenario::named("match3v3").unwrap();
+        let (mut lanes, history) = (Lanes { tracks: Tracks::new(&scenario), ..default() }, History::default());
+        lanes.kind = EventKind::Mistake;
+        for cycle in 0..90_u64 {
+            let missed = MatchEvent::Kick {
+                robot: PINK,
+                kick_type: naoisis_core::kick_geometry::KickType::LeftStraight,
+                speed: Some(1.0),
+                result: naoisis_core::events::KickResult::Missed,
+                reason: Some(naoisis_core::events::KickMiss::OutOfReach),
+                direction: None,
+                launch_speed_mps: None,
+            };
+            let events = if cycle == 50 { vec![missed] } else { Vec::new() };
+            let game = GameRecord { state: naoisis_core::game::GameState::Playing, ..default() };
+            let time_s = cycle as f64 * 0.1;
+            lanes.tracks.note(&CycleRecord { cycle, time_s, events, game, ..default() });
+        }
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [(50, Some(PINK))]);
+        assert_eq!(cycles_of(&lanes, &history, Some(BLUE), 0.1), []);
+        let mistake = lanes.tracks.mistakes()[0];
+        assert_eq!(mistake_words(&mistake), "pink1: kick missed");
+        let given_away = Mistake { kind: MistakeKind::BallGivenAway, other: Some(BLUE), ..mistake };
+        assert_eq!(mistake_words(&given_away), "pink1: ball given away to blue1");
+    }
+}

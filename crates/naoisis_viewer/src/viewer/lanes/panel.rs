@@ -1,0 +1,319 @@
+//! The lanes on the screen.
+
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{
+    self, Align2, Color32, FontId, Pos2, Rect as Area, RichText, Sense, Stroke, WidgetInfo, WidgetType,
+};
+
+use super::tracks::{BallSource, Condition, LaneTrack, Span, Tracks};
+use super::{EventKind, Lanes, cycle_of, mistake_words};
+use crate::viewer::layout::{Dock, Edge, PanelSizes};
+use crate::viewer::palette;
+use crate::viewer::shared::{Action, FindEvent, Notice, Selection, SelectionCommand, TimelineCommand};
+use crate::viewer::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
+use crate::viewer::time_axis::{Axis, ShownPart, upright};
+use crate::viewer::timeline::Timeline;
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::team::RobotId;
+use naoisis_record::record::history::{History, MarkKind};
+use naoisis_record::record::mistake_recorder::table;
+use naoisis_record::record::mistakes::Mistake;
+
+/// Height of a lane, of what is known of the ball in it, and of all lanes at least, logical pixels.
+const LANE: f32 = 17.0;
+const BALL: f32 = 4.0;
+const LEAST: f32 = 2.0 * LANE;
+/// Height of what is around the lanes in their panel, at first, logical pixels.
+const AROUND: f32 = 100.0;
+/// Width of the names, logical pixels.
+const NAMES: f32 = 52.0;
+/// Half the width in which a click means the triangle of a mistake, logical pixels.
+const MISTAKE: f32 = 5.0;
+/// A word is written into a span of this width, logical pixels.
+const WIDE_ENOUGH: f32 = 46.0;
+
+/// The colours of the words that robots say, in the order in which they are said first.
+const WORD_INKS: [Ink; 6] = [Ink::Sky, Ink::Yellow, Ink::Purple, Ink::White, Ink::Green, Ink::Blue];
+
+pub(super) fn show(
+    mut contexts: EguiContexts,
+    mut lanes: ResMut<Lanes>,
+    history: Res<History>,
+    timeline: Res<Timeline>,
+    clock: Res<CycleClock>,
+    selection: Res<Selection>,
+    mut moments: MessageWriter<TimelineCommand>,
+    mut events: MessageWriter<FindEvent>,
+    (mut actions, mut sizes, mut part): (MessageWriter<Action>, ResMut<PanelSizes>, ResMut<ShownPart>),
+    mut notice: ResMut<Notice>,
+) -> Result {
+    let Some(cycles) = history.cycles() else { return Ok(()) };
+    let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
+    let now = timeline.cursor().unwrap_or(whole[1]);
+    let size = LANE * lanes.tracks.robots().count() as f32 + AROUND;
+    let dock = Dock { name: "lanes", edge: Edge::Below, size, least: 110.0, most_share: 0.55 };
+    let rest = |ui: &egui::Ui| ui.data(|data| data.get_temp::<f32>(egui::Id::new("rest of lanes"))).unwrap_or(AROUND);
+    dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        let (width, top) = (ui.available_width(), ui.cursor().top());
+        let height = (ui.available_height() - rest(ui)).max(LEAST);
+        show_head(ui, &mut lanes, &mut part, &mut events);
+        if lanes.read.is_some() {
+            ui.label(dim("The match is being read…").size(text_size::SMALL));
+        }
+        let axis = Axis { part: part.0.unwrap_or(whole), left: NAMES, width: width - NAMES };
+        let rows = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+            for (id, track) in lanes.tracks.robots() {
+                let lane = show_lane(ui, (id, track), lanes.tracks.words(), &axis, selection.0, &mut actions);
+                let mistakes = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
+                mark_mistakes(ui, lane, mistakes.map(|mistake| cycle_of(mistake, clock.period_s)), &axis);
+            }
+        });
+        let area = rows.inner_rect;
+        // From here on in the window's own place.
+        let axis = Axis { left: area.left() + NAMES, ..axis };
+        let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
+        for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
+            let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
+            upright(ui, axis.x(mark.cycle as f64), time_area, Stroke::new(1.5, colour));
+        }
+        upright(ui, axis.x(now), time_area, Stroke::new(1.5, ui.visuals().strong_text_color()));
+        let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
+        let response = ui.interact(time_area, ui.id().with("time"), Sense::click_and_drag());
+        if let Some(changed) = axis.changed_part(ui, &response, whole) {
+            *part = changed;
+        }
+        // Which lane, and the cycles that the triangle of a mistake takes to either side.
+        let row = |at: Pos2| (at.y - rows.inner_rect.top()) / LANE + rows.state.offset.y / LANE;
+        let reach = (axis.cycle(axis.left + MISTAKE) - axis.cycle(axis.left)).abs().ceil() as u64;
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
+            let cycle = axis.cycle(at.x).round().max(0.0) as u64;
+            let mistake = mistake_at(&lanes, clock.period_s, cycle, row(at), reach);
+            moments.write(TimelineCommand::GoTo(mistake.map_or(cycle, |mistake| cycle_of(mistake, clock.period_s))));
+            if let Some(mistake) = mistake {
+                actions.write(Action::Select(SelectionCommand::Robot(mistake.robot)));
+                notice.tell(mistake_words(mistake));
+            }
+        }
+        if let Some(at) = response.hover_pos() {
+            let words = hint(&lanes, clock.period_s, axis.cycle(at.x).max(0.0) as u64, row(at), reach);
+            response.on_hover_text(format!("{}{words}", time(axis.cycle(at.x))));
+        }
+        show_legend(ui, &lanes.tracks, axis.part.map(time));
+        let others = ui.min_rect().bottom() - top - rows.inner_rect.height();
+        ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of lanes"), others));
+    });
+    Ok(())
+}
+
+/// What is gone to.
+fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, part: &mut ShownPart, events: &mut MessageWriter<FindEvent>) {
+    ui.horizontal(|ui| {
+        ui.label(bright("Lanes"));
+        ui.separator();
+        let mut step = |ui: &mut egui::Ui, text: &str, name: &str, hint: &str, event: FindEvent| {
+            let button = ui.button(text);
+            button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
+            if button.on_hover_text(hint).clicked() {
+                events.write(event);
+            }
+        };
+        step(ui, "<", "Previous event", "The one before (,)", FindEvent::Previous);
+        let mut kind = lanes.kind;
+        let list = egui::ComboBox::from_id_salt("kind of event").selected_text(kind.name());
+        let shown = list.show_ui(ui, |ui| {
+            for (other, name) in EventKind::ALL {
+                ui.selectable_value(&mut kind, other, name);
+            }
+        });
+        shown.response.widget_info(|| WidgetInfo::labeled(WidgetType::ComboBox, true, "Kind of event"));
+        shown.response.on_hover_text("Of the selected robot, if one is selected");
+        step(ui, ">", "Next event", "The next one (.)", FindEvent::Next);
+        lanes.kind = kind;
+        let mistakes = lanes.tracks.mistakes();
+        if !mistakes.is_empty() {
+            ui.separator();
+            let count = format!("{} mistakes", mistakes.len());
+            let label = ui.label(RichText::new(count).color(problem_colour(ui)));
+            label.on_hover_ui(|ui| drop(ui.monospace(table(mistakes))));
+        }
+        if part.0.is_some() && ui.button("Whole match").on_hover_text("Or a double click").clicked() {
+            part.0 = None;
+        }
+    });
+}
+
+fn show_lane(
+    ui: &mut egui::Ui,
+    (id, track): (RobotId, &LaneTrack),
+    words: &[String],
+    axis: &Axis,
+    selected: Option<RobotId>,
+    actions: &mut MessageWriter<Action>,
+) -> Area {
+    ui.spacing_mut().item_spacing.y = 0.0;
+    let (area, _) = ui.allocate_exact_size(egui::vec2(axis.left + axis.width, LANE), Sense::hover());
+    let name_area = Area::from_min_size(area.min, egui::vec2(NAMES, LANE));
+    let name = ui.interact(name_area, ui.id().with(("lane", id.to_string())), Sense::click());
+    name.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Lane of {id}")));
+    let font = FontId::proportional(if selected == Some(id) { text_size::IMPORTANT } else { text_size::ENTRY });
+    ui.painter().text(name_area.left_center(), Align2::LEFT_CENTER, id.to_string(), font, team_colour(ui, id.team));
+    if name.clicked() {
+        actions.write(Action::Select(SelectionCommand::Robot(id)));
+    }
+    let lane = Area::from_min_max(Pos2::new(area.left() + NAMES, area.top() + 1.0), area.max - egui::vec2(0.0, 1.0));
+    let painter = ui.painter().with_clip_rect(lane.intersect(ui.clip_rect()));
+    let axis = Axis { left: lane.left(), ..*axis };
+    let block = |first: u64, last: u64, top: f32, bottom: f32| {
+        let right = axis.x(last as f64).max(axis.x(first as f64) + 1.0);
+        Area::from_min_max(Pos2::new(axis.x(first as f64), top), Pos2::new(right, bottom))
+    };
+    for span in shown(&track.intentions, &axis).filter(|span| !words[span.what].is_empty()) {
+        let block = block(span.first, span.last, lane.top(), lane.bottom() - BALL);
+        painter.rect_filled(block, 1.0, word_colour(span.what));
+        if block.width() > WIDE_ENOUGH {
+            let font = FontId::proportional(10.0);
+            painter.with_clip_rect(block.intersect(painter.clip_rect())).text(
+                block.left_center() + egui::vec2(3.0, 0.0),
+                Align2::LEFT_CENTER,
+                &words[span.what],
+                font,
+                ui.visuals().strong_text_color(),
+            );
+        }
+    }
+    for span in shown(&track.ball, &axis) {
+        let block = block(span.first, span.last, lane.bottom() - BALL, lane.bottom());
+        painter.rect_filled(block, 0.0, ball_colour(span.what));
+    }
+    for span in shown(&track.conditions, &axis).filter(|span| span.what != Condition::Up) {
+        let block = block(span.first, span.last, lane.top(), lane.bottom());
+        let colour =
+            if span.what == Condition::Penalised { Color32::from_black_alpha(190) } else { ink(Ink::Vermilion) };
+        painter.rect_filled(block, 0.0, colour);
+        if span.what == Condition::Penalised {
+            painter.rect_stroke(block, 0.0, Stroke::new(1.0, ink(Ink::Vermilion)), egui::StrokeKind::Inside);
+        }
+    }
+    for (cycle, struck) in &track.kicks {
+        let at = Pos2::new(axis.x(*cycle as f64), lane.center().y - 2.0);
+        let stroke = Stroke::new(1.2, ui.visuals().strong_text_color());
+        if *struck {
+            painter.circle_filled(at, 3.0, stroke.color);
+        } else {
+            painter.circle_stroke(at, 3.0, stroke);
+        }
+    }
+    lane
+}
+
+/// A triangle at the upper edge of a lane for each mistake.
+fn mark_mistakes(ui: &egui::Ui, lane: Area, cycles: impl Iterator<Item = u64>, axis: &Axis) {
+    let painter = ui.painter().with_clip_rect(lane.intersect(ui.clip_rect()));
+    let axis = Axis { left: lane.left(), ..*axis };
+    for cycle in cycles {
+        let tip = Pos2::new(axis.x(cycle as f64), lane.top() + 6.0);
+        let corners = vec![tip, tip + egui::vec2(-3.5, -6.0), tip + egui::vec2(3.5, -6.0)];
+        let edge = Stroke::new(0.8, Color32::BLACK);
+        painter.add(egui::Shape::convex_polygon(corners, ink(Ink::Vermilion), edge));
+    }
+}
+
+/// The spans that are in the part that is shown.
+fn shown<'a, T>(spans: &'a [Span<T>], axis: &Axis) -> impl Iterator<Item = &'a Span<T>> {
+    let [first, last] = axis.part;
+    let from = spans.partition_point(|span| (span.last as f64) < first);
+    spans[from..].iter().take_while(move |span| span.first as f64 <= last)
+}
+
+fn ink(ink: Ink) -> Color32 {
+    palette::in_panel(palette::ink(ink))
+}
+
+fn word_colour(word: usize) -> Color32 {
+    ink(WORD_INKS[word % WORD_INKS.len()]).gamma_multiply(0.55)
+}
+
+fn ball_colour(source: BallSource) -> Color32 {
+    match source {
+        BallSource::Seen => ink(Ink::Orange),
+        BallSource::Remembered => ink(Ink::Orange).gamma_multiply(0.4),
+        BallSource::Told => ink(Ink::Sky),
+        BallSource::Lost => Color32::from_black_alpha(120),
+    }
+}
+
+fn ball_words(source: BallSource) -> &'static str {
+    match source {
+        BallSource::Seen => "seen",
+        BallSource::Remembered => "remembered",
+        BallSource::Told => "told",
+        BallSource::Lost => "lost",
+    }
+}
+
+/// The robot of a lane, from above, and what it did.
+fn lane_at(lanes: &Lanes, row: f32) -> Option<(RobotId, &LaneTrack)> {
+    (row >= 0.0).then(|| lanes.tracks.robots().nth(row as usize)).flatten()
+}
+
+/// Whether a mistake goes on in a cycle, or its triangle is so near.
+fn is_near(mistake: &Mistake, period_s: f64, cycle: u64, reach: u64) -> bool {
+    let from = cycle_of(mistake, period_s);
+    let until = from + ((mistake.until_s - mistake.from_s) / period_s) as u64;
+    (from.saturating_sub(reach)..=until.max(from + reach)).contains(&cycle)
+}
+
+/// The mistake whose triangle is nearest to a place in a lane, if it is near.
+fn mistake_at(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> Option<&Mistake> {
+    let (id, _) = lane_at(lanes, row)?;
+    let distance = |mistake: &&Mistake| cycle_of(mistake, period_s).abs_diff(cycle);
+    let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
+    of_robot.filter(|mistake| distance(mistake) <= reach).min_by_key(distance)
+}
+
+/// What is under the mouse, in a lane.
+fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> String {
+    let Some((id, track)) = lane_at(lanes, row) else { return String::new() };
+    fn at<T>(spans: &[Span<T>], cycle: u64) -> Option<&T> {
+        spans.get(spans.partition_point(|span| span.last < cycle)).map(|span| &span.what)
+    }
+    let intention = at(&track.intentions, cycle).map(|word| lanes.tracks.words()[*word].as_str());
+    let ball = at(&track.ball, cycle).map(|source| ball_words(*source));
+    let mut words = format!("   {id}: {}   ball {}", intention.unwrap_or_default(), ball.unwrap_or_default());
+    let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
+    for mistake in of_robot.filter(|mistake| is_near(mistake, period_s, cycle, reach)) {
+        words.push('\n');
+        words.push_str(&mistake_words(mistake));
+    }
+    words
+}
+
+/// The colours, and the ends of the part that is shown.
+fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
+    let [first, last] = ends;
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        ui.label(dim(format!("{first} to {last}")).size(text_size::SMALL));
+        let words = tracks.words().iter().enumerate().filter(|(_, word)| !word.is_empty());
+        let words = words.map(|(index, word)| (word_colour(index), word.as_str()));
+        let sources = [BallSource::Seen, BallSource::Remembered, BallSource::Told, BallSource::Lost];
+        let sources = sources.map(|source| (ball_colour(source), ball_words(source)));
+        let others = [
+            (ink(Ink::Vermilion), "down, or off the pitch"),
+            (ui.visuals().strong_text_color(), "disc: kick, ring: missed; triangle: mistake"),
+        ];
+        let words: Vec<(Color32, &str)> = words.collect();
+        for (group, entries) in [("says it means to:", &words[..]), ("edge, the ball is:", &sources), ("", &others)] {
+            if !(group.is_empty() || entries.is_empty()) {
+                ui.label(dim(group).size(text_size::SMALL));
+            }
+            for (colour, name) in entries {
+                let (area, _) = ui.allocate_exact_size(egui::vec2(9.0, 9.0), Sense::hover());
+                ui.painter().rect_filled(area, 1.0, *colour);
+                ui.label(RichText::new(*name).weak().size(text_size::SMALL));
+            }
+        }
+    });
+}

@@ -1,0 +1,211 @@
+//! What robots did over the whole match, as spans and marks: from its records.
+
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+use naoisis_core::events::{KickResult, MatchEvent};
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::team::RobotId;
+use naoisis_record::record::mistakes::{Mistake, MistakeFinder};
+use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_sim::scenario::Scenario;
+
+/// From what a robot knows where the ball is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum BallSource {
+    /// It sees it.
+    Seen,
+    /// It has seen it not long ago.
+    Remembered,
+    /// A team-mate told it.
+    Told,
+    /// It does not know.
+    Lost,
+}
+
+/// How a robot is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Condition {
+    /// On its feet and in play.
+    Up,
+    /// It lies, or gets up.
+    Down,
+    /// Off the pitch.
+    Penalised,
+}
+
+/// A time over which something stayed the same.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Span<T> {
+    /// The first cycle.
+    pub first: u64,
+    /// The last cycle.
+    pub last: u64,
+    /// What it was.
+    pub what: T,
+}
+
+/// A robot over the match.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LaneTrack {
+    /// What it said that it meant to do: which of the [words](Tracks::words).
+    pub intentions: Vec<Span<usize>>,
+    /// From what it knew of the ball.
+    pub ball: Vec<Span<BallSource>>,
+    /// How it was.
+    pub conditions: Vec<Span<Condition>>,
+    /// The cycles in which it kicked, and whether it struck the ball.
+    pub kicks: Vec<(u64, bool)>,
+}
+
+/// Mistakes are gathered anew after so many cycles.
+const MISTAKES_EVERY: usize = 30;
+
+/// All robots over the match, as far as its records have been read.
+#[derive(Clone, Debug, Default)]
+pub struct Tracks {
+    /// The cycles that have been read.
+    cycles: Vec<u64>,
+    robots: BTreeMap<RobotId, LaneTrack>,
+    words: Vec<String>,
+    finder: Option<MistakeFinder>,
+    mistakes: Vec<Mistake>,
+}
+
+impl Tracks {
+    /// Of a match of a scenario, of which nothing has been read yet.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self { finder: Some(MistakeFinder::new(scenario)), ..default() }
+    }
+
+    /// What went wrong, in the order in which it began: as of some cycles ago.
+    pub fn mistakes(&self) -> &[Mistake] {
+        &self.mistakes
+    }
+
+    /// Gathers what went wrong until now.
+    pub fn gather_mistakes(&mut self) {
+        self.mistakes = self.finder.as_ref().map(MistakeFinder::mistakes).unwrap_or_default();
+    }
+
+    /// The last cycle that has been read.
+    pub fn last_cycle(&self) -> Option<u64> {
+        self.cycles.last().copied()
+    }
+
+    /// The robots, in the order of their ids.
+    pub fn robots(&self) -> impl Iterator<Item = (RobotId, &LaneTrack)> {
+        self.robots.iter().map(|(id, track)| (*id, track))
+    }
+
+    /// What robots said that they meant to do, in the order in which it was said for the first time.
+    pub fn words(&self) -> &[String] {
+        &self.words
+    }
+
+    /// A robot, if it is in the match.
+    pub fn robot(&self, id: RobotId) -> Option<&LaneTrack> {
+        self.robots.get(&id)
+    }
+
+    /// Takes in the record of a cycle that is after all others.
+    pub fn note(&mut self, record: &CycleRecord) {
+        let cycle = record.cycle;
+        if self.last_cycle().is_some_and(|last| last >= cycle) {
+            return;
+        }
+        self.cycles.push(cycle);
+        if let Some(finder) = &mut self.finder {
+            finder.look(record);
+        }
+        for robot in &record.robots {
+            let track = self.robots.entry(robot.id).or_default();
+            let intention = robot.command.as_ref().and_then(|command| command.say.as_ref()?.intention.as_deref());
+            let intention = intention.unwrap_or_default();
+            let word = self.words.iter().position(|word| word == intention).unwrap_or_else(|| {
+                self.words.push(intention.to_owned());
+                self.words.len() - 1
+            });
+            extend(&mut track.intentions, cycle, word);
+            extend(&mut track.ball, cycle, ball_source(robot));
+            extend(&mut track.conditions, cycle, condition(robot));
+        }
+        for event in &record.events {
+            if let MatchEvent::Kick { robot, result, reason, .. } = event
+                && result.swings(*reason)
+                && let Some(track) = self.robots.get_mut(robot)
+            {
+                track.kicks.push((cycle, *result != KickResult::Missed));
+            }
+        }
+        if self.cycles.len().is_multiple_of(MISTAKES_EVERY) {
+            self.gather_mistakes();
+        }
+    }
+}
+
+/// Prolongs the last span, or begins another.
+fn extend<T: PartialEq>(spans: &mut Vec<Span<T>>, cycle: u64, what: T) {
+    match spans.last_mut() {
+        Some(span) if span.what == what => span.last = cycle,
+        // Without gaps, where only every so many cycles have a record.
+        Some(span) => {
+            span.last = cycle;
+            spans.push(Span { first: cycle, last: cycle, what });
+        }
+        None => spans.push(Span { first: cycle, last: cycle, what }),
+    }
+}
+
+fn ball_source(robot: &RobotRecord) -> BallSource {
+    if robot.percepts.ball.is_some() {
+        return BallSource::Seen;
+    }
+    match robot.belief.as_ref().and_then(|belief| belief.ball.as_ref()) {
+        Some(ball) if ball.heard_from.is_some() => BallSource::Told,
+        Some(_) => BallSource::Remembered,
+        None => BallSource::Lost,
+    }
+}
+
+fn condition(robot: &RobotRecord) -> Condition {
+    match robot.posture {
+        _ if robot.penalised.is_some() => Condition::Penalised,
+        Posture::Upright => Condition::Up,
+        _ => Condition::Down,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::communication::TeamMessage;
+    use naoisis_core::robot::Velocity;
+    use naoisis_core::team::Team;
+    use naoisis_sim::interface::vocabulary::RobotCommand;
+
+    const BLUE: RobotId = RobotId::new(Team::Blue, 1);
+
+    fn record(cycle: u64, intention: &'static str, speed: f32) -> CycleRecord {
+        let say = TeamMessage { intention: Some(intention.into()), ..default() };
+        let command = Some(RobotCommand { say: Some(say), ..default() });
+        let velocity = Velocity { linear: Vec2::new(speed, 0.0), angular: 0.0 };
+        CycleRecord { cycle, robots: vec![RobotRecord { command, velocity, ..RobotRecord::new(BLUE) }], ..default() }
+    }
+
+    #[test]
+    fn what_stays_the_same_is_one_span_and_spans_have_no_gaps() {
+        let mut tracks = Tracks::default();
+        for (cycle, intention) in [(0, "support"), (10, "support"), (20, "attack"), (30, "attack")] {
+            tracks.note(&record(cycle, intention, 0.1));
+        }
+        let track = tracks.robot(BLUE).unwrap();
+        let word = |span: &Span<usize>| (span.first, span.last, tracks.words()[span.what].clone());
+        let spans: Vec<_> = track.intentions.iter().map(word).collect();
+        assert_eq!(spans, [(0, 20, "support".to_owned()), (20, 30, "attack".to_owned())]);
+        assert_eq!(track.ball, [Span { first: 0, last: 30, what: BallSource::Lost }]);
+        // What is known already is not taken in again.
+        tracks.note(&record(20, "support", 0.1));
+        assert_eq!(tracks.last_cycle(), Some(30));
+    }
+}

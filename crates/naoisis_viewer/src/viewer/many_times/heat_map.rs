@@ -1,0 +1,55 @@
+//! Where the ball is when the times are over, on the pitch.
+
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+use super::{ManyTimes, Run};
+use crate::viewer::keyframes::Keyframes;
+use crate::viewer::overlays::Brush;
+use crate::viewer::palette;
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::cycle::CycleClock;
+use naoisis_record::whatif::Continuation;
+
+/// Side of a cell, m.
+const CELL_M: f32 = 0.4;
+/// Lines in the cell where the ball ends most often.
+const MOST_LINES: usize = 6;
+
+/// Draws it at the moment that was played on, and at no other.
+pub(super) fn draw(many: Res<ManyTimes>, clock: Res<CycleClock>, keyframes: Res<Keyframes>, mut brush: Brush) {
+    let is_of_moment = |run: &&Run| run.cycle == clock.cycle && run.keyframes.is_same(&keyframes);
+    let Some(run) = many.run.as_ref().filter(is_of_moment) else { return };
+    for (cell, lines) in hatching(&run.rows) {
+        let corner = CELL_M * cell.as_vec2();
+        let colour = palette::ink(Ink::Orange).with_alpha(0.3 + 0.6 * lines as f32 / MOST_LINES as f32);
+        for line in 0..lines {
+            let up = CELL_M * (line as f32 + 0.5) / lines as f32;
+            brush.line(corner + Vec2::new(0.0, up), corner + Vec2::new(CELL_M, up), colour);
+        }
+    }
+}
+
+/// The cells in which the ball ends, and how many lines each of them has: the more, the more often.
+fn hatching(rows: &[Continuation]) -> Vec<(IVec2, usize)> {
+    let mut counts: BTreeMap<[i32; 2], usize> = BTreeMap::new();
+    for ball in rows.iter().filter_map(|row| row.ball_m) {
+        *counts.entry((ball / CELL_M).floor().as_ivec2().to_array()).or_default() += 1;
+    }
+    let most = counts.values().copied().max().unwrap_or(1);
+    counts.into_iter().map(|(cell, count)| (cell.into(), (count * MOST_LINES).div_ceil(most))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::viewer::many_times::tests::row;
+
+    #[test]
+    fn where_the_ball_ends_most_often_there_are_most_lines() {
+        let at = |x: f32| row(None, Vec2::new(x, 0.1));
+        let rows: Vec<Continuation> = [0.1, 0.2, 0.3, -0.1].map(at).into();
+        assert_eq!(hatching(&rows), [(IVec2::new(-1, 0), 2), (IVec2::ZERO, MOST_LINES)]);
+        assert!(hatching(&[]).is_empty());
+    }
+}

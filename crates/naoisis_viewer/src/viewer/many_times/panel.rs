@@ -1,0 +1,164 @@
+//! The panel: how often, how far it is, what came of it.
+
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{self, DragValue, Grid, ProgressBar};
+
+use super::{ManyTimes, ManyTimesCommand, Outcome, Run, saved_test};
+use crate::viewer::display_settings::Switch;
+use crate::viewer::keyframes::Keyframes;
+use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
+use crate::viewer::shared::Action;
+use crate::viewer::theme::{dim, minutes, team_colour, text_size};
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::Interventions;
+use naoisis_core::statistics::Estimate;
+use naoisis_core::team::Team;
+use naoisis_record::whatif::Outcomes;
+
+/// The panel.
+const DOCK: Dock = Dock { name: "many times", edge: Edge::Right, size: 330.0, least: 200.0, most_share: 0.45 };
+
+/// What the panel keeps from frame to frame: what a test is to expect.
+#[derive(Default)]
+pub(super) struct Expected {
+    pink: bool,
+    percent: Option<f64>,
+}
+
+pub(super) fn show(
+    mut contexts: EguiContexts,
+    mut expected: Local<Expected>,
+    mut many: ResMut<ManyTimes>,
+    (clock, interventions, keyframes): (Res<CycleClock>, Res<Interventions>, Res<Keyframes>),
+    mut commands: MessageWriter<ManyTimesCommand>,
+    mut sizes: ResMut<PanelSizes>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        if title(ui, "This moment, many times") {
+            actions.write(Action::Toggle(Switch::ManyTimes));
+        }
+        egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+            let many = &mut *many;
+            ui.horizontal(|ui| {
+                ui.add(DragValue::new(&mut many.times).range(10..=10_000).suffix(" times"));
+                ui.label("for");
+                ui.add(DragValue::new(&mut many.for_s).range(1.0..=600.0).suffix(" s"));
+                if many.run.as_ref().is_some_and(|run| run.is_running) {
+                    if ui.button("Stop").clicked() {
+                        commands.write(ManyTimesCommand::Stop);
+                    }
+                } else if many.awaited.is_some() {
+                    ui.spinner();
+                } else if ui.button("Begin").on_hover_text("From the moment that is shown, with other chance").clicked()
+                {
+                    commands.write(ManyTimesCommand::Begin);
+                }
+            });
+            if let Some(run) = &many.run {
+                show_run(ui, run, &clock, &mut commands);
+                let is_changed = run.is_changed_since(&clock, &interventions, &keyframes);
+                show_test(ui, run, is_changed, &mut expected, &mut commands);
+            }
+        });
+    });
+    Ok(())
+}
+
+fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut MessageWriter<ManyTimesCommand>) {
+    ui.separator();
+    let at = minutes((run.cycle as f64 * clock.period_s) as f32);
+    ui.label(format!("From {at} on, for {:.0} s", run.for_s));
+    let (played, times) = (run.rows.len(), run.times);
+    ui.add(ProgressBar::new(played as f32 / times as f32).text(format!("{played} of {times}")));
+    if run.rows.is_empty() {
+        return;
+    }
+    let outcomes = Outcomes::of(&run.rows);
+    Grid::new("outcomes").num_columns(3).spacing([12.0, 4.0]).show(ui, |ui| {
+        for outcome in Outcome::ALL {
+            let (name, colour, share) = match outcome {
+                Outcome::ScoresFirst(team) => {
+                    (format!("{team} scores first"), team_colour(ui, team), outcomes.scores_first[team])
+                }
+                Outcome::NobodyScores => {
+                    ("nobody scores".to_owned(), ui.visuals().text_color(), outcomes.nobody_scores)
+                }
+            };
+            ui.label(egui::RichText::new(&name).color(colour));
+            ui.label(share.map_or_else(String::new, in_percent));
+            let there_is_one = run.rows.iter().any(|row| outcome.is_of(row));
+            let button = ui.add_enabled(there_is_one, egui::Button::new("Watch").small());
+            let label = format!("Watch: {name}");
+            button.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, there_is_one, &label));
+            if button.on_hover_text("The first of them, beside the match").clicked() {
+                commands.write(ManyTimesCommand::Watch(outcome));
+            }
+            ui.end_row();
+        }
+    });
+    let difference = outcomes
+        .goal_difference
+        .map(|goals| format!("goals, blue - pink: {:+.2} ± {:.2}", goals.value, goals.margin()));
+    let first =
+        outcomes.first_goal_s.map(|time_s| format!("the first goal after {time_s:.1} s, where one falls (median)"));
+    for line in difference.into_iter().chain(first) {
+        ui.label(dim(line).size(text_size::ENTRY));
+    }
+    ui.label(
+        dim("(… to …) and ±: 95 % confidence; hatching, at that moment: where the ball is in the end")
+            .size(text_size::SMALL),
+    );
+}
+
+/// What a test of this moment is to expect.
+fn show_test(
+    ui: &mut egui::Ui,
+    run: &Run,
+    is_changed: bool,
+    expected: &mut Expected,
+    commands: &mut MessageWriter<ManyTimesCommand>,
+) {
+    let team = if expected.pink { Team::Pink } else { Team::Blue };
+    let Some((at_least, share)) = saved_test::measured_percent(run, team).filter(|_| !run.is_running) else {
+        expected.percent = None;
+        return;
+    };
+    ui.separator();
+    let before = expected.pink;
+    ui.horizontal(|ui| {
+        ui.label("A test:");
+        for (is_pink, side) in [(false, Team::Blue), (true, Team::Pink)] {
+            ui.selectable_value(&mut expected.pink, is_pink, side.name());
+        }
+        ui.label("scores in at least");
+        let percent = expected.percent.get_or_insert(at_least);
+        let field = ui.add(DragValue::new(percent).range(0.0..=100.0).speed(0.2).max_decimals(1).suffix(" %"));
+        field.on_hover_text(
+            "At first the lower end of the interval: what was measured passes, and what is clearly worse fails",
+        );
+        ui.label(format!("of {}", run.rows.len()));
+    });
+    if expected.pink != before {
+        // Another team has another share.
+        expected.percent = None;
+        return;
+    }
+    let percent = expected.percent.unwrap_or(at_least);
+    let verdict = if share >= percent { "it passes" } else { "it fails" };
+    ui.label(dim(format!("{share:.1} % were measured: as it is, {verdict}")).size(text_size::ENTRY));
+    if is_changed {
+        ui.label("Something was done by hand here since: begin again, so that the test has it");
+    }
+    let button = ui.add_enabled(!is_changed, egui::Button::new("Save as a test"));
+    let hint = "This very moment, and a scenario that goes on from it, for naoisis check --play";
+    if button.on_hover_text(hint).clicked() {
+        commands.write(ManyTimesCommand::Save { team, percent });
+    }
+}
+
+/// A share in percent, with its interval.
+fn in_percent(Estimate { value, low, high }: Estimate) -> String {
+    format!("{:.0} % ({:.0} to {:.0})", 100.0 * value, 100.0 * low, 100.0 * high)
+}

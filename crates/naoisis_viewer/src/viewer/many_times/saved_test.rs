@@ -1,0 +1,57 @@
+//! A moment as a test: the moment itself, and beside it a scenario that goes on from it and says what is expected.
+//!
+//! The scenario plays what was played here: the same moment, as often, with the same chance.
+
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+use super::Run;
+use crate::viewer::new_file::{stem, write_new};
+use naoisis_core::statistics;
+use naoisis_core::team::Team;
+use naoisis_sim::scenario::Expectation;
+use naoisis_sim::scenario::saved_match::EXTENSION;
+
+/// The seed of the first time that a moment is played on, here and by its test.
+pub(super) const FIRST_SEED: u64 = 1;
+
+/// The share of the times in which a team scored that it has in the long run at least, with 95 % confidence, in percent with
+/// one digit; and the share itself. None before the first.
+pub(super) fn measured_percent(run: &Run, team: Team) -> Option<(f64, f64)> {
+    let scored = run.rows.iter().filter(|row| row.goals[team] > 0).count();
+    let share = statistics::share(scored, run.rows.len())?;
+    Some(((1000.0 * share.low).floor() / 10.0, 100.0 * share.value))
+}
+
+/// What is expected: that a team scores in the time for which the moment was played on, in at least so many of a hundred of as many
+/// times.
+///
+/// # Errors
+/// When that is no expectation.
+pub(super) fn expectation(team: Team, percent: f64, run: &Run) -> Result<Expectation, String> {
+    let text = format!("{team}.goals >= 1 within {} s in {percent} % of {}", run.for_s, run.rows.len());
+    text.parse().map_err(|error| format!("{error}"))
+}
+
+/// Saves the moment and the test into a folder. The path of the test.
+///
+/// # Errors
+/// Why they cannot be written.
+pub(super) fn save(folder: &Path, team: Team, percent: f64, run: &Run) -> Result<PathBuf, String> {
+    let (name, cycle_s) = &run.of;
+    let name = if name.is_empty() { "moment" } else { name.as_str() };
+    let expectation = expectation(team, percent, run)?;
+    let file_name = format!("{}-{:06}", stem(name), run.cycle);
+    let moment = write_new(folder, &file_name, EXTENSION, run.moment.bytes()).map_err(|error| error.to_string())?;
+    // As many cycles as were played.
+    let duration_s = (run.for_s / cycle_s - 1e-6).ceil() * cycle_s;
+    let test = json!({
+        "name": format!("{name} test"),
+        "description": format!("{name} from {:.2} s on: {expectation}", run.moment.time_s),
+        "from": moment.file_name().map(|name| name.to_string_lossy()),
+        "seed": FIRST_SEED,
+        "duration_s": duration_s,
+        "expect": [expectation],
+    });
+    write_new(folder, &file_name, "json", format!("{test:#}\n").as_bytes()).map_err(|error| error.to_string())
+}

@@ -1,0 +1,321 @@
+//! What is played: scenario, teams, noise, losses and speeds, changed while it runs; a scenario's file is watched, and its
+//! match begins again when the file changes.
+
+use bevy::prelude::*;
+use bevy_egui::EguiPrimaryContextPass;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+pub mod choice;
+mod panel;
+pub mod trace_reading;
+
+use super::display_settings::DisplaySettings;
+use super::drive::{self, PlayedFile};
+use super::layout::LayoutSystems;
+use super::memory::ViewerMemory;
+use super::shared::{Playback, ViewerCommand};
+use super::teach::bookmark_file::OpenedTrace;
+use super::timeline;
+use choice::MatchChoice;
+use naoisis_record::record::history::ReadTrace;
+use naoisis_sim::scenario::{Scenario, ScenarioFile, TeamsSpec};
+use naoisis_sim::simulation;
+use trace_reading::{TraceReading, is_reading};
+
+/// How often a scenario's file is looked at, s.
+const LOOK_EVERY_S: f32 = 0.5;
+/// The scenario in which two teams are lined up, where the present one has none.
+const TEAM_MATCH: &str = "match3v3";
+
+/// Shows and changes what is played.
+pub struct MatchPanelPlugin;
+
+impl Plugin for MatchPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<WatchedScenarioFile>()
+            .add_message::<MatchCommand>()
+            .init_resource::<TraceReading>()
+            .add_systems(First, (forget_file, obey, trace_reading::show_when_read.run_if(is_reading)).chain())
+            .add_systems(Update, watch_file)
+            .add_systems(
+                EguiPrimaryContextPass,
+                panel::show.run_if(|display: Res<DisplaySettings>| display.game).in_set(LayoutSystems::Right),
+            );
+    }
+}
+
+/// Another match, or other settings of this one.
+#[derive(Message, Clone, PartialEq, Debug)]
+pub enum MatchCommand {
+    /// A match between two teams, by name.
+    Teams(Box<TeamsSpec>),
+    /// The scenario of this file, or built-in one, from the start; or the match of this trace.
+    Open(PathBuf),
+    /// The match with another league, realism or robot model, from the start.
+    Choose(MatchChoice),
+    /// This match goes on with the settings of this scenario.
+    Change(Box<Scenario>),
+}
+
+/// The file that the scenario is from, if any. The match begins again when it changes.
+#[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
+pub struct WatchedScenarioFile {
+    file: Option<PathBuf>,
+    modified: Option<SystemTime>,
+    is_gone: bool,
+}
+
+impl WatchedScenarioFile {
+    /// From now on this file is watched.
+    pub fn of(file: &Path) -> Self {
+        Self { file: Some(file.to_owned()), modified: modified(file), is_gone: false }
+    }
+
+    /// Where the scenario is from, for people.
+    fn words(&self) -> String {
+        match &self.file {
+            Some(file) if self.is_gone => format!("{} is gone; the match goes on", file.display()),
+            Some(file) => format!("{} begins again when the file changes", file.display()),
+            None => "built in".to_owned(),
+        }
+    }
+}
+
+fn modified(file: &Path) -> Option<SystemTime> {
+    file.metadata().and_then(|metadata| metadata.modified()).ok()
+}
+
+/// A built-in scenario has no file.
+fn forget_file(
+    mut commands: MessageReader<ViewerCommand>,
+    mut source: ResMut<WatchedScenarioFile>,
+    mut reading: ResMut<TraceReading>,
+) {
+    if commands.read().any(|command| matches!(command, ViewerCommand::Load(_))) {
+        *source = WatchedScenarioFile::default();
+        reading.give_up();
+    }
+}
+
+/// Begins the match again when its file has changed. One that cannot be read changes nothing, and is said.
+fn watch_file(
+    time: Res<Time<Real>>,
+    mut since_s: Local<f32>,
+    mut source: ResMut<WatchedScenarioFile>,
+    mut commands: MessageWriter<MatchCommand>,
+) {
+    *since_s += time.delta_secs();
+    if *since_s < LOOK_EVERY_S {
+        return;
+    }
+    *since_s = 0.0;
+    let Some(file) = source.file.clone() else { return };
+    let now = modified(&file);
+    source.is_gone = now.is_none();
+    // While it is being replaced there is no such file.
+    if now.is_some() && now != source.modified {
+        source.modified = now;
+        commands.write(MatchCommand::Open(file));
+    }
+}
+
+fn obey(world: &mut World) {
+    let commands: Vec<MatchCommand> = world.resource_mut::<Messages<MatchCommand>>().drain().collect();
+    for command in commands {
+        let is_start = !matches!(command, MatchCommand::Change(_));
+        if is_start {
+            world.resource_mut::<TraceReading>().give_up();
+        }
+        let result = match command {
+            MatchCommand::Teams(teams) => play_teams(world, *teams),
+            MatchCommand::Open(path) => open(world, &path),
+            MatchCommand::Choose(choice) => choose(world, &choice),
+            MatchCommand::Change(scenario) => {
+                simulation::change_settings(world, &scenario).map_err(|fault| fault.to_string())
+            }
+        };
+        // Other settings do not mend what was wrong before.
+        if is_start || result.is_err() {
+            world.resource_mut::<Playback>().problem = result.err();
+        }
+    }
+}
+
+fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
+    let present = world.get_resource::<Scenario>().filter(|scenario| scenario.teams.is_some()).cloned();
+    let scenario = match present {
+        Some(scenario) => scenario,
+        None => ScenarioFile::named(TEAM_MATCH).map_err(|error| error.to_string())?.scenario,
+    };
+    drive::start(world, &Scenario { teams: Some(teams), ..scenario }).map_err(|fault| fault.to_string())
+}
+
+fn open(world: &mut World, path: &Path) -> Result<(), String> {
+    let name = path.to_string_lossy();
+    if [".jsonl", ".jsonl.zst"].iter().any(|ending| name.ends_with(ending)) {
+        let begun = world.resource_mut::<TraceReading>().begin(path);
+        return begun.map_err(|error| format!("{}: cannot be read: {error}", path.display()));
+    }
+    // Whatever is wrong with it, the file is watched: it may be right the next time.
+    if path.exists() {
+        world.insert_resource(WatchedScenarioFile::of(path));
+    }
+    let file = ScenarioFile::find(&name).map_err(|error| error.headline())?;
+    if !path.exists() {
+        world.insert_resource(WatchedScenarioFile::default());
+    }
+    drive::start_file(world, file)?;
+    note_opened(world, path);
+    Ok(())
+}
+
+/// Shows a trace that was read.
+fn show_trace(world: &mut World, path: &Path, trace: ReadTrace) -> Result<(), String> {
+    if trace.last.is_none() {
+        return Err(format!("{}: there is nothing after the header; expected a cycle", path.display()));
+    }
+    timeline::start_replay(world, trace).map_err(|fault| format!("{}:1: {fault}", path.display()))?;
+    world.insert_resource(WatchedScenarioFile::default());
+    world.insert_resource(PlayedFile::default());
+    world.insert_resource(OpenedTrace(Some(path.to_owned())));
+    note_opened(world, path);
+    Ok(())
+}
+
+/// Remembers a file that was opened.
+fn note_opened(world: &mut World, path: &Path) {
+    // The next time may be in another folder.
+    let path = path.canonicalize().ok().and_then(|path| path.to_str().map(str::to_owned));
+    if let (Some(path), Some(mut memory)) = (path, world.get_resource_mut::<ViewerMemory>()) {
+        memory.note_recent(&path);
+    }
+}
+
+fn choose(world: &mut World, choice: &MatchChoice) -> Result<(), String> {
+    let Some(present) = world.get_resource::<Scenario>().cloned() else { return Ok(()) };
+    let file = world.resource::<PlayedFile>().0.clone();
+    let chosen = choice.applied(&present, file.as_ref())?;
+    if matches!(choice, MatchChoice::League(_)) {
+        world.insert_resource(WatchedScenarioFile::default());
+    }
+    drive::start_file(world, chosen)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::viewer::drive::DrivePlugin;
+    use crate::viewer::event_log::EventLogPlugin;
+    use bevy::time::TimeUpdateStrategy;
+    use core::time::Duration;
+    use naoisis_core::robot::body::Body;
+    use naoisis_core::team::{RobotId, Team};
+    use naoisis_sim::scenario::{Realism, Realisms};
+    use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+    use std::fs::{self, File};
+
+    fn app() -> App {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, MatchPanelPlugin));
+        app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(100)));
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        app.update();
+        app
+    }
+
+    fn send(app: &mut App, command: MatchCommand) {
+        app.world_mut().write_message(command);
+        app.update();
+    }
+
+    fn problem(app: &App) -> Option<&str> {
+        app.world().resource::<Playback>().problem.as_deref()
+    }
+
+    #[test]
+    fn a_match_goes_on_with_other_settings_and_what_cannot_change_is_said() {
+        let mut app = app();
+        app.update();
+        let cycle = app.cycle();
+        let mut changed = app.world().resource::<Scenario>().clone();
+        changed.messages.loss = 0.5;
+        send(&mut app, MatchCommand::Change(Box::new(changed.clone())));
+        assert!(app.cycle() > cycle, "it went on");
+        assert_eq!(app.world().resource::<naoisis_core::communication::MessageSettings>().loss, 0.5);
+        changed.cycle_s *= 2.0;
+        send(&mut app, MatchCommand::Change(Box::new(changed)));
+        assert!(problem(&app).unwrap().contains("cycle_s"));
+    }
+
+    #[test]
+    fn other_teams_begin_another_match() {
+        let mut app = app();
+        app.update();
+        let teams = TeamsSpec::new("chasers", "chasers");
+        send(&mut app, MatchCommand::Teams(Box::new(teams.clone())));
+        assert!(app.cycle() <= 3);
+        assert_eq!(app.world().resource::<Scenario>().teams, Some(teams));
+        send(&mut app, MatchCommand::Teams(Box::new(TeamsSpec::new("nobody", "chasers"))));
+        assert!(problem(&app).unwrap().contains("nobody"));
+    }
+
+    #[test]
+    fn another_league_realism_or_model_begins_another_match() {
+        let mut app = app();
+        let scenario = |app: &App| app.world().resource::<Scenario>().clone();
+        send(&mut app, MatchCommand::Choose(MatchChoice::League("spl2025".to_owned())));
+        assert_eq!((problem(&app), scenario(&app).league.as_deref()), (None, Some("spl2025")));
+        assert_eq!(scenario(&app).teams.unwrap().blue, "roles");
+        send(&mut app, MatchCommand::Choose(MatchChoice::Realism(Realism::Ideal)));
+        assert_eq!((problem(&app), scenario(&app).realism), (None, Realisms::all(Realism::Ideal)));
+        assert_eq!(scenario(&app).league.as_deref(), Some("spl2025"));
+        send(&mut app, MatchCommand::Choose(MatchChoice::Model(Team::Pink, Some("booster_k1".to_owned()))));
+        assert_eq!(problem(&app), None);
+        let [nao, k1] = [Team::Blue, Team::Pink].map(|team| app.robot::<Body>(RobotId::new(team, 1)).unwrap().height_m);
+        assert!(k1 > nao + 0.2, "{k1} {nao}");
+        assert_eq!(scenario(&app).realism, Realisms::all(Realism::Ideal), "what was chosen before stays");
+        send(&mut app, MatchCommand::Choose(MatchChoice::Model(Team::Pink, Some("gundam".to_owned()))));
+        assert!(problem(&app).unwrap().contains("gundam"));
+    }
+
+    #[test]
+    fn a_file_that_changes_begins_again_and_a_wrong_one_changes_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("test.json");
+        let mut age = 100;
+        let mut write = |text: &str| {
+            fs::write(&path, text).unwrap();
+            // Files written within a tick of the file system's clock have the same time.
+            age -= 10;
+            let time = SystemTime::now() - Duration::from_secs(age);
+            File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
+        };
+        write(r#"{ "seed": 5, "robots": [{ "number": 1 }] }"#);
+        let mut app = app();
+        send(&mut app, MatchCommand::Open(path.clone()));
+        let seed = |app: &App| app.world().resource::<Scenario>().seed;
+        assert_eq!(seed(&app), 5);
+        let frames = |app: &mut App| (0..10).for_each(|_| app.update());
+        write(r#"{ "seed": 6, "robots": [{ "number": 1 }] }"#);
+        frames(&mut app);
+        assert_eq!((seed(&app), problem(&app)), (6, None));
+        let cycle = app.cycle();
+        write(r#"{ "sed": 6 }"#);
+        frames(&mut app);
+        assert!(problem(&app).unwrap().contains("sed"), "{:?}", problem(&app));
+        assert!(app.cycle() > cycle);
+        // What is not there at all changes nothing, either: the file is still watched.
+        send(&mut app, MatchCommand::Open(folder.path().join("nothing.json")));
+        assert!(problem(&app).unwrap().contains("nothing.json"), "{:?}", problem(&app));
+        write(r#"{ "seed": 7, "robots": [{ "number": 1 }] }"#);
+        frames(&mut app);
+        assert_eq!((seed(&app), problem(&app)), (7, None));
+        // A built-in scenario is not begun again for it.
+        app.world_mut().write_message(ViewerCommand::Load("match3v3"));
+        frames(&mut app);
+        write(r#"{ "seed": 8 }"#);
+        frames(&mut app);
+        assert_eq!(app.world().resource::<Scenario>().name, "match3v3");
+    }
+}

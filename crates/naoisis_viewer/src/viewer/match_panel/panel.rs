@@ -1,0 +1,227 @@
+//! The panel of what is played.
+
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{self, ComboBox, Grid, Slider};
+
+use super::choice::{MatchChoice, REALISMS, leagues, models};
+use super::{MatchCommand, WatchedScenarioFile};
+use crate::viewer::display_settings::Switch;
+use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
+use crate::viewer::scenario_list;
+use crate::viewer::shared::{Action, ViewerCommand};
+use crate::viewer::theme::{bright, dim};
+use crate::viewer::timeline::Timeline;
+use naoisis_core::ball::Rolling;
+use naoisis_core::behaviour::BehaviourRegistry;
+use naoisis_core::team::Team;
+use naoisis_sensing::sensing::fidelity::{Fidelities, Fidelity};
+use naoisis_sim::scenario::{Realism, Scenario, TeamsSpec};
+
+/// In place of the name of a team, where robots are none.
+const NOBODY: &str = "—";
+/// The panel.
+const DOCK: Dock = Dock { name: "match", edge: Edge::Right, size: 430.0, least: 240.0, most_share: 0.5 };
+/// Lists are at most so high, logical pixels.
+const LIST_HEIGHT: f32 = 460.0;
+
+/// What the panel keeps from frame to frame.
+#[derive(Default)]
+pub(super) struct Typed {
+    path: String,
+}
+
+/// Shows what is played.
+pub(super) fn show(
+    mut contexts: EguiContexts,
+    mut typed: Local<Typed>,
+    scenario: Option<Res<Scenario>>,
+    registry: Res<BehaviourRegistry>,
+    source: Res<WatchedScenarioFile>,
+    timeline: Res<Timeline>,
+    mut sizes: ResMut<PanelSizes>,
+    mut actions: MessageWriter<Action>,
+    mut viewer_commands: MessageWriter<ViewerCommand>,
+    mut commands: MessageWriter<MatchCommand>,
+) -> Result {
+    let Some(scenario) = scenario else { return Ok(()) };
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        if title(ui, "The match") {
+            actions.write(Action::Toggle(Switch::Game));
+        }
+        egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+            Grid::new("what is played").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
+                let label = ui.label("Scenario").id;
+                let name = if scenario.name.is_empty() { "—" } else { &scenario.name };
+                let list = ComboBox::from_id_salt("built-in scenario").selected_text(name);
+                scenario_list::show(ui, list, &scenario.name, |name| {
+                    viewer_commands.write(ViewerCommand::Load(name));
+                })
+                .labelled_by(label);
+                ui.end_row();
+                let label = ui.label("File").id;
+                ui.horizontal(|ui| {
+                    let text = egui::TextEdit::singleline(&mut typed.path);
+                    let text = ui.add(text.hint_text("scenario.json").desired_width(220.0)).labelled_by(label);
+                    let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+                    if (ui.button("Open").clicked() || is_entered) && !typed.path.trim().is_empty() {
+                        commands.write(MatchCommand::Open(typed.path.trim().into()));
+                    }
+                });
+                ui.end_row();
+                ui.label("");
+                ui.add(egui::Label::new(dim(source.words())).wrap());
+                ui.end_row();
+                // A scenario may have robots, but no teams: whoever chooses one lines up two.
+                let teams = scenario.teams.clone();
+                let nobody = || TeamsSpec::new(NOBODY, NOBODY);
+                let mut chosen = teams.clone().unwrap_or_else(nobody);
+                for (side, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
+                    let label = ui.label(side).id;
+                    let list = ComboBox::from_id_salt(side).selected_text(name.as_str());
+                    list.show_ui(ui, |ui| {
+                        for (team, recipe) in registry.teams() {
+                            ui.selectable_value(name, team.to_owned(), team).on_hover_text(&recipe.description);
+                        }
+                    })
+                    .response
+                    .labelled_by(label);
+                    ui.end_row();
+                }
+                if chosen != teams.unwrap_or_else(nobody) {
+                    commands.write(MatchCommand::Teams(Box::new(lined_up(chosen))));
+                }
+                if let Some(choice) = show_choices(ui, &scenario) {
+                    commands.write(MatchCommand::Choose(choice));
+                }
+            });
+            if !timeline.is_replay() {
+                ui.separator();
+                ui.label(bright("While it runs"));
+                let mut changed = scenario.clone();
+                show_settings(ui, &mut changed);
+                if changed != *scenario {
+                    commands.write(MatchCommand::Change(Box::new(changed)));
+                }
+            }
+        });
+    });
+    Ok(())
+}
+
+/// League, realism and models; what is chosen of them.
+fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
+    let mut chosen = None;
+    let mut line = |ui: &mut egui::Ui,
+                    name: &str,
+                    hint: &str,
+                    now: &str,
+                    entries: &[(String, String)],
+                    choice: &dyn Fn(&str) -> MatchChoice| {
+        let label = ui.label(name).on_hover_text(hint).id;
+        let list = ComboBox::from_id_salt(name).selected_text(now).height(LIST_HEIGHT);
+        let shown = list.show_ui(ui, |ui| {
+            for (entry, description) in entries {
+                let row = ui.selectable_label(entry == now, entry).on_hover_text(description);
+                if row.clicked() && entry != now {
+                    chosen = Some(choice(entry));
+                }
+            }
+        });
+        shown.response.labelled_by(label);
+        ui.end_row();
+    };
+    let hint = "Pitch, ball, rules, robots and realism that belong together; two teams are lined up";
+    let league = scenario.league.as_deref().unwrap_or(NOBODY);
+    line(ui, "League", hint, league, leagues(), &|name| MatchChoice::League(name.to_owned()));
+    let hint = "How much of a real robot there is in what the scenario does not say itself";
+    let realism = scenario.realism_in_words();
+    let words = REALISMS.map(|(word, about)| (word.name().to_owned(), about.to_owned()));
+    let realism_of = |name: &str| {
+        REALISMS.iter().find(|(word, _)| word.name() == name).map_or(Realism::default(), |(word, _)| *word)
+    };
+    line(ui, "Realism", hint, &realism, &words, &|name| MatchChoice::Realism(realism_of(name)));
+    let Some(teams) = &scenario.teams else { return chosen };
+    for team in Team::BOTH {
+        let own = teams.robots[team].model.as_deref();
+        let (title, now) = (format!("Robots of {team}"), own.unwrap_or(&scenario.model));
+        let hint = "The robot model of this team";
+        line(ui, &title, hint, now, models(), &|name| MatchChoice::Model(team, Some(name.to_owned())));
+    }
+    chosen
+}
+
+/// Two teams, of which one may not have been chosen yet.
+fn lined_up(chosen: TeamsSpec) -> TeamsSpec {
+    let usual = TeamsSpec::default();
+    let or_usual = |name: String, usual| if name == NOBODY { usual } else { name };
+    TeamsSpec {
+        blue: or_usual(chosen.blue, usual.blue),
+        pink: or_usual(chosen.pink, usual.pink),
+        robots: chosen.robots,
+    }
+}
+
+/// The settings that can change in the middle of a match.
+fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
+    Grid::new("settings").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
+        let hint = "What robots perceive: perfectly, within their limits, or with noise";
+        let label = ui.label("Sensors").on_hover_text(hint).id;
+        let now = scenario.fidelity.vision.unwrap_or_default();
+        let mut fidelity = now;
+        let list = ComboBox::from_id_salt("fidelity").selected_text(fidelity_name(now));
+        list.show_ui(ui, |ui| {
+            for choice in [Fidelity::Truth, Fidelity::Ideal, Fidelity::Noisy, Fidelity::Image] {
+                ui.selectable_value(&mut fidelity, choice, fidelity_name(choice));
+            }
+        })
+        .response
+        .labelled_by(label);
+        if fidelity != now {
+            scenario.fidelity = Fidelities::all(fidelity);
+        }
+    });
+    let mut slider = |name: &str, hint: &str, slider: Slider| {
+        ui.add(slider.text(name)).on_hover_text(hint);
+    };
+    let messages = &mut scenario.messages;
+    slider("Messages lost", "The share of messages that do not arrive", Slider::new(&mut messages.loss, 0.0..=1.0));
+    let delay = Slider::new(&mut messages.delay_cycles, 1..=90).suffix(" cycles");
+    slider("Message delay", "From sending to arrival", delay);
+    let motion = &mut scenario.motion;
+    let speed = Slider::new(&mut motion.max_linear_mps, 0.05..=1.0).suffix(" m/s");
+    slider("Walking speed", "The greatest, of robots without one of their own", speed);
+    let mut turn_deg = motion.max_angular.to_degrees();
+    slider("Turning speed", "The greatest", Slider::new(&mut turn_deg, 10.0..=360.0).suffix("°/s"));
+    if (turn_deg - motion.max_angular.to_degrees()).abs() > 1e-3 {
+        motion.max_angular = turn_deg.to_radians();
+    }
+    let error = &mut motion.error_sd;
+    let walk = Slider::new(&mut error.dx_m, 0.0..=0.01).suffix(" m").fixed_decimals(4);
+    slider("Walking error", "Spread in each cycle", walk);
+    if let Some(ball) = &mut scenario.ball
+        && let Rolling::ExponentialPerS(drag) = &mut ball.rolling
+    {
+        slider("Drag of the ball", "How fast it slows down", Slider::new(drag, 0.05..=2.0).suffix(" /s"));
+    }
+}
+
+fn fidelity_name(fidelity: Fidelity) -> &'static str {
+    match fidelity {
+        Fidelity::Truth => "truth",
+        Fidelity::Ideal => "ideal",
+        Fidelity::Noisy => "noisy",
+        Fidelity::Image => "image",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_no_teams_play_the_one_that_is_chosen_meets_the_usual_one() {
+        let chosen = TeamsSpec::new(NOBODY, "passers");
+        assert_eq!(lined_up(chosen), TeamsSpec::new("roles", "passers"));
+    }
+}

@@ -1,0 +1,251 @@
+//! What the viewer remembers from one time to the next: the window's size, what is shown, and which scenario was played last.
+//!
+//! It is kept in a file of the user's, `naoisis/viewer.json` in the folder for settings (`~/.config` on Linux), or in the folder
+//! that the environment variable `NAOISIS_CONFIG_DIR` names; an empty one means that nothing is remembered. A file that cannot be
+//! understood is left out, with a warning, and written anew. `naoisis` itself remembers; a program of one's own does when it
+//! inserts [`ViewerMemory`].
+
+use bevy::prelude::*;
+use bevy::window::PrimaryWindow;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::display_settings::DisplaySettings;
+use super::layout::PanelSizes;
+use super::overlays::Overlays;
+use super::plots::{Pin, Plots};
+use naoisis_core::read_file::read_file;
+use naoisis_core::replace_file::replace_file;
+
+/// The environment variable that names the folder.
+pub const FOLDER_VARIABLE: &str = "NAOISIS_CONFIG_DIR";
+/// The file in it.
+const FILE: &str = "viewer.json";
+/// A larger one is not ours.
+const LARGEST_FILE_BYTES: u64 = 1 << 20;
+/// Changes are written down so often, s.
+const INTERVAL_S: f32 = 1.0;
+
+/// Keeps [`ViewerMemory`] up to date, where there is one.
+pub struct MemoryPlugin;
+
+impl Plugin for MemoryPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Startup, recall.run_if(resource_exists::<ViewerMemory>))
+            .add_systems(Last, remember.run_if(resource_exists::<ViewerMemory>).run_if(is_time));
+    }
+}
+
+/// What is remembered.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Remembered {
+    /// Width and height of the window, logical pixels.
+    pub window: Option<[f32; 2]>,
+    /// Which panels are shown, and how.
+    #[serde(rename = "shown")]
+    pub display: Option<DisplaySettings>,
+    /// How large the panels are whose edges were dragged.
+    pub panels: Option<PanelSizes>,
+    /// What is drawn on the pitch.
+    pub overlays: Option<Overlays>,
+    /// What is plotted.
+    pub plots: Option<Vec<Pin>>,
+    /// The scenario that was played last: a built-in one's name, or a file.
+    pub scenario: Option<String>,
+    /// The scenarios and traces that were opened last, by their files, the last one first.
+    pub recent: Vec<String>,
+}
+
+/// Where it is remembered.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct ViewerMemory {
+    /// What was remembered, and is.
+    pub remembered: Remembered,
+    /// The file; nothing is written without one.
+    path: Option<PathBuf>,
+}
+
+impl ViewerMemory {
+    /// That of this user.
+    pub fn of_user() -> Self {
+        let folder = match std::env::var_os(FOLDER_VARIABLE) {
+            Some(folder) => (!folder.is_empty()).then(|| PathBuf::from(folder)),
+            None => dirs::config_dir().map(|folder| folder.join("naoisis")),
+        };
+        folder.map_or_else(Self::default, |folder| Self::in_file(folder.join(FILE)))
+    }
+
+    /// That in a file, which need not be there.
+    pub fn in_file(path: PathBuf) -> Self {
+        let remembered = match read_file(&path, LARGEST_FILE_BYTES) {
+            Ok(text) => serde_json::from_slice(&text).unwrap_or_else(|error| {
+                warn!("{}: not understood, and so not used: {error}", path.display());
+                Remembered::default()
+            }),
+            Err(error) => {
+                if error.kind() != io::ErrorKind::NotFound {
+                    warn!("{}: {error}", path.display());
+                }
+                Remembered::default()
+            }
+        };
+        Self { remembered, path: Some(path) }
+    }
+
+    /// Writes down what is new.
+    fn update(&mut self, remembered: Remembered) {
+        if remembered == self.remembered {
+            return;
+        }
+        self.remembered = remembered;
+        if let Some(path) = &self.path
+            && let Err(error) = write(path, &self.remembered)
+        {
+            warn!("{}: {error}; nothing is remembered", path.display());
+            self.path = None;
+        }
+    }
+}
+
+fn write(path: &Path, remembered: &Remembered) -> io::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    let text = serde_json::to_string_pretty(remembered)?;
+    // Another window may read it meanwhile: it is whole at any time.
+    replace_file(path, |mut file| file.write_all(text.as_bytes()))
+}
+
+fn recall(
+    memory: Res<ViewerMemory>,
+    mut windows: Query<&mut Window, With<PrimaryWindow>>,
+    display: Option<ResMut<DisplaySettings>>,
+    sizes: Option<ResMut<PanelSizes>>,
+    overlays: Option<ResMut<Overlays>>,
+    plots: Option<ResMut<Plots>>,
+) {
+    let Remembered { window, display: display_last, panels, overlays: overlays_last, plots: pins, .. } =
+        &memory.remembered;
+    if let (Some(pins), Some(mut plots)) = (pins, plots) {
+        plots.pins.clone_from(pins);
+    }
+    if let (Some(last), Some(mut sizes)) = (panels, sizes) {
+        sizes.clone_from(last);
+    }
+    if let (Some([width, height]), Ok(mut present)) = (*window, windows.single_mut()) {
+        present.resolution.set(width.clamp(320.0, 8192.0), height.clamp(240.0, 8192.0));
+    }
+    if let (Some(last), Some(mut display)) = (display_last, display) {
+        // A list that covers the view is opened when it is wanted.
+        *display = DisplaySettings { help: false, many_times: false, ..*last };
+    }
+    if let (Some(last), Some(mut overlays)) = (overlays_last, overlays) {
+        overlays.clone_from(last);
+    }
+}
+
+/// Now and then, and at the end.
+fn is_time(time: Res<Time<Real>>, exits: MessageReader<AppExit>, mut last_s: Local<f32>) -> bool {
+    let is_time = !exits.is_empty() || time.elapsed_secs() - *last_s > INTERVAL_S;
+    if is_time {
+        *last_s = time.elapsed_secs();
+    }
+    is_time
+}
+
+fn remember(
+    mut memory: ResMut<ViewerMemory>,
+    windows: Query<&Window, With<PrimaryWindow>>,
+    display: Option<Res<DisplaySettings>>,
+    sizes: Option<Res<PanelSizes>>,
+    overlays: Option<Res<Overlays>>,
+    plots: Option<Res<Plots>>,
+) {
+    let remembered = Remembered {
+        window: windows.single().ok().map(|window| [window.width(), window.height()]).or(memory.remembered.window),
+        display: display.map(|display| *display).or(memory.remembered.display),
+        panels: sizes.map(|sizes| sizes.clone()).or_else(|| memory.remembered.panels.clone()),
+        overlays: overlays.map(|overlays| overlays.clone()).or_else(|| memory.remembered.overlays.clone()),
+        plots: plots.map(|plots| plots.pins.clone()).or_else(|| memory.remembered.plots.clone()),
+        scenario: memory.remembered.scenario.clone(),
+        recent: memory.remembered.recent.clone(),
+    };
+    memory.update(remembered);
+}
+
+impl ViewerMemory {
+    /// Remembers the scenario that is played, a built-in one's name or a file.
+    pub fn note_scenario(&mut self, scenario: &str) {
+        let scenario = Some(scenario.to_owned());
+        self.update(Remembered { scenario, ..self.remembered.clone() });
+    }
+
+    /// Remembers a file that was opened.
+    pub fn note_recent(&mut self, path: &str) {
+        /// So many are remembered.
+        const MOST: usize = 6;
+        let others = self.remembered.recent.iter().filter(|other| *other != path).cloned();
+        let recent = core::iter::once(path.to_owned()).chain(others).take(MOST).collect();
+        self.update(Remembered { recent, ..self.remembered.clone() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn app(path: &Path) -> App {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, MemoryPlugin));
+        app.init_resource::<DisplaySettings>().init_resource::<Overlays>();
+        app.insert_resource(ViewerMemory::in_file(path.to_owned()));
+        app.world_mut().spawn((Window::default(), PrimaryWindow));
+        app
+    }
+
+    #[test]
+    fn what_was_shown_is_shown_the_next_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new/viewer.json");
+        let mut first = app(&path);
+        first.update();
+        first.world_mut().resource_mut::<DisplaySettings>().light = true;
+        first.world_mut().resource_mut::<Overlays>().areas = true;
+        first.world_mut().resource_mut::<ViewerMemory>().note_scenario("match7v7");
+        let mut windows = first.world_mut().query::<&mut Window>();
+        windows.single_mut(first.world_mut()).unwrap().resolution.set(900.0, 500.0);
+        first.world_mut().write_message(AppExit::Success);
+        first.update();
+        let mut second = app(&path);
+        second.update();
+        assert!(second.world().resource::<DisplaySettings>().light && second.world().resource::<Overlays>().areas);
+        assert_eq!(second.world().resource::<ViewerMemory>().remembered.scenario.as_deref(), Some("match7v7"));
+        let mut windows = second.world_mut().query::<&Window>();
+        assert_eq!(windows.single(second.world()).unwrap().width(), 900.0);
+    }
+
+    #[test]
+    fn the_files_that_were_opened_last_are_each_remembered_once() {
+        let mut memory = ViewerMemory::default();
+        for path in ["a", "b", "c", "a", "d", "e", "f", "g"] {
+            memory.note_recent(path);
+        }
+        assert_eq!(memory.remembered.recent, ["g", "f", "e", "d", "a", "c"]);
+    }
+
+    #[test]
+    fn a_file_that_is_not_understood_does_no_harm() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("viewer.json");
+        for text in ["", "{ \"shown\": 7 }", "not JSON at all"] {
+            fs::write(&path, text).unwrap();
+            assert_eq!(ViewerMemory::in_file(path.clone()).remembered, Remembered::default());
+        }
+        // What a later version has added does not matter.
+        fs::write(&path, "{ \"scenario\": \"kicks\", \"hologram\": true }").unwrap();
+        assert_eq!(ViewerMemory::in_file(path).remembered.scenario.as_deref(), Some("kicks"));
+    }
+}

@@ -1,0 +1,110 @@
+//! What robots believe, against the truth.
+
+use bevy::prelude::*;
+
+use super::{Brush, Overlay, Showing};
+use crate::viewer::palette;
+use naoisis_core::ball::Ball;
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::game::{Game, Penalty};
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::End;
+use naoisis_core::robot::PreviousPose;
+use naoisis_core::robot::body::Body;
+use naoisis_core::team::{RobotId, Team};
+use naoisis_sensing::belief::{Belief, point_pitch_from_team};
+
+/// The circle at which a robot believes itself is so much smaller than it is wide, m.
+const WITHIN_BODY_M: f32 = 0.02;
+/// The way that a believed ball rolls in this time is drawn, s.
+const ROLLS_FOR_S: f32 = 1.0;
+
+pub(super) fn draw_beliefs(
+    showing: Showing,
+    game: Res<Game>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Belief, &Body)>,
+    balls: Query<(&Pose, &PreviousPose), (With<Ball>, Without<RobotId>)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Beliefs) {
+        return;
+    }
+    let ball = balls.iter().next().map(|(pose, previous)| showing.place(pose, previous).position);
+    for (id, pose, previous, penalty, belief, body) in &robots {
+        if showing.shows(Overlay::Beliefs, *id, penalty) {
+            let place = showing.place(pose, previous);
+            let radius = body.torso.half_width_m - WITHIN_BODY_M;
+            draw_belief(*id, (place, radius), belief, ball, game.own_end(id.team), &mut brush);
+        }
+    }
+}
+
+fn draw_belief(
+    id: RobotId,
+    (truth, radius): (Pose, f32),
+    belief: &Belief,
+    ball: Option<Vec2>,
+    own_end: End,
+    brush: &mut Brush,
+) {
+    draw_believed(id, radius, belief, own_end, brush);
+    let white = palette::ink(Ink::White);
+    brush.line(belief.pose_in_pitch(own_end).position, truth.position, white);
+    if let (Some(believed), Some(ball)) = (&belief.ball, ball) {
+        brush.line(point_pitch_from_team(believed.position_m, own_end), ball, white);
+    }
+}
+
+/// The world as a robot believes it to be, without the truth.
+pub fn draw_world_of(id: RobotId, body: &Body, belief: &Belief, own_end: End, brush: &mut Brush) {
+    draw_believed(id, body.torso.half_width_m - WITHIN_BODY_M, belief, own_end, brush);
+}
+
+fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush: &mut Brush) {
+    let on_pitch = |place: Vec2| point_pitch_from_team(place, own_end);
+    // Half a turn leaves a covariance as it is.
+    let own = belief.pose_in_pitch(own_end);
+    let colour = palette::ink(Ink::Purple);
+    let [xx, xy, yy, ..] = belief.pose_covariance;
+    brush.pose(own, radius, colour);
+    brush.ellipse(own.position, [xx, xy, yy], colour);
+    if let Some(believed) = &belief.ball {
+        let (at, rolls) = (on_pitch(believed.position_m), on_pitch(believed.velocity_mps));
+        let colour = palette::ink(Ink::Orange).with_alpha(faded(believed.age_s));
+        brush.circle(at, 0.05, colour);
+        brush.circle(at, 0.035, colour);
+        brush.ellipse(at, believed.position_covariance, colour);
+        brush.line(own.position, at, colour.with_alpha(0.25));
+        if rolls.length() > 0.05 {
+            brush.arrow(at, at + ROLLS_FOR_S * rolls, colour);
+        }
+        // What it sees now needs no words.
+        if let Some(from) = believed.heard_from {
+            brush.words(at, format!("told by {from}, {:.1} s ago", believed.age_s), colour);
+        } else if believed.age_s > 0.5 {
+            brush.words(at, format!("seen {:.1} s ago", believed.age_s), colour);
+        }
+    }
+    let others = [(&belief.opponents, id.team.opponent()), (&belief.team_mates, id.team)];
+    for (robots, team) in others {
+        for robot in robots {
+            let at = on_pitch(robot.position_m);
+            let colour = palette::ink(robot_ink(team)).with_alpha(faded(robot.age_s));
+            brush.cross(at, 0.2, colour);
+            brush.ellipse(at, robot.covariance, colour);
+        }
+    }
+}
+
+/// The colour in which a believed robot of a team is drawn.
+fn robot_ink(team: Team) -> Ink {
+    match team {
+        Team::Blue => Ink::Sky,
+        Team::Pink => Ink::Vermilion,
+    }
+}
+
+/// What is older is paler.
+fn faded(age_s: f32) -> f32 {
+    (1.0 - age_s / 6.0).clamp(0.35, 1.0)
+}

@@ -1,0 +1,227 @@
+//! Bodies, ways and plans of robots, and what their behaviours draw.
+
+use bevy::prelude::*;
+
+use super::geometry::corners;
+use super::{Brush, Overlay, Showing};
+use crate::viewer::cycle_samples::{CycleSample, CycleSamples};
+use crate::viewer::palette;
+use naoisis_core::ball::{Ball, BallPhysics};
+use naoisis_core::behaviour::drawings::{Drawings, DrawnShape, Frame, Ink};
+use naoisis_core::game::{Game, Penalty};
+use naoisis_core::geometry::{Pose, unit};
+use naoisis_core::robot::PreviousPose;
+use naoisis_core::robot::body::{Body, BodyBox};
+use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::point_pitch_from_team;
+use naoisis_sim::interface::gather::CurrentRecord;
+
+/// Trails are so long, s.
+const TRAIL_S: f64 = 10.0;
+/// What a command leads to is drawn for this time ahead, s.
+const AHEAD_S: f32 = 1.0;
+/// The arc by which a robot will turn is so far from its body, m.
+const AROUND_BODY_M: f32 = 0.07;
+/// Length of the line in which a head will look, m.
+const LOOK_M: f32 = 0.35;
+/// Length of the arrow of a kick, m.
+const KICK_M: f32 = 0.6;
+/// A thing that is further away than this after a cycle was put there, m.
+const JUMP_M: f32 = 0.4;
+
+pub(super) fn draw_bounds(
+    showing: Showing,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Body)>,
+    balls: Query<(&Pose, &PreviousPose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Bounds) {
+        return;
+    }
+    for (id, pose, previous, penalty, bounds) in &robots {
+        if showing.shows(Overlay::Bounds, *id, penalty) {
+            let place = showing.place(pose, previous);
+            draw_box(bounds.base, place, palette::ink(Ink::Yellow), &mut brush);
+            draw_box(bounds.torso, place, palette::ink(Ink::Sky), &mut brush);
+        }
+    }
+    for (pose, previous, physics) in &balls {
+        brush.circle(showing.place(pose, previous).position, physics.radius_m, palette::ink(Ink::White));
+    }
+}
+
+fn draw_box(body: BodyBox, place: Pose, colour: Color, brush: &mut Brush) {
+    let corners = body.footprint(place).corners();
+    for height in body.z_m {
+        brush.outline_at(corners, height.max(0.012), colour);
+    }
+    for corner in corners {
+        brush.line_in_space(corner.extend(body.z_m[0]), corner.extend(body.z_m[1]), colour);
+    }
+}
+
+pub(super) fn draw_kick_areas(
+    showing: Showing,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &KickSettings)>,
+    balls: Query<&Pose, (With<Ball>, Without<RobotId>)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::KickAreas) {
+        return;
+    }
+    let ball = balls.iter().next().map(|pose| pose.position);
+    for (id, pose, previous, penalty, kicks) in &robots {
+        if !showing.shows(Overlay::KickAreas, *id, penalty) {
+            continue;
+        }
+        let place = showing.place(pose, previous);
+        for kick_type in kicks.types() {
+            let Some(geometry) = kicks.geometry(kick_type) else { continue };
+            let strike = ball.and_then(|ball| kicks.strike(kick_type, pose.inverse_transform_point(ball), 0.0));
+            let ink = match (kick_type, strike) {
+                (_, Some(_)) => Ink::Vermilion,
+                (kick, None) if kick.is_side_kick() => Ink::Sky,
+                (_, None) => Ink::White,
+            };
+            let area = corners(geometry.rectangle());
+            brush.outline(area.map(|corner| place.transform_point(corner)), palette::ink(ink));
+            // Where the ball would go.
+            if let (Some(strike), Some(ball)) = (strike, ball) {
+                let way = place.transform_point(KICK_M * strike.direction) - place.position;
+                brush.arrow(ball, ball + way, palette::ink(Ink::Vermilion));
+            }
+        }
+    }
+}
+
+pub(super) fn draw_trails(
+    showing: Showing,
+    samples: Res<CycleSamples>,
+    robots: Query<(&RobotId, &Penalty)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Trails) {
+        return;
+    }
+    let last = showing.clock.cycle;
+    let length = (TRAIL_S / showing.clock.period_s) as u64;
+    let first = last.saturating_sub(length);
+    let trail = |place: &dyn Fn(&CycleSample) -> Option<Vec2>, colour: Color, brush: &mut Brush| {
+        let mut before: Option<Vec2> = None;
+        for (cycle, sample) in samples.between(first, last) {
+            let here = place(sample);
+            if let (Some(start), Some(end)) = (before, here)
+                && start.distance(end) < JUMP_M
+            {
+                let age = (last - cycle) as f32 / length.max(1) as f32;
+                brush.line(start, end, colour.with_alpha(1.0 - 0.85 * age));
+            }
+            before = here;
+        }
+    };
+    for (id, penalty) in &robots {
+        if showing.shows(Overlay::Trails, *id, penalty) {
+            let place = |sample: &CycleSample| {
+                sample.robots.get(id).filter(|robot| !robot.penalised).map(|robot| robot.pose.position)
+            };
+            trail(&place, palette::team(id.team), &mut brush);
+        }
+    }
+    trail(&|sample| sample.ball, palette::ink(Ink::Orange), &mut brush);
+}
+
+pub(super) fn draw_targets(
+    showing: Showing,
+    current: Res<CurrentRecord>,
+    game: Res<Game>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Drawings, &Body)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Targets) {
+        return;
+    }
+    for (id, pose, previous, penalty, drawings, body) in &robots {
+        if !showing.shows(Overlay::Targets, *id, penalty) {
+            continue;
+        }
+        let place = showing.place(pose, previous);
+        let own_end = game.own_end(id.team);
+        for drawing in drawings.iter() {
+            let DrawnShape::Target { position_m, .. } = &drawing.shape else { continue };
+            let target = match drawing.frame {
+                Frame::Team => point_pitch_from_team(*position_m, own_end),
+                Frame::Robot => place.transform_point(*position_m),
+            };
+            let colour = palette::ink(drawing.ink);
+            dashes(place.position, target, colour, &mut brush);
+            brush.circle(target, 0.06, colour);
+            brush.cross(target, 0.12, colour);
+            if let DrawnShape::Target { words, .. } = &drawing.shape
+                && !words.is_empty()
+            {
+                brush.words(target, words.clone(), colour);
+            }
+        }
+        let command = current.record.robot(*id).and_then(|robot| robot.command.as_ref());
+        let Some(command) = command else { continue };
+        let cycles = AHEAD_S / showing.clock.period();
+        if let Some(walk) = command.walk {
+            let end = place.transform_point(cycles * walk.translation());
+            brush.arrow(place.position, end, palette::ink(Ink::White));
+            let turn = (cycles * walk.dtheta).clamp(-3.0, 3.0);
+            let from = place.heading;
+            let around = body.torso.half_width_m + AROUND_BODY_M;
+            brush.path(super::geometry::arc(place.position, around, [from, from + turn]), palette::ink(Ink::White));
+        }
+        if let Some(head) = command.head {
+            let gaze = unit(place.heading + head.yaw);
+            brush.line(place.position + 0.1 * gaze, place.position + LOOK_M * gaze, palette::ink(Ink::Sky));
+        }
+    }
+}
+
+/// A line of dashes on the ground.
+fn dashes(start: Vec2, end: Vec2, colour: Color, brush: &mut Brush) {
+    /// Length of a dash and the gap after it, m.
+    const DASH_M: f32 = 0.12;
+    let length = start.distance(end);
+    let direction = (end - start).normalize_or_zero();
+    let count = (length / DASH_M).ceil().min(200.0) as u32;
+    for dash in 0..count {
+        let from = dash as f32 * DASH_M;
+        brush.line(start + from * direction, start + (from + 0.6 * DASH_M).min(length) * direction, colour);
+    }
+}
+
+/// What behaviours draw, but for the places where robots mean to go: those have a switch of their own.
+pub(super) fn draw_drawings(
+    showing: Showing,
+    game: Res<Game>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Drawings)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Drawings) {
+        return;
+    }
+    for (id, pose, previous, penalty, drawings) in &robots {
+        if !showing.shows(Overlay::Drawings, *id, penalty) {
+            continue;
+        }
+        let (place, own_end) = (showing.place(pose, previous), game.own_end(id.team));
+        for drawing in drawings.iter() {
+            let on_pitch = |point: Vec2| match drawing.frame {
+                Frame::Team => point_pitch_from_team(point, own_end),
+                Frame::Robot => place.transform_point(point),
+            };
+            let colour = palette::ink(drawing.ink);
+            match &drawing.shape {
+                DrawnShape::Line { start_m, end_m } => brush.line(on_pitch(*start_m), on_pitch(*end_m), colour),
+                DrawnShape::Circle { centre_m, radius_m } => brush.circle(on_pitch(*centre_m), *radius_m, colour),
+                DrawnShape::Text { position_m, words } => brush.words(on_pitch(*position_m), words.clone(), colour),
+                // Those have a switch of their own.
+                DrawnShape::Target { .. } => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The colours of what is shown: those of the [appearance](naoisis_sensing::appearance::colours), as Bevy and the panels take them.
+
+use bevy::prelude::*;
+use bevy_egui::egui::Color32;
+
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::pitch::GoalColour;
+use naoisis_core::team::Team;
+use naoisis_sensing::appearance::colours::{self, Colour};
+
+/// The sky, and what fades into it.
+pub const SKY: Color = from_appearance(colours::SKY);
+/// The floor of the hall.
+pub const FLOOR: Color = from_appearance(colours::FLOOR);
+/// Nets.
+pub const NET: Color = from_appearance(colours::NET);
+
+/// A colour of the appearance.
+pub const fn from_appearance(Colour([red, green, blue]): Colour) -> Color {
+    Color::srgb(red as f32 / 255.0, green as f32 / 255.0, blue as f32 / 255.0)
+}
+
+/// The colour of a team's waistband.
+pub const fn team(team: Team) -> Color {
+    from_appearance(colours::team(team))
+}
+
+/// The colour of a goal.
+pub const fn goal(colour: GoalColour) -> Color {
+    from_appearance(colours::goal(colour))
+}
+
+/// The colour of an overlay, or of what a behaviour draws.
+pub fn ink(ink: Ink) -> Color {
+    let [red, green, blue] = ink.rgb();
+    Color::srgb_u8(red, green, blue)
+}
+
+/// The same colour in a panel.
+pub fn in_panel(colour: Color) -> Color32 {
+    let [red, green, blue, alpha] = colour.to_srgba().to_u8_array();
+    Color32::from_rgba_unmultiplied(red, green, blue, alpha)
+}

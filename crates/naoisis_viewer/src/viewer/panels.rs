@@ -1,0 +1,361 @@
+//! Score, clock and state, controls, help.
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use core::ops::Range;
+
+use super::display_settings::{DisplaySettings, Switch};
+use super::keys::{self, HelpGroup};
+use super::layout::{self, LayoutSystems};
+use super::scenario_list;
+use super::shared::{Action, Playback, Selection, ViewerCommand, is_over};
+use super::speed::Speed;
+use super::theme::{MARGIN, band, bright, card, dim, minutes, panel, problem_colour, text_size};
+use super::timeline::Timeline;
+use super::workspace::show_choice;
+use naoisis_core::behaviour::BehaviourRegistry;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Game, GameState};
+use naoisis_core::team::Team;
+use naoisis_sim::scenario::{BehaviourSpec, Scenario};
+
+/// Height of the score, logical pixels.
+const SCORE_HEIGHT: f32 = 30.0;
+
+/// The panels.
+pub struct PanelsPlugin;
+
+impl Plugin for PanelsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            EguiPrimaryContextPass,
+            (
+                show_score.in_set(LayoutSystems::Score),
+                show_controls.in_set(LayoutSystems::Controls),
+                show_help.run_if(|display: Res<DisplaySettings>| display.help).in_set(LayoutSystems::Floating),
+            ),
+        );
+    }
+}
+
+fn show_score(
+    mut contexts: EguiContexts,
+    game: Res<Game>,
+    clock: Res<CycleClock>,
+    playback: Res<Playback>,
+    (display, selection): (Res<DisplaySettings>, Res<Selection>),
+    team_names: TeamNames,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    /// For those who have not yet found it.
+    const HINT: &str = "Click a robot to see what it knows. H: all keys.";
+    let names = team_names.both();
+    let text = match game.time_left_s(&clock) {
+        Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
+        None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
+    };
+    let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
+    let text = if over { format!("{text}   end of the scenario") } else { text };
+    let hint = if display.robot && selection.0.is_none() { HINT } else { "" };
+    layout::bar_above(contexts.ctx_mut()?, "score", |ui| {
+        let teams = |ui: &mut egui::Ui| {
+            // As high as the highest, so that all are on one line.
+            ui.set_min_height(SCORE_HEIGHT);
+            band(ui, Team::Blue, egui::vec2(14.0, 22.0));
+            ui.label(bright(&names[0]).size(text_size::TEAM));
+            ui.add_space(4.0);
+            let score = format!("{} : {}", game.score.blue, game.score.pink);
+            ui.label(bright(score).size(text_size::SCORE).strong());
+            ui.add_space(4.0);
+            ui.label(bright(&names[1]).size(text_size::TEAM));
+            band(ui, Team::Pink, egui::vec2(14.0, 22.0));
+            ui.add_space(12.0);
+            ui.add(egui::Label::new(dim(&text)).extend());
+        };
+        in_the_middle(ui, hint, teams, |ui| show_choice(ui, display.workspace, &mut actions));
+    });
+    Ok(())
+}
+
+/// What is shown in the middle of a bar, as wide as it was in the frame before; at its end other things, and where there is room,
+/// words before it.
+fn in_the_middle(
+    ui: &mut egui::Ui,
+    beside: &str,
+    show: impl FnOnce(&mut egui::Ui),
+    show_at_end: impl FnOnce(&mut egui::Ui),
+) {
+    let id = ui.id().with("widths");
+    let [before, at_end]: [f32; 2] = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    ui.horizontal(|ui| {
+        ui.set_min_height(SCORE_HEIGHT);
+        let (start, all) = (ui.cursor().left(), ui.available_width());
+        // In the middle, but for what is at the end.
+        let room = ((all - before) / 2.0).min(all - before - at_end).max(0.0);
+        let words = ui.painter().layout_no_wrap(
+            beside.to_owned(),
+            egui::TextStyle::Body.resolve(ui.style()),
+            egui::Color32::WHITE,
+        );
+        if words.size().x + ui.spacing().item_spacing.x < room {
+            ui.add(egui::Label::new(dim(beside)).extend());
+        }
+        ui.add_space((start + room - ui.cursor().left()).max(0.0));
+        let width = ui.horizontal(show).response.rect.width();
+        ui.add_space((start + all - at_end - ui.cursor().left()).max(0.0));
+        let at_end = ui.horizontal(show_at_end).response.rect.width();
+        ui.data_mut(|data| data.insert_temp(id, [width, at_end + ui.spacing().item_spacing.x]));
+    });
+}
+
+fn show_controls(
+    mut contexts: EguiContexts,
+    mut actions: MessageWriter<Action>,
+    playback: Res<Playback>,
+    (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
+    scenario: Option<Res<Scenario>>,
+) -> Result {
+    let is_over = is_over(&game, &clock, &playback) && !timeline.is_past();
+    let mut send = |action| {
+        actions.write(action);
+    };
+    layout::bar_below(contexts.ctx_mut()?, "controls", |ui| {
+        if let Some(problem) = &playback.problem {
+            ui.label(RichText::new(problem).color(problem_colour(ui)));
+        }
+        // In narrow windows in several lines.
+        ui.horizontal_wrapped(|ui| {
+            let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
+                ui.add(egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0)))
+                    .on_hover_text(hint)
+                    .clicked()
+            };
+            let stands = playback.paused || is_over;
+            let (pause, hint) = if stands { ("▶", "Go on (Space)") } else { ("⏸", "Pause (Space)") };
+            if button(ui, pause, hint) {
+                send(Action::Command(ViewerCommand::TogglePause));
+            }
+            if button(ui, "⏭", "One cycle (Right)") {
+                send(Action::Command(ViewerCommand::Step));
+            }
+            ui.separator();
+            if button(ui, "−", "Slower (Down)") {
+                send(Action::Command(ViewerCommand::Slower));
+            }
+            choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
+            if button(ui, "+", "Faster (Up)") {
+                send(Action::Command(ViewerCommand::Faster));
+            }
+            ui.separator();
+            if button(ui, "⟲", "Same match from the start (R)") {
+                send(Action::Command(ViewerCommand::Restart));
+            }
+            if button(ui, "🎲", "New match with the next seed (Shift R)") {
+                send(Action::Command(ViewerCommand::RestartWithNextSeed));
+            }
+            ui.separator();
+            if button(ui, "?", "Keys (H)") {
+                send(Action::Toggle(Switch::Help));
+            }
+            ui.separator();
+            choose_scenario(ui, scenario.as_deref(), |name| send(Action::Command(ViewerCommand::Load(name))));
+            ui.add(egui::Label::new(dim(status(&playback, &clock, scenario.as_deref(), is_over))).extend());
+        });
+    });
+    Ok(())
+}
+
+fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(Speed)) {
+    let text = playback.speed.to_string();
+    let list = egui::ComboBox::from_id_salt("speed").width(58.0).selected_text(bright(&text));
+    let shown = list.show_ui(ui, |ui| {
+        for speed in Speed::ALL {
+            if ui.selectable_label(speed == playback.speed, speed.to_string()).clicked() {
+                choose(speed);
+            }
+        }
+    });
+    named(shown.response, "Speed", &text).on_hover_text("Simulated seconds a second");
+}
+
+fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, choose: impl FnMut(&'static str)) {
+    let current = scenario.map(|scenario| scenario.name.as_str()).unwrap_or_default();
+    let list = egui::ComboBox::from_id_salt("scenario").width(150.0).selected_text(bright(current));
+    let response = scenario_list::show(ui, list, current, choose);
+    named(response, "Another scenario", current).on_hover_text("Another scenario, from the start");
+}
+
+/// A list has a name, for those who cannot see what is around it.
+fn named(response: egui::Response, name: &str, value: &str) -> egui::Response {
+    response.widget_info(|| {
+        let mut info = WidgetInfo::labeled(WidgetType::ComboBox, true, name);
+        info.current_text_value = Some(value.to_owned());
+        info
+    });
+    response
+}
+
+/// Where the match is and how fast it goes.
+fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, is_over: bool) -> String {
+    let mut parts = Vec::new();
+    if let Some(scenario) = scenario {
+        parts.push(format!("seed {}", scenario.seed));
+    }
+    parts.push(format!("{:.1} s", clock.end_time_s()));
+    parts.push(match (is_over, playback.paused) {
+        (true, _) => "over".to_owned(),
+        (false, true) => "paused".to_owned(),
+        (false, false) => format!("runs at {:.1}×", playback.achieved),
+    });
+    parts.join("   ")
+}
+
+fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
+    /// Width of the list, and what of the window's height it leaves to everything else, logical pixels.
+    const WIDTH: f32 = 1040.0;
+    const AROUND: f32 = 150.0;
+
+    let context = contexts.ctx_mut()?;
+    let room = context.content_rect().size();
+    let (width, height) = (WIDTH.min(room.x - 6.0 * MARGIN), (room.y - AROUND).max(100.0));
+    panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
+            ui.set_width(width);
+            ui.label(bright("Keys").size(text_size::TITLE).strong());
+            ui.add_space(6.0);
+            egui::ScrollArea::both().max_height(height).min_scrolled_height(height).show(ui, show_keys);
+            ui.add_space(6.0);
+            if ui.button("Close").clicked() {
+                actions.write(Action::Toggle(Switch::Help));
+            }
+        });
+    });
+    Ok(())
+}
+
+/// The groups in as many columns as there is room for, each of them about as long.
+fn show_keys(ui: &mut egui::Ui) {
+    /// Width of a column, logical pixels.
+    const COLUMN: f32 = 320.0;
+
+    let groups = keys::help();
+    let columns = ((ui.available_width() / COLUMN) as usize).clamp(1, groups.len());
+    let heights: Vec<usize> = groups.iter().map(|group| group.lines.len() + AROUND_GROUP).collect();
+    ui.horizontal_top(|ui| {
+        for column in in_columns(&heights, columns) {
+            ui.vertical(|ui| groups[column].iter().for_each(|group| show_key_group(ui, group)));
+            ui.add_space(20.0);
+        }
+    });
+}
+
+/// Besides its lines a group of the help has its name and a gap.
+const AROUND_GROUP: usize = 2;
+
+/// What has these heights, one after another in at most so many columns, the highest of which is as low as can be.
+fn in_columns(heights: &[usize], columns: usize) -> Vec<Range<usize>> {
+    let split = |most: usize| {
+        let (mut split, mut begin, mut filled) = (Vec::new(), 0, 0);
+        for (index, height) in heights.iter().enumerate() {
+            if filled + height > most && index > begin {
+                split.push(begin..index);
+                (begin, filled) = (index, 0);
+            }
+            filled += height;
+        }
+        split.push(begin..heights.len());
+        split
+    };
+    let whole: usize = heights.iter().sum();
+    (whole / columns.max(1)..=whole).map(split).find(|split| split.len() <= columns.max(1)).unwrap_or_default()
+}
+
+fn show_key_group(ui: &mut egui::Ui, group: &HelpGroup) {
+    ui.label(bright(group.name).size(text_size::IMPORTANT));
+    egui::Grid::new(group.name).num_columns(2).spacing([20.0, 3.0]).show(ui, |ui| {
+        for (key, what) in &group.lines {
+            ui.label(bright(*key));
+            ui.label(dim(*what));
+            ui.end_row();
+        }
+    });
+    ui.add_space(8.0);
+}
+
+/// What the teams are called.
+#[derive(SystemParam)]
+pub(super) struct TeamNames<'w> {
+    scenario: Option<Res<'w, Scenario>>,
+    registry: Res<'w, BehaviourRegistry>,
+}
+
+impl TeamNames<'_> {
+    /// Blue's name and pink's.
+    pub fn both(&self) -> [String; 2] {
+        Team::BOTH.map(|team| team_name(team, self.scenario.as_deref(), &self.registry))
+    }
+}
+
+/// The team's name: that of the scenario, or of the team whose behaviours its robots have, or its colour.
+fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegistry) -> String {
+    let named = |scenario: &Scenario| match (&scenario.teams, team) {
+        (Some(teams), team) => Some(teams.name(team).to_owned()),
+        (None, _) => {
+            let robots = scenario.robots.iter().filter(|robot| robot.team == team);
+            let behaviours = robots.map(|robot| match &robot.behaviour {
+                BehaviourSpec::Named(name) => Some((robot.number, name.as_str())),
+                _ => None,
+            });
+            registry.team_of(&behaviours.collect::<Option<Vec<_>>>()?).map(str::to_owned)
+        }
+    };
+    scenario.and_then(named).unwrap_or_else(|| team.name().to_owned())
+}
+
+/// What a state of the game is called.
+pub(super) fn state_name(state: GameState) -> &'static str {
+    match state {
+        GameState::Initial => "initial",
+        GameState::Standby => "standby",
+        GameState::Ready => "ready",
+        GameState::Set => "set",
+        GameState::Playing => "playing",
+        GameState::Finished => "finished",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::simulation::{self, NaoisisPlugins};
+
+    #[test]
+    fn groups_fill_no_more_columns_than_there_are_and_these_evenly() {
+        assert_eq!(in_columns(&[14, 10, 8, 12, 22, 8, 6], 3), [0..3, 3..5, 5..7]);
+        assert_eq!(in_columns(&[3, 3], 5), [0..1, 1..2]);
+        assert_eq!(in_columns(&[3, 9], 1).first(), Some(&(0..2)));
+    }
+
+    #[test]
+    fn times_are_minutes_and_seconds() {
+        assert_eq!([0.0, 59.99, 60.0, 605.2].map(minutes), ["0:00", "0:59", "1:00", "10:05"]);
+    }
+
+    #[test]
+    fn teams_have_the_names_of_the_scenario() {
+        let scenario = Scenario::from_json(r#"{ "teams": { "blue": "roles", "pink": "chasers" } }"#).unwrap();
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        let name = |scenario, registry| team_name(Team::Pink, scenario, registry);
+        assert_eq!(name(Some(&scenario), app.world().resource()), "chasers");
+        assert_eq!(name(None, app.world().resource()), "pink");
+        // A trace lists robots, not teams.
+        let listed = simulation::resolved(app.world(), &scenario);
+        assert_eq!(listed.teams, None);
+        assert_eq!(name(Some(&listed), app.world().resource()), "chasers");
+        let scripted = Scenario::from_json(r#"{ "robots": [{ "team": "pink", "number": 1 }] }"#).unwrap();
+        assert_eq!(name(Some(&scripted), app.world().resource()), "pink");
+    }
+}

@@ -1,0 +1,376 @@
+//! Any number of robots and the ball as a curve over the whole match: pinned by a click on its value, or from a list.
+//!
+//! From when a field is pinned its values are read after each cycle. Those of before are found by a thread of its own: what is
+//! measured from the records, what is in components by playing the match again from what was [kept](Keyframes) of it. That is so
+//! for a match that is played here and for one that a trace was written of.
+
+use bevy::prelude::*;
+use bevy_egui::EguiPrimaryContextPass;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::sync::{Mutex, PoisonError};
+
+pub mod catalogue;
+mod chart;
+mod export;
+pub mod field;
+pub mod list;
+mod measured;
+mod panel;
+pub mod series;
+pub mod subject;
+pub mod wording;
+mod worker;
+
+use super::cycle_samples::CycleSamples;
+use super::display_settings::DisplaySettings;
+use super::keyframes::{Keyframes, Simulator};
+use super::layout::LayoutSystems;
+use super::rebuild::{RebuildProgress, Rebuilt};
+use super::shared::Selection;
+use super::timeline::Timeline;
+use catalogue::{FieldList, list_fields};
+use field::{Field, KnownField, Source, Subject};
+use naoisis_core::ball::Ball;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::RobotId;
+use naoisis_record::record::history::History;
+use series::Series;
+use worker::{Reply, Task};
+
+/// More are not pinned at once.
+const MOST_PINS: usize = 24;
+
+/// Keeps and shows the [`Plots`].
+pub struct PlotsPlugin;
+
+impl Plugin for PlotsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Plots>()
+            .init_resource::<FieldList>()
+            .add_message::<PlotCommand>()
+            .add_systems(Update, (list_fields, obey, begin_anew, listen, ask).chain())
+            .add_systems(EguiPrimaryContextPass, panel::show.run_if(is_open).in_set(LayoutSystems::Plots));
+    }
+}
+
+fn is_open(display: Res<DisplaySettings>) -> bool {
+    display.plots
+}
+
+/// What the user wants of the plots.
+#[derive(Message, Clone, PartialEq, Eq, Debug)]
+pub enum PlotCommand {
+    /// A curve of this field, for the robot if it is a robot's; no longer, if there is one.
+    Toggle(Field, Option<RobotId>),
+    /// No plot of this field.
+    Remove(Field),
+}
+
+/// A field that is plotted.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Pin {
+    /// The field.
+    pub field: Field,
+    /// The robots that have a curve; of a field of the ball, nobody.
+    #[serde(default)]
+    pub robots: BTreeSet<RobotId>,
+}
+
+impl Pin {
+    /// Whether there is a curve of a robot, or of the ball.
+    fn has(&self, subject: Subject) -> bool {
+        match subject {
+            Subject::Robot(id) => self.robots.contains(&id),
+            Subject::Ball => true,
+        }
+    }
+}
+
+/// What is plotted, and what is known of it.
+#[derive(Resource, Default, Debug)]
+pub struct Plots {
+    /// What is plotted, in order from above.
+    pub pins: Vec<Pin>,
+    data: BTreeMap<Field, Known>,
+    /// The match that it is of.
+    of: Keyframes,
+    job: Option<Job>,
+}
+
+/// What is known of a field.
+#[derive(Default, Debug)]
+struct Known {
+    curves: BTreeMap<Subject, Series>,
+    /// Before this cycle all is known.
+    until: u64,
+    /// From this cycle on all is known, as it was read while the match was played.
+    since: Option<u64>,
+    /// Why no more can be known of the past.
+    fault: Option<String>,
+}
+
+/// A thread that finds out what was.
+#[derive(Debug)]
+struct Job {
+    fields: BTreeSet<Field>,
+    replies: Mutex<Receiver<Reply>>,
+}
+
+impl Plots {
+    /// The curve of a field, if anything is known of it.
+    pub fn series(&self, field: &Field, subject: Subject) -> Option<&Series> {
+        self.data.get(field)?.curves.get(&subject)
+    }
+
+    /// How many fields are plotted, and how many curves of them have values.
+    pub fn counts(&self) -> [usize; 2] {
+        let curves = self.pins.iter().flat_map(|pin| {
+            let known = self.data.get(&pin.field).into_iter().flat_map(|known| &known.curves);
+            known.filter(|(subject, series)| pin.has(**subject) && !series.is_empty())
+        });
+        [self.pins.len(), curves.count()]
+    }
+
+    /// Whether a field has a plot.
+    pub fn is_pinned(&self, field: &Field) -> bool {
+        self.pins.iter().any(|pin| pin.field == *field)
+    }
+
+    /// Why not all is known of a field, or how far it is known while it is still being found out.
+    fn state(&self, field: &Field) -> Option<String> {
+        let known = self.data.get(field)?;
+        if let Some(fault) = &known.fault {
+            return Some(format!("Before this it is not known: {fault}."));
+        }
+        let job = self.job.as_ref().filter(|job| job.fields.contains(field));
+        job.map(|_| format!("The match is gone through for it: at cycle {}…", known.until))
+    }
+
+    fn note(&mut self, field: &Field, values: impl IntoIterator<Item = (Subject, u64, f32)>) {
+        let known = self.data.entry(field.clone()).or_default();
+        for (subject, cycle, value) in values {
+            known.curves.entry(subject).or_default().set(cycle, value);
+        }
+    }
+}
+
+fn obey(
+    mut commands: MessageReader<PlotCommand>,
+    list: Res<FieldList>,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    mut plots: ResMut<Plots>,
+    mut display: ResMut<DisplaySettings>,
+) {
+    for command in commands.read() {
+        match command {
+            PlotCommand::Remove(field) => plots.pins.retain(|pin| pin.field != *field),
+            PlotCommand::Toggle(field, robot) => {
+                let Some(known) = list.find(field) else { continue };
+                let robot = robot.or(selection.0).filter(|_| !known.of_ball);
+                let robots: BTreeSet<RobotId> = match robot {
+                    Some(robot) => [robot].into(),
+                    None if known.of_ball => BTreeSet::new(),
+                    None => roster.iter().map(|(id, _)| id).collect(),
+                };
+                toggle(&mut plots.pins, field, robots);
+                if plots.is_pinned(field) {
+                    display.plots = true;
+                }
+            }
+        }
+    }
+}
+
+/// Robots get a curve, or lose it where all of them have one; a plot without curves goes.
+fn toggle(pins: &mut Vec<Pin>, field: &Field, robots: BTreeSet<RobotId>) {
+    let Some(index) = pins.iter().position(|pin| pin.field == *field) else {
+        if pins.len() < MOST_PINS {
+            pins.push(Pin { field: field.clone(), robots });
+        }
+        return;
+    };
+    let pin = &mut pins[index];
+    if robots.is_subset(&pin.robots) {
+        pin.robots.retain(|robot| !robots.contains(robot));
+        if pin.robots.is_empty() {
+            pins.remove(index);
+        }
+    } else {
+        pin.robots.extend(robots);
+    }
+}
+
+/// Of another match nothing is known, nor of a field that is no longer plotted.
+fn begin_anew(keyframes: Res<Keyframes>, mut plots: ResMut<Plots>) {
+    if !plots.of.is_same(&keyframes) {
+        let pins = core::mem::take(&mut plots.pins);
+        *plots = Plots { pins, of: keyframes.clone(), ..default() };
+    }
+    let is_needed = |field: &Field| plots.pins.iter().any(|pin| pin.field == *field);
+    if plots.data.keys().any(|field| !is_needed(field)) {
+        let pinned: BTreeSet<Field> = plots.pins.iter().map(|pin| pin.field.clone()).collect();
+        plots.data.retain(|field, _| pinned.contains(field));
+    }
+}
+
+/// Lets a thread find out what is not known of the past, of all fields at once.
+fn ask(
+    mut plots: ResMut<Plots>,
+    list: Res<FieldList>,
+    (history, keyframes): (Res<History>, Res<Keyframes>),
+    (timeline, clock): (Res<Timeline>, Res<CycleClock>),
+    (simulator, rebuilt): (Option<Res<Simulator>>, Option<Res<Rebuilt>>),
+) {
+    let Some(last) = history.last_cycle().filter(|_| !plots.pins.is_empty()) else { return };
+    let fields: Vec<Field> = plots.pins.iter().map(|pin| pin.field.clone()).collect();
+    let mut wanted = Vec::new();
+    let mut cycles = [u64::MAX, 0];
+    for known in fields.iter().filter_map(|field| list.find(field)) {
+        let data = plots.data.entry(known.field.clone()).or_default();
+        let end = data.since.unwrap_or(last + 1);
+        if data.until < end && data.fault.is_none() {
+            cycles = [cycles[0].min(data.until), cycles[1].max(end - 1)];
+            wanted.push(known.clone());
+        }
+    }
+    let is_asked = |job: &Job| wanted.iter().all(|known| job.fields.contains(&known.field));
+    if wanted.is_empty() || plots.job.as_ref().is_some_and(is_asked) {
+        return;
+    }
+    // A trace's match is kept from its start as soon as it is played again.
+    let is_kept = keyframes.before(cycles[0]).is_some() || keyframes.fault().is_some() || simulator.is_none();
+    if !is_kept {
+        let failed = rebuilt.and_then(|rebuilt| match &rebuilt.progress {
+            RebuildProgress::Failed(message) => Some(message.clone()),
+            _ => None,
+        });
+        match failed {
+            Some(message) => {
+                for known in wanted.iter().filter(|known| matches!(known.source, Source::Component { .. })) {
+                    plots.data.entry(known.field.clone()).or_default().fault = Some(message.clone());
+                }
+                wanted.retain(|known| matches!(known.source, Source::Measured(_)));
+            }
+            None => wanted.retain(|known| matches!(known.source, Source::Measured(_))),
+        }
+        if wanted.is_empty() {
+            return;
+        }
+    }
+    let task = Task {
+        fields: wanted.clone(),
+        cycles,
+        history: history.clone(),
+        keyframes: keyframes.clone(),
+        recorded: timeline.fields().clone(),
+        simulator: simulator.map(|simulator| simulator.0),
+        period_s: clock.period_s,
+    };
+    let fields: BTreeSet<Field> = wanted.into_iter().map(|known| known.field).collect();
+    match worker::begin(task) {
+        Ok(replies) => plots.job = Some(Job { fields, replies: Mutex::new(replies) }),
+        Err(error) => {
+            for field in fields {
+                plots.data.entry(field).or_default().fault = Some(error.to_string());
+            }
+        }
+    }
+}
+
+fn listen(mut plots: ResMut<Plots>) {
+    let Some(job) = &plots.job else { return };
+    let mut replies = Vec::new();
+    let mut is_over = false;
+    {
+        let receiver = job.replies.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            match receiver.try_recv() {
+                Ok(reply) => replies.push(reply),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => {
+                    is_over = true;
+                    break;
+                }
+            }
+        }
+    }
+    for reply in replies {
+        match reply {
+            Reply::Values { until, fields, values } => {
+                for (field, values) in worker::by_field(&fields, values) {
+                    plots.note(&field, values);
+                    let known = plots.data.entry(field).or_default();
+                    known.until = known.until.max(until + 1);
+                }
+            }
+            Reply::Fault(fields, fault) => {
+                for field in fields {
+                    plots.data.entry(field).or_default().fault = Some(fault.clone());
+                }
+            }
+        }
+    }
+    if is_over {
+        plots.job = None;
+    }
+}
+
+/// Reads what is plotted after a cycle of the match that is played here.
+pub(super) fn note_cycle(world: &mut World) {
+    if world.get_resource::<Plots>().is_none_or(|plots| plots.pins.is_empty()) {
+        return;
+    }
+    world.resource_scope(|world, mut plots: Mut<Plots>| {
+        let fields: Vec<KnownField> = {
+            let list = world.resource::<FieldList>();
+            plots.pins.iter().filter_map(|pin| list.find(&pin.field).cloned()).collect()
+        };
+        let clock = *world.resource::<CycleClock>();
+        let mut values = read_components(world, &fields);
+        if let Some(sample) = world.get_resource::<CycleSamples>().and_then(|samples| samples.sample(clock.cycle)) {
+            for (index, field) in fields.iter().enumerate() {
+                if let Source::Measured(measured) = field.source {
+                    let measured = measured.values(sample, clock.period_s).into_iter();
+                    values.extend(measured.map(|(subject, value)| (index, subject, value)));
+                }
+            }
+        }
+        for (index, subject, value) in values {
+            plots.note(&fields[index].field, [(subject, clock.cycle, value)]);
+        }
+        for known in &fields {
+            plots.data.entry(known.field.clone()).or_default().since.get_or_insert(clock.cycle);
+        }
+    });
+}
+
+/// The values of fields in the components that robots and the ball have now: which field, of whom, how much.
+fn read_components(world: &mut World, fields: &[KnownField]) -> Vec<(usize, Subject, f32)> {
+    if fields.iter().all(|field| matches!(field.source, Source::Measured(_))) {
+        return Vec::new();
+    }
+    let Some(registry) = world.get_resource::<AppTypeRegistry>().cloned() else { return Vec::new() };
+    let registry = registry.read();
+    let mut balls = world.query_filtered::<Entity, With<Ball>>();
+    let ball = balls.iter(world).next().map(|ball| (Subject::Ball, ball));
+    let robots = world.resource::<Roster>().iter().map(|(id, robot)| (Subject::Robot(id), robot));
+    let subjects: Vec<(Subject, Entity)> = robots.chain(ball).collect();
+    let mut values = Vec::new();
+    for (index, field) in fields.iter().enumerate() {
+        let Source::Component { type_id, steps, factor } = &field.source else { continue };
+        let Some(component) = registry.get_type_data::<ReflectComponent>(*type_id) else { continue };
+        for (subject, entity) in subjects.iter().filter(|(subject, _)| field.of_ball == (*subject == Subject::Ball)) {
+            let Ok(entity) = world.get_entity(*entity) else { continue };
+            let value = component.reflect(entity).and_then(|value| field::read(value.as_partial_reflect(), steps));
+            values.extend(value.map(|value| (index, *subject, factor * value)));
+        }
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests;

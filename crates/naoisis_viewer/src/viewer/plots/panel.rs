@@ -1,0 +1,324 @@
+//! The plots on the screen.
+
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{
+    self, Align2, Color32, FontId, Pos2, Rect as Area, RichText, Sense, Shape, Stroke, WidgetInfo, WidgetType,
+};
+use std::path::Path;
+
+use super::catalogue::FieldList;
+use super::chart::{Chart, Line, ink};
+use super::export::{self, FileKind, clipped};
+use super::field::{KnownField, Subject};
+use super::series::Series;
+use super::{Pin, PlotCommand, Plots, list};
+use crate::viewer::layout::{Dock, Edge, PanelSizes};
+use crate::viewer::shared::{Notice, TimelineCommand};
+use crate::viewer::theme::{bright, dim, minutes, team_colour, text_size};
+use crate::viewer::time_axis::{Axis, ShownPart, upright};
+use crate::viewer::timeline::Timeline;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::RobotId;
+use naoisis_record::record::history::{History, MarkKind};
+use naoisis_sensing::appearance::colours::Colour;
+use naoisis_sim::scenario::Scenario;
+
+/// The panel.
+const DOCK: Dock = Dock { name: "plots", edge: Edge::Below, size: 190.0, least: 110.0, most_share: 0.6 };
+/// Height of the curves, and of the time below them, logical pixels.
+const CURVES: f32 = 92.0;
+const TIME: f32 = 15.0;
+/// Width of the values at the left, and of the legend at the right, logical pixels.
+const VALUES: f32 = 58.0;
+const LEGEND: f32 = 136.0;
+/// Height of a line of the legend, logical pixels.
+const ENTRY: f32 = 14.0;
+/// Height of words at axes.
+const LETTERS: f32 = 10.5;
+/// Cycles between which there is no value are joined if they are no more: a trace may have a record of every so many only.
+const LONGEST_GAP: u64 = 15;
+
+/// What is shown, and may be changed by it.
+#[derive(bevy::ecs::system::SystemParam)]
+pub(super) struct Shown<'w> {
+    plots: Res<'w, Plots>,
+    list: Res<'w, FieldList>,
+    history: Res<'w, History>,
+    timeline: Res<'w, Timeline>,
+    clock: Res<'w, CycleClock>,
+    roster: Res<'w, Roster>,
+    scenario: Option<Res<'w, Scenario>>,
+}
+
+pub(super) fn show(
+    mut contexts: EguiContexts,
+    shown: Shown,
+    mut part: ResMut<ShownPart>,
+    mut sizes: ResMut<PanelSizes>,
+    mut notice: ResMut<Notice>,
+    mut moments: MessageWriter<TimelineCommand>,
+    mut commands: MessageWriter<PlotCommand>,
+) -> Result {
+    let Some(cycles) = shown.history.cycles() else { return Ok(()) };
+    let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
+    let now = shown.timeline.cursor().unwrap_or(whole[1]);
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        ui.horizontal(|ui| {
+            ui.label(bright("Plots"));
+            ui.separator();
+            list::show(ui, &shown.list, &shown.plots, &mut commands);
+            if part.0.is_some() && ui.button("Whole match").on_hover_text("Or a double click").clicked() {
+                part.0 = None;
+            }
+        });
+        if shown.plots.pins.is_empty() {
+            let words = "Nothing is plotted yet: click on a value of the selected robot (I), or add a field.";
+            ui.add(egui::Label::new(dim(words)).wrap());
+        }
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for pin in &shown.plots.pins {
+                let Some(known) = shown.list.find(&pin.field) else {
+                    missing(ui, pin, &mut commands);
+                    continue;
+                };
+                let axis = Axis {
+                    part: part.0.unwrap_or(whole),
+                    left: ui.cursor().left() + VALUES,
+                    width: (ui.available_width() - VALUES - LEGEND).max(40.0),
+                };
+                let plot = Plot { pin, known, shown: &shown, now, axis };
+                plot.show_head(ui, &mut commands, &mut notice);
+                let response = plot.show_curves(ui);
+                if let Some(changed) = axis.changed_part(ui, &response, whole) {
+                    *part = changed;
+                }
+                if response.hovered() {
+                    // On curves the wheel comes closer; beside them it goes from plot to plot.
+                    ui.input_mut(|input| input.smooth_scroll_delta.y = 0.0);
+                }
+                if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
+                    moments.write(TimelineCommand::GoTo(axis.cycle(at.x).round().max(0.0) as u64));
+                }
+            }
+        });
+    });
+    Ok(())
+}
+
+/// A field that was pinned in another match, and that nobody has in this one.
+fn missing(ui: &mut egui::Ui, pin: &Pin, commands: &mut MessageWriter<PlotCommand>) {
+    let path = pin.field.0.rsplit("::").next().unwrap_or(&pin.field.0);
+    let (component, path) = path.split_once('/').unwrap_or((path, ""));
+    let names: Vec<String> = path.split('.').map(str::to_owned).collect();
+    ui.horizontal(|ui| {
+        let what = format!("{}: {}", super::wording::component(component), super::wording::path(&names));
+        ui.label(dim(format!("{what}: nobody in this match has it")).size(text_size::ENTRY));
+        if ui.small_button("✖").on_hover_text("No plot of it").clicked() {
+            commands.write(PlotCommand::Remove(pin.field.clone()));
+        }
+    });
+}
+
+/// A plot under way.
+struct Plot<'a> {
+    pin: &'a Pin,
+    known: &'a KnownField,
+    shown: &'a Shown<'a>,
+    now: f64,
+    axis: Axis,
+}
+
+impl Plot<'_> {
+    /// Whose curves there are.
+    fn subjects(&self) -> Vec<Subject> {
+        if self.known.of_ball {
+            return vec![Subject::Ball];
+        }
+        // Those of another match have none in this one.
+        let robots = self.pin.robots.iter().filter(|id| self.shown.roster.get(**id).is_some());
+        robots.map(|id| Subject::Robot(*id)).collect()
+    }
+
+    fn series(&self, subject: Subject) -> Option<&Series> {
+        self.shown.plots.series(&self.pin.field, subject)
+    }
+
+    /// The part that is looked at, in so many columns.
+    fn chart(&self, columns: usize) -> Chart {
+        let curve = |subject| self.series(subject).map(|series| series.curve(self.axis.part, columns, LONGEST_GAP));
+        let line = |subject: Subject| Line { name: subject.name(), pieces: curve(subject).unwrap_or_default() };
+        Chart {
+            title: self.known.full_name(),
+            unit: self.known.unit.clone(),
+            lines: self.subjects().into_iter().map(line).collect(),
+            cycles: self.axis.part,
+            period_s: self.shown.clock.period_s,
+        }
+    }
+
+    /// What is plotted, of whom, and the files that can be made of it.
+    fn show_head(&self, ui: &mut egui::Ui, commands: &mut MessageWriter<PlotCommand>, notice: &mut Notice) {
+        let chart = self.chart(1);
+        ui.horizontal(|ui| {
+            ui.label(bright(chart.heading()).size(text_size::ENTRY));
+            if let Some(state) = self.shown.plots.state(&self.pin.field) {
+                ui.label(dim(state).size(text_size::SMALL));
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let named = |response: egui::Response, what: &str| {
+                    let name = format!("{what} {}", chart.title);
+                    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, &name));
+                    response
+                };
+                if named(ui.small_button("✖"), "Remove").on_hover_text("No plot of it").clicked() {
+                    commands.write(PlotCommand::Remove(self.pin.field.clone()));
+                }
+                for kind in FileKind::ALL.into_iter().rev() {
+                    let button = named(ui.small_button(kind.name()), kind.name());
+                    if button.on_hover_text("Saves what is shown in the current folder").clicked() {
+                        notice.tell(self.save(kind));
+                    }
+                }
+                if !self.known.of_ball {
+                    let button = ui.menu_button(RichText::new("Robots").size(text_size::SMALL), |ui| {
+                        self.choose_robots(ui, commands);
+                    });
+                    named(button.response, "Robots of").on_hover_text("Whose curves there are");
+                }
+            });
+        });
+    }
+
+    fn choose_robots(&self, ui: &mut egui::Ui, commands: &mut MessageWriter<PlotCommand>) {
+        let ids: Vec<RobotId> = self.shown.roster.iter().map(|(id, _)| id).collect();
+        for id in &ids {
+            let mut is_on = self.pin.robots.contains(id);
+            let words = RichText::new(id.to_string()).color(team_colour(ui, id.team));
+            if ui.checkbox(&mut is_on, words).clicked() {
+                commands.write(PlotCommand::Toggle(self.pin.field.clone(), Some(*id)));
+            }
+        }
+        if ui.button("All of them").clicked() {
+            for id in ids.iter().filter(|id| !self.pin.robots.contains(id)) {
+                commands.write(PlotCommand::Toggle(self.pin.field.clone(), Some(*id)));
+            }
+        }
+    }
+
+    /// Writes a file of it; what to tell the user.
+    fn save(&self, kind: FileKind) -> String {
+        let empty = Series::default();
+        let whole = self.subjects().into_iter();
+        let whole: Vec<(String, &Series)> =
+            whole.map(|subject| (subject.name(), self.series(subject).unwrap_or(&empty))).collect();
+        let name = self.shown.scenario.as_ref().map_or("match", |scenario| scenario.name.as_str());
+        let seed = self.shown.scenario.as_ref().map_or(0, |scenario| scenario.seed);
+        let name = format!("{}-seed{seed}", if name.is_empty() { "match" } else { name });
+        match export::save(Path::new(""), &name, &self.chart(export::columns()), &whole, kind) {
+            Ok(path) => format!("Saved as {}", path.display()),
+            Err(error) => format!("The plot is not saved: {error}"),
+        }
+    }
+
+    /// The curves with their axes and legend; what the mouse does on them.
+    fn show_curves(&self, ui: &mut egui::Ui) -> egui::Response {
+        let subjects = self.subjects();
+        let height = CURVES.max(ENTRY * (subjects.len() + 1) as f32);
+        let size = egui::vec2(VALUES + self.axis.width + LEGEND, height + TIME + 4.0);
+        let (area, _) = ui.allocate_exact_size(size, Sense::hover());
+        let corner = Pos2::new(self.axis.left, area.top() + 3.0);
+        let curves = Area::from_min_size(corner, egui::vec2(self.axis.width, height));
+        let response = ui.interact(curves, ui.id().with(("curves", &self.pin.field)), Sense::click_and_drag());
+        if !ui.is_rect_visible(area) {
+            return response;
+        }
+        let chart = self.chart(curves.width() as usize);
+        let [low, high] = self.draw_axes(ui, &chart, curves);
+        let y = |value: f64| curves.bottom() - ((value - low) / (high - low)) as f32 * curves.height();
+        let painter = ui.painter().with_clip_rect(curves.expand(1.0).intersect(ui.clip_rect()));
+        let is_dark = ui.visuals().dark_mode;
+        for (index, line) in chart.lines.iter().enumerate() {
+            let (colour, is_dashed) = ink(index, is_dark);
+            let stroke = Stroke::new(1.4, rgb(colour));
+            for piece in &line.pieces {
+                let points: Vec<Pos2> = clipped(piece, self.axis.part)
+                    .map(|[cycle, value]| Pos2::new(self.axis.x(cycle), y(value + chart.shift(index))))
+                    .collect();
+                match points.as_slice() {
+                    [point] => drop(painter.circle_filled(*point, 1.5, stroke.color)),
+                    _ if is_dashed => painter.extend(Shape::dashed_line(&points, stroke, 6.0, 4.0)),
+                    _ => drop(painter.add(Shape::line(points, stroke))),
+                }
+            }
+        }
+        for mark in self.shown.history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
+            let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
+            upright(ui, self.axis.x(mark.cycle as f64), curves, Stroke::new(1.0, colour.gamma_multiply(0.7)));
+        }
+        upright(ui, self.axis.x(self.now), curves, Stroke::new(1.5, ui.visuals().strong_text_color()));
+        let pointed = response.hover_pos().map(|at| self.axis.cycle(at.x));
+        if let Some(cycle) = pointed {
+            upright(ui, self.axis.x(cycle), curves, Stroke::new(1.0, ui.visuals().weak_text_color()));
+        }
+        self.show_legend(ui, &chart, &subjects, curves, pointed.unwrap_or(self.now).round().max(0.0) as u64);
+        response
+    }
+
+    /// Lines and words at round values and times; the ends of the values.
+    fn draw_axes(&self, ui: &egui::Ui, chart: &Chart, curves: Area) -> [f64; 2] {
+        /// A tick needs so many logical pixels.
+        const EACH: [f32; 2] = [80.0, 20.0];
+        let values = chart.value_ticks((curves.height() / EACH[1]) as usize);
+        let times = chart.time_ticks((curves.width() / EACH[0]) as usize);
+        let [low, high] = values.range;
+        let (font, weak) = (FontId::proportional(LETTERS), ui.visuals().weak_text_color());
+        let grid = Stroke::new(0.5, weak.gamma_multiply(0.5));
+        for (value, words) in &values.at {
+            let y = curves.bottom() - ((value - low) / (high - low)) as f32 * curves.height();
+            ui.painter().hline(curves.x_range(), y, grid);
+            // Long words begin at the edge of the panel.
+            let galley = ui.painter().layout_no_wrap(words.clone(), font.clone(), weak);
+            let left = (curves.left() - 5.0 - galley.size().x).max(curves.left() - VALUES);
+            ui.painter().galley(Pos2::new(left, y - galley.size().y / 2.0), galley, weak);
+        }
+        for (time_s, words) in &times.at {
+            let x = self.axis.x(time_s / chart.period_s);
+            ui.painter().vline(x, curves.y_range(), grid);
+            let below = Pos2::new(x, curves.bottom() + 2.0);
+            ui.painter().text(below, Align2::CENTER_TOP, words, font.clone(), weak);
+        }
+        values.range
+    }
+
+    /// Whose curve is which, with its value where the mouse is, or in the moment that is shown.
+    fn show_legend(&self, ui: &egui::Ui, chart: &Chart, subjects: &[Subject], curves: Area, cycle: u64) {
+        let left = curves.right() + 10.0;
+        let visuals = ui.visuals();
+        let time = minutes((cycle as f64 * chart.period_s) as f32);
+        let mut at = Pos2::new(left, curves.top() + ENTRY / 2.0);
+        let font = FontId::proportional(text_size::SMALL);
+        ui.painter().text(at, Align2::LEFT_CENTER, format!("at {time}"), font.clone(), visuals.weak_text_color());
+        for (index, subject) in subjects.iter().enumerate() {
+            at.y += ENTRY;
+            let (colour, is_dashed) = ink(index, visuals.dark_mode);
+            let ends = [at, at + egui::vec2(14.0, 0.0)];
+            let stroke = Stroke::new(2.5, rgb(colour));
+            if is_dashed {
+                ui.painter().extend(Shape::dashed_line(&ends, stroke, 4.0, 2.5));
+            } else {
+                ui.painter().line_segment(ends, stroke);
+            }
+            let value = self.series(*subject).and_then(|series| series.value_about(cycle, LONGEST_GAP));
+            let value = value.map_or("—".to_owned(), |value| chart.value_words(value));
+            let words = format!("{}  {value}", subject.name());
+            let beside = at + egui::vec2(19.0, 0.0);
+            ui.painter().text(beside, Align2::LEFT_CENTER, words, font.clone(), visuals.text_color());
+        }
+    }
+}
+
+fn rgb(Colour([red, green, blue]): Colour) -> Color32 {
+    Color32::from_rgb(red, green, blue)
+}

@@ -1,0 +1,190 @@
+//! The thread that reads, and plays again, what was before somebody wanted to see a curve of it.
+
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread;
+
+use super::field::{Field, KnownField, Source, Subject};
+use super::read_components;
+use crate::viewer::cycle_samples::CycleSample;
+use crate::viewer::keyframes::{Keyframes, MakeApp};
+use crate::viewer::rebuild::is_same;
+use naoisis_core::cycle::{CycleClock, try_run_cycle};
+use naoisis_record::record::beliefs::Sensed;
+use naoisis_record::record::history::History;
+use naoisis_sensing::sensing::jobs::SensingThreads;
+use naoisis_sim::interface::fields::Fields;
+
+/// Cycles between two replies.
+const AT_ONCE: u64 = 100;
+
+/// What is to be found out.
+pub(super) struct Task {
+    /// The fields.
+    pub fields: Vec<KnownField>,
+    /// The cycles, from one to another.
+    pub cycles: [u64; 2],
+    pub history: History,
+    pub keyframes: Keyframes,
+    /// What the records have.
+    pub recorded: Fields,
+    pub simulator: Option<MakeApp>,
+    pub period_s: f64,
+}
+
+/// What has been found out.
+#[derive(Debug)]
+pub(super) enum Reply {
+    /// Values of these fields until the end of a cycle.
+    Values { until: u64, fields: Vec<Field>, values: Vec<(usize, Subject, u64, f32)> },
+    /// Of these fields no more can be known, and why.
+    Fault(Vec<Field>, String),
+}
+
+/// Begins a task; it ends when nobody listens any more.
+pub(super) fn begin(task: Task) -> io::Result<Receiver<Reply>> {
+    let (said, replies) = mpsc::channel();
+    thread::Builder::new().name("plots".to_owned()).spawn(move || {
+        let _nobody_listens = work(task, &said);
+    })?;
+    Ok(replies)
+}
+
+/// Somebody still listens, or nobody does.
+type Listened = Result<(), mpsc::SendError<Reply>>;
+
+fn work(mut task: Task, said: &Sender<Reply>) -> Listened {
+    let fields = core::mem::take(&mut task.fields);
+    let is_measured = |field: &KnownField| matches!(field.source, Source::Measured(_));
+    let (measured, components): (Vec<_>, Vec<_>) = fields.into_iter().partition(is_measured);
+    if !measured.is_empty() {
+        read_records(&mut task, measured, said)?;
+    }
+    if !components.is_empty() {
+        play_again(&mut task, components, said)?;
+    }
+    Ok(())
+}
+
+/// Values that are being gathered for a reply.
+struct Gathered<'a> {
+    fields: Vec<KnownField>,
+    values: Vec<(usize, Subject, u64, f32)>,
+    said: &'a Sender<Reply>,
+}
+
+impl Gathered<'_> {
+    fn names(&self) -> Vec<Field> {
+        self.fields.iter().map(|field| field.field.clone()).collect()
+    }
+
+    fn say(&mut self, until: u64) -> Listened {
+        let values = core::mem::take(&mut self.values);
+        self.said.send(Reply::Values { until, fields: self.names(), values })
+    }
+
+    fn fail(&mut self, until: u64, why: impl Into<String>) -> Listened {
+        self.say(until)?;
+        self.said.send(Reply::Fault(self.names(), why.into()))
+    }
+}
+
+/// What is measured, from the records.
+fn read_records(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) -> Listened {
+    let mut gathered = Gathered { fields, values: Vec::new(), said };
+    let [first, last] = task.cycles;
+    let mut before: Option<(u64, Sensed)> = None;
+    let mut next = first;
+    while next <= last {
+        // The record of this cycle, or of the next one that has one.
+        let (_, cycle) = task.history.around(next);
+        let record = match task.history.record(cycle) {
+            Ok(Some(record)) if record.cycle >= next && record.cycle <= last => record,
+            Ok(_) => break,
+            Err(error) => return gathered.fail(next, error.to_string()),
+        };
+        let cycle = record.cycle;
+        let sensed = before.take().filter(|(before, _)| before + 1 == cycle).map(|(_, sensed)| sensed);
+        let sample = CycleSample::of(&record, sensed.as_ref());
+        for (index, field) in gathered.fields.iter().enumerate() {
+            if let Source::Measured(measured) = field.source {
+                let values = measured.values(&sample, task.period_s).into_iter();
+                gathered.values.extend(values.map(|(subject, value)| (index, subject, cycle, value)));
+            }
+        }
+        before = Some((cycle, Sensed::of(&record)));
+        if cycle / AT_ONCE != next.saturating_sub(1) / AT_ONCE {
+            gathered.say(cycle)?;
+        }
+        next = cycle + 1;
+    }
+    gathered.say(last)
+}
+
+/// What is in components, by playing the match again from what was kept of it.
+fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) -> Listened {
+    let mut gathered = Gathered { fields, values: Vec::new(), said };
+    let [first, last] = task.cycles;
+    if let Some(fault) = task.keyframes.fault() {
+        return gathered.fail(first, fault);
+    }
+    let Some(simulator) = task.simulator else {
+        return gathered.fail(first, "this program cannot play the match again");
+    };
+    let Some((_, moment)) = task.keyframes.before(first) else {
+        return gathered.fail(first, "nothing is kept of the match from before this moment");
+    };
+    let mut app = simulator();
+    app.insert_resource(SensingThreads(1));
+    if let Err(fault) = moment.put_back(app.world_mut()) {
+        return gathered.fail(first, fault);
+    }
+    loop {
+        let cycle = app.world().resource::<CycleClock>().cycle;
+        // What was done by hand in a cycle is in what was kept after it.
+        if let Some((kept, moment)) = task.keyframes.before(cycle)
+            && kept == cycle
+            && let Err(fault) = moment.put_back(app.world_mut())
+        {
+            return gathered.fail(cycle, fault);
+        }
+        if cycle >= first {
+            let values = read_components(app.world_mut(), &gathered.fields);
+            gathered.values.extend(values.into_iter().map(|(index, subject, value)| (index, subject, cycle, value)));
+        }
+        if cycle.is_multiple_of(AT_ONCE) {
+            gathered.say(cycle)?;
+            let record = task.history.record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
+            if record.is_some_and(|record| !is_same(&mut app, &record, &task.recorded)) {
+                gathered.values.clear();
+                return gathered.fail(
+                    cycle,
+                    format!("played again, the match is another one at cycle {cycle}: its behaviours or the program have changed"),
+                );
+            }
+        }
+        if cycle >= last {
+            return gathered.say(last);
+        }
+        if let Err(panic) = try_run_cycle(app.world_mut()) {
+            return gathered.fail(cycle, panic.to_string());
+        }
+    }
+}
+
+/// Values by field, for who wants them sorted.
+pub(super) fn by_field(
+    fields: &[Field],
+    values: Vec<(usize, Subject, u64, f32)>,
+) -> BTreeMap<Field, Vec<(Subject, u64, f32)>> {
+    let mut sorted: BTreeMap<Field, Vec<(Subject, u64, f32)>> =
+        fields.iter().map(|field| (field.clone(), Vec::new())).collect();
+    for (index, subject, cycle, value) in values {
+        if let Some(values) = fields.get(index).and_then(|field| sorted.get_mut(field)) {
+            values.push((subject, cycle, value));
+        }
+    }
+    sorted
+}

@@ -1,0 +1,126 @@
+use super::*;
+use crate::viewer::behaviour_state::all_states;
+use crate::viewer::drive::DrivePlugin;
+use crate::viewer::event_log::EventLogPlugin;
+use crate::viewer::shared::{TimelineCommand, ViewerCommand};
+use crate::viewer::timeline::start_replay;
+use bevy::time::TimeUpdateStrategy;
+use core::time::Duration;
+use naoisis_core::team::Team;
+use naoisis_record::record::history::ReadTrace;
+use naoisis_record::record::recorder::{self, EndReason};
+use naoisis_record::record::trace::TraceRecorder;
+use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+
+const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+
+fn simulator() -> App {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    app
+}
+
+/// A match at ten cycles a frame.
+fn app() -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, RebuildPlugin));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(333_340)))
+        .insert_resource(Simulator(&simulator))
+        .init_resource::<DisplaySettings>()
+        .insert_resource(Selection(Some(BLUE2)));
+    app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+    app.update();
+    app
+}
+
+fn send<M: Message>(app: &mut App, message: M) {
+    app.world_mut().write_message(message);
+    app.update();
+}
+
+/// Frames until the state of the moment that is shown is known, or that it never will be.
+fn shown_state(app: &mut App, is_enough: impl Fn(&ShownState) -> bool) -> ShownState {
+    // The thread has its own pace; it is waited for, but not for ever.
+    for _ in 0..20_000 {
+        app.update();
+        let shown = app.world().resource::<ShownState>();
+        if is_enough(shown) {
+            return shown.clone();
+        }
+        thread::yield_now();
+    }
+    panic!("the moment was never rebuilt: {:?}", app.world().resource::<ShownState>());
+}
+
+#[test]
+fn what_a_behaviour_kept_in_mind_is_known_of_the_past() {
+    let mut app = app();
+    let mut earlier = None;
+    while app.cycle() < 260 {
+        app.update();
+        if app.cycle() == 200 {
+            earlier = Some(all_states(app.world())[&BLUE2].clone());
+        }
+    }
+    send(&mut app, ViewerCommand::TogglePause);
+    send(&mut app, TimelineCommand::GoTo(200));
+    let shown = shown_state(&mut app, |shown| shown.0.is_ok()).0.unwrap();
+    let reasons = shown.reasons.clone().expect("built-in teams say why");
+    assert!(reasons.choice().is_some(), "{reasons:?}");
+    assert_eq!(BehaviourState { reasons: None, ..shown }, earlier.expect("frames of ten cycles"));
+    let keyframes = app.world().resource::<Keyframes>().clone();
+    let moment = app.world().resource::<Rebuilt>().moment(200, &keyframes).unwrap();
+    assert!(moment.is_same && moment.situation.is_ok());
+    // A moment that was kept whole does not say why: it is played to, too.
+    let kept = keyframes.before(200).expect("kept every few seconds").0;
+    assert!(kept > 0);
+    send(&mut app, TimelineCommand::GoTo(kept));
+    let has_reasons = |shown: &ShownState| shown.0.as_ref().is_ok_and(|state| state.reasons.is_some());
+    assert!(shown_state(&mut app, has_reasons).0.unwrap().reasons.unwrap().choice().is_some());
+}
+
+/// The trace of a match of some seconds, and what blue2 kept in mind after 90 cycles.
+fn trace() -> (ReadTrace, BehaviourState) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("match.jsonl.zst");
+    let mut played = app();
+    // From the start.
+    played.world_mut().write_message(ViewerCommand::Restart);
+    recorder::start(played.world_mut(), vec![Box::new(TraceRecorder::create(&path).unwrap())]);
+    let mut state = None;
+    while played.cycle() < 150 {
+        played.update();
+        if played.cycle() == 90 {
+            state = Some(all_states(played.world())[&BLUE2].clone());
+        }
+    }
+    assert!(recorder::finish(played.world_mut(), EndReason::Duration).into_iter().all(|said| said.is_ok()));
+    (ReadTrace::open(&path).unwrap(), state.expect("frames of ten cycles"))
+}
+
+#[test]
+fn what_a_trace_leaves_out_is_played_again() {
+    let (trace, state) = trace();
+    let mut replay = app();
+    start_replay(replay.world_mut(), trace).unwrap();
+    send(&mut replay, ViewerCommand::TogglePause);
+    send(&mut replay, TimelineCommand::GoTo(90));
+    let shown = shown_state(&mut replay, |shown| shown.0.is_ok()).0.unwrap();
+    assert_eq!(BehaviourState { reasons: None, ..shown }, state);
+}
+
+#[test]
+fn where_behaviours_are_others_than_those_of_the_trace_it_is_said() {
+    let (mut trace, _) = trace();
+    // As if pink's robots had learned something since.
+    for robot in trace.scenario.robots.iter_mut().filter(|robot| robot.team == Team::Pink) {
+        robot.behaviour = naoisis_sim::scenario::BehaviourSpec::Named("striker".to_owned());
+    }
+    let mut replay = app();
+    start_replay(replay.world_mut(), trace).unwrap();
+    send(&mut replay, ViewerCommand::TogglePause);
+    send(&mut replay, TimelineCommand::GoTo(150));
+    let is_said = |shown: &ShownState| shown.0.as_ref().is_err_and(|why| why.contains("another one from cycle"));
+    shown_state(&mut replay, is_said);
+    assert!(matches!(replay.world().resource::<Rebuilt>().progress, RebuildProgress::Differs(_)));
+}

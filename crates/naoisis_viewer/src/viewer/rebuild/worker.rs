@@ -1,0 +1,216 @@
+//! The thread in which the match is played again.
+
+use bevy::prelude::*;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+
+use super::{PlayAgain, RebuiltMoment, Reply, Request, Wanted};
+use crate::viewer::behaviour_state::all_states;
+use crate::viewer::keyframes::{Keyframes, MakeApp, keep_if_due};
+use naoisis_core::behaviour::REMOTE;
+use naoisis_core::behaviour::reasons::Reasons;
+use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::game::{Game, GameState};
+use naoisis_core::robot::Roster;
+use naoisis_record::whatif::Moment;
+use naoisis_sensing::sensing::jobs::SensingThreads;
+use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::interface::fields::Fields;
+use naoisis_sim::scenario::BehaviourSpec;
+use naoisis_sim::simulation::{MatchApp, situation};
+
+/// Cycles that are played before the next request is looked at.
+const AT_ONCE: usize = 10;
+/// Poses and places that differ by less are the same in a trace, m: numbers there have the digits that mean something.
+const SAME_M: f32 = 2e-3;
+
+/// Serves requests until nobody is left who could send one.
+pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &Sender<Reply>) {
+    let mut again: Option<Again> = None;
+    let mut moments = Moments { simulator, app: None };
+    let mut wanted: Option<Wanted> = None;
+    loop {
+        let is_busy = again.as_ref().is_some_and(|again| !again.is_over);
+        let request = if is_busy {
+            match requests.try_recv() {
+                Ok(request) => Some(request),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => return,
+            }
+        } else {
+            match requests.recv() {
+                Ok(request) => Some(request),
+                Err(_) => return,
+            }
+        };
+        match request {
+            Some(Request::Play(play)) => {
+                wanted = None;
+                again = Again::begin(simulator(), *play, replies);
+            }
+            Some(Request::Rebuild(new)) => wanted = Some(*new),
+            Some(Request::Forget) => (again, wanted) = (None, None),
+            None => {}
+        }
+        if let Some(again) = again.as_mut().filter(|again| !again.is_over) {
+            again.go_on(replies);
+        }
+        // Of a match that is played again, what has been reached.
+        let reached = again.as_ref().filter(|again| !again.is_over).map_or(u64::MAX, |again| again.until());
+        if let Some(wanted) = wanted.take_if(|wanted| wanted.cycle <= reached) {
+            let rebuilt = moments.rebuild(&wanted);
+            if replies.send(rebuilt.map_or_else(Reply::Failed, |moment| Reply::Moment(Box::new(moment)))).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// A match of which a trace was written, while it is played again.
+struct Again {
+    app: App,
+    play: PlayAgain,
+    is_over: bool,
+}
+
+impl Again {
+    fn begin(mut app: App, play: PlayAgain, replies: &Sender<Reply>) -> Option<Self> {
+        app.insert_resource(SensingThreads(1)).insert_resource(play.keyframes.clone());
+        let fail = |message: String| {
+            let _nobody_listens = replies.send(Reply::Failed(message));
+            None
+        };
+        // They are not even started.
+        if play.scenario.robots.iter().any(|robot| is_from_outside(&robot.behaviour)) {
+            return fail(
+                "robots of this match were played by programs, which only know themselves what they thought".to_owned(),
+            );
+        }
+        if let Err(fault) = app.start_match(&play.scenario) {
+            return fail(fault.to_string());
+        }
+        keep_if_due(app.world_mut());
+        match play.keyframes.fault() {
+            Some(fault) => fail(fault),
+            None => Some(Self { app, play, is_over: false }),
+        }
+    }
+
+    /// The cycle until which it has been played.
+    fn until(&self) -> u64 {
+        self.app.world().resource::<CycleClock>().cycle
+    }
+
+    /// Plays some cycles, and sees that they are those of the trace.
+    fn go_on(&mut self, replies: &Sender<Reply>) {
+        let last = self.play.records.last_cycle().unwrap_or_default();
+        for _ in 0..AT_ONCE {
+            if self.until() >= last || self.app.world().resource::<Game>().state == GameState::Finished {
+                self.is_over = true;
+                let _nobody_listens = replies.send(Reply::PlayedAgain(self.until()));
+                return;
+            }
+            run_cycle(self.app.world_mut());
+            keep_if_due(self.app.world_mut());
+        }
+        // Every now and then: a record takes longer to be read than a cycle to be played.
+        let cycle = self.until();
+        let record = self.play.records.record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
+        let is_other = record.is_some_and(|record| !is_same(&mut self.app, &record, &self.play.fields));
+        self.is_over = is_other;
+        let reply = if is_other { Reply::Differs(cycle) } else { Reply::PlayedAgain(cycle) };
+        let _nobody_listens = replies.send(reply);
+    }
+}
+
+/// Whether somebody outside this program decides what a robot does.
+fn is_from_outside(behaviour: &BehaviourSpec) -> bool {
+    match behaviour {
+        BehaviourSpec::Program(_) => true,
+        BehaviourSpec::Named(name) => name == REMOTE,
+        BehaviourSpec::Script(_) => false,
+    }
+}
+
+/// Whether the match is where a record says; what it leaves out cannot differ.
+pub(in crate::viewer) fn is_same(app: &mut App, record: &CycleRecord, fields: &Fields) -> bool {
+    let is_near = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
+    let mut same = !fields.has("robots.pose")
+        || record
+            .robots
+            .iter()
+            .all(|robot| app.robot_pose(robot.id).is_some_and(|here| is_near(here.position, robot.pose.position)));
+    if let (Some(ball), Some(here)) = (&record.ball, app.ball()) {
+        same &= is_near(here.position, ball.position_m.truncate());
+    }
+    same
+}
+
+/// The match in which single moments are played to.
+struct Moments {
+    simulator: MakeApp,
+    /// It is made for the first one, with the moments of the match that is in it.
+    app: Option<(App, Keyframes)>,
+}
+
+impl Moments {
+    fn rebuild(&mut self, wanted: &Wanted) -> Result<RebuiltMoment, String> {
+        // What is kept of the very moment does not say why: that takes its last cycle.
+        let played = self.play_from(wanted, wanted.cycle.saturating_sub(1))?;
+        match wanted.keyframes.before(wanted.cycle) {
+            // What was done by hand in that cycle is in what was kept after it.
+            Some((kept, _)) if kept == wanted.cycle && !played.is_same => self.play_from(wanted, wanted.cycle),
+            _ => Ok(played),
+        }
+    }
+
+    /// Plays to the moment, from one that is not after a cycle.
+    fn play_from(&mut self, wanted: &Wanted, latest: u64) -> Result<RebuiltMoment, String> {
+        let nothing = || "nothing is kept of the match from before this moment".to_owned();
+        let kept = wanted.keyframes.before(latest).or_else(|| wanted.keyframes.before(wanted.cycle));
+        let (kept, moment) = kept.ok_or_else(nothing)?;
+        let (app, of_match) = self.app.get_or_insert_with(|| {
+            let mut app = (self.simulator)();
+            app.insert_resource(SensingThreads(1));
+            (app, Keyframes::default())
+        });
+        let now = app.world().resource::<CycleClock>().cycle;
+        // From the moment before it it is shorter than from the one that was kept.
+        if !of_match.is_same(&wanted.keyframes) || now > latest || now < kept {
+            moment.put_back(app.world_mut())?;
+        }
+        of_match.clone_from(&wanted.keyframes);
+        while app.world().resource::<CycleClock>().cycle < wanted.cycle {
+            // Only of the last cycle somebody wants to know why.
+            if app.world().resource::<CycleClock>().cycle + 1 == wanted.cycle {
+                ask_for_reasons(app.world_mut());
+            }
+            run_cycle(app.world_mut());
+        }
+        let states = all_states(app.world());
+        forget_reasons(app.world_mut());
+        Ok(RebuiltMoment {
+            cycle: wanted.cycle,
+            keyframes: wanted.keyframes.clone(),
+            is_same: is_same(app, &wanted.record, &wanted.fields),
+            states,
+            moment: Moment::of(app.world_mut())?,
+            situation: situation(app.world_mut()).map_err(|fault| fault.to_string()),
+        })
+    }
+}
+
+/// All robots say why they do what they do in the next cycle.
+fn ask_for_reasons(world: &mut World) {
+    let robots: Vec<Entity> = world.resource::<Roster>().entities().collect();
+    for robot in robots {
+        world.entity_mut(robot).insert(Reasons::default());
+    }
+}
+
+/// They no longer do: the match goes on as it would have without.
+fn forget_reasons(world: &mut World) {
+    let robots: Vec<Entity> = world.resource::<Roster>().entities().collect();
+    for robot in robots {
+        world.entity_mut(robot).remove::<Reasons>();
+    }
+}

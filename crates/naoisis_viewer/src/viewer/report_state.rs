@@ -1,0 +1,290 @@
+//! What the viewer shows, in JSON lines: for tests that drive the window from outside, and for whoever wants to follow it.
+//!
+//! A line is written at the end of every frame after which something is different; the file is flushed with each. It has
+//!
+//! | field | what |
+//! |---|---|
+//! | `frame` | frames since the start of the program |
+//! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
+//! | `shift`, `control`, `typing` | whether Shift is held down, and Ctrl; whether keys go to a field of a panel |
+//! | `pressed` | whether the left button of the mouse is held down |
+//! | `held` | whether the mouse has hold of a robot or the ball, or draws |
+//! | `scenario`, `seed`, `teams` | what is played, and by whom |
+//! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
+//! | `paused`, `speed`, `replay`, `over` | how it is shown |
+//! | `state`, `score` | of the game |
+//! | `ball`, `robots` | of each the `pose` (m, m, degrees), the place in the window (`pixel`, if it is there); of robots whether they are `penalised`, and the `head` (yaw, pitch, degrees) |
+//! | `selected`, `driven` | robots |
+//! | `filming` | whether a video of the window is being recorded |
+//! | `shown` | the switches of the panels |
+//! | `overlays` | how many switches of overlays are on |
+//! | `problem`, `notice` | what the user is told |
+//! | `costs` | of a frame, while they are shown: frames/s, the processor's time for match and panels and for drawing (ms), draw calls, robots' images/s |
+//! | `event` | the event of the list that is looked at |
+//! | `branches` | how many ways the match went, and which of them is shown, from 0 |
+//! | `many_times` | of the moment that is or was played on: how often so far, and whether it still is |
+//! | `behaviour` | of the selected robot, how many components it keeps in mind at the moment that is shown; none while that is not known |
+//! | `free` | the part of the window that panels leave for the match: its upper left and its lower right corner, logical pixels |
+//! | `goal_replay` | the words beside a goal that is shown again; none otherwise |
+//! | `summary` | whether the match is summed up |
+//! | `pen` | how much was drawn, while the mouse draws; none otherwise |
+//! | `truth` | whether all is shown as it is, and not as a robot believes it to be |
+//! | `bookmarks` | how many there are, and which is shown, if one is |
+//! | `plots` | how many fields are plotted, and how many curves they have |
+//! | `events` | how many events are listed, and how many are not |
+//! | `ghosts` | which of the ways is seen as ghosts, and how many ghosts there are; none otherwise |
+//! | `undo` | how much can be taken back, and done again |
+//! | `widgets` | what can be operated in the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
+
+use bevy::diagnostic::FrameCount;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy_egui::input::EguiWantsInput;
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::branches::Branches;
+use super::camera::ViewerCamera;
+use super::display_settings::{DisplaySettings, Workspace};
+use super::event_filter::ListedEvents;
+use super::events_panel::ShownEvent;
+use super::film::Filming;
+use super::ghosts::Ghosts;
+use super::hands::Hands;
+use super::hands::driving::Driving;
+use super::hands::undo::Undo;
+use super::layout::FreeArea;
+use super::many_times::ManyTimes;
+use super::overlays::{Overlays, Shows};
+use super::plots::Plots;
+use super::rebuild::ShownState;
+use super::shared::{Notice, Playback, RobotsWorld, Selection, is_over};
+use super::stage::{pose_of, world_from_pitch};
+use super::statistics::FrameStatistics;
+use super::teach::bookmarks::Bookmarks;
+use super::teach::pen::Pen;
+use super::timeline::Timeline;
+use super::watch::goal_replay::GoalReplay;
+use super::watch::summary::FinalSummary;
+use super::widgets::{Widgets, WidgetsSystems};
+use naoisis_core::ball::Ball;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Game, Penalty};
+use naoisis_core::geometry::to_degrees;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::team::RobotId;
+use naoisis_sim::scenario::Scenario;
+
+/// Writes what is shown.
+pub struct ReportStatePlugin;
+
+impl Plugin for ReportStatePlugin {
+    fn build(&self, app: &mut App) {
+        app.configure_sets(Update, WidgetsSystems.run_if(resource_exists::<StateReport>))
+            .configure_sets(Last, WidgetsSystems.run_if(resource_exists::<StateReport>))
+            .add_systems(Last, report.after(WidgetsSystems).run_if(resource_exists::<StateReport>));
+    }
+}
+
+/// Where the state is written to.
+#[derive(Resource)]
+pub struct StateReport {
+    output: Box<dyn Write + Send + Sync>,
+    last: Value,
+}
+
+impl StateReport {
+    /// A new file.
+    ///
+    /// # Errors
+    /// When it cannot be created.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self::to(File::create(path)?))
+    }
+
+    /// Anything that can be written to.
+    pub fn to(output: impl Write + Send + Sync + 'static) -> Self {
+        Self { output: Box::new(output), last: Value::Null }
+    }
+
+    /// Writes a line, if anything but the frame's number is new.
+    fn write(&mut self, frame: u32, state: Value) -> io::Result<()> {
+        if state == self.last {
+            return Ok(());
+        }
+        let mut line = state.clone();
+        line["frame"] = frame.into();
+        self.last = state;
+        writeln!(self.output, "{line}")?;
+        self.output.flush()
+    }
+}
+
+/// All that is reported.
+#[derive(SystemParam)]
+struct Reported<'w, 's> {
+    scenario: Option<Res<'w, Scenario>>,
+    clock: Res<'w, CycleClock>,
+    game: Res<'w, Game>,
+    playback: Res<'w, Playback>,
+    timeline: Res<'w, Timeline>,
+    selection: Res<'w, Selection>,
+    hands: Res<'w, Hands>,
+    filming: Res<'w, Filming>,
+    driving: Res<'w, Driving>,
+    display: Res<'w, DisplaySettings>,
+    overlays: Res<'w, Overlays>,
+    notice: Res<'w, Notice>,
+    roster: Res<'w, Roster>,
+    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty, &'static HeadAngles, &'static Body)>,
+    balls: Query<'w, 's, &'static Transform, With<Ball>>,
+    cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
+    windows: Query<'w, 's, &'static Window>,
+    keys: Res<'w, ButtonInput<KeyCode>>,
+    buttons: Res<'w, ButtonInput<MouseButton>>,
+    event: Res<'w, ShownEvent>,
+    widgets: Res<'w, Widgets>,
+    panels: Res<'w, EguiWantsInput>,
+    statistics: Res<'w, FrameStatistics>,
+    branches: Res<'w, Branches>,
+    many_times: Res<'w, ManyTimes>,
+    behaviour: Res<'w, ShownState>,
+    free: Res<'w, FreeArea>,
+    watched: (Res<'w, GoalReplay>, Res<'w, FinalSummary>),
+    taught: (Res<'w, Pen>, Res<'w, RobotsWorld>, Res<'w, Bookmarks>),
+    looked: (Res<'w, Plots>, Res<'w, ListedEvents>, Res<'w, Ghosts>, Res<'w, Undo>),
+}
+
+fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
+    if let Err(error) = report.write(frame.0, reported.state()) {
+        warn!("the state of the viewer cannot be written any more: {error}");
+        commands.remove_resource::<StateReport>();
+    }
+}
+
+impl Reported<'_, '_> {
+    fn state(&self) -> Value {
+        let window = self.windows.iter().next().map(|window| [window.width(), window.height()]);
+        let pointer = self.windows.iter().next().and_then(Window::cursor_position);
+        let robots: serde_json::Map<String, Value> = self
+            .roster
+            .iter()
+            .filter_map(|(_, entity)| self.robots.get(entity).ok())
+            .map(|(id, place, penalty, head, body)| {
+                // Where it is best clicked at.
+                let mut robot = self.thing(place, body.height_m / 2.0);
+                robot["penalised"] = penalty.is_active().into();
+                robot["head"] = json!([to_degrees(head.yaw), to_degrees(head.pitch)]);
+                (id.to_string(), robot)
+            })
+            .collect();
+        let mut state = json!({
+            "window": window,
+            "pointer": pointer.map(|pointer| [pointer.x, pointer.y]),
+            "shift": self.keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
+            "typing": self.panels.wants_any_keyboard_input(),
+            "pressed": self.buttons.pressed(MouseButton::Left),
+            "held": self.hands.hold_anything() || self.taught.0.is_drawing(),
+            "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
+            "seed": self.scenario.as_ref().map(|scenario| scenario.seed),
+            "teams": self.scenario.as_ref().and_then(|scenario| scenario.teams.as_ref()),
+            "cycle": self.clock.cycle,
+            "shown_cycle": self.timeline.cursor(),
+            "paused": self.playback.paused,
+            "speed": self.playback.speed.to_string(),
+            "replay": self.timeline.is_replay(),
+            "over": is_over(&self.game, &self.clock, &self.playback),
+            "state": self.game.state,
+            "score": self.game.score,
+            "ball": self.balls.iter().next().map(|ball| self.thing(ball, 0.0)),
+            "robots": robots,
+            "selected": self.selection.0,
+            "driven": self.driving.robot,
+            "shown": *self.display,
+            "filming": self.filming.is_on(),
+            "overlays": self.overlays.of_robots.values().map(|shows| switches_of(shows, self.display.workspace)).sum::<usize>(),
+            "problem": self.playback.problem,
+            "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
+            "costs": self.display.statistics.then(|| costs(&self.statistics)),
+            "event": self.event.0.as_ref().map(|(entry, _)| &entry.text),
+            "branches": [self.branches.list().len(), self.branches.shown()],
+            "many_times": self.many_times.run.as_ref().map(|run| json!([run.rows.len(), run.is_running])),
+            "behaviour": self.behaviour.0.as_ref().ok().map(|state| state.components.len()),
+            "free": window.map(|window| self.free.within(window.into())).map(|free| [free.min, free.max].map(|corner| corner.to_array())),
+            "goal_replay": self.watched.0.words(),
+            "summary": self.watched.1.is_shown(),
+            "pen": self.taught.0.is_on.then_some(self.taught.0.marks.len()),
+            "truth": !self.taught.1.0,
+            "bookmarks": [Some(self.taught.2.list().len()), self.taught.2.shown()],
+            "widgets": self.widgets.0,
+        });
+        let (plots, listed, ghosts, undo) = &self.looked;
+        state["plots"] = json!(plots.counts());
+        state["events"] = json!([listed.entries.len(), listed.hidden]);
+        state["ghosts"] = json!(ghosts.of.map(|of| [of, ghosts.seen]));
+        state["undo"] = json!(undo.counts());
+        state["control"] = self.keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight]).into();
+        state
+    }
+
+    fn thing(&self, place: &Transform, height: f32) -> Value {
+        let pose = pose_of(place);
+        let point = world_from_pitch() * place.translation.truncate().extend(height);
+        let camera = self.cameras.iter().next();
+        let pixel = camera.and_then(|(camera, from)| camera.world_to_viewport(from, point).ok());
+        json!({
+            "pose": [pose.position.x, pose.position.y, to_degrees(pose.heading)],
+            "pixel": pixel.map(|pixel| [pixel.x, pixel.y]),
+        })
+    }
+}
+
+fn costs(statistics: &FrameStatistics) -> Value {
+    json!({
+        "frames_per_s": statistics.frames_per_s,
+        "main_ms": 1000.0 * statistics.main_s,
+        "drawing_ms": 1000.0 * statistics.rendering_s,
+        "draw_calls": statistics.draw_calls,
+        "eye_images_per_s": statistics.eye_images_per_s,
+    })
+}
+
+/// How many switches of an overlay are on.
+fn switches_of(shows: &Shows, workspace: Workspace) -> usize {
+    usize::from(shows.all) + usize::from(shows.of_selected(workspace)) + shows.robots.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+
+    #[derive(Clone, Default)]
+    struct Shared(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Shared {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_line_is_written_when_something_is_different() {
+        let written = Shared::default();
+        let mut report = StateReport::to(written.clone());
+        for (frame, cycle) in [(1, 0), (2, 0), (3, 1)] {
+            report.write(frame, json!({ "cycle": cycle })).unwrap();
+        }
+        let bytes = written.0.lock().unwrap().clone();
+        assert_eq!(String::from_utf8(bytes).unwrap(), "{\"cycle\":0,\"frame\":1}\n{\"cycle\":1,\"frame\":3}\n");
+    }
+}

@@ -1,0 +1,403 @@
+//! The selected robot: what it sees, hears, is told, wants and believes.
+
+use bevy::ecs::query::QueryData;
+use bevy::prelude::*;
+use bevy_egui::egui::{self, CollapsingHeader, Grid};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+mod last_kick;
+mod pictures;
+mod pins;
+mod wall;
+mod wording;
+
+use super::cycle_samples::CycleSamples;
+use super::display_settings::{DisplaySettings, Switch};
+use super::eyes::{EyesSystems, Watched};
+use super::keyframes::Keyframes;
+use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
+use super::plots::catalogue::FieldList;
+use super::plots::wording::component as component_words;
+use super::plots::{PlotCommand, Plots};
+use super::rebuild::ShownState;
+use super::shared::{Action, Playback, Selection, SelectionCommand, TimelineCommand, ViewPreset};
+use super::theme::{band, bright, dim, text_size};
+use super::timeline::Timeline;
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::communication::{Inbox, TeamMessage};
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::{Game, Penalty};
+use naoisis_core::geometry::Pose;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::robot::{Roster, Velocity};
+use naoisis_core::team::RobotId;
+use naoisis_record::record::history::History;
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::odometry::Odometry;
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::vision::Percepts;
+use naoisis_sim::interface::cycle_record::RobotRecord;
+use naoisis_sim::interface::gather::CurrentRecord;
+use naoisis_sim::scenario::{BehaviourSpec, Scenario};
+use pictures::Pictures;
+use pins::Pins;
+
+/// The panel.
+const DOCK: Dock = Dock { name: "robot", edge: Edge::Left, size: 350.0, least: 220.0, most_share: 0.4 };
+
+/// Shows the selected robot.
+pub struct RobotPanelPlugin;
+
+impl Plugin for RobotPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Pictures>()
+            .init_resource::<Opened>()
+            .add_systems(Update, (watch_cameras.before(EyesSystems), pictures::update_pictures.after(EyesSystems)))
+            .add_systems(
+                EguiPrimaryContextPass,
+                (
+                    pictures::draw_in_window.in_set(LayoutSystems::Behind),
+                    show_robot.run_if(|display: Res<DisplaySettings>| display.robot).in_set(LayoutSystems::Robot),
+                    wall::show_wall
+                        .run_if(|display: Res<DisplaySettings>| display.cameras)
+                        .in_set(LayoutSystems::Right),
+                ),
+            );
+    }
+}
+
+/// Which of the panel's parts with images are open.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
+struct Opened {
+    cameras: bool,
+}
+
+impl Default for Opened {
+    fn default() -> Self {
+        Self { cameras: true }
+    }
+}
+
+/// Says which cameras are looked at.
+fn watch_cameras(
+    display: Res<DisplaySettings>,
+    opened: Res<Opened>,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    robots: Query<&CameraSettings>,
+    mut watched: ResMut<Watched>,
+) {
+    let selected = selection.0.filter(|_| display.robot && opened.cameras);
+    let all = roster.iter().map(|(id, _)| id).filter(|_| display.cameras);
+    let cameras_of = |id: RobotId| {
+        let settings = roster.get(id).and_then(|robot| robots.get(robot).ok());
+        settings.into_iter().flat_map(move |settings| settings.mounts.names().map(move |camera| (id, camera)))
+    };
+    let cameras = all.chain(selected).flat_map(cameras_of).collect();
+    if watched.cameras != cameras {
+        watched.cameras = cameras;
+    }
+}
+
+/// What is shown of a robot.
+#[derive(QueryData)]
+struct ShownRobot {
+    pose: &'static Pose,
+    velocity: &'static Velocity,
+    posture: &'static Posture,
+    penalty: &'static Penalty,
+    head: &'static HeadAngles,
+    odometry: &'static Odometry,
+    sonar: &'static SonarReading,
+    cameras: &'static CameraSettings,
+    percepts: &'static Percepts,
+    inbox: &'static Inbox,
+    belief: Option<&'static Belief>,
+}
+
+fn show_robot(
+    mut contexts: EguiContexts,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    robots: Query<ShownRobot>,
+    (clock, game): (Res<CycleClock>, Res<Game>),
+    (samples, current): (Res<CycleSamples>, Res<CurrentRecord>),
+    (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
+    mut opened: ResMut<Opened>,
+    mut sizes: ResMut<PanelSizes>,
+    mut actions: MessageWriter<Action>,
+    (plots, fields, mut commands): (Res<Plots>, Res<FieldList>, MessageWriter<PlotCommand>),
+    (mut history, keyframes, timeline): (ResMut<History>, Res<Keyframes>, Res<Timeline>),
+    (mut last_kick, mut moments, mut playback): (
+        Local<last_kick::Found>,
+        MessageWriter<TimelineCommand>,
+        ResMut<Playback>,
+    ),
+) -> Result {
+    let Some(id) = selection.0 else { return Ok(()) };
+    let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        /// Width of the scroll bar, logical pixels.
+        const BAR: f32 = 8.0;
+        let width = ui.available_width() - BAR;
+        let record = current.record.robot(id);
+        let intention = wording::intention(record.and_then(|record| record.command.as_ref()));
+        let behaviour = match &state.0 {
+            Ok(state) => state.name.as_deref(),
+            Err(_) => scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
+        };
+        show_head(ui, id, &robot, (behaviour, intention), &clock, &mut actions);
+        let mut pins = Pins { robot: id, plots: &plots, fields: &fields, commands: &mut commands };
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            ui.set_max_width(width);
+            let cameras = section(ui, "Cameras", true, |ui| {
+                ui.horizontal(|ui| {
+                    ui.spacing_mut().item_spacing.x = 4.0;
+                    let names: Vec<CameraName> = robot.cameras.mounts.names().collect();
+                    let each = (width - 4.0) / names.len().max(2) as f32;
+                    let each = if names.len() == 1 { width } else { each };
+                    for name in names {
+                        let image = pictures.show(ui, (id, name), Some(robot.percepts), each);
+                        let hint = format!("{name}: click to look through it");
+                        if image.on_hover_text(hint).clicked() {
+                            actions.write(Action::View(ViewPreset::Eyes(name)));
+                        }
+                    }
+                });
+                ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
+            });
+            opened.set_if_neq(Opened { cameras });
+            section(ui, "Senses", true, |ui| show_senses(ui, &robot, record, &mut pins));
+            let sample = samples.robot(clock.cycle, id);
+            let command = record.and_then(|record| record.command.as_ref());
+            section(ui, "Commands", true, |ui| match command {
+                Some(command) => lines(ui, "commands", wording::commands(command, clock.period()), &mut pins),
+                None => drop(ui.label(dim("Not known of this cycle."))),
+            });
+            section(ui, "Belief", true, |ui| match robot.belief {
+                Some(belief) => {
+                    let error = sample.and_then(|sample| sample.error.as_ref());
+                    lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)), &mut pins);
+                }
+                None => drop(ui.label(dim("It keeps none."))),
+            });
+            section(ui, "Why", true, |ui| {
+                show_reasons(ui, &state, timeline.is_past());
+                if let Some(words) = last_kick::refused_now(&current.record, id) {
+                    ui.add(egui::Label::new(egui::RichText::new(words).size(text_size::ENTRY)).wrap());
+                }
+                let kick = last_kick.last_kick((id, clock.cycle), history.bypass_change_detection(), &keyframes, &game);
+                if let Some(wanted) = kick.and_then(|kick| show_kick(ui, kick, &clock)) {
+                    moments.write(TimelineCommand::GoTo(wanted));
+                    playback.paused = true;
+                }
+            });
+            section(ui, "Messages", false, |ui| {
+                let said = command.and_then(|command| command.say.as_ref());
+                show_messages(ui, said, &robot.inbox.0, clock.cycle);
+            });
+            section(ui, "Behaviour", false, |ui| show_state(ui, &state, &mut pins));
+            let hint = "Plots: a click on a value plots it over the match, Q shows them";
+            ui.add(egui::Label::new(dim(hint).size(text_size::SMALL)).wrap());
+        });
+    });
+    Ok(())
+}
+
+/// A part of the panel that can be closed; whether it is open.
+fn section(ui: &mut egui::Ui, name: &str, open: bool, show: impl FnOnce(&mut egui::Ui)) -> bool {
+    let header = CollapsingHeader::new(bright(name).size(text_size::IMPORTANT)).default_open(open);
+    header.show(ui, show).openness > 0.0
+}
+
+/// Lines of a name and a value.
+fn lines(ui: &mut egui::Ui, name: &str, lines: Vec<(String, String)>, pins: &mut Pins) {
+    Grid::new(name).num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+        let mut before: Option<String> = None;
+        for (line, value) in lines {
+            ui.label(dim(&line).size(text_size::ENTRY));
+            let shown = ui.add(egui::Label::new(egui::RichText::new(value).size(text_size::ENTRY)).wrap());
+            pins.offer(shown, name, &line, before.as_deref());
+            ui.end_row();
+            before = Some(line);
+        }
+    });
+}
+
+fn show_head(
+    ui: &mut egui::Ui,
+    id: RobotId,
+    robot: &ShownRobotItem,
+    (behaviour, intention): (Option<&str>, Option<&str>),
+    clock: &CycleClock,
+    actions: &mut MessageWriter<Action>,
+) {
+    ui.horizontal(|ui| {
+        band(ui, id.team, egui::vec2(12.0, 18.0));
+        ui.label(bright(id.to_string()).size(text_size::TITLE));
+        // What it means to do now may be another thing than what it was lined up as.
+        let behaviour = behaviour.unwrap_or("no behaviour");
+        let words = match intention {
+            Some(intention) => format!("{behaviour}: {intention}"),
+            None => behaviour.to_owned(),
+        };
+        ui.label(dim(words).size(text_size::IMPORTANT));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
+                actions.write(Action::Select(SelectionCommand::Nobody));
+            }
+            if ui.small_button("Overlays").on_hover_text("What is drawn on the pitch (O)").clicked() {
+                actions.write(Action::Toggle(Switch::Overlays));
+            }
+        });
+    });
+    let condition = wording::condition(robot.posture, robot.penalty, clock);
+    ui.label(dim(format!("{}   {}", wording::pose(*robot.pose), condition)).size(text_size::ENTRY));
+}
+
+fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem, record: Option<&RobotRecord>, pins: &mut Pins) {
+    let mut senses = vec![
+        ("Sonar", wording::sonar(*robot.sonar)),
+        ("Head", wording::head(robot.head.yaw, robot.head.pitch)),
+        ("Odometry", wording::pose(robot.odometry.0)),
+        ("Truly moves", wording::velocity(*robot.velocity)),
+    ];
+    senses.extend(record.and_then(|record| record.body).map(|body| ("Body", wording::body(body))));
+    senses.extend(record.and_then(|record| record.game.as_ref()).map(|told| ("Is told", wording::told(told))));
+    lines(ui, "senses", senses.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(), pins);
+}
+
+fn show_messages(
+    ui: &mut egui::Ui,
+    said: Option<&TeamMessage>,
+    inbox: &[naoisis_core::communication::ReceivedMessage],
+    cycle: u64,
+) {
+    ui.label(dim("says").size(text_size::SMALL));
+    ui.label(said.map_or_else(|| "nothing".to_owned(), wording::message));
+    ui.label(dim("hears").size(text_size::SMALL));
+    if inbox.is_empty() {
+        ui.label("nothing");
+    }
+    for message in inbox {
+        let age = match cycle.saturating_sub(message.sent_cycle) {
+            1 => "1 cycle".to_owned(),
+            cycles => format!("{cycles} cycles"),
+        };
+        let text = format!("{}, {age} ago: {}", message.from, wording::message(&message.say));
+        ui.add(egui::Label::new(egui::RichText::new(text).size(text_size::ENTRY)).wrap());
+    }
+}
+
+/// The options that the behaviour had, each with a bar for what it was worth; the one that it chose is strong.
+fn show_reasons(ui: &mut egui::Ui, state: &ShownState, is_past: bool) {
+    /// Width of the longest bar, logical pixels.
+    const BAR: f32 = 70.0;
+
+    let reasons = state.0.as_ref().ok().and_then(|state| state.reasons.as_ref());
+    let Some(reasons) = reasons else {
+        let words = match (&state.0, is_past) {
+            (Err(why), _) => why,
+            (Ok(_), true) => "Its behaviour does not tell what options it had.",
+            (Ok(_), false) => "What it weighs is asked of moments of the past: a cycle back (Left) shows it.",
+        };
+        ui.add(egui::Label::new(dim(words).size(text_size::SMALL)).wrap());
+        return;
+    };
+    let values: Vec<f32> = reasons.options.iter().map(|option| option.value).collect();
+    Grid::new("reasons").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
+        for (index, option) in reasons.options.iter().enumerate() {
+            let is_chosen = reasons.chosen == Some(index);
+            let name = egui::RichText::new(option.name.as_ref()).size(text_size::ENTRY);
+            ui.label(if is_chosen { name.strong() } else { name.weak() });
+            let (area, response) = ui.allocate_exact_size(egui::vec2(BAR, 9.0), egui::Sense::hover());
+            let length = bar_length(option.value, &values) * BAR;
+            let bar = egui::Rect::from_min_size(area.min, egui::vec2(length, area.height()));
+            let visuals = ui.visuals();
+            let colour = if is_chosen { visuals.strong_text_color() } else { visuals.weak_text_color() };
+            ui.painter().rect_filled(bar, 1.0, colour);
+            response.on_hover_text(format!("{:.2}", option.value));
+            ui.add(egui::Label::new(dim(option.why.as_ref()).size(text_size::SMALL)).wrap());
+            ui.end_row();
+        }
+    });
+}
+
+/// The last kick, and the way to it and to when its behaviour wanted it; the cycle that was clicked.
+fn show_kick(ui: &mut egui::Ui, kick: &last_kick::LastKick, clock: &CycleClock) -> Option<u64> {
+    let ago_s = clock.cycle.saturating_sub(kick.cycle) as f64 * clock.period_s;
+    let when = if ago_s > 0.0 { format!("Last kick, {ago_s:.1} s ago") } else { "Kicks now".to_owned() };
+    let words = egui::RichText::new(format!("{when}: {}", kick.words)).size(text_size::ENTRY);
+    ui.add(egui::Label::new(words).wrap());
+    let places = [("Go to the decision", kick.decided), ("Go to the kick", Some(kick.cycle))];
+    let places = places.into_iter().filter_map(|(name, cycle)| cycle.map(|cycle| (name, cycle)));
+    let button = |ui: &mut egui::Ui, name: &str, cycle: u64| {
+        ui.add_enabled(cycle != clock.cycle, egui::Button::new(name).small()).clicked().then_some(cycle)
+    };
+    ui.horizontal(|ui| places.filter_map(|(name, cycle)| button(ui, name, cycle)).last()).inner
+}
+
+/// How long the bar of an option is that is worth so much, 0 to 1: from nought, or where some are worth less than nothing, from
+/// a little less than the least, so that each has one.
+fn bar_length(value: f32, all: &[f32]) -> f32 {
+    let finite = all.iter().copied().filter(|value| value.is_finite());
+    let (least, most) = finite.fold((f32::MAX, f32::MIN), |(least, most), value| (least.min(value), most.max(value)));
+    let from = if least < 0.0 { least - 0.1 * (most - least) } else { 0.0 };
+    if most <= from {
+        return 1.0;
+    }
+    ((value - from) / (most - from)).clamp(0.0, 1.0)
+}
+
+fn show_state(ui: &mut egui::Ui, state: &ShownState, pins: &mut Pins) {
+    let state = match &state.0 {
+        Ok(state) => state,
+        Err(why) => {
+            ui.add(egui::Label::new(dim(why).size(text_size::ENTRY)).wrap());
+            return;
+        }
+    };
+    if state.components.is_empty() {
+        ui.label(dim("It keeps nothing in mind."));
+    }
+    for component in &state.components {
+        ui.label(bright(component_words(&component.name)).size(text_size::ENTRY));
+        Grid::new(&component.name).num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+            for (name, value) in &component.fields {
+                ui.label(dim(name).size(text_size::ENTRY));
+                let shown = ui.add(egui::Label::new(egui::RichText::new(value).size(text_size::ENTRY)).wrap());
+                if let Some(type_id) = component.type_id {
+                    pins.offer_field(shown, type_id, name);
+                }
+                ui.end_row();
+            }
+        });
+    }
+}
+
+/// The behaviour that a scenario gives a robot, by name.
+fn behaviour_in(scenario: &Scenario, id: RobotId) -> Option<&str> {
+    match &scenario.robots.iter().find(|robot| robot.id() == id)?.behaviour {
+        BehaviourSpec::Named(name) => Some(name),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_option_has_a_bar_and_the_best_the_longest() {
+        let of = |values: &[f32]| values.iter().map(|value| bar_length(*value, values)).collect::<Vec<_>>();
+        assert_eq!(of(&[1.0, 4.0]), [0.25, 1.0]);
+        // Costs: the dearer one is worse, and has a bar nevertheless.
+        let bars = of(&[-1.2, -6.5]);
+        assert!(bars[0] == 1.0 && (0.05..0.2).contains(&bars[1]), "{bars:?}");
+        assert_eq!(of(&[-2.0, -2.0]), [1.0, 1.0]);
+        assert_eq!(of(&[0.0, 3.0])[0], 0.0, "what is worth nothing has none");
+        assert_eq!(bar_length(f32::NEG_INFINITY, &[f32::NEG_INFINITY, 1.0]), 0.0);
+    }
+}

@@ -1,0 +1,201 @@
+//! Images of robots' cameras in panels, with what was recognised in them drawn in.
+
+use bevy::asset::RenderAssetUsages;
+use bevy::prelude::*;
+use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
+use bevy_egui::egui::{self, Align2, Color32, FontId, Pos2, Rect as Area, Stroke, TextureId};
+use bevy_egui::{EguiContexts, EguiTextureHandle, EguiUserTextures};
+use std::collections::BTreeMap;
+
+use crate::viewer::camera::eyes::image_in;
+use crate::viewer::camera::{ViewerCamera, mount_of};
+use crate::viewer::display_settings::DisplaySettings;
+use crate::viewer::eyes::{EyeImages, Watched};
+use crate::viewer::layout::FreeArea;
+use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
+use crate::viewer::palette;
+use crate::viewer::shared::Selection;
+use crate::viewer::theme::text_size;
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::{RobotId, Team};
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::camera::image::Image;
+use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
+
+/// The images as the panels have them.
+#[derive(Resource, Default)]
+pub struct Pictures(BTreeMap<(RobotId, CameraName), Picture>);
+
+struct Picture {
+    texture: Handle<bevy::image::Image>,
+    id: TextureId,
+    cycle: u64,
+    size: egui::Vec2,
+}
+
+/// Hands the images to the panels: before the frame is drawn, so that none is missing in it.
+pub(super) fn update_pictures(
+    eyes: Res<EyeImages>,
+    watched: Res<Watched>,
+    mut pictures: ResMut<Pictures>,
+    mut textures: ResMut<Assets<bevy::image::Image>>,
+    mut user_textures: ResMut<EguiUserTextures>,
+) {
+    let pictures = &mut pictures.0;
+    pictures.retain(|camera, picture| {
+        let is_shown = eyes.image(camera.0, camera.1).is_some_and(|(_, image)| !image.is_empty());
+        if !is_shown {
+            user_textures.remove_image(&picture.texture);
+        }
+        is_shown
+    });
+    for &(id, side) in &watched.cameras {
+        let Some((cycle, image)) = eyes.image(id, side).filter(|(_, image)| !image.is_empty()) else { continue };
+        let size = egui::vec2(image.width as f32, image.height as f32);
+        match pictures.get_mut(&(id, side)) {
+            Some(picture) if picture.cycle == cycle => {}
+            Some(picture) if picture.size == size => {
+                if let Some(mut texture) = textures.get_mut(&picture.texture) {
+                    texture.data = Some(colours(image));
+                }
+                picture.cycle = cycle;
+            }
+            _ => {
+                let texture = textures.add(texture(image));
+                let texture_id = user_textures.add_image(EguiTextureHandle::Strong(texture.clone()));
+                pictures.insert((id, side), Picture { texture, id: texture_id, cycle, size });
+            }
+        }
+    }
+}
+
+/// Draws what was recognised over the window, where one looks through a robot's eyes.
+pub(super) fn draw_in_window(
+    mut contexts: EguiContexts,
+    camera: Single<&ViewerCamera>,
+    selection: Res<Selection>,
+    overlays: Res<Overlays>,
+    roster: Res<Roster>,
+    robots: Query<(&Percepts, &CameraSettings)>,
+    (window, free, display): (Single<&Window>, Res<FreeArea>, Res<DisplaySettings>),
+) -> Result {
+    let Some((id, side)) = camera.eyes(&selection) else { return Ok(()) };
+    let Some((percepts, settings)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
+    if !overlays.shows(Overlay::Percepts, id, &selection, display.workspace) {
+        return Ok(());
+    }
+    let context = contexts.ctx_mut()?;
+    let mount = mount_of(settings, side);
+    let Some(mount) = mount else { return Ok(()) };
+    let (side, intrinsics) = (mount.name, settings.intrinsics(mount));
+    // Panels may be larger than the window has them.
+    let area = free.within(window.size());
+    let zoom = context.zoom_factor();
+    let area = Rect { min: area.min / zoom, max: area.max / zoom };
+    let frame = image_in(intrinsics, area);
+    let scale = frame.size() / intrinsics.size;
+    let painter = context.layer_painter(egui::LayerId::background());
+    let corners = Area::from_min_max(Pos2::new(frame.min.x, frame.min.y), Pos2::new(frame.max.x, frame.max.y));
+    painter.rect_stroke(corners, 0.0, Stroke::new(1.0, Color32::from_white_alpha(120)), egui::StrokeKind::Middle);
+    draw_percepts(&painter, percepts, side, |pixel| {
+        let at = frame.min + scale * pixel;
+        Pos2::new(at.x, at.y)
+    });
+    Ok(())
+}
+
+fn texture(image: &Image) -> bevy::image::Image {
+    let extent = Extent3d { width: image.width, height: image.height, depth_or_array_layers: 1 };
+    let format = TextureFormat::Rgba8UnormSrgb;
+    bevy::image::Image::new(extent, TextureDimension::D2, colours(image), format, RenderAssetUsages::all())
+}
+
+/// Red, green, blue and alpha of each pixel.
+fn colours(image: &Image) -> Vec<u8> {
+    image.rgb.chunks_exact(3).flat_map(|colour| [colour[0], colour[1], colour[2], 255]).collect()
+}
+
+impl Pictures {
+    /// Shows the image of a camera, this wide, with what was recognised in it.
+    pub fn show(
+        &self,
+        ui: &mut egui::Ui,
+        (id, side): (RobotId, CameraName),
+        percepts: Option<&Percepts>,
+        width: f32,
+    ) -> egui::Response {
+        let Some(picture) = self.0.get(&(id, side)) else {
+            let (area, response) = ui.allocate_exact_size(egui::vec2(width, 0.75 * width), egui::Sense::click());
+            ui.painter().rect_filled(area, 2.0, Color32::from_gray(40));
+            let font = FontId::proportional(text_size::SMALL);
+            ui.painter().text(area.center(), Align2::CENTER_CENTER, "no image", font, Color32::GRAY);
+            return response;
+        };
+        let scale = width / picture.size.x.max(1.0);
+        let (area, response) = ui.allocate_exact_size(scale * picture.size, egui::Sense::click());
+        let whole = Area::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+        ui.painter().image(picture.id, area, whole, Color32::WHITE);
+        if let Some(percepts) = percepts {
+            draw_percepts(&ui.painter().with_clip_rect(area), percepts, side, |pixel| {
+                area.min + scale * egui::vec2(pixel.x, pixel.y)
+            });
+        }
+        response
+    }
+}
+
+/// Draws what was recognised by one camera; `place` is where a pixel of its image is.
+fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName, place: impl Fn(Vec2) -> Pos2) {
+    let stroke = |colour: Color| Stroke::new(1.5, palette::in_panel(colour));
+    let write = |at: Pos2, text: &str, colour: Color| {
+        let font = FontId::proportional(10.0);
+        painter.text(at + egui::vec2(1.0, 1.0), Align2::CENTER_BOTTOM, text, font.clone(), Color32::BLACK);
+        painter.text(at, Align2::CENTER_BOTTOM, text, font, palette::in_panel(colour));
+    };
+    let cross = |at: Pos2, half: f32, stroke: Stroke| {
+        for slope in [1.0, -1.0] {
+            let arm = egui::vec2(half, slope * half);
+            painter.line_segment([at - arm, at + arm], stroke);
+        }
+    };
+    for landmark in percepts.landmarks.iter().filter(|landmark| landmark.camera == side) {
+        let at = place(landmark.pixel);
+        let colour = palette::ink(Ink::Sky);
+        match landmark.kind {
+            LandmarkKind::Line { end_pixel, .. } => {
+                painter.line_segment([at, place(end_pixel)], stroke(colour));
+            }
+            LandmarkKind::Junction { shape } => {
+                cross(at, 3.0, stroke(palette::ink(Ink::Vermilion)));
+                write(at - egui::vec2(0.0, 3.0), junction_letter(shape), palette::ink(Ink::White));
+            }
+            LandmarkKind::PenaltyCross => cross(at, 4.0, stroke(palette::ink(Ink::Vermilion))),
+            LandmarkKind::CentreCircle | LandmarkKind::CornerArc => {
+                painter.circle_stroke(at, 5.0, stroke(palette::ink(Ink::Vermilion)));
+            }
+        }
+    }
+    for post in percepts.goal_posts.iter().filter(|post| post.camera == side) {
+        let at = place(post.pixel);
+        painter.line_segment(
+            [at, at - egui::vec2(0.0, 22.0)],
+            Stroke::new(2.5, palette::in_panel(palette::goal(post.colour))),
+        );
+        cross(at, 4.0, stroke(palette::ink(Ink::White)));
+    }
+    for robot in percepts.robots.iter().filter(|robot| robot.camera == side) {
+        let at = place(robot.pixel);
+        let colour = palette::team(robot.team);
+        let top = Area::from_min_max(at + egui::vec2(-9.0, -34.0), at + egui::vec2(9.0, 0.0));
+        let rounding = if robot.team == Team::Blue { 0.0 } else { 8.0 };
+        painter.rect_stroke(top, rounding, stroke(colour), egui::StrokeKind::Middle);
+        write(at + egui::vec2(0.0, 12.0), robot.team.name(), palette::ink(Ink::White));
+    }
+    if let Some(ball) = percepts.ball.filter(|ball| ball.camera == side) {
+        let at = place(ball.pixel);
+        painter.circle_stroke(at, 7.0, stroke(palette::ink(Ink::Yellow)));
+        write(at - egui::vec2(0.0, 7.0), "ball", palette::ink(Ink::Yellow));
+    }
+}

@@ -1,0 +1,95 @@
+//! The cameras of all robots side by side.
+
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{self, Grid, ScrollArea};
+
+use super::pictures::Pictures;
+use crate::viewer::display_settings::Switch;
+use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
+use crate::viewer::shared::{Action, SelectionCommand};
+use crate::viewer::theme::{band, dim, text_size};
+use naoisis_core::robot::Roster;
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::vision::Percepts;
+
+/// The panel.
+const DOCK: Dock = Dock { name: "cameras", edge: Edge::Right, size: 560.0, least: 180.0, most_share: 0.5 };
+/// The least width of an image, between robots, and the height of a name, logical pixels.
+const LEAST_WIDTH: f32 = 60.0;
+const GAPS: [f32; 2] = [8.0, 6.0];
+const NAME: f32 = 24.0;
+/// The height of an image by its width.
+const SHAPE: f32 = 0.75;
+
+pub(super) fn show_wall(
+    mut contexts: EguiContexts,
+    roster: Res<Roster>,
+    robots: Query<(&Percepts, &CameraSettings)>,
+    pictures: Res<Pictures>,
+    mut sizes: ResMut<PanelSizes>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let robots: Vec<_> = roster.iter().filter_map(|(id, robot)| Some((id, robots.get(robot).ok()?))).collect();
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        if title(ui, "Cameras") {
+            actions.write(Action::Toggle(Switch::Cameras));
+        }
+        let cameras = robots.iter().map(|(_, (_, settings))| settings.mounts.names().count()).max().unwrap_or(1);
+        let (in_a_row, width) = arranged(robots.len(), cameras, ui.available_size());
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            Grid::new("cameras").spacing(GAPS).show(ui, |ui| {
+                for row in robots.chunks(in_a_row) {
+                    for (id, (percepts, settings)) in row {
+                        ui.vertical(|ui| {
+                            ui.horizontal(|ui| {
+                                band(ui, id.team, egui::vec2(8.0, 12.0));
+                                ui.label(dim(id.to_string()).size(text_size::SMALL));
+                            });
+                            ui.horizontal(|ui| {
+                                ui.spacing_mut().item_spacing.x = 2.0;
+                                for camera in settings.mounts.names() {
+                                    let image = pictures.show(ui, (*id, camera), Some(percepts), width);
+                                    if image.on_hover_text("Select").clicked() {
+                                        actions.write(Action::Select(SelectionCommand::Robot(*id)));
+                                    }
+                                }
+                            });
+                        });
+                    }
+                    ui.end_row();
+                }
+            });
+        });
+    });
+    Ok(())
+}
+
+/// Robots in a row, and the width of an image, with which all images are as large as they can be in a room of this size.
+fn arranged(robots: usize, cameras: usize, room: egui::Vec2) -> (usize, f32) {
+    let width_with = |in_a_row: usize| {
+        let rows = robots.div_ceil(in_a_row) as f32;
+        let by_width = ((room.x - 12.0) / in_a_row as f32 - GAPS[0]) / cameras.max(1) as f32 - 2.0;
+        let by_height = (room.y / rows - GAPS[1] - NAME) / SHAPE;
+        by_width.min(by_height)
+    };
+    let of_all = (1..=robots.max(1)).map(|in_a_row| (in_a_row, width_with(in_a_row)));
+    let (in_a_row, width) = of_all.max_by(|(_, one), (_, other)| one.total_cmp(other)).unwrap_or((1, LEAST_WIDTH));
+    (in_a_row, width.max(LEAST_WIDTH))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_are_as_large_as_the_panel_lets_them_be() {
+        // Six robots with two cameras each: in a high panel below each other, in a wide one beside each other.
+        let (in_a_row, width) = arranged(6, 2, egui::vec2(300.0, 900.0));
+        assert!(in_a_row == 1 && width > 130.0, "{in_a_row} of {width}");
+        let (in_a_row, width) = arranged(6, 2, egui::vec2(900.0, 400.0));
+        assert!(in_a_row == 3 && width > 130.0, "{in_a_row} of {width}");
+        assert_eq!(arranged(22, 1, egui::vec2(100.0, 100.0)).1, LEAST_WIDTH);
+        assert_eq!(arranged(0, 0, egui::vec2(100.0, 100.0)).0, 1);
+    }
+}

@@ -1,0 +1,256 @@
+//! What the panel says, as words: pure functions.
+
+use bevy::prelude::*;
+
+use naoisis_core::communication::TeamMessage;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::Penalty;
+use naoisis_core::geometry::{Pose, angle_of, to_degrees};
+use naoisis_core::pitch::End;
+use naoisis_core::referee::GameStatus;
+use naoisis_core::robot::Velocity;
+use naoisis_core::robot::kick::KickRequest;
+use naoisis_core::robot::posture::{Posture, PostureRequest};
+use naoisis_sensing::belief::covariance::half_axes_95;
+use naoisis_sensing::belief::error::BeliefError;
+use naoisis_sensing::belief::{Belief, PlaceCovariance, point_pitch_from_team};
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::status::BodyStatus;
+use naoisis_sensing::sensing::vision::Percepts;
+use naoisis_sim::interface::vocabulary::RobotCommand;
+
+/// A name and a value.
+type Entry = (String, String);
+
+fn entry(name: &str, value: String) -> Entry {
+    (name.to_owned(), value)
+}
+
+/// Two decimal places, and no minus before nothing.
+fn decimal(number: f32) -> String {
+    format!("{:.2}", (100.0 * number).round() / 100.0 + 0.0)
+}
+
+/// An angle in whole degrees, and no minus before nothing.
+fn degrees(angle: f32) -> String {
+    format!("{:.0}°", to_degrees(angle).round() + 0.0)
+}
+
+/// A place, m.
+pub fn place(place: Vec2) -> String {
+    format!("{}, {} m", decimal(place.x), decimal(place.y))
+}
+
+/// A pose in metres and degrees.
+pub fn pose(pose: Pose) -> String {
+    format!("{}, {}", place(pose.position), degrees(pose.heading))
+}
+
+/// Angles of a head.
+pub fn head(yaw: f32, pitch: f32) -> String {
+    let aside = if yaw >= 0.0 { "left" } else { "right" };
+    let below = if pitch >= 0.0 { "down" } else { "up" };
+    format!("{:.0}° {aside}, {:.0}° {below}", to_degrees(yaw.abs()), to_degrees(pitch.abs()))
+}
+
+/// How something moves.
+pub fn velocity(velocity: Velocity) -> String {
+    format!("{:.2} m/s, {}/s", velocity.linear.length(), degrees(velocity.angular))
+}
+
+/// What a robot says that it means to do, if it says so.
+pub fn intention(command: Option<&RobotCommand>) -> Option<&str> {
+    command?.say.as_ref()?.intention.as_deref().filter(|intention| !intention.is_empty())
+}
+
+/// What the sonars heard.
+pub fn sonar(reading: SonarReading) -> String {
+    let side = |distance: Option<f32>| distance.map_or("—".to_owned(), |distance| format!("{distance:.2} m"));
+    format!("left {}, right {}", side(reading.left), side(reading.right))
+}
+
+/// How a robot is.
+pub fn condition(posture: &Posture, penalty: &Penalty, clock: &CycleClock) -> String {
+    if let Some(active) = penalty.0 {
+        let left_s = active.left_s(clock);
+        return format!("penalised for {}, {left_s:.0} s left", active.reason.words());
+    }
+    match posture {
+        Posture::Upright => "on its feet",
+        Posture::Fallen { .. } => "fallen",
+        Posture::GettingUp { .. } => "gets up",
+        Posture::Diving { .. } => "dives",
+    }
+    .to_owned()
+}
+
+/// What was recognised, in numbers.
+pub fn percepts(percepts: &Percepts) -> String {
+    let ball = percepts
+        .ball
+        .map(|ball| format!("ball at {:.2} m, {}", ball.position_m.length(), degrees(angle_of(ball.position_m))));
+    let count = |count: usize, name: &str| match count {
+        0 => None,
+        1 => Some(format!("1 {name}")),
+        _ => Some(format!("{count} {name}s")),
+    };
+    let parts = [
+        ball,
+        count(percepts.goal_posts.len(), "post"),
+        count(percepts.robots.len(), "robot"),
+        count(percepts.landmarks.len(), "landmark"),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    if parts.is_empty() { "recognises nothing".to_owned() } else { parts.join(", ") }
+}
+
+/// What a behaviour wanted in a cycle of this duration, s.
+pub fn commands(command: &RobotCommand, period: f32) -> Vec<Entry> {
+    let walk = command.walk.map_or("stands".to_owned(), |walk| {
+        let way = walk.translation() / period;
+        let sideways = format!("{} {}", decimal(way.y.abs()), if way.y < 0.0 { "right" } else { "left" });
+        format!("{} ahead, {sideways} m/s, {}/s", decimal(way.x), degrees(walk.dtheta / period))
+    });
+    let look = command.head.map_or("as before".to_owned(), |to| head(to.yaw, to.pitch));
+    let mut entries = vec![entry("Walk", walk), entry("Head to", look)];
+    entries.push(entry("Kick", command.kick.map_or("none".to_owned(), kick)));
+    if let Some(posture) = command.posture {
+        let text = match posture {
+            PostureRequest::GetUp => "gets up".to_owned(),
+            PostureRequest::Dive(side) => format!("dives to the {}", side.name()),
+        };
+        entries.push(entry("Body", text));
+    }
+    if let Some(intention) = command.say.as_ref().and_then(|say| say.intention.as_deref()) {
+        entries.push(entry("Intends to", intention.to_owned()));
+    }
+    entries
+}
+
+fn kick(request: KickRequest) -> String {
+    format!("{}, {:.0} %", request.kick_type.words(), 100.0 * request.speed)
+}
+
+/// What a robot is told of the game.
+pub fn told(told: &GameStatus) -> String {
+    let mut parts = vec![told.state.name().to_owned()];
+    parts.extend(told.set_play.map(|set_play| {
+        let whose = set_play.team.map_or("one team".to_owned(), |team| team.to_string());
+        format!("{} for {whose}", set_play.kind.words().to_lowercase())
+    }));
+    parts.extend(told.penalty.map(|reason| format!("penalised for {}", reason.words())));
+    parts.push(format!("{} : {}", told.score.blue, told.score.pink));
+    parts.join(", ")
+}
+
+/// What a robot's body is doing, as it knows.
+pub fn body(body: BodyStatus) -> String {
+    match body {
+        BodyStatus::Standing => "stands",
+        BodyStatus::Walking => "walks",
+        BodyStatus::Kicking => "kicks",
+        BodyStatus::Recovering => "regains balance",
+        BodyStatus::Fallen => "lies",
+        BodyStatus::GettingUp => "gets up",
+        BodyStatus::Diving => "dives",
+        BodyStatus::Penalised => "is penalised",
+    }
+    .to_owned()
+}
+
+/// Half the length of the ellipse in which a place lies with 95 %, in words.
+fn spread(covariance: PlaceCovariance) -> String {
+    half_axes_95(covariance).map(|[long, _]| format!(" ± {:.2} m", long.length())).unwrap_or_default()
+}
+
+/// What a robot believes, in the pitch frame, and how far that is from the truth.
+pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec<Entry> {
+    let [xx, xy, yy, ..] = belief.pose_covariance;
+    let own = format!("{}{}", pose(belief.pose_in_pitch(own_end)), spread([xx, xy, yy]));
+    let ball = match &belief.ball {
+        None => "no idea".to_owned(),
+        Some(ball) => {
+            let heard = ball.heard_from.map(|from| format!(", from {from}")).unwrap_or_default();
+            let at = place(point_pitch_from_team(ball.position_m, own_end));
+            format!("{at}{}, {:.1} s old{heard}", spread(ball.position_covariance), ball.age_s)
+        }
+    };
+    let mut entries = vec![entry("Itself", own)];
+    if let Some(error) = error {
+        let text = format!("{:.2} m, {}", error.position_m, degrees(error.heading));
+        entries.push(entry("  truly off by", text));
+    }
+    entries.push(entry("Ball", ball));
+    if let Some(ball) = error.and_then(|error| error.ball) {
+        entries.push(entry("  truly off by", format!("{:.2} m", ball.position_m)));
+    }
+    let believed = belief.opponents.len();
+    let opponents = match error {
+        Some(error) if error.opponents_known as usize == believed => format!("{believed} of {}", error.opponents),
+        Some(error) => format!("{believed}, truly {} of {}", error.opponents_known, error.opponents),
+        None => believed.to_string(),
+    };
+    entries.push(entry("Opponents", opponents));
+    entries.push(entry("Team-mates", belief.team_mates.len().to_string()));
+    entries
+}
+
+/// A team message on one line.
+pub fn message(message: &TeamMessage) -> String {
+    let TeamMessage { pose: own, ball_m, robots_m, intention, payload, datagram } = message;
+    let robots = (!robots_m.is_empty()).then(|| format!("{} robots", robots_m.len()));
+    let parts = [
+        own.map(|own| format!("at {}", pose(own))),
+        ball_m.map(|ball| format!("ball {}", place(ball))),
+        robots,
+        intention.as_ref().map(|intention| format!("“{intention}”")),
+        payload.as_ref().map(|payload| format!("“{payload}”")),
+        datagram.as_ref().map(|_| "a datagram".to_owned()),
+    ];
+    let text = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
+    format!("{text} ({} bytes)", message.size_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::kick_geometry::KickType;
+    use naoisis_core::robot::motion::WalkCommand;
+    use naoisis_sensing::belief::BallBelief;
+
+    #[test]
+    fn commands_are_told_in_speeds() {
+        let command = RobotCommand {
+            walk: Some(WalkCommand::new(0.005, -0.002, 0.0349)),
+            kick: Some(KickRequest::new(KickType::LeftSide, 0.5)),
+            ..default()
+        };
+        let told = commands(&command, 1.0 / 30.0);
+        assert_eq!(told[0].1, "0.15 ahead, 0.06 right m/s, 60°/s");
+        assert_eq!(told[2].1, "left foot, to the right, 50 %");
+    }
+
+    #[test]
+    fn a_belief_is_told_in_the_pitch_frame_with_its_doubt() {
+        let belief = Belief {
+            ball: Some(BallBelief {
+                position_m: Vec2::new(1.0, 0.5),
+                position_covariance: [0.01, 0.0, 0.0001],
+                ..default()
+            }),
+            ..Belief::at(Pose::new(-2.0, 1.0, 0.0))
+        };
+        let told = super::belief(&belief, None, End::PositiveX);
+        assert!(told[0].1.starts_with("2.00, -1.00 m, ") && told[0].1.contains("180°"), "{told:?}");
+        // 2.4477 x 0.1 m.
+        assert_eq!(told[1].1, "-1.00, -0.50 m ± 0.24 m, 0.0 s old");
+    }
+
+    #[test]
+    fn heads_and_percepts_are_told_in_words() {
+        assert_eq!(head(-0.349_07, 0.174_53), "20° right, 10° down");
+        assert_eq!(pose(Pose::new(-0.001, 0.0, -0.001)), "0.00, 0.00 m, 0°");
+        assert_eq!(percepts(&Percepts::default()), "recognises nothing");
+        assert_eq!(sonar(SonarReading { left: None, right: Some(0.3), time_s: None }), "left —, right 0.30 m");
+    }
+}

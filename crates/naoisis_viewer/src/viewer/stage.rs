@@ -1,0 +1,170 @@
+//! The pitch frame in Bevy's world, the light, and smooth motion between cycles.
+//!
+//! In the simulation z points up, in Bevy y. The pitch root carries the one rotation between the two; robots, ball,
+//! posts, camera and light are its children and all use the pitch frame. Truth is `Pose`: `Transform` follows it, for
+//! display only.
+
+use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap};
+use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_2;
+
+use super::palette;
+use super::shared::DisplayFraction;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::Penalty;
+use naoisis_core::geometry::{Pose, angle_of, wrap_angle};
+use naoisis_core::robot::PreviousPose;
+use naoisis_sim::simulation::MatchEntity;
+
+/// Nothing on a pitch is faster than this, m/s: what went further in a cycle was put where it is.
+const FASTEST_MPS: f32 = 12.0;
+/// Half the side of the hall's floor, m.
+const FLOOR_HALF_SIDE: f32 = 60.0;
+
+/// The pitch root, light and sky; puts what is simulated on the stage.
+pub struct StagePlugin;
+
+impl Plugin for StagePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<PitchRoot>()
+            .insert_resource(ClearColor(palette::SKY))
+            .insert_resource(GlobalAmbientLight { brightness: 700.0, color: palette::SKY, ..default() })
+            .insert_resource(DirectionalLightShadowMap { size: 2048 })
+            .add_observer(enter_stage)
+            .add_systems(Startup, (light_stage, lay_floor))
+            .add_systems(
+                PostUpdate,
+                (place_entities, hide_penalised).in_set(StageSystems).before(TransformSystems::Propagate),
+            );
+    }
+}
+
+/// The systems that put what is simulated where it is shown.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct StageSystems;
+
+/// The entity whose children live in the pitch frame.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PitchRoot(pub Entity);
+
+impl FromWorld for PitchRoot {
+    fn from_world(world: &mut World) -> Self {
+        let root = (Name::new("pitch"), Transform::from_rotation(world_from_pitch()), Visibility::default());
+        Self(world.spawn(root).id())
+    }
+}
+
+/// The rotation from the pitch frame (z up) to Bevy's world (y up).
+pub fn world_from_pitch() -> Quat {
+    Quat::from_rotation_x(-FRAC_PI_2)
+}
+
+/// The rotation from Bevy's world (y up) to the pitch frame (z up).
+pub fn pitch_from_world() -> Quat {
+    world_from_pitch().inverse()
+}
+
+fn light_stage(mut commands: Commands, root: Res<PitchRoot>) {
+    let shadows = CascadeShadowConfigBuilder { num_cascades: 2, maximum_distance: 20.0, ..default() };
+    commands.spawn((
+        ChildOf(root.0),
+        DirectionalLight { illuminance: 4_800.0, shadow_maps_enabled: true, ..default() },
+        shadows.build(),
+        Transform::from_xyz(-3.0, -4.0, 9.0).looking_at(Vec3::ZERO, Vec3::Z),
+    ));
+}
+
+fn lay_floor(
+    mut commands: Commands,
+    root: Res<PitchRoot>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    commands.spawn((
+        ChildOf(root.0),
+        Mesh3d(meshes.add(Plane3d::new(Vec3::Z, Vec2::splat(FLOOR_HALF_SIDE)))),
+        MeshMaterial3d(materials.add(StandardMaterial {
+            base_color: palette::FLOOR,
+            perceptual_roughness: 0.9,
+            reflectance: 0.1,
+            ..default()
+        })),
+        Transform::from_xyz(0.0, 0.0, -0.02),
+    ));
+}
+
+/// Gives whatever enters the match a place in the pitch frame.
+fn enter_stage(added: On<Add, MatchEntity>, poses: Query<&Pose>, root: Res<PitchRoot>, mut commands: Commands) {
+    let transform = poses.get(added.entity).map(|pose| transform_of(*pose)).unwrap_or_default();
+    commands.entity(added.entity).insert((ChildOf(root.0), transform, Visibility::default()));
+}
+
+fn place_entities(
+    fraction: Res<DisplayFraction>,
+    clock: Res<CycleClock>,
+    mut entities: Query<(&Pose, Option<&PreviousPose>, &mut Transform), With<MatchEntity>>,
+) {
+    for (pose, previous, mut transform) in &mut entities {
+        let shown = previous.map_or(*pose, |previous| between(previous.0, *pose, fraction.0, clock.period()));
+        transform.set_if_neq(transform_of(shown));
+    }
+}
+
+/// A penalised robot is off the pitch.
+fn hide_penalised(mut robots: Query<(&Penalty, &mut Visibility), Changed<Penalty>>) {
+    for (penalty, mut visibility) in &mut robots {
+        *visibility = if penalty.is_off_pitch() { Visibility::Hidden } else { Visibility::Inherited };
+    }
+}
+
+/// The pose at which something is shown, pitch frame.
+pub fn pose_of(transform: &Transform) -> Pose {
+    let forward = transform.rotation * Vec3::X;
+    Pose { position: transform.translation.truncate(), heading: angle_of(forward.truncate()) }
+}
+
+pub(super) fn transform_of(pose: Pose) -> Transform {
+    Transform::from_translation(pose.position.extend(0.0)).with_rotation(Quat::from_rotation_z(pose.heading))
+}
+
+/// Where a thing is at a fraction of a cycle of `period` seconds. What was put elsewhere is there at once.
+pub fn between(start: Pose, end: Pose, fraction: f32, period: f32) -> Pose {
+    if start.position.distance(end.position) > FASTEST_MPS * period {
+        return end;
+    }
+    Pose {
+        position: start.position.lerp(end.position, fraction),
+        heading: start.heading + fraction * wrap_angle(end.heading - start.heading),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use core::f32::consts::PI;
+
+    #[test]
+    fn the_pitch_lies_flat_with_the_yellow_goal_to_the_right() {
+        let world_from_pitch = world_from_pitch();
+        assert!((world_from_pitch * Vec3::Z).abs_diff_eq(Vec3::Y, 1e-6));
+        assert!((world_from_pitch * Vec3::X).abs_diff_eq(Vec3::X, 1e-6));
+        // Away from the viewer, who looks along -z.
+        assert!((world_from_pitch * Vec3::Y).abs_diff_eq(Vec3::NEG_Z, 1e-6));
+    }
+
+    #[test]
+    fn motion_is_smooth_across_the_half_turn() {
+        let shown = between(Pose::new(0.0, 0.0, PI - 0.1), Pose::new(0.1, 0.0, 0.1 - PI), 0.5, 1.0 / 30.0);
+        // Half of 0.1 m, and half of the 0.2 rad across the half turn.
+        assert_abs_diff_eq!(shown.position.x, 0.05, epsilon = 1e-6);
+        assert_abs_diff_eq!(shown.heading, PI, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn what_is_put_elsewhere_does_not_fly_there() {
+        // 12 m/s for 1/30 s are 0.4 m.
+        let end = Pose::new(3.0, 0.0, 0.0);
+        assert_eq!(between(Pose::default(), end, 0.5, 1.0 / 30.0), end);
+    }
+}

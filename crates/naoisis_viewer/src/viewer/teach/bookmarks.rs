@@ -1,0 +1,229 @@
+//! Moments with captions, stepped through like slides: each with the view, the pen's marks and the world that it was made with.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, FontId, TextEdit, WidgetInfo, WidgetType};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::pen::{Pen, PenMark};
+use crate::viewer::camera::{CameraMode, ViewerCamera};
+use crate::viewer::display_settings::is_teaching;
+use crate::viewer::event_log::EventLog;
+use crate::viewer::keyframes::Keyframes;
+use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::shared::{
+    CameraSystems, KeysSystems, Notice, Playback, RobotsWorld, Selection, TeachAction, TimelineCommand,
+};
+use crate::viewer::theme::{card, dim, minutes};
+use crate::viewer::timeline::Timeline;
+use crate::viewer::watch::large_letters;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::team::RobotId;
+
+/// A caption's letters by the height of those of a score, and its width by the window's.
+const LETTERS: f32 = 0.7;
+const WIDTH: f32 = 0.7;
+
+/// Keeps and shows the [`Bookmarks`].
+pub struct BookmarksPlugin;
+
+impl Plugin for BookmarksPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Update, (forget, obey).chain().after(KeysSystems).before(CameraSystems))
+            .add_systems(EguiPrimaryContextPass, show_caption.run_if(is_teaching).in_set(LayoutSystems::Floating));
+    }
+}
+
+/// A moment that is shown to others.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Bookmark {
+    /// The cycle that had just ended.
+    pub cycle: u64,
+    /// What is said about it.
+    pub caption: String,
+    /// What was drawn.
+    pub(super) marks: Vec<PenMark>,
+    /// The selected robot.
+    pub(super) selected: Option<RobotId>,
+    /// Whether only the world of that one was seen.
+    pub(super) robots_world: bool,
+    /// Where it was seen from.
+    pub(super) camera: ViewerCamera,
+}
+
+/// The moments that are stepped through, in their order in the match.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct Bookmarks {
+    list: Vec<Bookmark>,
+    /// The one that is shown.
+    shown: Option<usize>,
+    /// The match that they are of.
+    of: Keyframes,
+}
+
+impl Bookmarks {
+    /// All of them.
+    pub fn list(&self) -> &[Bookmark] {
+        &self.list
+    }
+
+    /// The one that is shown, and how many there are.
+    pub fn shown(&self) -> Option<usize> {
+        self.shown
+    }
+
+    /// Takes in those that were kept of a match.
+    pub(super) fn take_in(&mut self, list: Vec<Bookmark>, of: &Keyframes) {
+        *self = Bookmarks { list, shown: None, of: of.clone() };
+    }
+
+    /// Adds one; in place of one of the same moment.
+    fn add(&mut self, bookmark: Bookmark) {
+        let at = self.list.partition_point(|other| other.cycle < bookmark.cycle);
+        match self.list.get_mut(at).filter(|other| other.cycle == bookmark.cycle) {
+            Some(other) => *other = Bookmark { caption: core::mem::take(&mut other.caption), ..bookmark },
+            None => self.list.insert(at, bookmark),
+        }
+        self.shown = Some(at);
+    }
+
+    /// The next one, or the one before: seen from the one that is shown, or else from a cycle.
+    fn neighbour(&self, forward: bool, cycle: u64) -> Option<usize> {
+        let index = match (self.shown, forward) {
+            (Some(shown), true) => shown + 1,
+            (Some(shown), false) => shown.checked_sub(1)?,
+            (None, true) => self.list.partition_point(|bookmark| bookmark.cycle < cycle),
+            (None, false) => self.list.partition_point(|bookmark| bookmark.cycle < cycle).checked_sub(1)?,
+        };
+        (index < self.list.len()).then_some(index)
+    }
+}
+
+/// Another match has other moments.
+fn forget(keyframes: Res<Keyframes>, clock: Res<CycleClock>, mut bookmarks: ResMut<Bookmarks>) {
+    if !bookmarks.of.is_same(&keyframes) {
+        *bookmarks = Bookmarks { of: keyframes.clone(), ..default() };
+    }
+    // Who goes elsewhere no longer sees it, once it was there.
+    let shown = bookmarks.shown.and_then(|shown| bookmarks.list.get(shown));
+    if shown.is_some_and(|shown| shown.cycle.abs_diff(clock.cycle) > 1) && !bookmarks.is_changed() {
+        bookmarks.shown = None;
+    }
+}
+
+fn obey(
+    mut actions: MessageReader<TeachAction>,
+    (clock, timeline, log): (Res<CycleClock>, Res<Timeline>, Res<EventLog>),
+    mut bookmarks: ResMut<Bookmarks>,
+    mut camera: Single<&mut ViewerCamera>,
+    mut pen: ResMut<Pen>,
+    (mut world, mut selection): (ResMut<RobotsWorld>, ResMut<Selection>),
+    mut playback: ResMut<Playback>,
+    mut notice: ResMut<Notice>,
+    mut moments: MessageWriter<TimelineCommand>,
+) {
+    for action in actions.read() {
+        match action {
+            TeachAction::Bookmark => {
+                playback.paused = true;
+                let cycle = timeline.cursor().map_or(clock.cycle, |cursor| cursor.round() as u64);
+                let last = log.until(cycle as f64 * clock.period_s).last();
+                bookmarks.add(Bookmark {
+                    cycle,
+                    caption: last.map(|entry| entry.text.clone()).unwrap_or_default(),
+                    marks: pen.marks.clone(),
+                    selected: selection.0,
+                    robots_world: world.0,
+                    camera: **camera,
+                });
+                let count = bookmarks.list.len();
+                notice.tell(format!("Bookmark {count}; J: the next one, Shift J: the one before"));
+            }
+            TeachAction::NextBookmark | TeachAction::PreviousBookmark => {
+                let forward = *action == TeachAction::NextBookmark;
+                let Some(index) = bookmarks.neighbour(forward, clock.cycle) else {
+                    notice.tell(if bookmarks.list.is_empty() {
+                        "No bookmarks; K: one of this moment"
+                    } else {
+                        "No more bookmarks"
+                    });
+                    continue;
+                };
+                let bookmark = bookmarks.list[index].clone();
+                bookmarks.shown = Some(index);
+                playback.paused = true;
+                pen.marks = bookmark.marks;
+                selection.0 = bookmark.selected;
+                world.0 = bookmark.robots_world;
+                camera.wanted = bookmark.camera.wanted;
+                camera.mode = match bookmark.camera.mode {
+                    // It must not go elsewhere.
+                    CameraMode::Ball | CameraMode::Play | CameraMode::Robot { .. } => CameraMode::Orbit,
+                    mode => mode,
+                };
+                moments.write(TimelineCommand::GoTo(bookmark.cycle));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The caption of the moment that is shown, to be read from afar and written on.
+fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmarks: ResMut<Bookmarks>) -> Result {
+    let Some(index) = bookmarks.shown else { return Ok(()) };
+    let count = bookmarks.list.len();
+    let Some(bookmark) = bookmarks.list.get(index) else { return Ok(()) };
+    let context = contexts.ctx_mut()?;
+    let letters = LETTERS * large_letters(context);
+    let width = WIDTH * context.content_rect().width();
+    let mut caption = bookmark.caption.clone();
+    let mut is_removed = false;
+    let at = minutes((bookmark.cycle as f64 * clock.period_s) as f32);
+    layout::floating(context, "caption", Align2::CENTER_BOTTOM).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            let text = TextEdit::multiline(&mut caption).font(FontId::proportional(letters)).desired_rows(1);
+            let text = ui.add(text.desired_width(width).frame(egui::Frame::NONE).hint_text("What is to be seen here?"));
+            text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Caption"));
+            ui.horizontal(|ui| {
+                ui.label(dim(format!("{} of {count}, at {at}", index + 1)));
+                is_removed = ui.small_button("Remove").clicked();
+            });
+        });
+    });
+    if is_removed {
+        bookmarks.list.remove(index);
+        bookmarks.shown = None;
+    } else if caption != bookmarks.list[index].caption {
+        bookmarks.list[index].caption = caption;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::viewer::camera::viewpoint::Viewpoint;
+    use naoisis_core::geometry::Pose;
+
+    fn bookmark(cycle: u64, caption: &str) -> Bookmark {
+        let view = Viewpoint::behind(Pose::default());
+        let camera = ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit };
+        Bookmark { cycle, caption: caption.to_owned(), marks: Vec::new(), selected: None, robots_world: false, camera }
+    }
+
+    #[test]
+    fn bookmarks_are_in_the_order_of_the_match_and_are_stepped_through() {
+        let mut bookmarks = Bookmarks::default();
+        for cycle in [50, 10, 90] {
+            bookmarks.add(bookmark(cycle, "seen"));
+        }
+        assert_eq!(bookmarks.list.iter().map(|bookmark| bookmark.cycle).collect::<Vec<_>>(), [10, 50, 90]);
+        assert_eq!(bookmarks.neighbour(true, 0), None, "the last one is shown");
+        assert_eq!(bookmarks.neighbour(false, 0), Some(1));
+        bookmarks.shown = None;
+        assert_eq!([bookmarks.neighbour(true, 20), bookmarks.neighbour(false, 20)], [Some(1), Some(0)]);
+        assert_eq!([bookmarks.neighbour(true, 91), bookmarks.neighbour(false, 5)], [None, None]);
+        // Made again, a moment keeps its words.
+        bookmarks.add(Bookmark { robots_world: true, ..bookmark(50, "") });
+        assert!(bookmarks.list.len() == 3 && bookmarks.list[1].caption == "seen" && bookmarks.list[1].robots_world);
+    }
+}

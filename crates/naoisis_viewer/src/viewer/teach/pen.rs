@@ -1,0 +1,133 @@
+//! A pen: arrows and zones on the pitch, which stay where they are when the view moves.
+
+use bevy::prelude::*;
+
+use crate::viewer::camera::ViewerCamera;
+use crate::viewer::layout::{MouseTaken, OverPanel, mouse_is_over_match};
+use crate::viewer::overlays::Brush;
+use crate::viewer::palette;
+pub use crate::viewer::pen_marks::{Pen, PenMark};
+use crate::viewer::shared::{Notice, TeachAction};
+use crate::viewer::stage::pitch_from_world;
+use bevy_egui::input::EguiWantsInput;
+use naoisis_core::behaviour::drawings::Ink;
+
+/// Lines of the pen are as thick as three, this far from each other, m.
+const APART_M: f32 = 0.012;
+/// A zone is hatched, with lines so far from each other, m.
+const HATCHING_M: f32 = 0.12;
+
+pub(super) fn obey(
+    mut actions: MessageReader<TeachAction>,
+    mut pen: ResMut<Pen>,
+    mut taken: ResMut<MouseTaken>,
+    mut notice: ResMut<Notice>,
+) {
+    for action in actions.read() {
+        match action {
+            TeachAction::Pen => {
+                pen.is_on = !pen.is_on;
+                taken.0 = pen.is_on;
+                pen.release();
+                let on = "Pen: a drag draws an arrow, with Shift a zone; X: the last one away; U: no pen";
+                notice.tell(if pen.is_on { on } else { "No pen: the mouse moves the view again" });
+            }
+            TeachAction::Erase => drop(pen.marks.pop()),
+            _ => {}
+        }
+    }
+}
+
+pub(super) fn draw(
+    buttons: Res<ButtonInput<MouseButton>>,
+    keys: Res<ButtonInput<KeyCode>>,
+    window: Single<&Window>,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+    (wants, over): (Res<EguiWantsInput>, Res<OverPanel>),
+    mut pen: ResMut<Pen>,
+) {
+    if !pen.is_on {
+        return;
+    }
+    if let Some(at) = window.cursor_position().and_then(|cursor| on_pitch(*camera, cursor)) {
+        if buttons.just_pressed(MouseButton::Left) && mouse_is_over_match(&wants, &over) {
+            pen.press(at);
+        }
+        if buttons.pressed(MouseButton::Left) {
+            pen.move_to(at, keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]));
+        }
+    }
+    if buttons.just_released(MouseButton::Left) {
+        pen.release();
+    }
+}
+
+/// The place on the ground that is seen at a place of the window, m, pitch frame.
+fn on_pitch((camera, from): (&Camera, &GlobalTransform), cursor: Vec2) -> Option<Vec2> {
+    let ray = camera.viewport_to_world(from, cursor).ok()?;
+    let (origin, direction) = (pitch_from_world() * ray.origin, pitch_from_world() * *ray.direction);
+    let way = -origin.z / direction.z;
+    (way.is_finite() && way > 0.0).then(|| (origin + way * direction).truncate())
+}
+
+pub(super) fn show(pen: Res<Pen>, mut brush: Brush) {
+    for mark in pen.marks.iter().copied().chain(pen.under_way()) {
+        match mark {
+            PenMark::Arrow(start, end) => {
+                let aside = APART_M * (end - start).normalize_or_zero().perp();
+                for step in [-1.0, 0.0, 1.0] {
+                    brush.arrow(start + step * aside, end + step * aside, palette::ink(Ink::Yellow));
+                }
+            }
+            PenMark::Zone(centre, edge) => {
+                let (radius, colour) = (centre.distance(edge), palette::ink(Ink::Sky));
+                for step in [-1.0, 0.0, 1.0] {
+                    brush.circle(centre, radius + step * APART_M, colour);
+                }
+                for (start, end) in hatching(radius) {
+                    brush.line(centre + start, centre + end, colour.with_alpha(0.5));
+                }
+            }
+        }
+    }
+}
+
+/// Slanting lines within a circle about the origin.
+fn hatching(radius: f32) -> impl Iterator<Item = (Vec2, Vec2)> {
+    let lines = (radius / HATCHING_M).floor() as i32;
+    let across = Vec2::new(1.0, -1.0).normalize();
+    (-lines..=lines).map(move |line| {
+        let off = line as f32 * HATCHING_M;
+        let half = (radius * radius - off * off).max(0.0).sqrt();
+        (off * across - half * across.perp(), off * across + half * across.perp())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drag_is_an_arrow_with_shift_a_zone_and_a_click_nothing() {
+        let (one, other) = (Vec2::new(1.0, 0.5), Vec2::new(-0.5, 0.0));
+        let mut pen = Pen::default();
+        for (end, shift) in [(other, false), (other, true), (one + 0.01, false)] {
+            pen.press(one);
+            pen.move_to(end, shift);
+            pen.release();
+        }
+        assert_eq!(pen.marks, [PenMark::Arrow(one, other), PenMark::Zone(one, other)]);
+        pen.move_to(other, false);
+        pen.release();
+        assert_eq!(pen.marks.len(), 2, "without a press nothing is drawn");
+    }
+
+    #[test]
+    fn a_zone_is_hatched_within_its_circle() {
+        let lines: Vec<_> = hatching(0.5).collect();
+        assert_eq!(lines.len(), 9);
+        for (start, end) in lines {
+            assert!((start.length() - 0.5).abs() < 1e-5 && (end.length() - 0.5).abs() < 1e-5);
+        }
+    }
+}

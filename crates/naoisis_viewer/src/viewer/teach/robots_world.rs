@@ -1,0 +1,64 @@
+//! One robot's world alone: where is it, and where is the ball, as it believes? The true robots and the true ball are not seen.
+
+use bevy::prelude::*;
+
+use crate::viewer::overlays::{Brush, draw_world_of};
+use crate::viewer::palette;
+use crate::viewer::shared::{Notice, RobotsWorld, Selection, SelectionCommand, TeachAction};
+use naoisis_core::ball::Ball;
+use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::game::Game;
+use naoisis_core::robot::Roster;
+use naoisis_core::robot::body::Body;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::belief::Belief;
+
+pub(super) fn obey(
+    mut actions: MessageReader<TeachAction>,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    mut world: ResMut<RobotsWorld>,
+    mut choices: MessageWriter<SelectionCommand>,
+    mut notice: ResMut<Notice>,
+) {
+    for _ in actions.read().filter(|action| **action == TeachAction::RobotsWorld) {
+        world.0 = !world.0;
+        let whose = selection.0.or_else(|| roster.iter().next().map(|(id, _)| id));
+        let Some(whose) = whose.filter(|_| world.0) else {
+            world.0 = false;
+            notice.tell("The truth");
+            continue;
+        };
+        choices.write(SelectionCommand::Robot(whose));
+        notice.tell(format!("The world as {whose} believes it to be; Y: the truth"));
+    }
+}
+
+/// Hides the true ball, or shows it again. Robots are hidden where those are that do not see themselves.
+pub(super) fn hide_ball(world: Res<RobotsWorld>, mut balls: Query<&mut Visibility, With<Ball>>) {
+    let wanted = if world.0 { Visibility::Hidden } else { Visibility::Inherited };
+    for mut visibility in &mut balls {
+        visibility.set_if_neq(wanted);
+    }
+}
+
+pub(super) fn draw(
+    world: Res<RobotsWorld>,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    game: Res<Game>,
+    robots: Query<(&RobotId, Option<&Belief>, &Body)>,
+    mut brush: Brush,
+) {
+    let robot = selection.0.filter(|_| world.0).and_then(|id| robots.get(roster.get(id)?).ok());
+    let Some((id, belief, body)) = robot else { return };
+    match belief {
+        Some(belief) => {
+            let own_end = game.own_end(id.team);
+            draw_world_of(*id, body, belief, own_end, &mut brush);
+            let here = belief.pose_in_pitch(own_end).position;
+            brush.words(here + 0.25 * Vec2::Y, format!("{id} believes to be here"), palette::ink(Ink::White));
+        }
+        None => brush.words(Vec2::ZERO, format!("{id} keeps no belief"), palette::ink(Ink::White)),
+    }
+}

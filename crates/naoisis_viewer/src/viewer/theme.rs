@@ -1,0 +1,190 @@
+//! How panels look: dark or light, colours, sizes of text.
+//!
+//! Colours say the same thing twice: whatever has a team's colour also has its name, and the colours of overlays
+//! ([`Ink`](naoisis_core::behaviour::drawings::Ink)) are Okabe and Ito's, which people with any kind of colour blindness tell apart.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText, Stroke, Theme, Visuals};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::display_settings::DisplaySettings;
+use super::palette;
+use naoisis_core::team::Team;
+
+/// Distance of the panels from the window's edge, logical pixels.
+pub const MARGIN: f32 = 10.0;
+
+/// Whoever holds the button down for longer does not click, s.
+const LONGEST_CLICK_S: f64 = 5.0;
+
+/// Sizes of the panels' text, logical pixels.
+pub(super) mod text_size {
+    pub const SMALL: f32 = 11.5;
+    pub const ENTRY: f32 = 12.5;
+    pub const IMPORTANT: f32 = 14.0;
+    pub const BUTTON: f32 = 16.0;
+    pub const TEAM: f32 = 17.0;
+    pub const TITLE: f32 = 18.0;
+    pub const SCORE: f32 = 24.0;
+    pub const ALL: [f32; 7] = [SMALL, ENTRY, IMPORTANT, BUTTON, TEAM, TITLE, SCORE];
+}
+
+/// The systems that prepare the panels' looks: panels are shown after them.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ThemeSystems;
+
+/// Sets the panels' looks.
+pub struct ThemePlugin;
+
+impl Plugin for ThemePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            EguiPrimaryContextPass,
+            (set_looks.run_if(run_once), choose_theme.run_if(resource_changed::<DisplaySettings>), load_letters)
+                .chain()
+                .in_set(ThemeSystems),
+        );
+    }
+}
+
+fn set_looks(mut contexts: EguiContexts) -> Result {
+    let context = contexts.ctx_mut()?;
+    for theme in [Theme::Dark, Theme::Light] {
+        context.set_visuals_of(theme, visuals(theme));
+    }
+    // Between press and release of a click there can be a whole frame of a slow display.
+    context.options_mut(|options| options.input_options.max_click_duration = LONGEST_CLICK_S);
+    // A slow display would otherwise show text with gaps: each glyph is drawn a frame late at each new part of a pixel.
+    context.all_styles_mut(|style| style.visuals.text_options.subpixel_binning = false);
+    Ok(())
+}
+
+fn visuals(theme: Theme) -> Visuals {
+    let mut visuals = theme.default_visuals();
+    let [card, text, strong, weak] = match theme {
+        Theme::Dark => [Color32::from_rgb(20, 24, 31), grey(225), grey(240), grey(165)],
+        Theme::Light => [Color32::from_rgb(246, 247, 249), grey(40), grey(10), grey(85)],
+    };
+    visuals.panel_fill = card;
+    visuals.window_fill = card;
+    visuals.weak_text_color = Some(weak);
+    visuals.widgets.noninteractive.fg_stroke = Stroke::new(1.0, text);
+    visuals.widgets.inactive.fg_stroke = Stroke::new(1.0, text);
+    visuals.widgets.active.fg_stroke = Stroke::new(1.0, strong);
+    visuals
+}
+
+const fn grey(level: u8) -> Color32 {
+    Color32::from_gray(level)
+}
+
+fn choose_theme(mut contexts: EguiContexts, display: Res<DisplaySettings>) -> Result {
+    let context = contexts.ctx_mut()?;
+    context.set_theme(if display.light { Theme::Light } else { Theme::Dark });
+    context.set_zoom_factor(display.panel_scale.factor());
+    Ok(())
+}
+
+/// A letter is missing in the first frame that has it; so each frame has all of them, since they are forgotten at times.
+fn load_letters(mut contexts: EguiContexts) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    let letters: String = (' '..='~').chain("×−–±²°…▶⏸⏭⟲🎲⛔▾▸✔✖".chars()).collect();
+    let of_style = ctx.global_style().text_styles.values().cloned().collect::<Vec<_>>();
+    let fonts = text_size::ALL.into_iter().flat_map(|size| [FontId::proportional(size), FontId::monospace(size)]);
+    let painter = ctx.layer_painter(egui::LayerId::background());
+    for font in fonts.chain(of_style) {
+        let _loaded = painter.layout_no_wrap(letters.clone(), font, Color32::WHITE);
+    }
+    Ok(())
+}
+
+/// The background of all panels.
+pub fn card(ui: &egui::Ui) -> Frame {
+    Frame::NONE
+        .fill(ui.visuals().panel_fill.gamma_multiply(0.88))
+        .corner_radius(CornerRadius::same(8))
+        .inner_margin(Margin::symmetric(12, 8))
+}
+
+/// A panel at an edge of the window.
+pub fn panel(name: &str, align: Align2, offset: [f32; 2]) -> egui::Area {
+    egui::Area::new(egui::Id::new(name)).anchor(align, offset)
+}
+
+/// Text that is read first.
+pub fn bright(text: impl Into<String>) -> RichText {
+    RichText::new(text).strong()
+}
+
+/// Text that is read last.
+pub fn dim(text: impl Into<String>) -> RichText {
+    RichText::new(text).weak()
+}
+
+/// The colour of a team's text.
+pub fn team_colour(ui: &egui::Ui, team: Team) -> Color32 {
+    team_colour_on(ui.visuals().dark_mode, team)
+}
+
+fn team_colour_on(dark: bool, team: Team) -> Color32 {
+    // The waistbands' colours are too dark or too light to be read on panels.
+    match (dark, team) {
+        (true, Team::Blue) => Color32::from_rgb(112, 165, 255),
+        (true, Team::Pink) => Color32::from_rgb(255, 140, 194),
+        (false, Team::Blue) => Color32::from_rgb(16, 62, 190),
+        (false, Team::Pink) => Color32::from_rgb(176, 14, 98),
+    }
+}
+
+/// The colour of what went wrong.
+pub fn problem_colour(ui: &egui::Ui) -> Color32 {
+    if ui.visuals().dark_mode { Color32::from_rgb(255, 140, 120) } else { Color32::from_rgb(176, 40, 10) }
+}
+
+/// A patch of a team's colour: blue's is a square, pink's round, for those who cannot tell the colours apart.
+pub fn band(ui: &mut egui::Ui, team: Team, size: egui::Vec2) {
+    let (area, _) = ui.allocate_exact_size(size, egui::Sense::hover());
+    let rounding = if team == Team::Blue { 2.0 } else { size.min_elem() / 2.0 };
+    ui.painter().rect_filled(area, rounding, palette::in_panel(palette::team(team)));
+}
+
+/// A time as minutes and seconds.
+pub fn minutes(seconds: f32) -> String {
+    let whole = seconds.max(0.0).floor() as u32;
+    format!("{}:{:02}", whole / 60, whole % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Contrast of two colours (WCAG 2.2, "contrast ratio").
+    fn contrast(one: Color32, other: Color32) -> f32 {
+        let luminance = |colour: Color32| {
+            let [red, green, blue] = [colour.r(), colour.g(), colour.b()].map(|channel| {
+                let share = f32::from(channel) / 255.0;
+                if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+            });
+            0.2126 * red + 0.7152 * green + 0.0722 * blue
+        };
+        let [darker, lighter] = {
+            let [one, other] = [luminance(one), luminance(other)];
+            [one.min(other), one.max(other)]
+        };
+        (lighter + 0.05) / (darker + 0.05)
+    }
+
+    #[test]
+    fn text_can_be_read_on_its_panel_in_both_themes() {
+        for theme in [Theme::Dark, Theme::Light] {
+            let visuals = visuals(theme);
+            let texts = [visuals.text_color(), visuals.strong_text_color(), visuals.weak_text_color()];
+            let teams = Team::BOTH.map(|team| team_colour_on(visuals.dark_mode, team));
+            for colour in texts.into_iter().chain(teams) {
+                // WCAG's level AA.
+                let contrast = contrast(colour, visuals.panel_fill);
+                assert!(contrast >= 4.5, "{theme:?}: {colour:?} has a contrast of {contrast}");
+            }
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! The past of the match, to be looked at again: of the match that is played here, or of one that a trace was written of.
+//!
+//! Of every cycle a record is kept ([`History`]). To look at an earlier cycle, the match stands, its present is put aside,
+//! and what the record says is put in its place: whatever shows the match shows that cycle then, and need not know. Before
+//! the next cycle is run the present comes back as it was, bit for bit, so that looking back changes nothing.
+//!
+//! A replay is a match without a present: its records come from a file, and its robots decide nothing.
+
+use bevy::prelude::*;
+use bevy::time::TimeSystems;
+
+mod present;
+
+use super::event_log::EventLog;
+use super::keyframes::Keyframes;
+use super::shared::{DisplayFraction, Playback, TimelineCommand};
+use super::speed::Speed;
+use naoisis_core::cycle::{Cycle, CycleClock};
+use naoisis_record::record::RecordPlugin;
+use naoisis_record::record::history::{History, ReadTrace};
+use naoisis_sim::interface::fields::Fields;
+use naoisis_sim::interface::gather::{CurrentRecord, RecordSystems, RecordedMatch};
+use naoisis_sim::scenario::{BehaviourSpec, Scenario, ScenarioFault};
+use naoisis_sim::simulation;
+use present::{Present, put_record};
+
+/// The past is shown this many times as fast as it was when it is to go as fast as possible.
+const FASTEST: f64 = 64.0;
+
+/// Keeps the [`History`] and shows the past.
+pub struct TimelinePlugin;
+
+impl Plugin for TimelinePlugin {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<RecordPlugin>() {
+            app.add_plugins(RecordPlugin);
+        }
+        app.init_resource::<History>()
+            .init_resource::<CurrentRecord>()
+            .init_resource::<Timeline>()
+            .init_resource::<Keyframes>()
+            .add_message::<TimelineCommand>()
+            .add_systems(Cycle, keep_cycle.in_set(RecordSystems::Keep))
+            .add_systems(First, (keep_start, obey_timeline_commands).chain().before(TimeSystems))
+            .add_systems(RunFixedMainLoop, play_past.in_set(TimelineSystems));
+    }
+}
+
+/// The system that lets the past go on.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TimelineSystems;
+
+/// Which moment of the match is shown.
+#[derive(Resource, Default, Debug)]
+pub struct Timeline {
+    /// The moment that is shown, in cycles since the start, if it is not the present.
+    cursor: Option<f64>,
+    /// The cycle whose record is in the world.
+    shown: Option<u64>,
+    /// The present, put aside.
+    present: Option<Box<Present>>,
+    /// The scenario of the trace that is shown, if one is.
+    trace_scenario: Option<Box<Scenario>>,
+    /// The parts that its records have.
+    fields: Fields,
+}
+
+impl Timeline {
+    /// Whether the past is shown.
+    pub fn is_past(&self) -> bool {
+        self.cursor.is_some()
+    }
+
+    /// The moment that is shown, in cycles since the start; none for the present.
+    pub fn cursor(&self) -> Option<f64> {
+        self.cursor
+    }
+
+    /// Whether a trace is shown, and no match is played.
+    pub fn is_replay(&self) -> bool {
+        self.trace_scenario.is_some()
+    }
+
+    /// What the match of the trace that is shown was started from, if one is.
+    pub fn trace_scenario(&self) -> Option<&Scenario> {
+        self.trace_scenario.as_deref()
+    }
+
+    /// The parts that the records of the match have.
+    pub fn fields(&self) -> &Fields {
+        &self.fields
+    }
+}
+
+/// Forgets the match that was shown, for another.
+pub fn forget(world: &mut World) {
+    *world.resource_mut::<Timeline>() = Timeline::default();
+    world.resource_mut::<History>().clear();
+    world.insert_resource(Keyframes::default());
+}
+
+/// Shows a trace, in place of any match that is there.
+///
+/// # Errors
+/// [`ScenarioFault`] when the trace's scenario cannot be set up here.
+pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioFault> {
+    let mut log = EventLog::default();
+    for (time_s, event) in &trace.events {
+        log.note(*time_s, [event]);
+    }
+    let first = trace.history.cycles().map_or(0, |cycles| *cycles.start());
+    let way = Way {
+        history: trace.history,
+        log,
+        keyframes: Keyframes::default(),
+        trace: Some((Box::new(trace.scenario), trace.fields)),
+    };
+    show_trace(world, way)?;
+    go_to(world, first as f64);
+    Ok(())
+}
+
+/// A way that the match went: what is known of all of its moments.
+#[derive(Clone, Debug, Default)]
+pub struct Way {
+    /// The records of its cycles.
+    pub history: History,
+    /// What happened.
+    pub log: EventLog,
+    /// What is kept whole of it.
+    pub keyframes: Keyframes,
+    /// Where it is from a trace, what the match was started from, and the parts that its records have.
+    pub trace: Option<(Box<Scenario>, Fields)>,
+}
+
+impl Way {
+    /// The one that is shown, taken out of the world.
+    pub fn take(world: &mut World) -> Way {
+        let timeline = core::mem::take(&mut *world.resource_mut::<Timeline>());
+        Way {
+            history: core::mem::take(&mut *world.resource_mut::<History>()),
+            log: core::mem::take(&mut *world.resource_mut::<EventLog>()),
+            keyframes: core::mem::take(&mut *world.resource_mut::<Keyframes>()),
+            trace: timeline.trace_scenario.map(|scenario| (scenario, timeline.fields)),
+        }
+    }
+
+    /// Puts it into the world, in place of the one that is there.
+    pub fn put(self, world: &mut World) {
+        let Way { history, log, keyframes, trace } = self;
+        world.insert_resource(history);
+        world.insert_resource(log);
+        world.insert_resource(keyframes);
+        let (trace_scenario, fields) = trace.map_or_else(default, |(scenario, fields)| (Some(scenario), fields));
+        world.insert_resource(Timeline { trace_scenario, fields, ..default() });
+    }
+
+    /// What there was until the end of a cycle at a time, s, for a match that is played on from there.
+    ///
+    /// # Errors
+    /// When the records of that cycle cannot be read.
+    pub fn until(&self, cycle: u64, time_s: f64) -> Result<Way, String> {
+        Ok(Way {
+            history: self.history.until(cycle).map_err(|error| error.to_string())?,
+            log: self.log.cut(time_s),
+            keyframes: self.keyframes.until(cycle),
+            trace: None,
+        })
+    }
+}
+
+/// Shows the match of a trace, which nobody plays.
+///
+/// # Errors
+/// [`ScenarioFault`] when its scenario cannot be set up here.
+pub fn show_trace(world: &mut World, way: Way) -> Result<(), ScenarioFault> {
+    if let Some((started_from, _)) = &way.trace {
+        let as_played = simulation::resolved(world, started_from);
+        let mut scenario = as_played.clone();
+        for robot in &mut scenario.robots {
+            robot.behaviour = BehaviourSpec::default();
+        }
+        scenario.interventions.clear();
+        // Every moment of it is put there by its record.
+        scenario.from = None;
+        simulation::start_match(world, &scenario)?;
+        // Nobody decides anything, but who did can be told.
+        world.insert_resource(as_played);
+    }
+    way.put(world);
+    Ok(())
+}
+
+/// Shows a moment of the match, in cycles since the start. That of a match that is played here goes on from its end.
+pub fn go_to(world: &mut World, cursor: f64) {
+    let Some(cycles) = world.resource::<History>().cycles() else { return };
+    let (first, last) = (*cycles.start() as f64, *cycles.end() as f64);
+    let timeline = world.resource::<Timeline>();
+    if !timeline.is_replay() && (cursor >= last || !cursor.is_finite()) {
+        return_to_present(world);
+        return;
+    }
+    if timeline.present.is_none() && !timeline.is_replay() {
+        let present = Present::put_aside(world);
+        world.resource_mut::<Timeline>().present = Some(Box::new(present));
+    }
+    world.resource_mut::<Timeline>().cursor = Some(cursor.clamp(first, last));
+    show_past(world);
+}
+
+/// Shows a moment some cycles later, or earlier.
+pub fn step(world: &mut World, cycles: i64) {
+    let now = match world.resource::<Timeline>().cursor {
+        // Back from between two cycles is to the nearer one.
+        Some(cursor) if cycles < 0 => cursor.ceil(),
+        Some(cursor) => cursor.floor(),
+        None => world.resource::<CycleClock>().cycle as f64,
+    };
+    go_to(world, now + cycles as f64);
+}
+
+/// Puts the present back as it was. In a replay, shows its end.
+pub fn return_to_present(world: &mut World) {
+    if world.resource::<Timeline>().is_replay() {
+        if let Some(last) = world.resource::<History>().last_cycle() {
+            go_to(world, last as f64);
+        }
+        return;
+    }
+    let mut timeline = world.resource_mut::<Timeline>();
+    (timeline.cursor, timeline.shown) = (None, None);
+    let Some(present) = timeline.present.take() else { return };
+    present.put_back(world);
+    *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
+}
+
+/// Puts what the records say of the moment into the world.
+fn show_past(world: &mut World) {
+    let Some(cursor) = world.resource::<Timeline>().cursor else { return };
+    world.resource_scope(|world, mut history: Mut<History>| {
+        let (previous, cycle) = history.around(cursor.ceil() as u64);
+        let fraction = previous.map_or(1.0, |previous| (cursor - previous as f64) / (cycle - previous) as f64);
+        *world.resource_mut::<DisplayFraction>() = DisplayFraction(fraction as f32);
+        if world.resource::<Timeline>().shown == Some(cycle) {
+            return;
+        }
+        world.resource_mut::<Timeline>().shown = Some(cycle);
+        let records = history.record(cycle).and_then(|record| {
+            let previous = previous.map(|previous| history.record(previous));
+            Ok((record, previous.transpose()?.flatten()))
+        });
+        match records {
+            Ok((Some(record), previous)) => {
+                let fields = world.resource::<Timeline>().fields.clone();
+                put_record(world, &history, &fields, record, previous.as_ref());
+            }
+            Ok((None, _)) => {}
+            Err(error) => world.resource_mut::<Playback>().problem = Some(error.to_string()),
+        }
+    });
+}
+
+fn keep_cycle(current: Res<CurrentRecord>, mut history: ResMut<History>, mut playback: ResMut<Playback>) {
+    if let Err(error) = history.push(&current.record) {
+        playback.problem = Some(error.to_string());
+    }
+}
+
+/// Keeps what a match starts from, whoever started it.
+fn keep_start(
+    recorded: RecordedMatch,
+    mut current: ResMut<CurrentRecord>,
+    scenario: Option<Res<Scenario>>,
+    timeline: Res<Timeline>,
+    history: ResMut<History>,
+    playback: ResMut<Playback>,
+) {
+    let kept = history.last_cycle() == Some(recorded.cycle());
+    if scenario.is_some() && !timeline.is_past() && !timeline.is_replay() && !kept {
+        recorded.gather(&mut current);
+        keep_cycle(current.into(), history, playback);
+    }
+}
+
+fn obey_timeline_commands(world: &mut World) {
+    let commands: Vec<TimelineCommand> = world.resource_mut::<Messages<TimelineCommand>>().drain().collect();
+    for command in commands {
+        match command {
+            TimelineCommand::GoTo(cycle) => go_to(world, cycle as f64),
+            TimelineCommand::Step(cycles) => {
+                world.resource_mut::<Playback>().paused = true;
+                step(world, cycles);
+            }
+            TimelineCommand::Skip(seconds) => {
+                let clock = *world.resource::<CycleClock>();
+                let now = world.resource::<Timeline>().cursor.unwrap_or(clock.cycle as f64);
+                go_to(world, now + seconds / clock.period_s);
+            }
+            TimelineCommand::Present => return_to_present(world),
+        }
+    }
+}
+
+/// The past goes on at the wanted speed, and into the present.
+fn play_past(world: &mut World) {
+    let Some(cursor) = world.resource::<Timeline>().cursor else { return };
+    let playback = world.resource::<Playback>();
+    if playback.paused {
+        return;
+    }
+    let elapsed_s = match playback.speed {
+        Speed::Times(_) => world.resource::<Time<Virtual>>().delta_secs_f64(),
+        Speed::Unlimited => FASTEST * world.resource::<Time<Real>>().delta_secs_f64(),
+    };
+    let cycles = elapsed_s / world.resource::<CycleClock>().period_s;
+    world.resource_mut::<Playback>().note_progress(cycles);
+    go_to(world, cursor + cycles);
+    let timeline = world.resource::<Timeline>();
+    let last = world.resource::<History>().last_cycle();
+    // At its end a replay stands.
+    if timeline.is_replay() && timeline.shown == last && timeline.cursor == last.map(|last| last as f64) {
+        world.resource_mut::<Playback>().paused = true;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,208 @@
+//! A moment of the match: the present put aside and back, a record put in its place.
+
+use bevy::prelude::*;
+
+use naoisis_core::ball::{Ball, BallVelocity};
+use naoisis_core::behaviour::drawings::Drawings;
+use naoisis_core::communication::Inbox;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::events::CycleEvents;
+use naoisis_core::game::{ActivePenalty, Game, Penalty};
+use naoisis_core::geometry::Pose;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::robot::posture::Posture;
+use naoisis_core::robot::{PreviousPose, Roster, Velocity};
+use naoisis_record::record::history::History;
+use naoisis_sensing::appearance::stride::Stride;
+use naoisis_sensing::belief::Belief;
+use naoisis_sensing::sensing::odometry::Odometry;
+use naoisis_sensing::sensing::sonar::SonarReading;
+use naoisis_sensing::sensing::vision::Percepts;
+use naoisis_sim::interface::cycle_record::{CycleRecord, GameRecord, RobotRecord};
+use naoisis_sim::interface::fields::Fields;
+use naoisis_sim::interface::gather::CurrentRecord;
+
+/// What is put aside while the past is shown.
+#[derive(Debug)]
+pub(super) struct Present {
+    clock: CycleClock,
+    game: Game,
+    events: CycleEvents,
+    record: CycleRecord,
+    robots: Vec<(Entity, RobotBundle, Option<Belief>)>,
+    ball: Option<(Entity, BallBundle)>,
+}
+
+/// Of a robot, all that a record has something of, but for its belief, which not every robot has.
+#[derive(Bundle, Clone, Debug)]
+struct RobotBundle {
+    pose: Pose,
+    previous: PreviousPose,
+    velocity: Velocity,
+    head: HeadAngles,
+    posture: Posture,
+    penalty: Penalty,
+    stride: Stride,
+    odometry: Odometry,
+    sonar: SonarReading,
+    percepts: Percepts,
+    inbox: Inbox,
+    drawings: Drawings,
+}
+
+/// Of the ball, all that a record has something of.
+#[derive(Bundle, Clone, Copy, Debug)]
+struct BallBundle {
+    pose: Pose,
+    previous: PreviousPose,
+    velocity: BallVelocity,
+}
+
+impl Present {
+    /// What there is now.
+    pub fn put_aside(world: &mut World) -> Present {
+        let roster: Vec<Entity> = world.resource::<Roster>().entities().collect();
+        let robots = roster.into_iter();
+        let robots =
+            robots.map(|robot| (robot, robot_state(world, robot), world.get::<Belief>(robot).cloned())).collect();
+        let mut balls = world.query_filtered::<(Entity, &Pose, &PreviousPose, &BallVelocity), With<Ball>>();
+        let ball = balls.iter(world).next().map(|(entity, pose, previous, velocity)| {
+            (entity, BallBundle { pose: *pose, previous: *previous, velocity: *velocity })
+        });
+        Present {
+            clock: *world.resource(),
+            game: world.resource::<Game>().clone(),
+            events: world.resource::<CycleEvents>().clone(),
+            record: world.resource::<CurrentRecord>().record.clone(),
+            robots,
+            ball,
+        }
+    }
+
+    /// Makes it what there is now.
+    pub fn put_back(self, world: &mut World) {
+        let Present { clock, game, events, record, robots, ball } = self;
+        world.insert_resource(clock);
+        world.insert_resource(game);
+        world.insert_resource(events);
+        world.resource_mut::<CurrentRecord>().record = record;
+        for (entity, state, belief) in robots {
+            put_robot(world, entity, state, belief);
+        }
+        if let Some((entity, state)) = ball {
+            put(world, entity, state);
+        }
+    }
+}
+
+fn put(world: &mut World, entity: Entity, state: impl Bundle) {
+    // Another match may have been started meanwhile.
+    if let Ok(mut entity) = world.get_entity_mut(entity) {
+        entity.insert(state);
+    }
+}
+
+fn put_robot(world: &mut World, robot: Entity, state: RobotBundle, belief: Option<Belief>) {
+    put(world, robot, state);
+    match (belief, world.get_entity_mut(robot)) {
+        (Some(belief), Ok(mut robot)) => {
+            robot.insert(belief);
+        }
+        (None, Ok(mut robot)) if robot.contains::<Belief>() => {
+            robot.remove::<Belief>();
+        }
+        _ => {}
+    }
+}
+
+/// What the robot has; of what it does not have, nothing.
+fn robot_state(world: &World, robot: Entity) -> RobotBundle {
+    fn of<C: Component + Clone + Default>(world: &World, robot: Entity) -> C {
+        world.get::<C>(robot).cloned().unwrap_or_default()
+    }
+    RobotBundle {
+        pose: of(world, robot),
+        previous: of(world, robot),
+        velocity: of(world, robot),
+        head: of(world, robot),
+        posture: of(world, robot),
+        penalty: of(world, robot),
+        stride: of(world, robot),
+        odometry: of(world, robot),
+        sonar: of(world, robot),
+        percepts: of(world, robot),
+        inbox: of(world, robot),
+        drawings: of(world, robot),
+    }
+}
+
+/// Puts what a record says into the world; what is shown between it and the one before is between the two.
+pub(super) fn put_record(
+    world: &mut World,
+    history: &History,
+    fields: &Fields,
+    record: CycleRecord,
+    previous: Option<&CycleRecord>,
+) {
+    world.resource_mut::<CurrentRecord>().record.clone_from(&record);
+    let mut clock = *world.resource::<CycleClock>();
+    clock.cycle = record.cycle;
+    world.insert_resource(clock);
+    if fields.has("game") {
+        put_game(world, &record.game, &clock);
+    }
+    world.insert_resource(CycleEvents(record.events));
+    let mut balls = world.query_filtered::<(&mut Pose, &mut PreviousPose, &mut BallVelocity), With<Ball>>();
+    if let (Some(ball), Some((mut pose, mut was, mut velocity))) = (record.ball, balls.iter_mut(world).next()) {
+        pose.position = ball.position_m.truncate();
+        let earlier = previous.and_then(|previous| previous.ball);
+        was.0 = Pose { position: earlier.unwrap_or(ball).position_m.truncate(), heading: pose.heading };
+        velocity.0 = ball.velocity_mps.truncate();
+    }
+    for robot in record.robots {
+        let Some(entity) = world.resource::<Roster>().get(robot.id) else { continue };
+        let was = previous.and_then(|previous| previous.robots.iter().find(|earlier| earlier.id == robot.id));
+        let was = was.map_or(robot.pose, |earlier| earlier.pose);
+        let kicks = world.get::<KickSettings>(entity).copied().unwrap_or_default();
+        let kick = history.swing(robot.id, record.cycle, clock.period_s, &kicks);
+        let stride = world.get::<Stride>(entity).copied().unwrap_or_default();
+        let (belief, mut state) =
+            (robot.belief.clone(), state_of(robot, was, Stride { kick, ..stride }, clock.period_s));
+        if !fields.has("robots.pose") {
+            // It stays where it was at the start.
+            let place = world.get::<Pose>(entity).copied().unwrap_or_default();
+            (state.pose, state.previous) = (place, PreviousPose(place));
+        }
+        put_robot(world, entity, state, belief);
+    }
+}
+
+fn put_game(world: &mut World, record: &GameRecord, clock: &CycleClock) {
+    let mut game = world.resource_mut::<Game>();
+    (game.state, game.score, game.half) = (record.state, record.score, record.half);
+    game.blue_end = record.blue_end;
+    game.whistles = record.whistles;
+    game.ready_signals = record.ready_signals;
+    game.cycles_left = record.time_left_s.map(|left_s| (left_s / clock.period_s).round() as u64);
+}
+
+fn state_of(robot: RobotRecord, was: Pose, stride: Stride, period_s: f64) -> RobotBundle {
+    RobotBundle {
+        pose: robot.pose,
+        previous: PreviousPose(was),
+        velocity: robot.velocity,
+        head: robot.head,
+        posture: robot.posture,
+        penalty: Penalty(robot.penalised.map(|penalty| ActivePenalty {
+            reason: penalty.reason,
+            cycles_left: (penalty.time_left_s / period_s).round() as u64,
+        })),
+        stride,
+        odometry: Odometry(robot.odometry),
+        sonar: robot.sonar_m,
+        percepts: robot.percepts,
+        inbox: Inbox(robot.inbox),
+        drawings: robot.drawings,
+    }
+}

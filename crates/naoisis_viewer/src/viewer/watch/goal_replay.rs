@@ -1,0 +1,191 @@
+//! Goals again, in slow motion: the past of the match is kept, so what led to a goal can be looked at from near as soon as it was
+//! scored, and then the match goes on where it was.
+
+use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_4;
+
+use crate::viewer::camera::{CameraMode, ViewerCamera};
+use crate::viewer::display_settings::DisplaySettings;
+use crate::viewer::display_settings::Workspace;
+use crate::viewer::event_log::EventLog;
+use crate::viewer::shared::{Playback, TimelineCommand, ViewPreset, is_over};
+use crate::viewer::speed::Speed;
+use crate::viewer::timeline::Timeline;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::Game;
+use naoisis_core::pitch::End;
+use naoisis_core::team::Team;
+use naoisis_record::record::history::{History, Mark, MarkKind};
+
+/// So long after a goal it is shown again, from so long before it, s of the match.
+const AFTER_S: f64 = 1.0;
+const RUN_UP_S: f64 = 2.5;
+/// How fast it is shown.
+const SLOW: Speed = Speed::Times(0.4);
+/// Who watches a match faster than this wants to be through with it.
+const FASTEST: f64 = 2.0;
+/// A step of the match that is longer than this was a jump, s.
+const LONGEST_STEP_S: f64 = 1.0;
+
+/// Shows goals again while the match is watched.
+pub struct GoalReplayPlugin;
+
+impl Plugin for GoalReplayPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<GoalReplay>().add_systems(Update, show_goals);
+    }
+}
+
+/// The goal that is shown again, or is to be.
+#[derive(Resource, Default, Debug)]
+pub struct GoalReplay {
+    /// The moment that was shown in the frame before, in cycles.
+    before: Option<f64>,
+    /// The goal that is to be shown again.
+    due: Option<Mark>,
+    shown: Option<Shown>,
+}
+
+/// A goal that is shown again.
+#[derive(Debug)]
+struct Shown {
+    words: String,
+    /// The part of the match that is shown, cycles.
+    part: [f64; 2],
+    /// Whether it has begun, or for how many frames it has not.
+    has_begun: bool,
+    waited: u8,
+    /// Where a replay of a trace goes on, cycles.
+    goes_on_at: f64,
+    /// What it was watched with before.
+    speed: Speed,
+    camera: ViewerCamera,
+}
+
+impl GoalReplay {
+    /// What is shown again, if anything is.
+    pub fn words(&self) -> Option<&str> {
+        self.shown.as_ref().map(|shown| shown.words.as_str())
+    }
+
+    /// Whether anything is shown again, or will be.
+    pub fn is_busy(&self) -> bool {
+        self.shown.is_some() || self.due.is_some()
+    }
+}
+
+/// The last goal between two moments of the match, cycles.
+fn goal_between(marks: &[Mark], before: f64, now: f64) -> Option<Mark> {
+    let is_between = |cycle: f64| before < cycle && cycle <= now;
+    marks.iter().rev().find(|mark| mark.kind == MarkKind::Goal && is_between(mark.cycle as f64)).copied()
+}
+
+fn show_goals(
+    display: Res<DisplaySettings>,
+    (clock, game, timeline, history, log): (Res<CycleClock>, Res<Game>, Res<Timeline>, Res<History>, Res<EventLog>),
+    mut replay: ResMut<GoalReplay>,
+    mut playback: ResMut<Playback>,
+    mut camera: Single<&mut ViewerCamera>,
+    (mut moments, mut views): (MessageWriter<TimelineCommand>, MessageWriter<ViewPreset>),
+) {
+    let now = timeline.cursor().unwrap_or(clock.cycle as f64);
+    let is_watching = display.workspace == Workspace::Watch;
+    if let Some(shown) = replay.shown.as_mut() {
+        let is_in_it = timeline.is_past() && (shown.part[0] - 1.0..=shown.part[1]).contains(&now);
+        shown.has_begun |= is_in_it;
+        shown.waited = shown.waited.saturating_add(1);
+        // Where the match was started anew meanwhile it never begins.
+        let is_left = !is_in_it && (shown.has_begun || shown.waited > 3);
+        if !is_left && is_watching {
+            return;
+        }
+        // Who goes elsewhere meanwhile stays there.
+        let has_ended = timeline.is_past() && (shown.part[1]..shown.part[1] + 30.0).contains(&now);
+        let goes_on_at = shown.goes_on_at;
+        playback.speed = shown.speed;
+        **camera = ViewerCamera { current: camera.current, ..shown.camera };
+        *replay = GoalReplay { before: Some(goes_on_at), ..default() };
+        if !is_watching {
+            views.write(ViewPreset::Broadcast);
+        }
+        if has_ended || !is_watching {
+            let back =
+                if timeline.is_replay() { TimelineCommand::GoTo(goes_on_at as u64) } else { TimelineCommand::Present };
+            moments.write(back);
+        }
+        return;
+    }
+    let before = replay.before.replace(now);
+    let per_second = 1.0 / clock.period_s;
+    let goes_on = !timeline.is_past() || timeline.is_replay();
+    let is_slow = matches!(playback.speed, Speed::Times(factor) if factor <= FASTEST);
+    let has_jumped = before.is_none_or(|before| !(0.0..=LONGEST_STEP_S * per_second).contains(&(now - before)));
+    if !is_watching || !goes_on || !is_slow || has_jumped {
+        replay.due = None;
+        return;
+    }
+    if let Some(goal) = before.and_then(|before| goal_between(history.marks(), before, now)) {
+        replay.due = Some(goal);
+    }
+    let at_end = is_over(&game, &clock, &playback) || playback.paused && timeline.is_replay();
+    let Some(goal) = replay.due.filter(|goal| at_end || now - goal.cycle as f64 >= AFTER_S * per_second) else {
+        return;
+    };
+    replay.due = None;
+    // In the cycle of the goal itself the ball may already be back on the centre.
+    let last = goal.cycle.saturating_sub(1) as f64;
+    let first = (last - RUN_UP_S * per_second).max(0.0);
+    replay.shown = Some(Shown {
+        words: words(&log, goal.cycle as f64 * clock.period_s, goal.team),
+        part: [first, last],
+        has_begun: false,
+        waited: 0,
+        goes_on_at: now,
+        speed: playback.speed,
+        camera: **camera,
+    });
+    playback.speed = SLOW;
+    playback.paused = false;
+    camera.mode = CameraMode::Ball;
+    camera.wanted.distance = 2.6;
+    camera.wanted.elevation = 0.35;
+    // Towards the goal that the ball goes into.
+    let end = game.own_end(goal.team.unwrap_or_default().opponent());
+    camera.wanted.azimuth = if end == End::PositiveX { -FRAC_PI_4 } else { FRAC_PI_4 };
+    moments.write(TimelineCommand::GoTo(first as u64));
+}
+
+/// What is known of the goal of a team at a time, s.
+fn words(log: &EventLog, time_s: f64, team: Option<Team>) -> String {
+    /// An entry's time is that of its cycle, but for rounding.
+    const NEAR_S: f64 = 0.1;
+    let entries = log.until(time_s + NEAR_S).iter().rev().take_while(|entry| entry.time_s > time_s - NEAR_S);
+    let goal = entries.into_iter().find(|entry| entry.important && entry.team == team);
+    goal.map_or_else(|| "Goal".to_owned(), |entry| entry.text.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::events::MatchEvent;
+    use naoisis_core::game::Evidence;
+
+    #[test]
+    fn a_goal_is_shown_again_when_it_has_just_been_passed() {
+        let mark = |cycle, kind| Mark { cycle, kind, team: Some(Team::Pink) };
+        let marks = [mark(10, MarkKind::Goal), mark(12, MarkKind::Out), mark(40, MarkKind::Goal)];
+        assert_eq!(goal_between(&marks, 9.5, 10.0), Some(marks[0]));
+        assert_eq!(goal_between(&marks, 10.0, 39.9), None);
+        assert_eq!(goal_between(&marks, 0.0, 50.0), Some(marks[2]));
+    }
+
+    #[test]
+    fn a_goal_is_named_after_its_scorer() {
+        let mut log = EventLog::default();
+        let scorer = Some(naoisis_core::team::RobotId::new(Team::Pink, 2));
+        let goal = MatchEvent::Goal { team: Team::Pink, scorer, own_goal: false, evidence: Evidence::default() };
+        log.note(4.0, [&goal]);
+        assert_eq!(words(&log, 4.0, Some(Team::Pink)), "Goal for pink by pink2");
+        assert_eq!(words(&log, 9.0, Some(Team::Pink)), "Goal");
+    }
+}

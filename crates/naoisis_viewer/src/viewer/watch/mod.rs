@@ -1,0 +1,81 @@
+//! To watch a match as on television: a large score, goals again in slow motion, a summary at the end. The camera that follows
+//! play is among the [others](super::camera).
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, FontId, RichText};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+pub mod goal_replay;
+pub mod summary;
+
+use super::display_settings::is_watching;
+use super::layout::{self, LayoutSystems};
+use super::panels::{TeamNames, state_name};
+use super::theme::{band, bright, card, dim, minutes};
+use goal_replay::GoalReplay;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::Game;
+use naoisis_core::team::Team;
+
+/// The score's height by the window's, and its limits, logical pixels.
+const SCORE_SHARE: f32 = 0.06;
+const SCORE_HEIGHTS: [f32; 2] = [26.0, 72.0];
+
+/// What there is to watch besides the match.
+pub struct WatchPlugin;
+
+impl Plugin for WatchPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((goal_replay::GoalReplayPlugin, summary::SummaryPlugin)).add_systems(
+            EguiPrimaryContextPass,
+            (show_score, show_replay).run_if(is_watching).in_set(LayoutSystems::Floating),
+        );
+    }
+}
+
+/// The height of large letters in this window, logical pixels of the panels.
+pub(super) fn large_letters(context: &egui::Context) -> f32 {
+    (SCORE_SHARE * context.content_rect().height()).clamp(SCORE_HEIGHTS[0], SCORE_HEIGHTS[1])
+}
+
+fn show_score(mut contexts: EguiContexts, game: Res<Game>, clock: Res<CycleClock>, names: TeamNames) -> Result {
+    let names = names.both();
+    let context = contexts.ctx_mut()?;
+    let size = large_letters(context);
+    let clock = match game.time_left_s(&clock) {
+        Some(left) => format!("{}   {}", minutes(left), state_name(game.state)),
+        None => minutes(clock.end_time_s() as f32),
+    };
+    let large = |words: String, share: f32| bright(words).font(FontId::proportional(share * size));
+    layout::floating(context, "large score", Align2::CENTER_TOP).interactable(false).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.set_min_height(1.2 * size);
+                band(ui, Team::Blue, egui::vec2(0.4 * size, 0.8 * size));
+                ui.label(large(names[0].clone(), 0.6));
+                ui.add_space(0.2 * size);
+                ui.label(large(format!("{} : {}", game.score.blue, game.score.pink), 1.0));
+                ui.add_space(0.2 * size);
+                ui.label(large(names[1].clone(), 0.6));
+                band(ui, Team::Pink, egui::vec2(0.4 * size, 0.8 * size));
+                ui.add_space(0.3 * size);
+                ui.label(dim(clock).font(FontId::proportional(0.5 * size)));
+            });
+        });
+    });
+    Ok(())
+}
+
+/// What is shown again, and that it is.
+fn show_replay(mut contexts: EguiContexts, replay: Res<GoalReplay>) -> Result {
+    let Some(words) = replay.words() else { return Ok(()) };
+    let context = contexts.ctx_mut()?;
+    let size = large_letters(context);
+    layout::floating(context, "goal replay", Align2::LEFT_BOTTOM).interactable(false).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.label(RichText::new("REPLAY").font(FontId::proportional(0.5 * size)).weak());
+            ui.label(bright(words).font(FontId::proportional(0.8 * size)));
+        });
+    });
+    Ok(())
+}

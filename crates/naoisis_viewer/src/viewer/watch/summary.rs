@@ -1,0 +1,231 @@
+//! What the match was like in numbers, once it is over: as `naoisis run --summary` tells it, read from its records by a thread.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Color32, FontId, Grid, Sense};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use std::io;
+use std::path::Path;
+use std::sync::mpsc::{self, Receiver, TryRecvError};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use super::goal_replay::GoalReplay;
+use super::large_letters;
+use crate::viewer::display_settings::is_watching;
+use crate::viewer::keyframes::Keyframes;
+use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::new_file::{stem, write_new};
+use crate::viewer::palette;
+use crate::viewer::shared::{Notice, Playback, is_over};
+use crate::viewer::theme::{card, dim, minutes, team_colour};
+use crate::viewer::timeline::Timeline;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::game::Game;
+use naoisis_core::team::{PerTeam, Team};
+use naoisis_record::record::history::History;
+use naoisis_record::record::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
+use naoisis_record::record::summary_page::{penalty_count, team_rows};
+use naoisis_record::record::summary_picture::picture;
+use naoisis_record::record::summary_recorder::png;
+use naoisis_sim::scenario::Scenario;
+
+/// Shows a match in numbers.
+pub struct SummaryPlugin;
+
+impl Plugin for SummaryPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<FinalSummary>()
+            .add_systems(Update, sum_up.run_if(is_watching))
+            .add_systems(EguiPrimaryContextPass, show_summary.run_if(is_watching).in_set(LayoutSystems::Floating));
+    }
+}
+
+/// The match in numbers, from its end on.
+#[derive(Resource, Default)]
+pub struct FinalSummary {
+    /// The match that it is of, and its last cycle.
+    of: Option<(Keyframes, u64)>,
+    read: Option<Mutex<Receiver<MatchSummary>>>,
+    summary: Option<MatchSummary>,
+    /// Whether its end is shown, and nobody has closed the summary.
+    is_shown: bool,
+    is_closed: bool,
+}
+
+impl FinalSummary {
+    /// Whether it is on the screen.
+    pub fn is_shown(&self) -> bool {
+        self.is_shown && !self.is_closed && self.summary.is_some()
+    }
+}
+
+fn sum_up(
+    (game, clock, playback, timeline): (Res<Game>, Res<CycleClock>, Res<Playback>, Res<Timeline>),
+    history: Res<History>,
+    keyframes: Res<Keyframes>,
+    scenario: Option<Res<Scenario>>,
+    replay: Res<GoalReplay>,
+    mut shown: ResMut<FinalSummary>,
+) {
+    let (Some(scenario), Some(last)) = (scenario, history.last_cycle()) else { return };
+    // A replay is over at its last cycle, whether the match was or not.
+    let is_at_end = match timeline.cursor() {
+        Some(cursor) => timeline.is_replay() && cursor >= last as f64,
+        None => is_over(&game, &clock, &playback),
+    };
+    let is_shown = is_at_end && !replay.is_busy();
+    if shown.is_shown != is_shown {
+        shown.is_shown = is_shown;
+        shown.is_closed &= is_shown;
+    }
+    let is_known = shown.of.as_ref().is_some_and(|(of, until)| of.is_same(&keyframes) && *until == last);
+    if is_shown && !is_known {
+        shown.of = Some((keyframes.clone(), last));
+        shown.summary = None;
+        let started_from = timeline.trace_scenario().unwrap_or(&scenario).clone();
+        shown.read = read_by_thread(started_from, history.clone()).ok().map(Mutex::new);
+    }
+    let Some(read) = &shown.read else { return };
+    let summary = read.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
+    match summary {
+        Ok(summary) => (shown.summary, shown.read) = (Some(summary), None),
+        Err(TryRecvError::Disconnected) => shown.read = None,
+        Err(TryRecvError::Empty) => {}
+    }
+}
+
+fn read_by_thread(scenario: Scenario, mut history: History) -> io::Result<Receiver<MatchSummary>> {
+    let (sender, receiver) = mpsc::channel();
+    thread::Builder::new().name("summary".to_owned()).spawn(move || {
+        let mut summary = MatchSummary::new(&scenario);
+        for cycle in history.cycles().into_iter().flatten() {
+            if let Ok(Some(record)) = history.record(cycle) {
+                summary.look(&record);
+            }
+        }
+        let _nobody_waits = sender.send(summary);
+    })?;
+    Ok(receiver)
+}
+
+fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut notice: ResMut<Notice>) -> Result {
+    if !shown.is_shown() {
+        return Ok(());
+    }
+    let Some(summary) = &shown.summary else { return Ok(()) };
+    let context = contexts.ctx_mut()?;
+    let letters = 0.4 * large_letters(context);
+    let (mut is_closed, mut is_saved) = (false, false);
+    layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
+        card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
+            let text = |words: String| egui::RichText::new(words).font(FontId::proportional(letters));
+            Grid::new("summary").num_columns(3).spacing([2.0 * letters, 0.3 * letters]).show(ui, |ui| {
+                ui.label(dim(format!("{} played", minutes(summary.duration_s as f32))));
+                for team in Team::BOTH {
+                    let name =
+                        summary.teams.as_ref().map_or_else(|| team.name().to_owned(), |names| names[team].clone());
+                    ui.label(text(name).color(team_colour(ui, team)).strong());
+                }
+                ui.end_row();
+                for row in rows(summary) {
+                    for (column, words) in row.into_iter().enumerate() {
+                        ui.label(if column == 0 { text(words).weak() } else { text(words).strong() });
+                    }
+                    ui.end_row();
+                }
+            });
+            for (time_s, by) in &summary.goals {
+                ui.label(dim(format!("{}   {by}", minutes(*time_s as f32))));
+            }
+            ui.add_space(letters / 2.0);
+            ui.horizontal(|ui| {
+                let PerTeam { blue, pink } = &summary.places;
+                let team = |team| palette::in_panel(palette::team(team));
+                let ball = palette::in_panel(palette::ink(naoisis_core::behaviour::drawings::Ink::Orange));
+                let maps = [
+                    ("the ball", &summary.ball, ball),
+                    ("blue", blue, team(Team::Blue)),
+                    ("pink", pink, team(Team::Pink)),
+                ];
+                for (words, map, colour) in maps {
+                    ui.vertical(|ui| {
+                        draw_map(ui, map, colour, 9.0 * letters);
+                        ui.label(dim(words));
+                    });
+                }
+            });
+            ui.horizontal(|ui| {
+                is_closed = ui.button("Close").clicked();
+                let hint = "The match in numbers as a picture, in the current folder";
+                is_saved = ui.button("Save as PNG").on_hover_text(hint).clicked();
+            });
+        });
+    });
+    if is_saved {
+        let name = format!("{}-seed{}-summary", stem(&summary.name), summary.seed);
+        let written = png(&picture(summary)).and_then(|bytes| write_new(Path::new(""), &name, "png", &bytes));
+        notice.tell(match written {
+            Ok(path) => format!("Saved as {}", path.display()),
+            Err(error) => format!("The summary is not saved: {error}"),
+        });
+    }
+    if is_closed {
+        shown.is_closed = true;
+    }
+    Ok(())
+}
+
+/// What the teams did, line by line.
+fn rows(summary: &MatchSummary) -> Vec<Vec<String>> {
+    let goals = vec!["goals".to_owned(), summary.score.blue.to_string(), summary.score.pink.to_string()];
+    let penalties = Team::BOTH.map(|team| penalty_count(summary, team).to_string());
+    let penalties = [vec!["penalties".to_owned()], penalties.into()].concat();
+    [vec![goals], team_rows(summary), vec![penalties]].concat()
+}
+
+/// Where something was: the more time, the stronger the colour.
+fn draw_map(ui: &mut egui::Ui, map: &HeatMap, colour: Color32, width: f32) {
+    let cell = width / CELLS_ALONG as f32;
+    let (area, _) = ui.allocate_exact_size(egui::vec2(width, cell * map.rows as f32), Sense::hover());
+    ui.painter().rect_filled(area, 2.0, Color32::from_rgb(24, 84, 44));
+    let most_s = map.most_s().max(f32::EPSILON);
+    for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
+        let (column, row) = ((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32);
+        // Rows are from -y upwards.
+        let least = egui::pos2(area.left() + cell * column, area.bottom() - cell * (row + 1.0));
+        // Short times are seen beside long ones.
+        let strength = 0.25 + 0.75 * (time_s / most_s).sqrt();
+        ui.painter().rect_filled(
+            egui::Rect::from_min_size(least, egui::Vec2::splat(cell)),
+            0.0,
+            colour.gamma_multiply(strength),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::events::MatchEvent;
+    use naoisis_core::game::{Evidence, PenaltyReason};
+    use naoisis_core::team::RobotId;
+    use naoisis_sim::interface::cycle_record::CycleRecord;
+
+    #[test]
+    fn a_match_is_summed_up_from_its_records() {
+        let mut history = History::default();
+        for cycle in 0..3 {
+            let mut record = CycleRecord { cycle, time_s: cycle as f64 / 30.0, ..CycleRecord::default() };
+            if cycle == 2 {
+                let (robot, reason) = (RobotId::new(Team::Pink, 2), PenaltyReason::Pushing);
+                record.events.push(MatchEvent::Penalty { robot, reason, until_s: 1.0, evidence: Evidence::default() });
+                record.game.score.blue = 1;
+            }
+            history.push(&record).unwrap();
+        }
+        let summary = read_by_thread(Scenario::default(), history).unwrap().recv().unwrap();
+        let rows = rows(&summary);
+        assert_eq!(rows.first().unwrap(), &["goals", "1", "0"]);
+        assert_eq!(rows.last().unwrap(), &["penalties", "0", "1"]);
+    }
+}
