@@ -51,37 +51,22 @@
 //! What a program builds itself (scenarios, rules, settings) gets new fields, too, each with a default: end a literal with
 //! `..default()`, and it builds with the next version.
 //!
-//! # The ladder
+//! # Layers
 //!
-//! The modules of this crate are rooms of a house that is a ladder: a room knows the rooms before it in this table and none
-//! after it, so that whoever works in one need not know what is above. A test (`tests/it/ladder.rs`) reads this table and holds
-//! it. A new room gets a line where it belongs.
+//! This crate is a facade: it has the modules of the crates below. A module uses those of the layers below it and none above,
+//! and so do crates; a test (`tests/it/layers.rs`) reads this table and the imports. A new module gets a place in this table.
 //!
-//! | rooms, from the ground up | what is there |
-//! |---|---|
-//! | `knowledge` `short_name` `geometry` `statistics` `kick_geometry` `named_values` `read_file` `replace_file` | plain words and plain mathematics |
-//! | `team` `cycle` | who, and when |
-//! | `pitch` `ball` `random` | what is played with, and chance |
-//! | `game` | the match as data: state, score, rules, penalties, set plays, evidence |
-//! | `events` | what happened in a cycle |
-//! | `robot` | bodies, heads, walking, kicks, falls |
-//! | `camera_model` `collision` `communication` | what robots look through, meet and say |
-//! | `referee` | judging: a file for each rule |
-//! | `behaviour` | registration of behaviours, the barrier, scripts, drawings |
-//! | `appearance` | what everything looks like |
-//! | `sensing` | sonars, odometry, camera images, vision |
-//! | `belief` | estimators |
-//! | `scenario` `teams` | files, presets, validation; the built-in teams |
-//! | `simulation` | a match: its start, settings, saved state |
-//! | `record` | what is written of a match: traces, pictures, films |
-//! | `agents` | robots that programs outside decide for |
-//! | `game_controller` | the game, told in the league's own protocol |
-//! | `environment` | matches as environments for learning |
-//! | `batch` `whatif` | many matches; many times from one moment on |
-//! | `expectations` | whether matches are as they should be |
-//! | `calibration` `trials` `figures` `viewer` | figures from logs of real robots; robots measured beside those; pictures of the paper; the window |
-//! | `cli` | the commands |
-//! | `prelude` `guide` | for whoever builds on it |
+//! | crate | modules, from the lowest to the highest | what is there |
+//! |---|---|---|
+//! | `naoisis_core` | `knowledge` `short_name` `geometry` `statistics` `kick_geometry` `named_values` `read_file` `replace_file` `team` `cycle` `pitch` `ball` `random` `game` `events` `robot` `camera_model` `collision` `communication` `referee` `behaviour` | the match: what is played with, robots, rules and referee, registration of behaviours and the information barrier |
+//! | `naoisis_sensing` | `appearance` `sensing` `belief` | what everything looks like; sonars, odometry, cameras, vision; estimators |
+//! | `naoisis_sim` | `scenario` `teams` `simulation` `interface` `prelude` | scenario files and presets, the built-in teams, a match from its start, saved matches, the record of a cycle |
+//! | `naoisis_agents` | `agents` `game_controller` `environment` | robots that programs outside decide for, the league's protocol, environments for learning |
+//! | `naoisis_record` | `record` `batch` `whatif` `expectations` | traces, pictures, films and summaries; many matches; expectations |
+//! | `naoisis_lab` | `calibration` `trials` `figures` | models fitted to logs of real robots, robots measured beside their sources, pictures of the paper |
+//! | `naoisis_gpu` | `mesh` `renderer` | camera images drawn on a graphics card |
+//! | `naoisis_viewer` | `viewer` | the window |
+//! | `naoisis_cli` | `cli` | the commands |
 //!
 //! # Units and frames
 //!
@@ -106,6 +91,8 @@ pub use naoisis_core::{
     ball, behaviour, camera_model, collision, communication, cycle, events, game, geometry, kick_geometry, knowledge,
     named_values, pitch, random, referee, robot, statistics, team,
 };
+#[cfg(feature = "gpu")]
+pub use naoisis_gpu as gpu;
 pub use naoisis_lab::{calibration, figures, trials};
 pub use naoisis_record::{batch, expectations, record, whatif};
 pub use naoisis_sensing::{appearance, belief, sensing};

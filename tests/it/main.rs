@@ -24,7 +24,7 @@ mod golden;
 mod images;
 mod interventions;
 mod kicks;
-mod ladder;
+mod layers;
 mod localisation;
 mod matches;
 mod model_files;

@@ -10,12 +10,12 @@ use naoisis::appearance::stride::Stride;
 use naoisis::appearance::view::View;
 use naoisis::camera_model::CameraName;
 use naoisis::geometry::Pose;
+use naoisis::gpu::{GpuCamerasPlugin, GpuError, GpuRenderer};
 use naoisis::pitch::Pitch;
 use naoisis::random::RandomStream;
 use naoisis::robot::body::Body;
 use naoisis::robot::head::HeadAngles;
 use naoisis::scenario::Scenario;
-use naoisis::sensing::camera::gpu::{GpuError, GpuRenderer};
 use naoisis::sensing::camera::image::{Image, ImageRequest, Layers};
 use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use naoisis::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
@@ -216,7 +216,7 @@ fn a_match_has_images_of_each_cycle_from_the_graphics_card() {
     let mut images = |rendering| {
         scenario.cameras.render = rendering;
         let mut app = App::new();
-        app.add_plugins(NaoisisPlugins);
+        app.add_plugins((NaoisisPlugins, GpuCamerasPlugin));
         app.start_match(&scenario).expect("a match");
         let mut images = Vec::new();
         for _ in 0..6 {

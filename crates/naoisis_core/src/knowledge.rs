@@ -71,3 +71,20 @@ impl fmt::Display for Knowledge {
         })
     }
 }
+
+/// Whether the type of this path is one of naoisis, rather than Bevy's or a user's.
+pub fn is_of_naoisis(type_path: &str) -> bool {
+    const CRATES: [&str; 10] = [
+        "naoisis",
+        "naoisis_agents",
+        "naoisis_cli",
+        "naoisis_core",
+        "naoisis_gpu",
+        "naoisis_lab",
+        "naoisis_record",
+        "naoisis_sensing",
+        "naoisis_sim",
+        "naoisis_viewer",
+    ];
+    type_path.split_once("::").is_some_and(|(name, _)| CRATES.contains(&name))
+}

@@ -195,6 +195,8 @@ impl Program<'_> {
     /// Adds the simulation, and the program's own.
     fn add_to(self, app: &mut App) {
         app.add_plugins((NaoisisPlugins, AgentsPlugin));
+        #[cfg(feature = "gpu")]
+        app.add_plugins(naoisis_gpu::GpuCamerasPlugin);
         (self.extend)(app);
     }
 }

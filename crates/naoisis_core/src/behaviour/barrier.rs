@@ -37,7 +37,7 @@ use bevy::time::{Fixed, Real, Virtual};
 use core::any::TypeId;
 
 use super::function::Behaviour;
-use crate::knowledge::Knowledge;
+use crate::knowledge::{Knowledge, is_of_naoisis};
 
 /// Why a behaviour was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -278,7 +278,7 @@ impl Origin {
         let name = component_name(id, world);
         if name.starts_with("bevy_") {
             Origin::Engine
-        } else if name.starts_with("naoisis::") {
+        } else if is_of_naoisis(&name) {
             Origin::Simulation(marked.unwrap_or(Knowledge::Truth))
         } else {
             Origin::Own(marked)

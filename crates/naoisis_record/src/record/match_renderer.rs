@@ -15,11 +15,9 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::appearance::robot::RobotDesign;
 use naoisis_sensing::appearance::scene::Scene;
 use naoisis_sensing::appearance::view::View;
-#[cfg(feature = "gpu")]
-use naoisis_sensing::sensing::camera::gpu::GpuCameras;
 use naoisis_sensing::sensing::camera::image::{Image, ImageRequest, Layers};
 use naoisis_sensing::sensing::camera::software::{Detail, PreparedScene, Renderer, StillRenderer};
-use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings};
+use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings, GpuCameras};
 use naoisis_sensing::sensing::vision::VisionSettings;
 
 /// Faces around a cylinder in its pictures.
@@ -79,16 +77,10 @@ impl MatchRenderer {
         shot.image
     }
 
-    #[cfg(feature = "gpu")]
     fn is_drawn_by_gpu(&self, world: &mut World, shot: &mut ImageRequest) -> bool {
         let Some(mut gpu) = world.get_resource_mut::<GpuCameras>() else { return false };
-        let drawn = gpu.get().draw(&self.scene, &mut [shot]);
+        let drawn = gpu.0.draw(&self.scene, &mut [shot]);
         drawn.inspect_err(|error| error!("a picture is drawn in software: {error}")).is_ok()
-    }
-
-    #[cfg(not(feature = "gpu"))]
-    fn is_drawn_by_gpu(&self, _: &mut World, _: &mut ImageRequest) -> bool {
-        false
     }
 
     fn prepare(&mut self, design: RobotDesign) {

@@ -11,8 +11,6 @@ use serde::{Deserialize, Serialize};
 pub mod colours;
 pub mod field;
 pub mod gather;
-#[cfg(feature = "gpu")]
-pub mod mesh;
 pub mod posing;
 pub mod robot;
 pub mod scene;

@@ -8,7 +8,7 @@ use super::camera::image::{ImageRequest, Layers};
 use super::camera::lens::{LastLook, LensBuffer, LensEffect};
 use super::camera::noise::{DrawnNoise, NoiseBuffer};
 use super::camera::software::{Detail, PreparedScene, Renderer};
-use super::camera::{CameraImages, CameraRendering, CameraSettings};
+use super::camera::{CameraImages, CameraRendering, CameraSettings, GpuCameras};
 use super::jobs::{self, SensingThreads};
 use super::scene::SensingSystems;
 use super::vision::gaze::GazeError;
@@ -87,7 +87,7 @@ fn take_images(
     mut buffers: Local<RenderBuffers>,
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
-    #[cfg(feature = "gpu")] mut gpu: Option<ResMut<super::camera::gpu::GpuCameras>>,
+    mut gpu: Option<ResMut<GpuCameras>>,
     scene: Res<Scene>,
     mut robots: Query<(
         Entity,
@@ -155,12 +155,11 @@ fn take_images(
             buffers.prepared[design as usize].prepare(&scene, Detail { design, ..Detail::default() });
         }
     }
-    #[cfg(feature = "gpu")]
     if let Some(gpu) = &mut gpu {
         let mut requests: Vec<&mut ImageRequest> =
             buffers.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.request).collect();
         if !requests.is_empty()
-            && let Err(error) = gpu.get().draw(&scene, &mut requests)
+            && let Err(error) = gpu.0.draw(&scene, &mut requests)
         {
             error!("no camera images in cycle {}: {error}", clock.cycle);
             requests.iter_mut().for_each(|request| request.image.clear());

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::behaviour::reasons::Reasons;
 use naoisis_core::behaviour::script::Script;
-use naoisis_core::knowledge::Knowledge;
+use naoisis_core::knowledge::{Knowledge, is_of_naoisis};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::{Belief, SimpleBelief};
@@ -87,7 +87,7 @@ fn belongs_to_behaviour(info: &ComponentInfo, registry: &TypeRegistry) -> bool {
         Some(knowledge) => knowledge == Knowledge::Belief,
         None => {
             let name = info.name().to_string();
-            !["naoisis::", "bevy_", "core::", "alloc::"].iter().any(|own| name.starts_with(own))
+            !(is_of_naoisis(&name) || ["bevy_", "core::", "alloc::"].iter().any(|own| name.starts_with(own)))
         }
     }
 }

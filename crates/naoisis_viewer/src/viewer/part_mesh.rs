@@ -5,7 +5,7 @@ use bevy::mesh::MeshMergeError;
 use bevy::prelude::*;
 
 use super::palette;
-use naoisis_sensing::appearance::mesh::mesh_of;
+use naoisis_gpu::mesh::mesh_of;
 use naoisis_sensing::appearance::shapes::Part;
 
 /// One mesh of all these parts, each in its own frame; a speck where there are none. Its colours are in the vertices.

@@ -21,6 +21,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::appearance::robot::RobotDesign;
+use crate::appearance::scene::Scene;
 use crate::appearance::stride::{Stride, StridePlugin};
 use naoisis_core::camera_model::{CameraIntrinsics, CameraMount, CameraMounts, CameraName, CameraView, CameraViews};
 use naoisis_core::geometry::{file_units, to_radians};
@@ -31,14 +32,12 @@ use naoisis_core::robot::head::HeadAngles;
 
 pub mod ball_in_view;
 pub mod field_of_view;
-#[cfg(feature = "gpu")]
-pub mod gpu;
 pub mod image;
 pub mod lens;
 pub mod noise;
 pub mod software;
 
-use image::Image;
+use image::{Image, ImageRequest};
 use lens::{LastLook, Lens};
 use noise::ImageNoise;
 
@@ -78,23 +77,37 @@ pub enum CameraRendering {
 #[error("{0}")]
 pub struct RenderingUnavailable(pub String);
 
-impl CameraRendering {
-    /// Gets a match ready for it.
+/// Draws pictures of scenes on a graphics card. The crate `naoisis_gpu` has one.
+pub trait SceneRenderer: Send + Sync {
+    /// Draws the pictures of `scene` that `requests` ask for.
     ///
     /// # Errors
-    /// Why it cannot be done here.
-    pub fn make_ready(self, world: &mut World) -> Result<(), RenderingUnavailable> {
-        #[cfg(feature = "gpu")]
-        if self == CameraRendering::Gpu {
-            return gpu::GpuCameras::ready(world).map_err(|error| RenderingUnavailable(error.to_string()));
-        }
-        let _ = (self, world);
-        Ok(())
-    }
+    /// When a picture is too large, or the adapter fails. The pictures are not to be used then.
+    fn draw(&mut self, scene: &Scene, requests: &mut [&mut ImageRequest]) -> Result<(), RenderingUnavailable>;
+}
 
-    /// Whether this program can do it.
-    pub const fn is_available(self) -> bool {
-        cfg!(feature = "gpu") || !matches!(self, CameraRendering::Gpu)
+/// Starts the renderer of the graphics card. Programs without this resource have no such renderer.
+#[derive(Resource, Clone, Copy)]
+pub struct GpuBackend(pub fn() -> Result<Box<dyn SceneRenderer>, RenderingUnavailable>);
+
+/// The renderer of the graphics card, in the world of a match whose camera images it draws.
+#[derive(Resource)]
+pub struct GpuCameras(pub Box<dyn SceneRenderer>);
+
+impl CameraRendering {
+    /// Gets the world of a match ready for images that are rendered so.
+    ///
+    /// # Errors
+    /// When this program, or this machine, cannot render on a graphics card.
+    pub fn make_ready(self, world: &mut World) -> Result<(), RenderingUnavailable> {
+        if self == CameraRendering::Gpu && !world.contains_resource::<GpuCameras>() {
+            let backend = world.get_resource::<GpuBackend>().copied();
+            let GpuBackend(start) = backend
+                .ok_or_else(|| RenderingUnavailable("this program cannot render on a graphics card".to_owned()))?;
+            let renderer = start()?;
+            world.insert_resource(GpuCameras(renderer));
+        }
+        Ok(())
     }
 }
 

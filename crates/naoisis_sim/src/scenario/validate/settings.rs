@@ -260,10 +260,6 @@ impl Checks {
     }
 
     pub(super) fn cameras(&mut self, path: &FieldPath, cameras: &CameraSettings) {
-        if !cameras.render.is_available() {
-            let message = "this program cannot render on a graphics card";
-            self.value_fault(path.field("render"), message, "`software`, `off`, or `auto`");
-        }
         self.range(path.field("width"), cameras.width, 1..=4096, " pixels");
         self.range(path.field("height"), cameras.height, 1..=4096, " pixels");
         self.degrees(path.field("diagonal_fov_deg"), cameras.diagonal_fov, 1.0..=170.0, " degrees");

@@ -14,6 +14,7 @@ use std::path::Path;
 use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
 use crate::scenario::message_pack;
 use crate::scenario::saved_match::{FORMAT, LARGEST_FILE_BYTES, VERSION};
+use naoisis_core::knowledge::is_of_naoisis;
 use naoisis_core::read_file::read_file;
 use naoisis_core::replace_file::replace_file;
 
@@ -71,7 +72,7 @@ impl Snapshot {
 /// What a type is called in files. Types of the simulation have their own name without the module's, so that old files can
 /// be read when a type has moved; others have their whole path.
 fn saved_name(paths: &TypePathTable) -> Cow<'static, str> {
-    if paths.path().starts_with(OWN) {
+    if is_of_naoisis(paths.path()) {
         Cow::Owned(format!("{OWN}{}", paths.short_path()))
     } else {
         Cow::Borrowed(paths.path())

@@ -40,7 +40,7 @@ use naoisis_core::behaviour::script::Script;
 use naoisis_core::behaviour::{BehaviourRegistry, Program};
 use naoisis_core::events::MatchEvent;
 use naoisis_core::geometry::Pose;
-use naoisis_core::knowledge::Knowledge;
+use naoisis_core::knowledge::{Knowledge, is_of_naoisis};
 use naoisis_core::random::RandomStreams;
 use naoisis_core::referee;
 use naoisis_core::robot::Roster;
@@ -289,5 +289,5 @@ fn belongs_to_match(registration: &TypeRegistration) -> bool {
 
 /// Whether a type is the engine's or this crate's; without a mark it is then for display only.
 fn is_of_the_program(name: &str) -> bool {
-    name.starts_with("bevy_") || name.starts_with("naoisis::")
+    name.starts_with("bevy_") || is_of_naoisis(name)
 }

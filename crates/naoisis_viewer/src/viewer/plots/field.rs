@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::measured::Measured;
 pub use super::subject::Subject;
 use super::wording::{self, Unit};
-use naoisis_core::knowledge::Knowledge;
+use naoisis_core::knowledge::{Knowledge, is_of_naoisis};
 
 /// Values within values are looked into so deep.
 const DEEPEST: usize = 6;
@@ -106,11 +106,11 @@ pub fn is_plottable(registry: &TypeRegistry, type_id: TypeId) -> bool {
     let path = info.type_path();
     // Those are measured, say the same as another one, or are taken back before the end of a cycle.
     let beside = ["HeadAngles", "SonarReading", "PreviousPose", "RobotId", "WalkCommand", "KickCommand"];
-    if path.starts_with("naoisis::") && beside.contains(&info.type_path_table().short_path()) {
+    if is_of_naoisis(path) && beside.contains(&info.type_path_table().short_path()) {
         return false;
     }
     Knowledge::of_type_info(info).is_some()
-        || !["naoisis::", "bevy_", "core::", "alloc::"].iter().any(|own| path.starts_with(own))
+        || !(is_of_naoisis(path) || ["bevy_", "core::", "alloc::"].iter().any(|own| path.starts_with(own)))
 }
 
 /// What a leaf holds.

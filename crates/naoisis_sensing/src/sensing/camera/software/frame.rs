@@ -6,7 +6,7 @@ use core::ops::Range;
 use crate::appearance::view::View;
 
 /// Nearer than this to the plane of the lens nothing is drawn, m.
-pub(in crate::sensing::camera) const NEAR: f32 = 0.01;
+pub const NEAR: f32 = 0.01;
 
 /// A frame under way. Its pixels are samples: several to a pixel of the picture where edges should be smooth.
 #[derive(Default)]

@@ -31,7 +31,7 @@ mod conic;
 mod coverage;
 mod frame;
 mod ground;
-pub(super) mod light;
+pub mod light;
 mod lines;
 mod model;
 mod output;
@@ -41,8 +41,7 @@ mod round;
 mod shadow;
 mod still;
 
-#[cfg(feature = "gpu")]
-pub(super) use frame::NEAR;
+pub use frame::NEAR;
 pub use prepared::{Detail, PreparedScene};
 pub use still::StillRenderer;
 

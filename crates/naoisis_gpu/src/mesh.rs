@@ -1,14 +1,14 @@
-//! Meshes of the [shapes](super::shapes), for what draws on a graphics card.
+//! Meshes of the [shapes](naoisis_sensing::appearance::shapes), for what draws on a graphics card.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{MeshMergeError, PrimitiveTopology, VertexAttributeValues};
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
 
-use super::Label;
-use super::colours::Colour;
-use super::field::{GroundMark, GroundShape};
-use super::shapes::{Part, Shape};
+use naoisis_sensing::appearance::Label;
+use naoisis_sensing::appearance::colours::Colour;
+use naoisis_sensing::appearance::field::{GroundMark, GroundShape};
+use naoisis_sensing::appearance::shapes::{Part, Shape};
 
 /// Corners of a circle on the ground.
 const CIRCLE_CORNERS: usize = 160;

@@ -1,4 +1,4 @@
-//! The renderer of the graphics card: pictures of a [scene](crate::appearance::scene::Scene) by Bevy, without a
+//! The renderer of the graphics card: pictures of a [scene](naoisis_sensing::appearance::scene::Scene) by Bevy, without a
 //! window.
 //!
 //! It is a Bevy app of its own with nothing but the renderer in it. A picture is asked for and returned at once, so that it
@@ -7,7 +7,7 @@
 //! draws over a match is in another world.
 //!
 //! Any adapter will do, one in software too; where there is none, [`GpuRenderer::new`] says so. Pictures show the same scene
-//! as the [software renderer](super::software)'s, from the same description with the same light; pixels on edges may differ,
+//! as the [software renderer](naoisis_sensing::sensing::camera::software)'s, from the same description with the same light; pixels on edges may differ,
 //! and between adapters too, so a match that is played by these images is the same again on the same machine only.
 
 use bevy::app::{SubApp, SubApps};
@@ -27,12 +27,13 @@ mod material;
 mod read_back;
 mod render_scene;
 
-use super::image::ImageRequest;
-use super::software::NEAR;
-use crate::appearance::scene::Scene;
-use crate::appearance::view::View;
-use crate::appearance::{Label, colours};
 use material::SceneMaterialPlugin;
+use naoisis_sensing::appearance::scene::Scene;
+use naoisis_sensing::appearance::view::View;
+use naoisis_sensing::appearance::{Label, colours};
+use naoisis_sensing::sensing::camera::image::ImageRequest;
+use naoisis_sensing::sensing::camera::software::NEAR;
+use naoisis_sensing::sensing::camera::{GpuBackend, RenderingUnavailable, SceneRenderer};
 use read_back::{read_back, take_colours, take_depth, take_labels, texture};
 use render_scene::{RenderScene, SceneVariant};
 
@@ -41,26 +42,26 @@ const FAR_M: f32 = 600.0;
 /// A renderer that is not ready by now never will be.
 const MOST_WARM_UP_UPDATES: usize = 200;
 
-/// The renderer of the graphics card, in the world of a match whose robots' images it draws.
-#[derive(Resource)]
-pub struct GpuCameras(SyncCell<GpuRenderer>);
+/// Lets matches of the app have camera images that are drawn on a graphics card (`"cameras": { "render": "gpu" }`).
+///
+/// The renderer starts with the first match that asks for it.
+pub struct GpuCamerasPlugin;
 
-impl GpuCameras {
-    /// Gets a match ready for images that are drawn on the graphics card.
-    ///
-    /// # Errors
-    /// When there is no adapter.
-    pub fn ready(world: &mut World) -> Result<(), GpuError> {
-        if !world.contains_resource::<GpuCameras>() {
-            let renderer = GpuRenderer::new()?;
-            world.insert_resource(GpuCameras(SyncCell::new(renderer)));
-        }
-        Ok(())
+impl Plugin for GpuCamerasPlugin {
+    fn build(&self, app: &mut App) {
+        app.insert_resource(GpuBackend(|| {
+            let renderer = GpuRenderer::new().map_err(|error| RenderingUnavailable(error.to_string()))?;
+            Ok(Box::new(SharedRenderer(SyncCell::new(renderer))))
+        }));
     }
+}
 
-    /// The renderer.
-    pub fn get(&mut self) -> &mut GpuRenderer {
-        self.0.get()
+/// A renderer that is used by one thread at a time.
+struct SharedRenderer(SyncCell<GpuRenderer>);
+
+impl SceneRenderer for SharedRenderer {
+    fn draw(&mut self, scene: &Scene, requests: &mut [&mut ImageRequest]) -> Result<(), RenderingUnavailable> {
+        self.0.get().draw(scene, requests).map_err(|error| RenderingUnavailable(error.to_string()))
     }
 }
 
@@ -163,7 +164,7 @@ impl GpuRenderer {
             bevy::camera::CameraPlugin,
             bevy::light::LightPlugin,
             // Bevy's lights bring gizmos along where there are any; no camera here sees them.
-            #[cfg(feature = "viewer")]
+            #[cfg(feature = "gizmos")]
             bevy::gizmos::GizmoPlugin,
             bevy::core_pipeline::CorePipelinePlugin,
             bevy::pbr::PbrPlugin::default(),

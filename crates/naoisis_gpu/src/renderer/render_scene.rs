@@ -10,17 +10,17 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::material::{SceneMaterial, Surface};
-use crate::appearance::field::{self, GroundMark, GroundShape};
-use crate::appearance::mesh::{ground_mesh, labelled_mesh, line_mesh};
-use crate::appearance::posing::Limb;
-use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::{Scene, ScenePost, SceneRobot};
-use crate::appearance::shapes::{Part, Shape};
-use crate::appearance::view::View;
-use crate::appearance::{Label, colours};
-use crate::sensing::camera::software::light::SUN;
+use crate::mesh::{ground_mesh, labelled_mesh, line_mesh};
 use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::team::RobotId;
+use naoisis_sensing::appearance::field::{self, GroundMark, GroundShape};
+use naoisis_sensing::appearance::posing::Limb;
+use naoisis_sensing::appearance::robot::RobotDesign;
+use naoisis_sensing::appearance::scene::{Scene, ScenePost, SceneRobot};
+use naoisis_sensing::appearance::shapes::{Part, Shape};
+use naoisis_sensing::appearance::view::View;
+use naoisis_sensing::appearance::{Label, colours};
+use naoisis_sensing::sensing::camera::software::light::SUN;
 
 /// What lies on the ground is this much above what it lies on, m: too little to be seen.
 const STEP_M: f32 = 0.000_1;

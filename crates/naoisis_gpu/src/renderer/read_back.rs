@@ -12,8 +12,8 @@ use bevy::render::texture::GpuImage;
 
 use super::material::MOST_DEPTH_M;
 use super::{Camera3, GpuError};
-use crate::appearance::view::View;
-use crate::sensing::camera::image::Image;
+use naoisis_sensing::appearance::view::View;
+use naoisis_sensing::sensing::camera::image::Image;
 
 /// A texture to draw into, of so many samples.
 pub(super) fn texture(size: UVec2) -> bevy::image::Image {

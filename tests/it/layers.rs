@@ -1,10 +1,10 @@
-//! The house is a ladder: a room, which is a module of the crate's root, knows the rooms below it and none above. Within a
-//! room no two modules know each other in a circle.
+//! Layers: a module uses those of the layers below it and none above, and a crate those below it. Within a module no two
+//! modules use each other in a circle.
 //!
-//! The rooms and their order are those of the table in the crate's documentation, section "The ladder"; nothing is excepted.
-//! What a file knows is read from its tokens, in macros and bodies, too: every path that begins with `crate`, `self`, `super`
-//! or a module of its own, whatever it is renamed to. Code for tests may look anywhere. What only methods lead to cannot be
-//! seen so: a trait of an upper room for a type of a lower one stands in the upper.
+//! Crates, modules and their order are those of the table in the facade's documentation, section "Layers"; nothing is excepted.
+//! What a file uses is read from its tokens, in macros and bodies, too: every path that begins with `crate`, `self`, `super`
+//! or a module of its own, whatever it is renamed to. Code for tests may use anything. Uses by method calls alone cannot be
+//! found so: a trait of an upper layer for a type of a lower one stands in the upper.
 
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,7 +26,7 @@ struct Use {
 
 /// The modules of a crate, and what they name.
 #[derive(Default, Debug)]
-struct House {
+struct CrateModules {
     modules: BTreeSet<Module>,
     uses: Vec<Use>,
     /// Where what a module imports comes from, by the path under which it can be found there.
@@ -34,32 +34,55 @@ struct House {
     faults: Vec<String>,
 }
 
+/// A row of the table of layers: a crate, and its modules from the lowest to the highest.
+struct Layer {
+    name: String,
+    modules: Vec<String>,
+}
+
 #[test]
-fn no_room_knows_one_above_it() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs");
-    let documentation = fs::read_to_string(&root).unwrap();
-    let faults = House::of_crate(&root).faults(&rooms(&documentation));
+fn no_module_uses_one_above_it_and_no_crate_either() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let layers = layers(&fs::read_to_string(root.join("src/lib.rs")).unwrap());
+    let mut faults = Vec::new();
+    for (below, layer) in layers.iter().enumerate() {
+        let folder = root.join("crates").join(&layer.name);
+        faults.extend(CrateModules::of_crate(&folder.join("src/lib.rs")).faults(&layer.modules));
+        let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        let dependencies = manifest.lines().filter(|line| line.starts_with("naoisis_"));
+        for dependency in dependencies.filter_map(|line| line.split(['.', ' ', '=']).next()) {
+            if !layers[..below].iter().any(|lower| lower.name == dependency) {
+                faults.push(format!("`{}` depends on `{dependency}`, which is not below it", layer.name));
+            }
+        }
+    }
+    let crates = fs::read_dir(root.join("crates")).unwrap().map(|entry| entry.unwrap().file_name());
+    for name in crates.filter(|name| !layers.iter().any(|layer| *layer.name == **name)) {
+        faults.push(format!("the crate {} is not in the table of the documentation", name.display()));
+    }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// The rooms in the table of the documentation, from the ground up.
-fn rooms(documentation: &str) -> Vec<String> {
-    let section = documentation.lines().skip_while(|line| *line != "//! # The ladder");
+/// The rows of the table in the documentation: the crate in the first cell, its modules in the second.
+fn layers(documentation: &str) -> Vec<Layer> {
+    let section = documentation.lines().skip_while(|line| *line != "//! # Layers");
+    let words = |cell: &str| cell.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>();
     section
         .skip(1)
         .take_while(|line| !line.starts_with("//! # "))
-        .filter_map(|line| line.strip_prefix("//! | ")?.split('|').next())
-        .flat_map(|cell| cell.split('`').skip(1).step_by(2))
-        .map(str::to_owned)
+        .filter_map(|line| {
+            let mut cells = line.strip_prefix("//! | ")?.split('|');
+            Some(Layer { name: words(cells.next()?).pop()?, modules: words(cells.next()?) })
+        })
         .collect()
 }
 
-impl House {
+impl CrateModules {
     /// The crate whose root is this file.
-    fn of_crate(root: &Path) -> House {
-        let mut house = House::default();
-        house.read(root, root.parent().unwrap(), &mut Vec::new());
-        house
+    fn of_crate(root: &Path) -> CrateModules {
+        let mut modules_of_crate = CrateModules::default();
+        modules_of_crate.read(root, root.parent().unwrap(), &mut Vec::new());
+        modules_of_crate
     }
 
     fn read(&mut self, file: &Path, folder: &Path, module: &mut Module) {
@@ -164,7 +187,7 @@ impl House {
             }
         }
         if from_root.is_empty() || from_root[0] == "*" {
-            self.faults.push(format!("{}:{line}: the root is named, which is no room", file.display()));
+            self.faults.push(format!("{}:{line}: the root is used, which is no module", file.display()));
             return None;
         }
         self.uses.push(Use { by: module.clone(), file: file.to_owned(), line, path: from_root.clone() });
@@ -185,32 +208,32 @@ impl House {
         path
     }
 
-    /// All arrows upwards and all circles, with files and lines.
-    fn faults(&self, rooms: &[String]) -> Vec<String> {
+    /// All uses of a module above, and all circles, with files and lines.
+    fn faults(&self, order: &[String]) -> Vec<String> {
         let mut faults = self.faults.clone();
-        let floor = |room: &str| rooms.iter().position(|other| other == room);
-        for room in rooms.iter().filter(|room| !self.modules.contains(&vec![(*room).clone()])) {
-            faults.push(format!("there is no room `{room}`"));
+        let layer = |module: &str| order.iter().position(|other| other == module);
+        for name in order.iter().filter(|name| !self.modules.contains(&vec![(*name).clone()])) {
+            faults.push(format!("there is no module `{name}`"));
         }
-        for room in self.modules.iter().filter(|module| module.len() == 1 && floor(&module[0]).is_none()) {
-            faults.push(format!("the room `{}` is not in the table of the documentation", room[0]));
+        for module in self.modules.iter().filter(|module| module.len() == 1 && layer(&module[0]).is_none()) {
+            faults.push(format!("the module `{}` is not in the table of the documentation", module[0]));
         }
-        // Of the modules of one folder, who knows whom, and where that is written.
+        // Which modules of one folder use each other, and where.
         let mut arrows: BTreeMap<Module, BTreeMap<(String, String), &Use>> = BTreeMap::new();
         for used in &self.uses {
             let place = format!("{}:{}", used.file.display(), used.line);
             let Some(by) = used.by.first() else {
                 faults.push(format!(
-                    "{place}: the root passes on `{}`; whoever wants it goes to its room",
+                    "{place}: the root passes `{}` on; import it from its own module",
                     used.path.join("::")
                 ));
                 continue;
             };
-            match (floor(by), floor(&used.path[0])) {
+            match (layer(by), layer(&used.path[0])) {
                 (Some(below), Some(above)) if below < above => {
-                    faults.push(format!("{place}: `{by}` knows `{}`, which is above it", used.path[0]));
+                    faults.push(format!("{place}: `{by}` uses `{}`, which is above it", used.path[0]));
                 }
-                (_, None) => faults.push(format!("{place}: `{}` is no room", used.path[0])),
+                (_, None) => faults.push(format!("{place}: there is no module `{}`", used.path[0])),
                 _ => {}
             }
             let home = self.home_of(&used.path);
@@ -220,15 +243,15 @@ impl House {
                 folder.entry((one.clone(), other.clone())).or_insert(used);
             }
         }
-        // Between rooms a circle has an arrow upwards.
+        // A circle of modules of the root has a use of one above.
         let folders = arrows.iter().filter(|(folder, _)| !folder.is_empty());
         faults.extend(folders.filter_map(|(_, arrows)| circle(arrows)));
         faults
     }
 }
 
-/// What is written of a circle, if there is one: those arrows that are left when again and again those who know nobody, or
-/// whom nobody knows, have left.
+/// Describes a circle, if there is one: the uses that are left when modules that use none, or that none uses, are taken away
+/// until there are no more of them.
 fn circle(arrows: &BTreeMap<(String, String), &Use>) -> Option<String> {
     let mut left = arrows.clone();
     loop {
@@ -240,7 +263,7 @@ fn circle(arrows: &BTreeMap<(String, String), &Use>) -> Option<String> {
         }
     }
     let lines = left.iter().map(|((one, other), used)| {
-        format!("{}:{}: `{one}` knows `{other}`, in a circle", used.file.display(), used.line)
+        format!("{}:{}: `{one}` uses `{other}`, in a circle", used.file.display(), used.line)
     });
     (!left.is_empty()).then(|| lines.collect::<Vec<_>>().join("\n"))
 }
@@ -329,19 +352,19 @@ fn word(token: Option<&TokenTree>) -> Option<String> {
     }
 }
 
-/// A small house: `top` above `middle` above `ground`, with this text in `ground`, of which `ground::deep` is a part.
+/// The faults of a small crate: `top` above `middle` above `ground`, with this text in `ground`, of which `ground::deep` is a part.
 fn faults_with(text: &str) -> Vec<String> {
-    let mut house = House::default();
-    for room in ["top", "middle"] {
-        house.modules.insert(vec![room.to_owned()]);
+    let mut modules_of_crate = CrateModules::default();
+    for name in ["top", "middle"] {
+        modules_of_crate.modules.insert(vec![name.to_owned()]);
     }
-    house.read_text(text, Path::new("ground.rs"), Path::new("no"), &mut vec!["ground".to_owned()]);
-    house.faults(&["ground", "middle", "top"].map(str::to_owned))
+    modules_of_crate.read_text(text, Path::new("ground.rs"), Path::new("no"), &mut vec!["ground".to_owned()]);
+    modules_of_crate.faults(&["ground", "middle", "top"].map(str::to_owned))
 }
 
 #[test]
-fn smugglers_are_caught() {
-    let smugglers = [
+fn forbidden_uses_are_found() {
+    let forbidden = [
         "use crate::top::Thing;",
         "use crate::{middle::{self, Other}, ground::Own};",
         "use super::middle as harmless;",
@@ -367,15 +390,15 @@ fn smugglers_are_caught() {
         "mod one { use super::Thing; } mod two { use super::one::Other; } use two::Thing as Thing;",
         "mod one { fn f() { super::two::f() } } mod two { mod three { use crate::ground::one; } }",
     ];
-    for smuggler in smugglers {
-        assert!(!faults_with(smuggler).is_empty(), "{smuggler}");
+    for text in forbidden {
+        assert!(!faults_with(text).is_empty(), "{text}");
     }
-    let caught = faults_with("\n\nuse crate::{\n    ground::Own,\n    top::Thing,\n};");
-    assert_eq!(caught, ["ground.rs:3: `ground` knows `top`, which is above it"]);
+    let found = faults_with("\n\nuse crate::{\n    ground::Own,\n    top::Thing,\n};");
+    assert_eq!(found, ["ground.rs:3: `ground` uses `top`, which is above it"]);
 }
 
 #[test]
-fn who_looks_down_or_is_a_test_is_not() {
+fn uses_of_modules_below_and_in_tests_are_allowed() {
     let honest = [
         "//! See [`crate::top::Thing`].\n/// And [`crate::middle`].\nfn f() {}",
         "#[cfg(test)]\nmod tests { use crate::top::Thing; }",

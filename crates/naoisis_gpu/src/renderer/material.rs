@@ -9,8 +9,8 @@ use bevy::render::render_resource::{
 };
 use bevy::shader::{Shader, ShaderRef};
 
-use crate::appearance::field::STRING_M;
-use crate::sensing::camera::software::light;
+use naoisis_sensing::appearance::field::STRING_M;
+use naoisis_sensing::sensing::camera::software::light;
 
 const SHADER: Handle<Shader> = uuid_handle!("5f1c1c0e-7e55-4a4e-9a7c-3d0a2c4b8f16");
 
