@@ -43,7 +43,6 @@ pub enum FallCause {
 /// Why a kick missed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum KickMiss {
     /// The robot lies, gets up or dives.
     Down,

@@ -12,7 +12,6 @@ use crate::knowledge::Knowledge;
 /// What a robot does with its whole body, rather than with its legs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum PostureRequest {
     /// Gets up from a fall or dive.
     GetUp,

@@ -56,7 +56,6 @@ use crate::sensing::vision::{VisionNoise, VisionSettings, VisionSource};
 /// How true a sensor is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum Fidelity {
     /// Perfect and unlimited, for debugging.
     Truth,

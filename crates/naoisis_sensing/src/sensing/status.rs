@@ -33,7 +33,6 @@ impl Plugin for BodyStatusPlugin {
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum BodyStatus {
     /// Standing, free to act.
     #[default]

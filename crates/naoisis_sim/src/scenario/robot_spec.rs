@@ -96,7 +96,6 @@ impl RobotSpec {
 
 /// What controls a robot: `"idle"`, the name of a registered behaviour, `{ "script": [...] }`, or `{ "program": [...] }`.
 #[derive(Clone, PartialEq, Debug, Reflect)]
-#[non_exhaustive]
 pub enum BehaviourSpec {
     /// A registered behaviour; `idle` does nothing.
     Named(String),

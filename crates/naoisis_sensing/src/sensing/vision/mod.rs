@@ -185,7 +185,6 @@ percepts! {
 /// What a landmark on the ground is.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum LandmarkKind {
     /// A stretch of a line; the percept's own place is one end.
     Line {

@@ -3,22 +3,22 @@
 use bevy::math::Vec3;
 
 /// Where the sun is, unit vector, pitch frame.
-pub(in crate::sensing::camera) const SUN: Vec3 = Vec3::new(-0.390_360_03, -0.487_950_04, 0.780_720_06);
+pub const SUN: Vec3 = Vec3::new(-0.390_360_03, -0.487_950_04, 0.780_720_06);
 
 /// What comes from everywhere.
-pub(in crate::sensing::camera) const AMBIENT: f32 = 0.72;
+pub const AMBIENT: f32 = 0.72;
 /// What comes from the sun, to what looks at it.
-pub(in crate::sensing::camera) const FROM_SUN: f32 = 0.30;
+pub const FROM_SUN: f32 = 0.30;
 /// How much more comes from where this points than from across: from above, and from the windows of the hall.
-pub(in crate::sensing::camera) const GRADIENT: Vec3 = Vec3::new(0.075, -0.045, 0.07);
+pub const GRADIENT: Vec3 = Vec3::new(0.075, -0.045, 0.07);
 /// Share of the light that is left in a shadow.
-pub(in crate::sensing::camera) const IN_SHADOW: u32 = 160;
+pub const IN_SHADOW: u32 = 160;
 
 /// How much of what is behind a string of a net it hides at most, of 256.
-pub(in crate::sensing::camera) const NET_HIDES: f32 = 230.0;
+pub const NET_HIDES: f32 = 230.0;
 
 /// Full light, in the units of [`intensity`].
-pub(in crate::sensing::camera) const FULL: f32 = 256.0;
+pub const FULL: f32 = 256.0;
 
 /// The light on a surface with this unit normal, from 0 to [`FULL`].
 #[inline(always)]
