@@ -74,6 +74,7 @@
 //! to the left of +x, +z up; blue defends -x in the first half. The team frame is the pitch frame turned by half a
 //! turn for the team that defends +x: its own goal is always at -x. A robot's frame has its origin between the feet on
 //! the ground, x to the front, y to the left. Files write angles in degrees, and units into the names of fields.
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(
     test,
     expect(

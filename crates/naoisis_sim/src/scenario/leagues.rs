@@ -7,30 +7,22 @@ use std::collections::BTreeMap;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::layers::field_of_word;
-use super::preset::Preset;
+use super::preset::{Preset, presets};
 use super::shape;
 use super::wording::{did_you_mean, one_of, quoted};
 
 /// The leagues that come with the program: `assets/leagues`.
-pub const LEAGUES: &[Preset] = &[
-    Preset { name: "hsl2026_large", text: include_str!("../../../../assets/leagues/hsl2026_large.ron") },
-    Preset {
-        name: "hsl2026_large_foundation",
-        text: include_str!("../../../../assets/leagues/hsl2026_large_foundation.ron"),
-    },
-    Preset { name: "hsl2026_middle", text: include_str!("../../../../assets/leagues/hsl2026_middle.ron") },
-    Preset {
-        name: "hsl2026_middle_foundation",
-        text: include_str!("../../../../assets/leagues/hsl2026_middle_foundation.ron"),
-    },
-    Preset { name: "hsl2026_small", text: include_str!("../../../../assets/leagues/hsl2026_small.ron") },
-    Preset {
-        name: "hsl2026_small_foundation",
-        text: include_str!("../../../../assets/leagues/hsl2026_small_foundation.ron"),
-    },
-    Preset { name: "paper", text: include_str!("../../../../assets/leagues/paper.ron") },
-    Preset { name: "spl2010", text: include_str!("../../../../assets/leagues/spl2010.ron") },
-    Preset { name: "spl2025", text: include_str!("../../../../assets/leagues/spl2025.ron") },
+pub const LEAGUES: &[Preset] = presets![
+    "leagues":
+    "hsl2026_large"
+    "hsl2026_large_foundation"
+    "hsl2026_middle"
+    "hsl2026_middle_foundation"
+    "hsl2026_small"
+    "hsl2026_small_foundation"
+    "paper"
+    "spl2010"
+    "spl2025"
 ];
 
 /// What is played with, and how, in a league of a year.

@@ -9,20 +9,14 @@ use super::error::ScenarioError;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::layers::lay_over;
-use super::preset::Preset;
+use super::preset::{Preset, presets};
 use super::shape;
 use super::types::Scenario;
 use super::wording::{did_you_mean, one_of, quoted};
 use naoisis_core::kick_geometry::KickType;
 
 /// The models that come with the program: `assets/robots`.
-pub const MODELS: &[Preset] = &[
-    Preset { name: "booster_k1", text: include_str!("../../../../assets/robots/booster_k1.ron") },
-    Preset { name: "booster_t1", text: include_str!("../../../../assets/robots/booster_t1.ron") },
-    Preset { name: "nao", text: include_str!("../../../../assets/robots/nao.ron") },
-    Preset { name: "nao_v6", text: include_str!("../../../../assets/robots/nao_v6.ron") },
-    Preset { name: "rover", text: include_str!("../../../../assets/robots/rover.ron") },
-];
+pub const MODELS: &[Preset] = presets!["robots": "booster_k1" "booster_t1" "nao" "nao_v6" "rover"];
 
 /// Whether what a scenario calls its model is the path of a file.
 pub(super) fn is_file(reference: &str) -> bool {

@@ -21,3 +21,14 @@ impl Preset {
         read(self.text, Format::Ron).unwrap_or_default()
     }
 }
+
+/// The presets of a folder of `assets`, each with the name of its file.
+macro_rules! presets {
+    ($folder:literal: $($name:literal)*) => {
+        &[$($crate::scenario::preset::Preset {
+            name: $name,
+            text: include_str!(concat!(env!("NAOISIS_ASSETS"), "/", $folder, "/", $name, ".ron")),
+        }),*]
+    };
+}
+pub(super) use presets;

@@ -11,7 +11,7 @@ use super::inline_models;
 use super::layers::lay_over;
 use super::leagues;
 use super::message_limits;
-use super::preset::Preset;
+use super::preset::{Preset, presets};
 use super::realism::Realisms;
 use super::realism_settings;
 use super::shape;
@@ -24,32 +24,20 @@ use naoisis_sensing::sensing::odometry::OdometryNoise;
 use naoisis_sensing::sensing::vision::VisionNoise;
 
 /// The fields that come with the program: `assets/fields`.
-pub const FIELD_PRESETS: &[Preset] = &[
-    Preset { name: "naoisis", text: include_str!("../../../../../assets/fields/naoisis.ron") },
-    Preset { name: "hsl2026_small", text: include_str!("../../../../../assets/fields/hsl2026_small.ron") },
-    Preset { name: "hsl2026_middle", text: include_str!("../../../../../assets/fields/hsl2026_middle.ron") },
-    Preset { name: "hsl2026_large", text: include_str!("../../../../../assets/fields/hsl2026_large.ron") },
-    Preset { name: "spl2025", text: include_str!("../../../../../assets/fields/spl2025.ron") },
+pub const FIELD_PRESETS: &[Preset] = presets![
+    "fields":
+    "naoisis"
+    "hsl2026_small"
+    "hsl2026_middle"
+    "hsl2026_large"
+    "spl2025"
 ];
 
 /// The rules that come with the program: `assets/rules`.
-pub const RULES_PRESETS: &[Preset] = &[
-    Preset { name: "naoisis", text: include_str!("../../../../../assets/rules/naoisis.ron") },
-    Preset { name: "spl2010", text: include_str!("../../../../../assets/rules/spl2010.ron") },
-    Preset { name: "spl2025", text: include_str!("../../../../../assets/rules/spl2025.ron") },
-    Preset { name: "hsl2026", text: include_str!("../../../../../assets/rules/hsl2026.ron") },
-    Preset { name: "extended", text: include_str!("../../../../../assets/rules/extended.ron") },
-    Preset { name: "free", text: include_str!("../../../../../assets/rules/free.ron") },
-];
+pub const RULES_PRESETS: &[Preset] = presets!["rules": "naoisis" "spl2010" "spl2025" "hsl2026" "extended" "free"];
 
 /// The balls that come with the program: `assets/balls`.
-pub const BALL_PRESETS: &[Preset] = &[
-    Preset { name: "hsl2026", text: include_str!("../../../../../assets/balls/hsl2026.ron") },
-    Preset { name: "hsl2026_small", text: include_str!("../../../../../assets/balls/hsl2026_small.ron") },
-    Preset { name: "naoisis", text: include_str!("../../../../../assets/balls/naoisis.ron") },
-    Preset { name: "spl2010", text: include_str!("../../../../../assets/balls/spl2010.ron") },
-    Preset { name: "spl2025", text: include_str!("../../../../../assets/balls/spl2025.ron") },
-];
+pub const BALL_PRESETS: &[Preset] = presets!["balls": "hsl2026" "hsl2026_small" "naoisis" "spl2010" "spl2025"];
 
 /// The pitch of the preset `name` among the [`FIELD_PRESETS`].
 pub fn pitch_preset(name: &str) -> Option<Pitch> {
