@@ -105,19 +105,30 @@ def main() -> None:
     figure, share = vector_env(STANDING, threads=1, control="blue", observation="truth")
     alone, _ = vector_env(threads=1, cycles=1, **team)
     say("  on 1 thread, with an action a cycle: all worlds come from main memory", f"{alone:,.0f} cycles/s")
-    say("the same against robots that stand, without beliefs", f"{figure:,.0f} cycles/s", f"at least 30,000; Python {share:.1%}")
+    say(
+        "the same against robots that stand, without beliefs",
+        f"{figure:,.0f} cycles/s",
+        f"at least 30,000; Python {share:.1%}",
+    )
     for observation in ("belief", "truth"):
         figure, _ = vector_env(threads=1, observation=observation, **team)
         say(f"vector_env, roles, observation {observation}, 1 thread", f"{figure:,.0f} cycles/s")
     figure, share = vector_env("ScoreEmptyGoal", threads=1, observation="belief", action="continuous")
     say("vector_env, ScoreEmptyGoal, beliefs, 1 thread", f"{figure:,.0f} cycles/s", f"Python {share:.1%}")
     peer = vmas()
-    say("VMAS, football, 3v3, 1,024 worlds, perfect knowledge, 1 thread", "not installed" if peer is None else f"{peer:,.0f} steps/s")
+    say(
+        "VMAS, football, 3v3, 1,024 worlds, perfect knowledge, 1 thread",
+        "not installed" if peer is None else f"{peer:,.0f} steps/s",
+    )
     for height, width in ((48, 64), (240, 320)):
         size = {"cameras.width": width, "cameras.height": height}
         alone = 1 / match(20, SEER, set={**IMAGE, **size})
         figure, _ = vector_env(SEER, 8, 1, threads=1, control="blue1", observation="image", image_size=(height, width))
-        say(f"images of {width} x {height}, 1 thread", f"{figure:,.0f} images/s", f"{figure / alone:.0%} of the renderer's own {alone:,.0f}; at least 80 %")
+        say(
+            f"images of {width} x {height}, 1 thread",
+            f"{figure:,.0f} images/s",
+            f"{figure / alone:.0%} of the renderer's own {alone:,.0f}; at least 80 %",
+        )
     for name, options in (("roles against chasers", {}), ("nobody decides", {"control": ["blue", "pink"]})):
         alone, single = match(200, **options), match(1, **options)
         say(f"Match.step, {name}: a cycle in Rust", f"{1e6 * alone:.1f} µs")
@@ -137,7 +148,12 @@ STANDING = {
         for number in (1, 2, 3)
     ],
 }
-SEER = {"rules": "free", "duration_s": 1e5, "ball": {"position_m": [1.0, 0.2]}, "robots": [{"team": "blue", "number": 1}]}
+SEER = {
+    "rules": "free",
+    "duration_s": 1e5,
+    "ball": {"position_m": [1.0, 0.2]},
+    "robots": [{"team": "blue", "number": 1}],
+}
 
 if __name__ == "__main__":
     main()

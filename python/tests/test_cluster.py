@@ -12,7 +12,7 @@ import pytest
 import naoisis
 
 ray = pytest.importorskip("ray")
-from naoisis import cluster  # noqa: E402
+from naoisis import cluster
 
 OPTIONS = {"seed": 7, "duration_s": 30.0, "sweep": {"messages.loss": [0, 0.5]}}
 
@@ -60,7 +60,9 @@ def test_a_function_is_called_for_each_scenario_and_seed(nodes):
         return match.truth()["ball"]["position_m"], os.getpid()
 
     found = cluster.map(ball, ["kick_right_straight", "match3v3"], [1, 2], progress=False)
-    assert [place for place, _ in found] == [ball(name, seed)[0] for name in ("kick_right_straight", "match3v3") for seed in (1, 2)]
+    assert [place for place, _ in found] == [
+        ball(name, seed)[0] for name in ("kick_right_straight", "match3v3") for seed in (1, 2)
+    ]
     assert os.getpid() not in {process for _, process in found}
 
     def fails(scenario, seed):

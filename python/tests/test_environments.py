@@ -192,7 +192,12 @@ def test_a_step_fills_the_callers_arrays():
     arrays = [np.full(shape, np.nan, np.float32), np.ones(6, np.float32), np.ones(6, bool), np.ones(6, bool)]
     env.step_into(actions, *arrays)
     assert all(np.array_equal(mine, theirs) for mine, theirs in zip(arrays, other.step(actions)))
-    for index, wrong in ((0, arrays[0][:, 1:]), (0, arrays[0].astype(float)), (1, arrays[1][:3]), (2, arrays[2].astype(int))):
+    for index, wrong in (
+        (0, arrays[0][:, 1:]),
+        (0, arrays[0].astype(float)),
+        (1, arrays[1][:3]),
+        (2, arrays[2].astype(int)),
+    ):
         given = list(arrays)
         given[index] = wrong
         with pytest.raises((TypeError, ValueError)):

@@ -147,7 +147,11 @@ def test_pictures_are_arrays_of_one_moment():
     settings = {"cameras.render": "software", "cameras.labels": True, "cameras.depth": True}
     match = naoisis.Match(KICK, set=settings)
     match.step()
-    image, labels, depth = match.image("blue1", "bottom"), match.labels("blue1", "bottom"), match.depth("blue1", "bottom")
+    image, labels, depth = (
+        match.image("blue1", "bottom"),
+        match.labels("blue1", "bottom"),
+        match.depth("blue1", "bottom"),
+    )
     assert (image.shape, image.dtype) == ((240, 320, 3), np.uint8)
     assert (labels.shape, labels.dtype, depth.shape, depth.dtype) == ((240, 320), np.uint8, (240, 320), np.float32)
     ball = labels == naoisis.LABELS["ball"]

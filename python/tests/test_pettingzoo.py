@@ -8,7 +8,7 @@ import pytest
 import naoisis
 
 pytest.importorskip("pettingzoo")
-from pettingzoo.test import parallel_api_test, parallel_seed_test  # noqa: E402
+from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 OPTIONS = {"control": "blue", "opponents": "roles", "set": {"duration_s": 5}}
 

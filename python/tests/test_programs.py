@@ -17,7 +17,17 @@ def test_a_program_plays_with_the_client_of_the_package(tmp_path):
     places = []
     for encoding in ["json", "msgpack"]:
         team = f"exec:{sys.executable} walkers.py {encoding}"
-        match = ["run", "match3v3", "--duration", "2", "--force", "--agent-start-timeout", "120", "--trace", "match.jsonl"]
+        match = [
+            "run",
+            "match3v3",
+            "--duration",
+            "2",
+            "--force",
+            "--agent-start-timeout",
+            "120",
+            "--trace",
+            "match.jsonl",
+        ]
         subprocess.run([sys.executable, "-m", "naoisis._command", *match, "--blue", team], cwd=tmp_path, check=True)
         cycles = [json.loads(line) for line in (tmp_path / "match.jsonl").read_text().splitlines()]
         assert not any(event["kind"] == "agent_lost" for cycle in cycles[1:-1] for event in cycle["events"])

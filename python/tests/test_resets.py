@@ -89,7 +89,9 @@ def test_a_pool_of_opponents_gives_each_episode_one():
     """The teams differ in what they say to each other from the first cycle on."""
     plays = {}
     for opponents in (["roles", "passers", "chasers"], "roles", "passers", "chasers"):
-        env = gymnasium.make("naoisis/Match3v3-v0", control="blue2", opponents=opponents, set={"duration_s": 20}).unwrapped
+        env = gymnasium.make(
+            "naoisis/Match3v3-v0", control="blue2", opponents=opponents, set={"duration_s": 20}
+        ).unwrapped
         ways = []
         for seed in range(8):
             env.reset(seed=seed)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("ray.rllib")
-from naoisis.rllib import MatchEnv  # noqa: E402
+from naoisis.rllib import MatchEnv
 
 
 def test_an_episode_is_played_with_all_agents_to_its_end():
@@ -25,7 +25,9 @@ def test_an_episode_is_played_with_all_agents_to_its_end():
 def test_other_processes_play_what_the_example_learns_from(capsys):
     ray = pytest.importorskip("ray")
     pytest.importorskip("torch")
-    spec = importlib.util.spec_from_file_location("rllib_main", Path(__file__).parent.parent / "examples" / "rllib" / "main.py")
+    spec = importlib.util.spec_from_file_location(
+        "rllib_main", Path(__file__).parent.parent / "examples" / "rllib" / "main.py"
+    )
     example = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(example)
     # Two processors are needed: each of them plays one.

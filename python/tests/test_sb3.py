@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3")
-from stable_baselines3 import PPO  # noqa: E402
+from stable_baselines3 import PPO
 
-from naoisis.sb3 import VecEnv  # noqa: E402
+from naoisis.sb3 import VecEnv
 
 
 @pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete", "velocities"])

@@ -30,7 +30,12 @@ class Kick:
 
     def reaches(self, ball: np.ndarray) -> np.ndarray:
         """Whether the ball lies right for it."""
-        return (ball.real > self.x_m[0]) & (ball.real < self.x_m[1]) & (ball.imag > self.y_m[0]) & (ball.imag < self.y_m[1])
+        return (
+            (ball.real > self.x_m[0])
+            & (ball.real < self.x_m[1])
+            & (ball.imag > self.y_m[0])
+            & (ball.imag < self.y_m[1])
+        )
 
 
 KICKS = {
@@ -97,7 +102,10 @@ class Adviser:
         # The direction of the opponents' goal line's middle from the own one's.
         pitch = np.conj(self._place(seen, "own", "cos", "sin"))
         others = {
-            name: (self._place(seen, name), (self._of(seen, f"{name}.known") > 0.5) & (self._of(seen, f"{name}.age") < OLD_S))
+            name: (
+                self._place(seen, name),
+                (self._of(seen, f"{name}.known") > 0.5) & (self._of(seen, f"{name}.age") < OLD_S),
+            )
             for name in self.others
         }
         opponents = [other for name, other in others.items() if name.startswith("opponent")]
@@ -199,7 +207,12 @@ class Adviser:
         for number, kick in enumerate(KICKS.values(), start=1):
             reached, leaves = kick.reaches(ball) & is_fresh, unit(ball - kick.foot)
             error = np.abs(cross(aim.direction, leaves))
-            good = reached & (dot(leaves, aim.direction) > 0.3) & (error < tolerance) & (kick.range_m > 1.1 * np.minimum(aim.far_m, 3.6))
+            good = (
+                reached
+                & (dot(leaves, aim.direction) > 0.3)
+                & (error < tolerance)
+                & (kick.range_m > 1.1 * np.minimum(aim.far_m, 3.6))
+            )
             # For want of a better one under pressure: ahead, past who stands before it.
             free = reached & is_pressed & (dot(leaves, pitch) > 0.3)
             for place, known in opponents:

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from policy import Learned, Senses, spread, success_rate
 from torch import nn
 from torch.distributions import Categorical
 
 import naoisis
-from policy import Learned, Senses, spread, success_rate
 
 WORLDS, STEPS, EPOCHS, ROWS = 64, 128, 4, 1024
 DISCOUNT, TRACE, CLIP, VALUE, RATE, ENTROPY = 0.995, 0.95, 0.2, 0.5, 1e-3, 0.01
@@ -27,7 +27,13 @@ REWARD = {"success": 2.0, "ball_to_goal": 0.5, "to_ball": 0.3, "time": -0.01}
 
 def network(numbers: int, answers: int, gain: float, hidden: int = 64) -> nn.Sequential:
     """Two hidden layers. What comes out is small at first, by its gain."""
-    layers = [nn.Linear(2 * numbers, hidden), nn.Tanh(), nn.Linear(hidden, hidden), nn.Tanh(), nn.Linear(hidden, answers)]
+    layers = [
+        nn.Linear(2 * numbers, hidden),
+        nn.Tanh(),
+        nn.Linear(hidden, hidden),
+        nn.Tanh(),
+        nn.Linear(hidden, answers),
+    ]
     for layer in layers[::2]:
         nn.init.orthogonal_(layer.weight, gain if layer is layers[-1] else 2**0.5)
         nn.init.zeros_(layer.bias)
@@ -62,7 +68,9 @@ def learn(task: str, observation: str, steps: int, seed: int, out: Path) -> None
     for update in range(updates):
         left = 1 - update / updates
         optimiser.param_groups[0]["lr"] = RATE * left
-        kept: dict[str, list[torch.Tensor]] = {name: [] for name in ("seen", "action", "likelihood", "reward", "worth", "end")}
+        kept: dict[str, list[torch.Tensor]] = {
+            name: [] for name in ("seen", "action", "likelihood", "reward", "worth", "end")
+        }
         for _ in range(STEPS):
             now = torch.from_numpy(spread(features))
             with torch.no_grad():
@@ -75,7 +83,11 @@ def learn(task: str, observation: str, steps: int, seed: int, out: Path) -> None
                 # What would have come after the end of the time is worth something.
                 last, _ = senses(np.stack(info["final_obs"][over]), memory[over])
                 with torch.no_grad():
-                    reward[over] += DISCOUNT * worth(torch.from_numpy(spread(last))).squeeze(-1) * torch.from_numpy(~terminated[over])
+                    reward[over] += (
+                        DISCOUNT
+                        * worth(torch.from_numpy(spread(last))).squeeze(-1)
+                        * torch.from_numpy(~terminated[over])
+                    )
                 memory[over] = senses.begin(int(over.sum()))
             features, memory = senses(observations, memory)
             values = (now, action, choices.log_prob(action), reward, value, torch.from_numpy(over).float())
@@ -108,7 +120,10 @@ def learn(task: str, observation: str, steps: int, seed: int, out: Path) -> None
         if update % 10 == 9 or update == updates - 1:
             minutes, share = (time.monotonic() - begun) / 60, float(np.mean(ends[-400:] or [0]))
             curve.append(((update + 1) * STEPS * WORLDS, round(minutes, 2), round(share, 4)))
-            print(f"{minutes:6.1f} min {curve[-1][0]:>9,} steps {share:6.1%} of the last 400 episodes are a success", flush=True)
+            print(
+                f"{minutes:6.1f} min {curve[-1][0]:>9,} steps {share:6.1%} of the last 400 episodes are a success",
+                flush=True,
+            )
             save(choice, out / f"{task}-{observation}.npz")
             with open(out / f"{task}-{observation}.csv", "w", newline="") as file:
                 csv.writer(file, lineterminator="\n").writerows(curve)

@@ -6,11 +6,10 @@ import csv
 from pathlib import Path
 
 import matplotlib
-
 from team_policy import Record
 
 matplotlib.use("agg")
-from matplotlib import pyplot  # noqa: E402
+from matplotlib import pyplot
 
 FOLDER = Path(__file__).parent
 
@@ -44,11 +43,18 @@ def of_self_play(path: Path) -> None:
     low, high = zip(*(record.interval for record in records))
     figure, plot = pyplot.subplots(figsize=(7, 3.2), constrained_layout=True)
     plot.plot(steps, [100 * record.share for record in records], marker=".", label="won, of those that are decided")
-    plot.fill_between(steps, [100 * share for share in low], [100 * share for share in high], alpha=0.2, label="95 % interval")
+    plot.fill_between(
+        steps, [100 * share for share in low], [100 * share for share in high], alpha=0.2, label="95 % interval"
+    )
     undecided = [100 * record.undecided / (record.won + record.lost + record.undecided) for record in records]
     plot.plot(steps, undecided, color="grey", linestyle="--", label="undecided, of all")
     plot.axhline(50, color="black", linewidth=0.8)
-    plot.set(xlabel="steps of all robots that learn, millions", ylabel="% of 100 episodes against chasers", ylim=(0, 100), xlim=(0, None))
+    plot.set(
+        xlabel="steps of all robots that learn, millions",
+        ylabel="% of 100 episodes against chasers",
+        ylim=(0, 100),
+        xlim=(0, None),
+    )
     plot.grid(alpha=0.3)
     plot.legend(loc="upper left", ncols=3, fontsize="small")
     figure.savefig(FOLDER / "self_play.png", dpi=110)

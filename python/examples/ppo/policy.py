@@ -94,7 +94,9 @@ class Learned:
         return np.argmax(signal @ weight.T + bias + self.random.gumbel(size=(len(signal), len(bias))), axis=1)
 
 
-def success_rate(task: str, observation: str, policy: Policy, episodes: int, seed: int = 1_000_000, **options: Any) -> float:
+def success_rate(
+    task: str, observation: str, policy: Policy, episodes: int, seed: int = 1_000_000, **options: Any
+) -> float:
     """The share of so many episodes that are a success. The options are those of the worlds."""
     import naoisis
 

@@ -17,13 +17,13 @@ from pathlib import Path
 # Small matrices are slower on many threads. Before NumPy is there.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import numpy as np  # noqa: E402
-import torch  # noqa: E402
+import numpy as np
+import torch
+from adviser import Adviser
+from team_learning import Settings, TeamLearner
+from team_policy import TeamPolicy, play
 
-import naoisis  # noqa: E402
-from adviser import Adviser  # noqa: E402
-from team_learning import Settings, TeamLearner  # noqa: E402
-from team_policy import TeamPolicy, play  # noqa: E402
+import naoisis
 
 TASK = "FirstGoal"
 # A goal is worth more than all of the rest: being near the ball, and having it near the opponents' goal.
@@ -66,7 +66,10 @@ def learn(steps: int, seed: int, out: Path) -> None:
             minutes = (time.monotonic() - begun) / 60
             curve.append((update * learner.samples, round(minutes, 2), record.won, record.lost, record.undecided))
             share = np.mean(decided[-1000:] or [0])
-            print(f"{minutes:6.1f} min {curve[-1][0]:>10,} steps, {share:.0%} decided of late; against chasers {record}", flush=True)
+            print(
+                f"{minutes:6.1f} min {curve[-1][0]:>10,} steps, {share:.0%} decided of late; against chasers {record}",
+                flush=True,
+            )
             with open(path.with_suffix(".csv"), "w", newline="") as file:
                 csv.writer(file, lineterminator="\n").writerows(curve)
             if update == updates:
@@ -91,7 +94,9 @@ if __name__ == "__main__":
     parser.add_argument("--steps", type=int, default=12_000_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=FOLDER)
-    parser.add_argument("--play", type=int, metavar="EPISODES", help="learn nothing: measure the policy that is in the folder")
+    parser.add_argument(
+        "--play", type=int, metavar="EPISODES", help="learn nothing: measure the policy that is in the folder"
+    )
     given = parser.parse_args()
     if given.steps < 1 or (given.play is not None and given.play < 1):
         parser.error("there must be a step to learn from, and an episode to measure")

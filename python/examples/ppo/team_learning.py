@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 import torch
-from torch import nn
-
 from team_policy import LEANING, Senses, spread
+from torch import nn
 
 NOTES = ("known", "action", "likelihood", "reward", "worth", "end")
 
@@ -76,7 +75,9 @@ class Truth:
             return sorted(range(len(names)), key=lambda index: rank.get(robots[index], 0))
 
         self.order = np.array([order(agent) for agent in agents])
-        self.sign = np.where(np.array(turned)[self.order] & np.array([[agent.startswith("pink")] for agent in agents]), -1.0, 1.0)
+        self.sign = np.where(
+            np.array(turned)[self.order] & np.array([[agent.startswith("pink")] for agent in agents]), -1.0, 1.0
+        )
 
     def __call__(self, state: np.ndarray) -> torch.Tensor:
         """What is true, a row for each robot."""
@@ -218,6 +219,8 @@ class TeamLearner:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the network that decides, in half precision: some 75 kB."""
         linear = [layer for layer in self.choice if isinstance(layer, nn.Linear)]
-        arrays = {f"weight{index}": layer.weight.detach().numpy().astype(np.float16) for index, layer in enumerate(linear)}
+        arrays = {
+            f"weight{index}": layer.weight.detach().numpy().astype(np.float16) for index, layer in enumerate(linear)
+        }
         arrays |= {f"bias{index}": layer.bias.detach().numpy().astype(np.float16) for index, layer in enumerate(linear)}
         np.savez_compressed(path, sizes=np.array(self.sizes), **arrays)

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-
 from adviser import HALF_GOAL_M, KICKS, Adviser, unit
 
 # How much likelier than another the advised choice is as long as nothing has been learned, as a logit: of the three walks, and of the kick.
@@ -24,7 +23,9 @@ class Senses:
     """
 
     def __init__(self, names: Sequence[str]):
-        self.others = [name.removesuffix(".known") for name in names if name.endswith(".known") and name != "ball.known"]
+        self.others = [
+            name.removesuffix(".known") for name in names if name.endswith(".known") and name != "ball.known"
+        ]
         things = ["ball", "goal", "own_goal", *self.others]
         self.place = {thing: (names.index(f"{thing}.x"), names.index(f"{thing}.y")) for thing in things}
         self.known = {thing: names.index(f"{thing}.known") for thing in self.others}
@@ -43,7 +44,9 @@ class Senses:
         far = np.stack([*parts([ball * aim.conj(), *others]), *lengths], axis=1)
         near = np.stack([*parts(directions), *self._kicks(observations, ball, goal)], axis=1)
         advice = [np.eye(5)[column] for column in self.adviser(observations).T]
-        return np.concatenate([spread(np.concatenate([observations, far], axis=1)), near, *advice], axis=1, dtype=np.float32)
+        return np.concatenate(
+            [spread(np.concatenate([observations, far], axis=1)), near, *advice], axis=1, dtype=np.float32
+        )
 
     def _kicks(self, observations: np.ndarray, ball: np.ndarray, goal: np.ndarray) -> list[np.ndarray]:
         """Of each kick, whether the ball lies right for it, and by how much it then passes both posts inside, as sines."""
@@ -53,7 +56,11 @@ class Senses:
         numbers = []
         for kick in KICKS.values():
             reached, leaves = kick.reaches(ball), unit(ball - kick.foot).conj()
-            numbers += [1.0 * reached, 3.0 * reached * (leaves * left_post).imag, -3.0 * reached * (leaves * right_post).imag]
+            numbers += [
+                1.0 * reached,
+                3.0 * reached * (leaves * left_post).imag,
+                -3.0 * reached * (leaves * right_post).imag,
+            ]
         return numbers
 
 

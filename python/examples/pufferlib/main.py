@@ -24,15 +24,23 @@ except ImportError:
             rows, space = self.num_agents, self.single_observation_space
             self.observations = np.zeros((rows, *space.shape), space.dtype)
             self.rewards = np.zeros(rows, np.float32)
-            self.terminals, self.truncations, self.masks = np.zeros(rows, bool), np.zeros(rows, bool), np.ones(rows, bool)
+            self.terminals, self.truncations, self.masks = (
+                np.zeros(rows, bool),
+                np.zeros(rows, bool),
+                np.ones(rows, bool),
+            )
             self.actions = np.zeros((rows, *self.single_action_space.shape), self.single_action_space.dtype)
 
 
 class Soccer(PufferEnv):
     """Many worlds of a task, as one environment with many agents."""
 
-    def __init__(self, task: str = "TwoOnTwo", worlds: int = 16, buf: SimpleNamespace | None = None, seed: int = 0, **options):
-        self.envs = naoisis.vector_env(task, worlds, control="blue", action="discrete", autoreset_mode="same_step", **options)
+    def __init__(
+        self, task: str = "TwoOnTwo", worlds: int = 16, buf: SimpleNamespace | None = None, seed: int = 0, **options
+    ):
+        self.envs = naoisis.vector_env(
+            task, worlds, control="blue", action="discrete", autoreset_mode="same_step", **options
+        )
         self.single_observation_space = self.envs.single_observation_space
         self.single_action_space = self.envs.single_action_space
         self.num_agents = self.envs.num_envs
@@ -55,7 +63,9 @@ def main(steps: int = 1000) -> float:
     """Plays so many steps by chance. The mean reward."""
     env, random = Soccer(observation="belief"), np.random.default_rng(1)
     env.reset(seed=1)
-    rewards = [env.step(random.integers(env.single_action_space.n, size=env.num_agents))[1].mean() for _ in range(steps)]
+    rewards = [
+        env.step(random.integers(env.single_action_space.n, size=env.num_agents))[1].mean() for _ in range(steps)
+    ]
     print(f"{steps} steps of {env.num_agents} agents, mean reward {np.mean(rewards):.4f}")
     env.close()
     return float(np.mean(rewards))

@@ -15,11 +15,15 @@ SWEEP = {"messages.loss": [0.0, 0.5, 1.0]}
 
 def main(matches: int = 100, duration_s: float | None = None, csv: str | None = None) -> list[dict]:
     """Plays so many matches with each value. What each comes to."""
-    table = naoisis.cluster.batch("match3v3", matches, seed=1, pink="passers", sweep=SWEEP, duration_s=duration_s, csv=csv)
+    table = naoisis.cluster.batch(
+        "match3v3", matches, seed=1, pink="passers", sweep=SWEEP, duration_s=duration_s, csv=csv
+    )
     found = table.summary()
     for row in found:
         wins = row["blue_wins"]
-        print(f"{row['settings']}: blue wins {wins['value']:.1%} ({wins['low']:.1%} to {wins['high']:.1%}) of {row['matches']}")
+        print(
+            f"{row['settings']}: blue wins {wins['value']:.1%} ({wins['low']:.1%} to {wins['high']:.1%}) of {row['matches']}"
+        )
     return found
 
 

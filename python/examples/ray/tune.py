@@ -19,8 +19,8 @@ import naoisis
 
 FOLDERS = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parent.parent / "ppo")]
 sys.path[:0] = FOLDERS
-from by_hand import Kicker  # noqa: E402
-from policy import success_rate  # noqa: E402
+from by_hand import Kicker
+from policy import success_rate
 
 TASK, LIMIT_S = "ScoreEmptyGoal", 11
 SPACE = {
@@ -51,12 +51,16 @@ def main(tries: int = 20, episodes: int = 64, out: str | None = None) -> tuple[d
     draw = BasicVariantGenerator(random_state=1)
     settings = tune.TuneConfig(metric="success", mode="max", num_samples=tries, search_alg=draw)
     files = tune.RunConfig(storage_path=out)
-    tuner = tune.Tuner(tune.with_resources(attempt, {"cpu": 1}), param_space=SPACE, tune_config=settings, run_config=files)
+    tuner = tune.Tuner(
+        tune.with_resources(attempt, {"cpu": 1}), param_space=SPACE, tune_config=settings, run_config=files
+    )
     best = tuner.fit().get_best_result()
     tried = {"best": best.config, "own": {}}
     others = {name: success(parameters, 4 * episodes, 1_000_000) for name, parameters in tried.items()}
     print(f"the best of {tries}: " + ", ".join(f"{name} {value:.2f}" for name, value in best.config.items()))
-    print(f"it scores in {best.metrics['success']:.1%} of {episodes} episodes, and in {others['best']:.1%} of {4 * episodes} others;")
+    print(
+        f"it scores in {best.metrics['success']:.1%} of {episodes} episodes, and in {others['best']:.1%} of {4 * episodes} others;"
+    )
     print(f"with its own parameters the behaviour scores in {others['own']:.1%} of those")
     return best.config, others["best"]
 

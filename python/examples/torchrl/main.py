@@ -35,7 +35,9 @@ def main(frames: int = 8192) -> int:
     ends = 0
     for data in collector:
         ends += int(data["next", "done"].sum())
-        print(f"{data.numel()} steps, {ends} episodes over, mean reward {data['next', 'reward'].mean():.4f}", flush=True)
+        print(
+            f"{data.numel()} steps, {ends} episodes over, mean reward {data['next', 'reward'].mean():.4f}", flush=True
+        )
     collector.shutdown()
     return ends
 

@@ -71,7 +71,9 @@ def match_of(
         raise TypeError(f"set: expected a dictionary of fields and their values, not {set!r}")
     check_set(set)
     if isinstance(scenario, (str, os.PathLike)) and os.fspath(scenario).endswith(".naoisis"):
-        expected = f"a scenario that goes on from it, {{'from': {os.fspath(scenario)!r}}}, or Match.restore of its bytes"
+        expected = (
+            f"a scenario that goes on from it, {{'from': {os.fspath(scenario)!r}}}, or Match.restore of its bytes"
+        )
         words = f"{os.fspath(scenario)} is a saved match; expected {expected}"
         raise ScenarioError(words, os.fspath(scenario), expected=expected)
     return {

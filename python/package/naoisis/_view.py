@@ -74,7 +74,9 @@ class Window:
             return
         height, width, _ = image.shape
         # It must be kept: Tk does not.
-        self._picture = self._make(master=self._root, data=b"P6 %d %d 255\n" % (width, height) + image.tobytes(), format="PPM")
+        self._picture = self._make(
+            master=self._root, data=b"P6 %d %d 255\n" % (width, height) + image.tobytes(), format="PPM"
+        )
         self._label.configure(image=self._picture)
         self._root.update()
 

@@ -21,12 +21,9 @@ Reward = Callable[[Mapping[str, Any], str], float]
 """A reward of one's own: of what is true now, as :meth:`naoisis.Match.truth` has it, and the robot's name."""
 
 
-class WorldOptions(TypedDict, total=False):
+class CommonOptions(TypedDict, total=False):
     """How worlds are, in all kinds of environments: :class:`naoisis.MatchEnv` says what each option means."""
 
-    control: str | Iterable[str] | None
-    opponents: str | Sequence[str] | None
-    observation: str
     action: str
     reward: Mapping[str, float] | Reward | None
     cycles_per_step: int | None
@@ -34,6 +31,14 @@ class WorldOptions(TypedDict, total=False):
     realism: str | None
     camera: str
     image_size: tuple[int, int]
+
+
+class WorldOptions(CommonOptions, total=False):
+    """All options, with those that some environments name as arguments of their own."""
+
+    control: str | Iterable[str] | None
+    opponents: str | Sequence[str] | None
+    observation: str
 
 
 class Worlds:
@@ -51,8 +56,11 @@ class Worlds:
     ):
         unknown = [name for name in options if name not in WorldOptions.__annotations__]
         if unknown:
-            raise TypeError(f"there is no option {unknown[0]!r}; expected one of {', '.join(WorldOptions.__annotations__)}")
-        control = None if options.get("control") is None else control_of(options["control"])
+            raise TypeError(
+                f"there is no option {unknown[0]!r}; expected one of {', '.join(WorldOptions.__annotations__)}"
+            )
+        controlled = options.get("control")
+        control = None if controlled is None else control_of(controlled)
         observation, action = options.get("observation", "perception"), options.get("action", "continuous")
         made = match_of(scenario, set=options.get("set"), realism=options.get("realism"))
         side, pool = _opponents(options.get("opponents"), control)
@@ -98,7 +106,9 @@ class Worlds:
         numbers = spaces.Box(low, high, dtype=np.float32)
         self.observation_space: spaces.Space[Any] = numbers
         if self.image_shape:
-            self.observation_space = spaces.Dict({"body": numbers, "image": spaces.Box(0, 255, self.image_shape, np.uint8)})
+            self.observation_space = spaces.Dict(
+                {"body": numbers, "image": spaces.Box(0, 255, self.image_shape, np.uint8)}
+            )
         counts = [len(names) for names in self.action_names]
         self.action_space: spaces.Space[Any]
         if action == "continuous":
@@ -134,7 +144,9 @@ class Worlds:
                 raise TypeError("they are complex")
             array = np.ascontiguousarray(given, dtype=np.float32)
         except (TypeError, ValueError) as error:
-            raise TypeError(f"actions: expected numbers, {self.rows} rows of {self.numbers_of_action}: {error}") from None
+            raise TypeError(
+                f"actions: expected numbers, {self.rows} rows of {self.numbers_of_action}: {error}"
+            ) from None
         # A single robot, and a single choice, need no axis of their own.
         if array.size != self.rows * self.numbers_of_action or (min(shape) > 1 and array.shape != shape):
             raise ValueError(f"actions: an array of shape {array.shape}; expected {shape}")
@@ -191,9 +203,13 @@ def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
     snapshot = options.get("snapshot")
     if snapshot is not None:
         if not isinstance(snapshot, (bytes, bytearray)):
-            raise TypeError(f"options: snapshot: expected the bytes of a match's snapshot, not {type(snapshot).__name__}")
+            raise TypeError(
+                f"options: snapshot: expected the bytes of a match's snapshot, not {type(snapshot).__name__}"
+            )
         if changes["set"] is not None or changes["situation"] is not None:
-            raise ValueError("options: a snapshot is a moment as it was; expected no `set` and no `situation` beside it")
+            raise ValueError(
+                "options: a snapshot is a moment as it was; expected no `set` and no `situation` beside it"
+            )
         changes["snapshot"] = bytes(snapshot)
     return changes if any(value is not None for value in changes.values()) else None
 

@@ -62,7 +62,9 @@ def batch(
     scenario = _from_anywhere(scenario)
     # What is wrong is said before anything goes out; it also tells the seed, and the scenario as files have it.
     first = naoisis.batch(scenario, 1, seed, set, 1, sweep=sweep, **{**options, "duration_s": 0.001})
-    begin = seed_of(seed) if seed is not None else int(first["seed"][0])
+    begin = seed_of(seed)
+    if begin is None:
+        begin = int(first["seed"][0])
     variants = first.matches
     given = {"scenario": scenario, "set": set, "sweep": sweep, "threads": 1, **options}
 
@@ -188,7 +190,9 @@ def _from_anywhere(scenario: Scenario) -> Scenario:
         saved = scenario.get("from")
         return {**scenario, "from": os.path.abspath(saved)} if isinstance(saved, (str, os.PathLike)) else scenario
     # Else it is a built-in scenario's name, or wrong, and then its error names what was given.
-    return os.path.abspath(scenario) if isinstance(scenario, (str, os.PathLike)) and os.path.isfile(scenario) else scenario
+    return (
+        os.path.abspath(scenario) if isinstance(scenario, (str, os.PathLike)) and os.path.isfile(scenario) else scenario
+    )
 
 
 def _text(path: Path) -> str:

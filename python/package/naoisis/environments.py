@@ -113,7 +113,8 @@ class MatchEnv(gymnasium.Env):
 
     def state(self) -> np.ndarray:
         """What is true, as an array, for critics that may know it; its names are ``state_names``."""
-        return self._worlds.inner.state()[0]
+        state: np.ndarray = self._worlds.inner.state()[0]
+        return state
 
     @property
     def state_names(self) -> list[str]:
@@ -195,7 +196,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             raise MatchError("the environment is closed; expected no reset after that")
         if isinstance(seed, (list, tuple)):
             if len(seed) != self.num_worlds or list(seed) != list(range(seed[0], seed[0] + len(seed))):
-                raise ValueError(f"seed: {seed} are not {self.num_worlds} seeds that follow each other; expected the first one only")
+                raise ValueError(
+                    f"seed: {seed} are not {self.num_worlds} seeds that follow each other; expected the first one only"
+                )
             seed = seed[0]
         super().reset(seed=seed)
         check_options(options, "reset_mask")
@@ -268,7 +271,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         last = self._worlds.observations(arrays, "final_")
         final = np.full(self.num_envs, None, dtype=object)
         for row in np.flatnonzero(over):
-            final[row] = self._worlds.row(last, row)
+            final[row] = self._worlds.row(last, int(row))
         return {"final_obs": final, "_final_obs": over.copy(), "final_info": ended, "_final_info": over.copy()}
 
     def _mask_of_worlds(self, mask: Any) -> np.ndarray:

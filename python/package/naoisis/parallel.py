@@ -16,7 +16,7 @@ from naoisis.errors import MatchError
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from naoisis._worlds import WorldOptions
+    from naoisis._worlds import CommonOptions
 
 __all__ = ["MatchParallelEnv"]
 
@@ -104,7 +104,8 @@ class MatchParallelEnv(ParallelEnv):
 
     def state(self) -> np.ndarray:
         """What is true, as an array, for critics that may know it; its names are ``state_names``."""
-        return self._worlds.inner.state()[0]
+        state: np.ndarray = self._worlds.inner.state()[0]
+        return state
 
     @property
     def state_names(self) -> list[str]:
@@ -133,7 +134,7 @@ def parallel_env(
     observation: str = "perception",
     *,
     render_mode: str | None = None,
-    **options: Unpack[WorldOptions],
+    **options: Unpack[CommonOptions],
 ) -> MatchParallelEnv:
     """The environment: :func:`naoisis.parallel_env` says of what."""
     view = View(render_mode, RENDER_MODES)

@@ -32,12 +32,14 @@ class MatchEnv(MultiAgentEnv):
         self.observation_spaces = dict(self.env.observation_spaces)
         self.action_spaces = dict(self.env.action_spaces)
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict, dict]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         observations, infos = self.env.reset(seed=seed, options=options)
         self.agents = list(self.possible_agents)
         return observations, infos
 
-    def step(self, actions: dict[str, Any]) -> tuple[dict, dict, dict, dict, dict]:
+    def step(self, actions: dict[str, Any]) -> tuple[dict[str, Any], ...]:
         observations, rewards, terminations, truncations, infos = self.env.step(actions)
         terminations["__all__"] = all(terminations.values())
         truncations["__all__"] = all(truncations.values())

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
-from gymnasium.vector.utils import batch_space
+from gymnasium.vector.utils import batch_space, create_empty_array
 
 from naoisis._arguments import Scenario
 from naoisis.environments import VectorEnv
@@ -22,7 +22,7 @@ from naoisis.environments import VectorEnv
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from naoisis._worlds import WorldOptions
+    from naoisis._worlds import CommonOptions
 
 __all__ = ["Policy", "SelfPlay"]
 
@@ -53,11 +53,12 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         scenario: Scenario = "TwoOnTwo",
         num_envs: int = 1,
         *,
+        observation: str = "perception",
         team: str = "blue",
         seed: int | None = None,
         threads: int | None = None,
         render_mode: str | None = None,
-        **options: Unpack[WorldOptions],
+        **options: Unpack[CommonOptions],
     ):
         if team not in ("blue", "pink"):
             raise ValueError(f"team: there is no {team!r}; expected 'blue' or 'pink'")
@@ -67,6 +68,7 @@ class SelfPlay(gymnasium.vector.VectorEnv):
             scenario,
             num_envs,
             control=["blue", "pink"],
+            observation=observation,
             autoreset_mode="same_step",
             threads=threads,
             render_mode=render_mode,
@@ -102,7 +104,7 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         return self._rows(self._seen, self._learns), info
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        everybody = np.zeros(self.envs.action_space.shape, self.envs.action_space.dtype)
+        everybody = self._no_actions(len(self._learns))
         everybody[self._learns] = np.asarray(actions).reshape(everybody[self._learns].shape)
         for number in np.unique(self.drawn):
             rows = ~self._learns & (self.drawn[self._world] == number)
@@ -119,9 +121,11 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         self.drawn[worlds] = self._random.integers(len(self.pool), size=int(worlds.sum()))
 
     def _stand(self, observations: Any) -> np.ndarray:
-        rows = len(observations["body"] if isinstance(observations, dict) else observations)
-        actions = np.zeros((rows, *self.single_action_space.shape), self.single_action_space.dtype)
-        return actions
+        return self._no_actions(len(observations["body"] if isinstance(observations, dict) else observations))
+
+    def _no_actions(self, rows: int) -> np.ndarray:
+        actions: Any = create_empty_array(self.single_action_space, rows, np.zeros)
+        return np.asarray(actions)
 
     def _rows(self, observations: Any, rows: np.ndarray) -> Any:
         if isinstance(observations, dict):

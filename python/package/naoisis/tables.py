@@ -36,8 +36,16 @@ def page() -> str:
             f"| {index} | `{name}` | {low:.4g} | {high:.4g} | {text} |"
             for index, (name, low, high, text) in enumerate(entries)
         ]
-    parts += ["", "## Actions `continuous`: 8 numbers from -1 to 1", "", "| index | name | what it does |", "|---|---|---|"]
-    parts += [f"| {index} | `{name}` | {says} |" for index, (name, says) in enumerate(_naoisis.Environments.continuous())]
+    parts += [
+        "",
+        "## Actions `continuous`: 8 numbers from -1 to 1",
+        "",
+        "| index | name | what it does |",
+        "|---|---|---|",
+    ]
+    parts += [
+        f"| {index} | `{name}` | {says} |" for index, (name, says) in enumerate(_naoisis.Environments.continuous())
+    ]
     for kind in ("multi_discrete", "discrete", "velocities"):
         lists = MatchEnv("TwoOnTwo", action=kind).action_names
         parts += ["", f"## Actions `{kind}`", ""]
