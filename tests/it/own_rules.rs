@@ -134,7 +134,7 @@ fn a_verdict_is_reported_traced_and_saved() {
 }
 
 #[test]
-fn a_rule_with_anothers_name_is_refused() {
+fn a_rule_with_the_name_of_another_is_refused() {
     let mut app = app();
     let mut refused = |name: &str| app.try_add_rule::<Loitering>(name).err().unwrap().to_string();
     assert!(refused("loitering").contains("another rule has this name"));

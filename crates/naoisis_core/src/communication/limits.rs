@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_the_matchs_limits_and_a_robots_own_the_smaller_count() {
+    fn the_smaller_of_a_match_and_a_robot_limit_counts() {
         let settings = MessageSettings { max_text_bytes: 128, max_messages: Some(10), ..default() };
         let limits = |own: MessageLimits| {
             let MessageLimits { max_text_bytes, max_messages, max_bytes } = settings.limits_with(&own);

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_the_matchs_matter_reaches_everybody_and_so_does_what_is_the_same() {
+    fn settings_of_the_match_reach_everybody_and_so_do_equal_ones() {
         let text = |own: &str| {
             format!(
                 r#"{{ "rules": "free", {own}, "robots": [{{}}, {{ "pose": [1, 1, 0], "model": "booster_k1" }}, {{ "pose": [-1, 1, 0], "model": "booster_k1" }}] }}"#
