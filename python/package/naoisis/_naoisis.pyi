@@ -1,9 +1,21 @@
 """The compiled part: see the modules that wrap it."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, final
 
 import numpy as np
+
+__all__ = [
+    "LABELS",
+    "Batch",
+    "Environments",
+    "Match",
+    "TraceLines",
+    "__version__",
+    "challenges",
+    "command",
+    "read_trace",
+]
 
 __version__: str
 LABELS: dict[str, int]
@@ -14,12 +26,14 @@ def read_trace(
     path: str,
 ) -> tuple[dict[str, np.ndarray], dict[str, Any], list[dict[str, Any]], str | None]: ...
 
+@final
 class TraceLines(Iterator[dict[str, Any]]):
     def __new__(cls, path: str) -> TraceLines: ...
     def __next__(self) -> dict[str, Any]: ...
 
 def challenges() -> list[tuple[str, int, str]]: ...
 
+@final
 class Environments:
     def __new__(cls, made: dict[str, Any], shape: dict[str, Any]) -> Environments: ...
     @property
@@ -46,6 +60,7 @@ class Environments:
     @staticmethod
     def continuous() -> list[tuple[str, str]]: ...
 
+@final
 class Batch:
     def __new__(
         cls,
@@ -61,6 +76,7 @@ class Batch:
     def settings(self) -> list[str]: ...
     def summaries(self) -> list[tuple[list[tuple[str, str]], str, dict[str, Any]]]: ...
 
+@final
 class Match:
     def __new__(cls, made: dict[str, Any], control: list[str]) -> Match: ...
     @staticmethod
