@@ -27,7 +27,7 @@ impl Default for TimeWasting {
     }
 }
 
-impl OwnRule for TimeWasting {
+impl CustomRule for TimeWasting {
     fn advance(&self, cycles: u64, seen: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
         let (team, score) = (robot.id.team, seen.game.score);
         let leads = score[team] > score[team.opponent()];

@@ -24,13 +24,13 @@ fn rush(clock: Res<CycleClock>, mut robots: Query<(Senses, Commands), With<Rushe
         head.pitch = 0.25;
         let Some(ball) = percepts.ball else {
             *walk = WalkCommand::at_velocity(0.0, 0.0, 1.5, &clock);
-            drawings.text(Frame::Robot, Vec2::ZERO, "where is it?", Ink::White);
+            drawings.text(Frame::Robot, Vec2::ZERO, "where is it?", DrawColour::White);
             continue;
         };
         // Where the ball lies before the right foot.
         let towards = ball.position_m - Vec2::new(0.17, -0.05);
-        drawings.target(Frame::Robot, towards, "rush", Ink::White);
-        drawings.circle(Frame::Robot, ball.position_m, 0.1, Ink::Yellow);
+        drawings.target(Frame::Robot, towards, "rush", DrawColour::White);
+        drawings.circle(Frame::Robot, ball.position_m, 0.1, DrawColour::Yellow);
         if KickType::RightStraight.admits(ball.position_m) {
             kick.0 = Some(KickRequest::new(KickType::RightStraight, 1.0));
             kicks.0 += 1;

@@ -4,7 +4,7 @@ use bevy::ecs::world::World;
 use naoisis::agents;
 use naoisis::behaviour::Program;
 use naoisis::camera_model::CameraName;
-use naoisis::cycle::{CycleClock, CyclePart, perceive, try_run_cycle};
+use naoisis::cycle::{CycleClock, PendingHalf, perceive, try_run_cycle};
 use naoisis::events::{CycleEvents, MatchEvent};
 use naoisis::game::{Game, GameState};
 use naoisis::interface::cycle_record::CycleRecord;
@@ -55,7 +55,7 @@ impl Played {
 
     /// Whether robots have perceived what they have not acted upon yet.
     fn is_under_way(&self) -> bool {
-        *self.world.resource::<CyclePart>() == CyclePart::Act
+        *self.world.resource::<PendingHalf>() == PendingHalf::Act
     }
 
     /// The robots that Python decides for: no program does.

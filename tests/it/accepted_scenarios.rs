@@ -17,7 +17,7 @@ use naoisis::geometry::to_radians;
 use naoisis::kick_geometry::Side;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
-use naoisis::robot::falls::{Balance, CollisionFalls};
+use naoisis::robot::falls::{CollisionFalls, FallModel};
 use naoisis::robot::gait::{Gait, Slip, StepNoise};
 use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickModel, KickSettings};
@@ -127,12 +127,12 @@ fn latency() -> impl Strategy<Value = Latency> {
     })
 }
 
-fn falls() -> impl Strategy<Value = Balance> {
+fn falls() -> impl Strategy<Value = FallModel> {
     let collisions = (within(0.0..=10.0), within(0.0..=10.0))
         .prop_map(|(one, other)| Some(CollisionFalls { from_mps: one.min(other), certain_mps: one.max(other) }));
     let get_up = (mostly(None, within(0.0..=5.0).prop_map(Some)), within(0.0..=1.0));
     (within(0.0..=1000.0), within(0.0..=1.0), mostly(None, collisions), get_up).prop_map(
-        |(falls_per_min, kick_probability, collisions, (get_up_s, get_up_failure))| Balance {
+        |(falls_per_min, kick_probability, collisions, (get_up_s, get_up_failure))| FallModel {
             falls_per_min,
             kick_probability,
             collisions,
@@ -281,7 +281,7 @@ struct Abilities {
     messages: MessageSettings,
     head: HeadLimits,
     kicks: KickSettings,
-    falls: Balance,
+    falls: FallModel,
     latency: Latency,
 }
 

@@ -7,10 +7,10 @@ use naoisis::geometry::Pose;
 use naoisis::kick_geometry::{KickDirection, KickGeometry};
 use naoisis::prelude::*;
 use naoisis::robot::body::{Arms, Body, BodyBox, Legs, Waistband};
-use naoisis::robot::falls::Balance;
+use naoisis::robot::falls::FallModel;
 use naoisis::robot::gait::Gait;
 use naoisis::robot::head::HeadLimits;
-use naoisis::robot::kick::{KickModel, KickSettings, OwnKicks};
+use naoisis::robot::kick::{CustomKicks, KickModel, KickSettings};
 use naoisis::robot::look::Look;
 use naoisis::robot::motion::MotionLimits;
 use naoisis::scenario::{BehaviourSpec, LEAGUES, MODELS, RobotModel, RobotSpec};
@@ -92,7 +92,7 @@ fn built(random: [f32; 10]) -> (Body, CameraSettings, KickSettings) {
         region.best_m.y = 0.0;
         region.direction = KickDirection::Chosen { most: between(reach, 0.2, 0.9) };
     }
-    let own = OwnKicks::new([("visual".parse().unwrap(), aimed)]).unwrap();
+    let own = CustomKicks::new([("visual".parse().unwrap(), aimed)]).unwrap();
     let only_aimed = KickSettings { left_straight: none, right_straight: none, own, ..default() };
     let kicks = KickSettings { left_side: none, right_side: none, ..if foot > 0.6 { only_aimed } else { two_feet } };
     (body, cameras, kicks)
@@ -230,7 +230,7 @@ struct Equipment {
     motion: MotionLimits,
     sonar: SonarSettings,
     latency: Latency,
-    falls: Balance,
+    falls: FallModel,
 }
 
 fn equipped(body: &Body, random: [f32; 12]) -> Equipment {
@@ -287,9 +287,9 @@ fn equipped(body: &Body, random: [f32; 12]) -> Equipment {
             head_s: 0.06 * late,
         },
         falls: if fall < 0.5 {
-            Balance::default()
+            FallModel::default()
         } else {
-            Balance { falls_per_min: fall - 0.5, kick_probability: 0.02, get_up_s: Some(4.0), ..default() }
+            FallModel { falls_per_min: fall - 0.5, kick_probability: 0.02, get_up_s: Some(4.0), ..default() }
         },
     }
 }

@@ -1,10 +1,10 @@
 //! Rules of a program's own: in force where a scenario says so, judged, reported, recorded and saved as the built-in ones.
 
 use bevy::prelude::*;
-use naoisis::game::{Evidence, PenaltyReason, RuleName};
+use naoisis::game::{Evidence, PenaltyReason};
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
-use naoisis::referee::own_rules::MOST_OWN_RULES;
+use naoisis::referee::custom_rules::MOST_CUSTOM_RULES;
 use naoisis::referee::report::report;
 use naoisis::referee::snapshot::{MatchSnapshot, RobotSnapshot};
 use naoisis::scenario::{Format, ScenarioFile};
@@ -21,7 +21,7 @@ struct Loitering {
     limit_s: f32,
 }
 
-impl OwnRule for Loitering {
+impl CustomRule for Loitering {
     fn advance(&self, cycles: u64, _seen: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
         if robot.pose.position.x.abs() < 0.2 { cycles + 1 } else { 0 }
     }
@@ -122,7 +122,7 @@ fn a_verdict_is_reported_traced_and_saved() {
     assert_eq!(reader.scenario(), &scenario);
     let last = core::iter::from_fn(|| reader.next_cycle().unwrap()).last().unwrap();
     assert!(last.events.contains(&penalty));
-    let reason = PenaltyReason::Own(RuleName::new("loitering").unwrap());
+    let reason = PenaltyReason::Custom("loitering".parse().unwrap());
     assert_eq!(last.robots[0].penalised.as_ref().unwrap().reason, reason);
 
     // A match that was saved on the way judges at the same time.
@@ -141,7 +141,7 @@ fn a_rule_with_the_name_of_another_is_refused() {
     assert!(refused("pushing").contains("another rule has this name"));
     assert!(refused("Time wasting").contains("is no word"));
     // As many as there is room for beside those that are there.
-    let error = (1..=MOST_OWN_RULES)
+    let error = (1..=MOST_CUSTOM_RULES)
         .find_map(|number| app.try_add_rule::<Loitering>(&format!("loitering_{number}")).err())
         .expect("there is room for no more");
     assert!(error.to_string().contains("8 rules"), "{error}");

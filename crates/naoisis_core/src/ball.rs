@@ -8,8 +8,7 @@ use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 
-/// Rolls the ball in [`CycleSystems::RollBall`], as if nothing were in its way; what is, is seen to in
-/// [`CycleSystems::Collide`].
+/// Rolls the ball in [`CycleSystems::RollBall`] without collisions, which are resolved in [`CycleSystems::Collide`].
 pub struct BallPlugin;
 
 impl Plugin for BallPlugin {
@@ -22,7 +21,7 @@ impl Plugin for BallPlugin {
     }
 }
 
-/// Marks the ball. Its [`Pose`] is its centre's place above the ground.
+/// Marks the ball. Its [`Pose`] is the position of its centre on the ground plane.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Ball;
@@ -32,7 +31,7 @@ pub struct Ball;
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallVelocity(pub Vec2);
 
-/// The ball's size and how it rolls and bounces.
+/// Physical parameters of the ball: its size, and how it rolls and bounces.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 pub struct BallPhysics {
@@ -50,20 +49,20 @@ impl Default for BallPhysics {
     }
 }
 
-/// The ball's way through the cycle under way.
+/// The ball's path in the current cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallPath {
-    /// The velocity with which it began the cycle, after any kick, m/s.
+    /// Velocity at the start of the cycle, after any kick, m/s.
     pub start_velocity: Vec2,
-    /// The corners of its path, m: its place at the start of the cycle, at every bounce, and at the end.
+    /// The vertices of the path, m: the position at the start of the cycle, at every bounce, and at the end.
     pub corners: Vec<Vec2>,
 }
 
-/// Nobody puts a ball down to roll faster than this, m/s.
+/// Greatest speed with which a ball may be placed, m/s.
 pub const FASTEST_MPS: f32 = 100.0;
 
-/// Below this speed the ball rests, m/s. Exponential drag alone would never stop it.
+/// Speed below which the ball is at rest, m/s. Exponential drag alone would never stop it.
 pub const REST_SPEED_MPS: f32 = 1e-3;
 
 /// The law by which a rolling ball slows down.
@@ -85,7 +84,7 @@ impl Default for Rolling {
 }
 
 impl Rolling {
-    /// The distance rolled and the speed left after `time` seconds, from `speed` m/s.
+    /// The distance rolled, m, and the remaining speed, m/s, after `time` seconds from `speed` m/s.
     pub fn advance(self, speed: f32, time: f32) -> (f32, f32) {
         if speed <= REST_SPEED_MPS {
             return (0.0, 0.0);
@@ -108,7 +107,7 @@ impl Rolling {
         }
     }
 
-    /// The distance after which a ball of this speed rests, m.
+    /// The distance after which a ball with `speed`, m/s, is at rest, m.
     pub fn distance(self, speed: f32) -> f32 {
         if speed <= REST_SPEED_MPS {
             return 0.0;
@@ -121,7 +120,7 @@ impl Rolling {
         }
     }
 
-    /// The speed at which a ball must leave to rest after `distance` m: the inverse of [`Rolling::distance`].
+    /// The launch speed of a ball that is at rest after `distance` m: the inverse of [`Rolling::distance`].
     pub fn speed_for_distance(self, distance: f32) -> f32 {
         match self {
             Rolling::ExponentialPerS(drag) => distance * drag + REST_SPEED_MPS,
@@ -133,21 +132,21 @@ impl Rolling {
 }
 
 impl Rolling {
-    /// The share of a launch speed that reaches `reach_m` with which a ball reaches `distance_m`: how strong to kick.
+    /// The launch speed that reaches `distance_m`, as a share of that which reaches `reach_m`: the speed to kick with.
     pub fn speed_share(self, distance_m: f32, reach_m: f32) -> f32 {
         let share = (distance_m / reach_m).clamp(0.0, 1.0);
         match self {
-            // The speed at which a ball counts as resting aside.
+            // Neglects the speed below which a ball is at rest.
             Rolling::ExponentialPerS(_) => share,
             Rolling::ConstantMps2(_) => share.sqrt(),
         }
     }
 }
 
-/// A ball at one instant, and its law.
+/// The state of a ball at one instant, and its rolling law.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RollingBall {
-    /// Where its centre is, m, pitch frame.
+    /// Position of its centre, m, pitch frame.
     pub position: Vec2,
     /// Its velocity, m/s, pitch frame.
     pub velocity: Vec2,
@@ -160,7 +159,7 @@ pub struct RollingBall {
 }
 
 impl RollingBall {
-    /// The ball `time` seconds later, if it meets nothing.
+    /// The ball `time` seconds later, without collisions.
     pub fn after(&self, time: f32) -> RollingBall {
         let speed = self.velocity.length();
         let (distance, left) = self.rolling.advance(speed, time);
@@ -173,7 +172,7 @@ impl RollingBall {
 }
 
 impl BallPhysics {
-    /// The ball at this place, with this velocity.
+    /// The ball at `position` with `velocity`.
     pub fn rolling_ball(&self, position: Vec2, velocity: Vec2) -> RollingBall {
         RollingBall { position, velocity, radius: self.radius_m, rolling: self.rolling, restitution: self.restitution }
     }

@@ -4,8 +4,8 @@
 //! another in the same cycle. The schedule runs on one thread, and two systems whose order matters but is not
 //! declared are an error, so that the same scenario and seed always give the same match.
 //!
-//! Whoever owns the app drives the cycle: a loop, a test by hand ([`run_cycle`]), or `FixedUpdate`. Whoever decides for robots
-//! from outside the app stops it between its [halves](CycleHalf): [`perceive`] runs the first, and [`run_cycle`] the rest.
+//! The owner of the app drives the cycle: a loop, a test by hand ([`run_cycle`]), or `FixedUpdate`. A program that decides for
+//! robots from outside the app stops it between its [halves](CycleHalf): [`perceive`] runs the first, and [`run_cycle`] the rest.
 
 use bevy::ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor};
 use bevy::prelude::*;
@@ -30,9 +30,9 @@ impl Default for CyclePlugin {
 impl Plugin for CyclePlugin {
     fn build(&self, app: &mut App) {
         app.insert_resource(CycleClock { period_s: self.period_s, ..default() })
-            .init_resource::<CyclePart>()
+            .init_resource::<PendingHalf>()
             .register_type::<CycleClock>()
-            .register_type::<CyclePart>();
+            .register_type::<PendingHalf>();
         app.init_schedule(Cycle).edit_schedule(Cycle, |schedule| {
             schedule.set_executor(SingleThreadedExecutor::new());
             schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection: LogLevel::Error, ..default() });
@@ -68,8 +68,8 @@ impl Plugin for CyclePlugin {
                     CycleSystems::Last,
                 )
                     .in_set(CycleHalf::Act),
-                CycleHalf::Perceive.run_if(|part: Res<CyclePart>| *part != CyclePart::Act),
-                CycleHalf::Act.run_if(|part: Res<CyclePart>| *part != CyclePart::Perceive),
+                CycleHalf::Perceive.run_if(|part: Res<PendingHalf>| *part != PendingHalf::Act),
+                CycleHalf::Act.run_if(|part: Res<PendingHalf>| *part != PendingHalf::Perceive),
             ));
             // Refusals are reported in one list, in this order.
             schedule.configure_sets(
@@ -89,8 +89,8 @@ pub struct Cycle;
 /// The parts of a [`Cycle`], in the order in which they run.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CycleSystems {
-    /// The cycle begins ([`BeginCycle`]): the clock advances, last cycle's events are forgotten. Then: a place for whatever
-    /// must come before everything.
+    /// The cycle begins ([`BeginCycle`]): the clock advances, last cycle's events are cleared. Then: systems that must run
+    /// before all others.
     First,
     /// Sensors are read, all from the same instant.
     Sense,
@@ -98,50 +98,50 @@ pub enum CycleSystems {
     Communicate,
     /// Beliefs are updated and behaviours decide.
     Decide,
-    /// Commands are checked and taken over; heads turn.
+    /// Commands are checked and executed; heads turn.
     Act,
     /// Robots walk.
     Move,
-    /// Kicks under way go on, the ball is struck.
+    /// Kicks under way continue, the ball is struck.
     Kick,
-    /// The ball's free path in this cycle is planned.
+    /// The ball's path in this cycle without collisions is planned.
     RollBall,
-    /// Robots, posts and ball collide; robots and ball arrive where they will be at the end of the cycle.
+    /// Collisions of robots, posts and ball determine their poses at the end of the cycle.
     Collide,
     /// The referee judges.
     Officiate,
-    /// What must always hold is checked.
+    /// Invariants are checked.
     CheckInvariants,
     /// The cycle is recorded.
     Record,
-    /// A place for whatever must come after everything.
+    /// Systems that must run after all others.
     Last,
 }
 
 /// The halves of a cycle, between which [`perceive`] stops. Beliefs belong to the first, behaviours to the second. A system
-/// between two of the [`CycleSystems`] says which half it is of; one that does not runs with both.
+/// that is in none of the [`CycleSystems`] must be in one of the halves, or it runs with both.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CycleHalf {
-    /// From the beginning to what robots believe.
+    /// From the beginning to the update of beliefs.
     Perceive,
-    /// From what behaviours decide to the end.
+    /// From the decisions of behaviours to the end.
     Act,
 }
 
-/// What of a cycle runs next.
+/// Which half of the cycle [`run_cycle`] runs next.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
-pub enum CyclePart {
-    /// All of it.
+pub enum PendingHalf {
+    /// Both halves.
     #[default]
     Whole,
     /// The first half.
     Perceive,
-    /// The second half: the robots have perceived already.
+    /// The second half: [`perceive`] has run the first.
     Act,
 }
 
-/// The commands that are taken over in [`CycleSystems::Act`], in the order in which they are.
+/// The parts of [`CycleSystems::Act`], in the order in which they run.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ActSystems {
     /// Messages are sent.
@@ -152,15 +152,15 @@ pub enum ActSystems {
     Head,
     /// Kicks begin.
     Kick,
-    /// Steps are taken over.
+    /// Walk commands are executed.
     Walk,
 }
 
-/// The systems that begin the cycle: whatever else runs in [`CycleSystems::First`] runs after them.
+/// The systems that begin the cycle: all others in [`CycleSystems::First`] run after them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct BeginCycle;
 
-/// The match's own clock. It counts cycles and knows nothing of the wall clock.
+/// The clock of the match. It counts cycles, independently of the wall clock.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Public)]
 pub struct CycleClock {
@@ -177,12 +177,12 @@ impl Default for CycleClock {
 }
 
 impl CycleClock {
-    /// Time at the end of the cycle, s since the start.
+    /// Time at the end of the cycle, s since the start of the match.
     pub fn end_time_s(&self) -> f64 {
         self.cycle as f64 * self.period_s
     }
 
-    /// Time at the start of the cycle, s since the start: the instant that the robots sense.
+    /// Time at the start of the cycle, s since the start of the match: the instant that the robots sense.
     pub fn start_time_s(&self) -> f64 {
         self.cycle.saturating_sub(1) as f64 * self.period_s
     }
@@ -192,60 +192,60 @@ impl CycleClock {
         self.period_s as f32
     }
 
-    /// The number of whole cycles nearest to a duration in seconds.
+    /// `duration_s`, seconds, in cycles, rounded.
     pub fn cycles_in(&self, duration_s: f32) -> u32 {
-        // The nearest; rounding proper is a call, which is made for each robot in each cycle.
+        // `round` is a function call, for each robot in each cycle.
         (f64::from(duration_s) / self.period_s + 0.5) as u32
     }
 }
 
-/// Runs one cycle of the match in `world`, or the rest of the one that [`perceive`] has begun.
+/// Runs one cycle of the match in `world`, or the second half of the cycle that [`perceive`] has begun.
 ///
 /// # Panics
-/// When the [`CyclePlugin`] was not added, or when two systems of the schedule are ambiguous.
+/// If the [`CyclePlugin`] was not added, or two systems of the schedule are ambiguous.
 pub fn run_cycle(world: &mut World) {
     world.run_schedule(Cycle);
-    if *world.resource::<CyclePart>() != CyclePart::Whole {
-        world.insert_resource(CyclePart::Whole);
+    if *world.resource::<PendingHalf>() != PendingHalf::Whole {
+        world.insert_resource(PendingHalf::Whole);
     }
 }
 
-/// Begins a cycle: the clock advances, all robots sense, hear and update what they believe. What is decided for them until
-/// [`run_cycle`] ends the cycle is decided in it. Does nothing if they have perceived already.
+/// Runs the first half of a cycle: the clock advances, all robots sense, receive messages and update their beliefs. Commands
+/// given before [`run_cycle`] runs the second half belong to this cycle. Does nothing if the first half has already run.
 ///
 /// # Panics
-/// As [`run_cycle`].
+/// Like [`run_cycle`].
 pub fn perceive(world: &mut World) {
-    if *world.resource::<CyclePart>() != CyclePart::Act {
-        world.insert_resource(CyclePart::Perceive);
+    if *world.resource::<PendingHalf>() != PendingHalf::Act {
+        world.insert_resource(PendingHalf::Perceive);
         world.run_schedule(Cycle);
-        world.insert_resource(CyclePart::Act);
+        world.insert_resource(PendingHalf::Act);
     }
 }
 
-/// A system panicked in the middle of a cycle: the match is in no state to go on.
+/// Error of a cycle in which a system panicked. The match cannot go on.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("a system of the match panicked: {message}")]
 pub struct CyclePanic {
-    /// What the panic says.
+    /// The message of the panic.
     pub message: String,
 }
 
-/// Runs one cycle, and survives a panic in it, such as a behaviour's. Another match can be started in `world` then.
+/// Runs one cycle and catches panics of its systems, such as behaviours. Another match can be started in `world` afterwards.
 ///
 /// # Errors
-/// What the panic says.
+/// If a system panics.
 pub fn try_run_cycle(world: &mut World) -> Result<(), CyclePanic> {
     let run = |world: &mut World, schedule: &mut Schedule| {
         let result = catch_unwind(AssertUnwindSafe(|| schedule.run(world)));
         result.map_err(|payload| {
-            // The old executor believes that it is still at that system.
+            // The old executor is still in the state of running that system.
             schedule.set_executor(SingleThreadedExecutor::new());
             CyclePanic { message: words_of(&*payload) }
         })
     };
     let result = world.try_schedule_scope(Cycle, run);
-    world.insert_resource(CyclePart::Whole);
+    world.insert_resource(PendingHalf::Whole);
     result.unwrap_or_else(|error| Err(CyclePanic { message: error.to_string() }))
 }
 

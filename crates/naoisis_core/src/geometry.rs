@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
 
-/// Position and heading on the ground, in the pitch frame: the simulation's truth of where something is.
+/// Position and heading on the ground, in the pitch frame.
 ///
 /// `Transform` exists for display only and is derived from this.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -34,17 +34,17 @@ impl Pose {
         unit(self.heading)
     }
 
-    /// A point given in this pose's own frame, in the frame that the pose is given in.
+    /// Transforms `point_in_pose` from the frame of this pose to the parent frame.
     pub fn transform_point(self, point_in_pose: Vec2) -> Vec2 {
         self.position + self.forward().rotate(point_in_pose)
     }
 
-    /// A point given in the frame that the pose is given in, in this pose's own frame.
+    /// Transforms `point` from the parent frame to the frame of this pose.
     pub fn inverse_transform_point(self, point: Vec2) -> Vec2 {
         unrotate(self.forward(), point - self.position)
     }
 
-    /// A pose given in this pose's own frame, in the frame that this pose is given in.
+    /// Transforms `pose_in_pose` from the frame of this pose to the parent frame.
     pub fn compose(self, pose_in_pose: Pose) -> Pose {
         Pose {
             position: self.transform_point(pose_in_pose.position),
@@ -52,17 +52,17 @@ impl Pose {
         }
     }
 
-    /// A pose given in the frame that this pose is given in, in this pose's own frame.
+    /// Transforms `pose` from the parent frame to the frame of this pose.
     pub fn relative(self, pose: Pose) -> Pose {
         Pose { position: self.inverse_transform_point(pose.position), heading: wrap_angle(pose.heading - self.heading) }
     }
 
-    /// The pose turned by half a turn about the pitch's centre: from the frame of one team to that of the other.
+    /// The pose rotated by 180° about the centre of the pitch: from the frame of one team to that of the other.
     pub fn turned_half(self) -> Pose {
         Pose { position: -self.position, heading: wrap_angle(self.heading + PI) }
     }
 
-    /// Whether every number in it is finite.
+    /// Whether all numbers are finite.
     pub fn is_finite(self) -> bool {
         self.position.is_finite() && self.heading.is_finite()
     }
@@ -74,7 +74,7 @@ pub fn unit(angle: f32) -> Vec2 {
     Vec2::new(cos, sin)
 }
 
-/// `vector` turned back by the angle of the unit vector `direction`: the inverse of `direction.rotate(vector)`.
+/// `vector` rotated back by the angle of the unit vector `direction`: the inverse of `direction.rotate(vector)`.
 pub fn unrotate(direction: Vec2, vector: Vec2) -> Vec2 {
     Vec2::new(direction.dot(vector), direction.perp_dot(vector))
 }
@@ -84,7 +84,7 @@ pub fn angle_of(vector: Vec2) -> f32 {
     ops::atan2(vector.y, vector.x)
 }
 
-/// The same angle within (-π, π].
+/// `angle` wrapped to (-π, π].
 pub fn wrap_angle(angle: f32) -> f32 {
     if angle > -PI && angle <= PI {
         return angle;
@@ -93,27 +93,27 @@ pub fn wrap_angle(angle: f32) -> f32 {
     if turned <= -PI { turned + TAU } else { turned.min(PI) }
 }
 
-/// Degrees of an angle in radians within (-180, 180], as traces print them. Computed in double precision, so that
-/// an angle that was given in whole degrees comes back as such.
+/// `angle`, radians, in degrees wrapped to (-180, 180], as in traces. Computed in double precision, so that whole degrees are
+/// preserved.
 pub fn wrapped_degrees(angle: f32) -> f32 {
     let degrees = to_degrees(wrap_angle(angle));
     if degrees <= -180.0 { degrees + 360.0 } else { degrees }
 }
 
-/// Degrees of an angle in radians: a round number of them, if that is the same angle in single precision.
+/// `radians` in degrees: a round number if that is the same angle in single precision.
 pub fn to_degrees(radians: f32) -> f32 {
     let degrees = f64::from(radians).to_degrees();
     let round = ((degrees * 1e3).round() / 1e3) as f32;
     if to_radians(round) == radians { round } else { degrees as f32 }
 }
 
-/// Radians of an angle in degrees, rounded once.
+/// `degrees` in radians, rounded once.
 pub fn to_radians(degrees: f32) -> f32 {
     f64::from(degrees).to_radians() as f32
 }
 
-/// The degrees that files have for an angle in radians: the shortest decimal number of at least three places that
-/// [`radians_of`] makes the same angle of, bit for bit.
+/// `radians` in degrees for files: the shortest decimal number of at least three places that [`radians_of`] converts to the same
+/// bits.
 pub fn exact_degrees(radians: f32) -> f64 {
     let degrees = f64::from(radians).to_degrees();
     let is_same = |decimal: &f64| radians_of(*decimal).to_bits() == radians.to_bits();
@@ -122,7 +122,7 @@ pub fn exact_degrees(radians: f32) -> f64 {
     places.into_iter().map(|scale| (degrees * scale).round() / scale).find(is_same).unwrap_or(degrees)
 }
 
-/// Radians of an angle in degrees, as files have it: rounded once.
+/// `degrees` of files in radians, rounded once.
 pub fn radians_of(degrees: f64) -> f32 {
     degrees.to_radians() as f32
 }
@@ -134,7 +134,7 @@ pub mod file_units {
     use serde::de::{Error, Unexpected, Visitor};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    /// A number with all its digits, of which one in single precision is to be made.
+    /// A number in double precision that is converted to single precision.
     #[derive(Clone, Copy)]
     struct Digits(f64);
 

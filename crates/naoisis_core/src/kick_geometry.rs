@@ -1,4 +1,4 @@
-//! The geometry of kicks (paper, section 3.2 and Table 2): where the ball must lie for each, and where it goes from there.
+//! The geometry of kicks (paper, section 3.2 and Table 2): where the ball must lie, and in which direction it leaves.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -11,7 +11,7 @@ use std::borrow::Cow;
 use crate::geometry::{angle_of, file_units, unit};
 use crate::short_name::short_name;
 
-/// A side of a robot: of its feet, of a dive.
+/// The left or the right side of a robot.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
@@ -22,7 +22,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// Its name: `left` or `right`.
+    /// The name of the side: `left` or `right`.
     pub fn name(self) -> &'static str {
         match self {
             Side::Left => "left",
@@ -32,11 +32,11 @@ impl Side {
 }
 
 short_name! {
-    /// The name of a kick that a robot's model has beside the paper's four.
-    KickName, NotAKickName, "a kick", "The name of a kick of the robot's model."
+    /// The name of a custom kick of a robot's model.
+    KickName, NotAKickName, 15, "a kick", "The name of a kick of the robot's model.", "^[a-z0-9_]{1,15}$"
 }
 
-/// A type of kick: one of the paper's four (section 3.2), or another of the robot's own by its name.
+/// A type of kick: one of the paper's four (section 3.2), or a custom kick by its name.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect)]
 #[reflect(Serialize, Deserialize)]
 pub enum KickType {
@@ -49,18 +49,18 @@ pub enum KickType {
     /// With the right foot: a ball on the robot's left leaves to the left.
     RightSide,
     /// A kick that the robot's model describes.
-    Own(KickName),
+    Custom(KickName),
 }
 
 impl KickType {
-    /// As files spell it.
+    /// The name in files.
     pub fn name(&self) -> &str {
         match self {
             KickType::LeftStraight => "left_straight",
             KickType::RightStraight => "right_straight",
             KickType::LeftSide => "left_side",
             KickType::RightSide => "right_side",
-            KickType::Own(name) => name.as_str(),
+            KickType::Custom(name) => name.as_str(),
         }
     }
 
@@ -68,24 +68,24 @@ impl KickType {
     pub const ALL: [KickType; 4] =
         [KickType::LeftStraight, KickType::RightStraight, KickType::LeftSide, KickType::RightSide];
 
-    /// The foot that kicks; of a robot's own kick that which its name begins with, otherwise the right one.
+    /// The foot that kicks. For a custom kick the left one if its name begins with `left`, otherwise the right one.
     pub fn foot(&self) -> Side {
         match self {
             KickType::LeftStraight | KickType::LeftSide => Side::Left,
             KickType::RightStraight | KickType::RightSide => Side::Right,
-            KickType::Own(name) if name.as_str().starts_with("left") => Side::Left,
-            KickType::Own(_) => Side::Right,
+            KickType::Custom(name) if name.as_str().starts_with("left") => Side::Left,
+            KickType::Custom(_) => Side::Right,
         }
     }
 
-    /// Which foot kicks, and where the ball goes, for people.
+    /// The foot and the direction in words.
     pub fn words(&self) -> Cow<'static, str> {
         match self {
             KickType::LeftStraight => "left foot, straight".into(),
             KickType::RightStraight => "right foot, straight".into(),
             KickType::LeftSide => "left foot, to the right".into(),
             KickType::RightSide => "right foot, to the left".into(),
-            KickType::Own(name) => name.as_str().replace('_', " ").into(),
+            KickType::Custom(name) => name.as_str().replace('_', " ").into(),
         }
     }
 
@@ -94,24 +94,23 @@ impl KickType {
         matches!(self, KickType::LeftSide | KickType::RightSide)
     }
 
-    /// The rectangle in which the ball's centre must lie, robot frame, m (paper, Table 2); of a kick that the paper does not have,
-    /// an empty one.
+    /// The rectangle in which the ball's centre must lie, robot frame, m (paper, Table 2); empty for a custom kick.
     pub fn admissible_rectangle(self) -> Rect {
         KickGeometry::of_paper(self).map_or(Rect::EMPTY, |geometry| geometry.rectangle())
     }
 
-    /// Whether a ball there can be struck by this kick of the paper's robot: edges included, with a hundredth of a millimetre
-    /// for rounding.
+    /// Whether this kick of the paper's robot reaches a ball at `ball_in_robot`. Edges are included, with a hundredth of a
+    /// millimetre for rounding.
     pub fn admits(self, ball_in_robot: Vec2) -> bool {
         KickGeometry::of_paper(self).is_some_and(|geometry| geometry.admits(ball_in_robot))
     }
 
-    /// The straight kick of the same foot, by which a ball goes that lies on the wrong side for one of the paper's side kicks.
+    /// The straight kick of the same foot, whose range applies to a ball on the wrong side of a side kick.
     fn straight(self) -> Option<KickType> {
         match self {
             KickType::LeftSide | KickType::LeftStraight => Some(KickType::LeftStraight),
             KickType::RightSide | KickType::RightStraight => Some(KickType::RightStraight),
-            KickType::Own(_) => None,
+            KickType::Custom(_) => None,
         }
     }
 }
@@ -128,7 +127,7 @@ impl FromStr for KickType {
     fn from_str(word: &str) -> Result<Self, NotAKickName> {
         match KickType::ALL.into_iter().find(|kick| kick.name() == word) {
             Some(kick) => Ok(kick),
-            None => word.parse().map(KickType::Own),
+            None => word.parse().map(KickType::Custom),
         }
     }
 }
@@ -164,7 +163,7 @@ impl JsonSchema for KickType {
     }
 }
 
-/// Where the ball must lie for a kick, and where it goes from there.
+/// The geometry of a kick: where the ball must lie, and in which direction it leaves.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KickGeometry {
@@ -174,14 +173,14 @@ pub struct KickGeometry {
     pub y_m: [f32; 2],
     /// The tip of the foot that kicks, m, robot frame.
     pub foot_m: Vec2,
-    /// Where the ball lies best, m, robot frame: whoever walks up to it makes for that.
+    /// The best position of the ball, m, robot frame: the target when walking up to the ball.
     pub best_m: Vec2,
-    /// Where the ball goes.
+    /// The direction in which the ball leaves.
     #[serde(default)]
     pub direction: KickDirection,
 }
 
-/// In which direction a kick sends the ball.
+/// The direction in which a kick sends the ball.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -189,9 +188,9 @@ pub enum KickDirection {
     /// Away from the tip of the foot, straight ahead if the ball lies on it (paper, section 3.2).
     #[default]
     FromFoot,
-    /// Straight ahead wherever the ball lies: kicks that were learned correct for that.
+    /// Straight ahead, independently of the position of the ball, as learned kicks do.
     Ahead,
-    /// Where whoever kicks wants it, within limits: kicks that were learned to be aimed.
+    /// The requested direction, within limits: a kick that can be aimed.
     Chosen {
         /// The furthest to either side, radians (degrees in files).
         #[serde(rename = "most_deg", with = "file_units::degrees")]
@@ -200,14 +199,14 @@ pub enum KickDirection {
 }
 
 impl KickGeometry {
-    /// That of the paper's robot (Table 2, and its caption); none of a kick that the paper does not have.
+    /// The geometry of the paper's robot (Table 2 and its caption); none for a custom kick.
     pub fn of_paper(kick_type: KickType) -> Option<Self> {
         let (x_m, y_m, best_m) = match kick_type {
             KickType::LeftStraight => ([0.10, 0.20], [0.0, 0.10], Vec2::new(0.175, 0.05)),
             KickType::RightStraight => ([0.10, 0.20], [-0.10, 0.0], Vec2::new(0.175, -0.05)),
             KickType::LeftSide => ([0.10, 0.22], [-0.15, 0.0], Vec2::new(0.17, -0.07)),
             KickType::RightSide => ([0.10, 0.22], [0.0, 0.15], Vec2::new(0.17, 0.07)),
-            KickType::Own(_) => return None,
+            KickType::Custom(_) => return None,
         };
         let foot_m = match kick_type.foot() {
             Side::Left => Vec2::new(0.10, 0.05),
@@ -222,13 +221,13 @@ impl KickGeometry {
         Rect { min: corner(0), max: corner(1) }
     }
 
-    /// Whether a ball there can be struck: edges included, with a hundredth of a millimetre for rounding.
+    /// Whether the kick reaches a ball at `ball_in_robot`. Edges are included, with a hundredth of a millimetre for rounding.
     pub fn admits(&self, ball_in_robot: Vec2) -> bool {
         self.rectangle().inflate(1e-5).contains(ball_in_robot)
     }
 
-    /// The direction in which a ball leaves that lies there, unit vector, robot frame. `wanted` is the direction that whoever kicks
-    /// wants, radians; only a kick that can be aimed heeds it.
+    /// The direction in which a ball at `ball_in_robot` leaves, unit vector, robot frame. `wanted` is the requested direction,
+    /// radians, which only kicks that can be aimed follow.
     pub fn leaves(&self, ball_in_robot: Vec2, wanted: f32) -> Vec2 {
         match self.direction {
             KickDirection::FromFoot => (ball_in_robot - self.foot_m).normalize_or(Vec2::X),
@@ -237,7 +236,7 @@ impl KickGeometry {
         }
     }
 
-    /// How far a ball can be sent to either side of straight ahead by choice, radians.
+    /// Greatest angle to either side of straight ahead at which the kick can be aimed, radians; zero if it cannot.
     pub fn aims_within(&self) -> f32 {
         match self.direction {
             KickDirection::Chosen { most } => most,
@@ -245,25 +244,25 @@ impl KickGeometry {
         }
     }
 
-    /// What must be wanted for a ball to go in this direction (robot frame), as far as the kick can be aimed, radians.
+    /// The direction to request for a ball to leave along `direction` (robot frame), within the limits, radians.
     pub fn wanted_for(&self, direction: Vec2) -> f32 {
         let most = self.aims_within();
         if most > 0.0 { angle_of(direction).clamp(-most, most) } else { 0.0 }
     }
 }
 
-/// What a kick does to a ball within reach.
+/// The effect of a kick on a ball within reach.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Strike {
     /// Direction in which the ball leaves, robot frame, unit vector.
     pub direction: Vec2,
-    /// The kick by whose range the ball goes.
+    /// The kick whose range applies.
     pub range_of: KickType,
     /// Whether it is a side kick from the wrong side, at reduced speed.
     pub reduced: bool,
 }
 
-/// What a kick does to a ball at this place in the robot frame, if anything (paper, section 3.2).
+/// The strike of a kick of the paper's robot on a ball at `ball_in_robot`; none if the ball is out of reach (paper, section 3.2).
 ///
 /// The ball leaves along the ray from the tip of the foot through its centre; straight ahead if it lies on the tip.
 /// A side kick from the wrong side, with the ball where the same foot's straight kick reaches it, is a straight kick
@@ -272,8 +271,8 @@ pub fn strike(kick_type: KickType, ball_in_robot: Vec2) -> Option<Strike> {
     strike_by(kick_type, ball_in_robot, 0.0, KickGeometry::of_paper)
 }
 
-/// As [`strike`], with the geometry of a robot's own kicks; none of a kick that it does not have. `wanted` is the direction that
-/// whoever kicks wants, radians, robot frame; only kicks that can be aimed heed it.
+/// Like [`strike`], with the geometry `geometry_of` each kick, none for one that the robot does not have. `wanted` is the
+/// requested direction, radians, robot frame, which only kicks that can be aimed follow.
 pub fn strike_by(
     kick_type: KickType,
     ball_in_robot: Vec2,
@@ -353,7 +352,7 @@ mod tests {
             direction: KickDirection::Chosen { most: 0.8 },
             ..KickGeometry::of_paper(KickType::RightStraight).unwrap()
         };
-        let visual = KickType::Own("visual".parse().unwrap());
+        let visual = KickType::Custom("visual".parse().unwrap());
         let struck = |wanted: f32, y_m: f32| {
             strike_by(visual, Vec2::new(0.15, y_m), wanted, |kick| (kick == visual).then_some(aimed))
         };

@@ -1,5 +1,5 @@
-//! Who may know what: every component and resource of the simulation says whether it is ground truth, a sensor's
-//! reading, a command, a belief or public, by a reflection attribute where it is defined:
+//! Marks that say what a behaviour may access: every component and resource of the simulation is marked as ground truth, a
+//! sensor's reading, a command, a belief or public, by a reflection attribute where it is defined:
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -22,9 +22,9 @@ use core::fmt;
 pub enum Knowledge {
     /// Ground truth, or anything it could be read from: a behaviour may neither read nor write it.
     Truth,
-    /// What a robot measures or is told: a behaviour may read it.
+    /// A measurement of a robot, or a message to it: a behaviour may read it.
     Sensor,
-    /// What a robot intends: a behaviour may read and write it.
+    /// A command to a robot: a behaviour may read and write it.
     Command,
     /// What a robot thinks: a behaviour may read and write it.
     Belief,

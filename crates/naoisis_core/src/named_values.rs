@@ -1,4 +1,4 @@
-//! Values by name: settings and readings of what a program has registered, whose types only the program knows.
+//! Values by name: settings and readings whose types only the program knows that has registered them.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 pub struct NamedValues(pub BTreeMap<String, Value>);
 
 impl NamedValues {
-    /// Whether there are none.
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -23,7 +23,7 @@ impl NamedValues {
         self.0.get(name)
     }
 
-    /// Gives a name a value, or none.
+    /// Sets the value of `name`, or removes it.
     pub fn set(&mut self, name: &str, value: Option<Value>) {
         match (value, self.0.get_mut(name)) {
             (Some(value), Some(old)) => *old = value,

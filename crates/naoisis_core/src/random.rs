@@ -14,20 +14,20 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::knowledge::Knowledge;
 use crate::team::RobotId;
 
-/// A reproducible stream of random numbers (xoshiro256++): the same on every platform, and small to save.
+/// A reproducible stream of random numbers (xoshiro256++): the same on every platform.
 #[derive(Clone, Debug, PartialEq, Eq, Reflect, Serialize)]
 #[reflect(opaque)]
 #[reflect(Serialize, Deserialize)]
 pub struct RandomStream(Xoshiro256PlusPlus);
 
-// By hand: a state of nothing but zeros is followed by no other, and whoever draws from it draws for ever.
+// By hand: the all-zero state is a fixed point of xoshiro, from which every draw would be 0. Reject it.
 impl<'de> Deserialize<'de> for RandomStream {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let stream = Xoshiro256PlusPlus::deserialize(deserializer)?;
         let mut ahead = stream.clone();
-        // Four zeros in a row come from that state alone, but for once in 2^256 times.
+        // Four zeros in a row come from no other state, with a probability of 2^-256.
         if (0..4).all(|_| ahead.next_u64() == 0) {
-            return Err(D::Error::custom("a stream of random numbers that stands still"));
+            return Err(D::Error::custom("a stream of random numbers in the all-zero state, which is a fixed point"));
         }
         Ok(Self(stream))
     }
@@ -53,8 +53,8 @@ impl RandomStream {
         Self(Xoshiro256PlusPlus::seed_from_u64(hash))
     }
 
-    /// A draw from the normal distribution with mean zero and this standard deviation; zero without a draw when
-    /// the deviation is zero.
+    /// Draws from the normal distribution with mean zero and `standard_deviation`. If that is zero, returns zero without a
+    /// draw.
     pub fn gaussian(&mut self, standard_deviation: f32) -> f32 {
         if standard_deviation == 0.0 {
             return 0.0;
@@ -63,13 +63,13 @@ impl RandomStream {
         standard_deviation * draw
     }
 
-    /// A draw from the uniform distribution over [0, 1).
+    /// Draws from the uniform distribution over [0, 1).
     pub fn uniform(&mut self) -> f32 {
         // The upper 24 bits fill the mantissa exactly.
         (self.0.next_u64() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// True with this probability; no draw is made when the outcome is certain.
+    /// Returns true with `probability`. If the outcome is certain, makes no draw.
     pub fn chance(&mut self, probability: f32) -> bool {
         probability > 0.0 && (probability >= 1.0 || self.uniform() < probability)
     }
@@ -92,39 +92,39 @@ impl TryRng for RandomStream {
     }
 }
 
-/// The random streams of one robot, one a purpose.
+/// The random streams of one robot, one for each purpose.
 #[derive(Component, Clone, Debug, PartialEq, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct RandomStreams {
     seed: u64,
     robot: RobotId,
-    /// Those that a program has asked for.
+    /// Streams for purposes of the program's own, by name.
     own: Vec<(String, RandomStream)>,
-    /// Error of the executed walk.
+    /// Motion error of the walk.
     pub motion: RandomStream,
     /// Error of a kick's direction and speed.
     pub kick: RandomStream,
     /// Noise, misses and false detections of the geometric vision.
     pub vision: RandomStream,
-    /// How the cameras look elsewhere than the robot thinks, for longer than a cycle.
+    /// Errors of the camera pose that last longer than a cycle.
     pub gaze: RandomStream,
-    /// What the geometric vision recognises of what is far or hidden.
+    /// Detection of far and partly hidden objects by the geometric vision.
     pub recognition: RandomStream,
-    /// Places that look like a ball or a robot.
+    /// Places of false positives of the vision.
     pub false_places: RandomStream,
     /// Noise and missed echoes of the sonars.
     pub sonar: RandomStream,
-    /// When the sonars ping, and what they make of the pings of others.
+    /// Times of sonar pings, and crosstalk.
     pub sonar_pings: RandomStream,
     /// Error of the measured steps.
     pub odometry: RandomStream,
-    /// Loss and delay of the messages that this robot should receive.
+    /// Loss and delay of the messages to this robot.
     pub messages: RandomStream,
     /// Pixel noise of the camera images.
     pub camera: RandomStream,
-    /// Whether a collision makes the robot fall.
+    /// Falls of the robot.
     pub balance: RandomStream,
-    /// How the ground slips below its steps.
+    /// Slip of its steps.
     pub slip: RandomStream,
 }
 
@@ -152,11 +152,11 @@ impl RandomStreams {
         }
     }
 
-    /// The robot's stream for a purpose of the program's own, such as the noise of a sensor. It begins when it is first asked
-    /// for, and is saved with the match.
+    /// The robot's stream for a purpose of the program's own, such as the noise of a custom sensor. It is created at the first
+    /// call, and saved with the match.
     pub fn own(&mut self, purpose: &str) -> &mut RandomStream {
         let index = self.own.iter().position(|(name, _)| name == purpose).unwrap_or_else(|| {
-            // Named as none of the simulation's is.
+            // A prefix that no stream of the simulation has.
             let stream = RandomStream::new(self.seed, self.robot, &format!("own {purpose}"));
             self.own.push((purpose.to_owned(), stream));
             self.own.len() - 1

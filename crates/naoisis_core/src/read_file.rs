@@ -1,10 +1,10 @@
-//! Files that are read whole: none that never ends, and none that would fill the memory.
+//! Reading of whole files up to a limit.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// The bytes of an ordinary file that has at most so many.
+/// The bytes of a regular file with a limited length.
 ///
 /// # Errors
 /// Those of the file system, and when it is another kind of file or a larger one.

@@ -1,4 +1,4 @@
-//! Files that take the place of earlier ones: whole, or not at all.
+//! Atomic replacement of files.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -6,8 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::thread;
 
-/// Writes a file, in place of any that is there: beside it and under another name until it is whole. When that fails, as
-/// on a full disk, the earlier one is as it was.
+/// Writes a file atomically: under a temporary name beside `path` until it is complete. If that fails, as on a full disk, an
+/// earlier file is unchanged.
 ///
 /// A link is followed, so that the file that it leads to is replaced; a device or a pipe is written to as it is.
 ///
@@ -19,10 +19,10 @@ pub fn replace_file(path: &Path, write: impl FnOnce(&File) -> io::Result<()>) ->
     unfinished.finish()
 }
 
-/// A file that is being written. Until it is [finished](UnfinishedFile::finish), one that it replaces is as it was.
+/// A file that is being written. Until it is [finished](UnfinishedFile::finish), the file that it replaces is unchanged.
 ///
-/// Whoever kills the program leaves `NAME.PROCESS.part` behind; one that is given up by the program is removed. Other names
-/// of an earlier file, by hard links, keep what they had.
+/// An unfinished file is removed when it is dropped; if the program is killed, `NAME.PROCESS.part` is left behind. Hard links of
+/// an earlier file keep its content.
 #[derive(Debug)]
 pub struct UnfinishedFile {
     file: File,

@@ -1,30 +1,25 @@
-//! Names as short words that are copied as numbers are: of cameras, of kicks.
+//! Names as short words that are `Copy`: of cameras, kicks and custom rules.
 
-/// The most letters of a short name.
-pub const LONGEST_NAME: usize = 15;
-
-/// Makes a type of names: short words of small letters, digits and `_`, which files, messages and schemas have as strings.
+/// Defines a type of names, words of lower-case letters, digits and `_`, and its parse error. Files, messages and schemas
+/// have a name as a string.
 ///
-/// Its documentation, its name, its error's, of what it is the name, and what a schema says of it:
-/// `short_name! { /// … CameraName, NotACameraName, "a camera", "The name of a camera of the robot's model." }`.
+/// The arguments are the type, its error, the most bytes of a name, what it is a name of, and the description and pattern for
+/// schemas: `short_name! { /// … CameraName, NotACameraName, 15, "a camera", "The name of a camera.", "^[a-z0-9_]{1,15}$" }`.
 macro_rules! short_name {
-    ($(#[$documentation:meta])* $name:ident, $error:ident, $of:literal, $schema:literal) => {
+    ($(#[$documentation:meta])* $name:ident, $error:ident, $longest:literal, $of:literal, $schema:literal, $pattern:literal) => {
         $(#[$documentation])*
-        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, bevy::prelude::Reflect)]
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, bevy::prelude::Reflect)]
         #[reflect(opaque)]
         #[reflect(Clone, PartialEq, Debug, Hash, Serialize, Deserialize)]
         pub struct $name {
-            /// Filled up with noughts.
-            letters: [u8; $crate::short_name::LONGEST_NAME],
+            /// The word, padded with zeros.
+            letters: [u8; $longest],
         }
 
         impl $name {
-            /// The most letters of a name.
-            pub const LONGEST: usize = $crate::short_name::LONGEST_NAME;
-
             /// The name as a word.
             pub fn as_str(&self) -> &str {
-                let length = self.letters.iter().position(|letter| *letter == 0).unwrap_or(Self::LONGEST);
+                let length = self.letters.iter().position(|letter| *letter == 0).unwrap_or($longest);
                 core::str::from_utf8(&self.letters[..length]).unwrap_or_default()
             }
         }
@@ -41,12 +36,12 @@ macro_rules! short_name {
             }
         }
 
-        #[doc = concat!("A word that can be no name of ", $of, ".")]
+        #[doc = concat!("Error of parsing a [`", stringify!($name), "`]: the word cannot be the name of ", $of, ".")]
         #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
         #[error(
             "{0:?} is no name of {of}: expected a word of 1 to {longest} small letters, digits and `_`",
             of = $of,
-            longest = $crate::short_name::LONGEST_NAME
+            longest = $longest
         )]
         pub struct $error(pub String);
 
@@ -54,8 +49,7 @@ macro_rules! short_name {
             type Err = $error;
 
             fn from_str(word: &str) -> Result<Self, $error> {
-                let letters = $crate::short_name::letters(word).ok_or_else(|| $error(word.to_owned()))?;
-                Ok(Self { letters })
+                $crate::short_name::letters(word).map(|letters| Self { letters }).ok_or_else(|| $error(word.to_owned()))
             }
         }
 
@@ -81,7 +75,7 @@ macro_rules! short_name {
             }
 
             fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-                schemars::json_schema!({ "type": "string", "description": $schema, "pattern": "^[a-z0-9_]{1,15}$" })
+                schemars::json_schema!({ "type": "string", "description": $schema, "pattern": $pattern })
             }
         }
     };
@@ -89,13 +83,13 @@ macro_rules! short_name {
 
 pub(crate) use short_name;
 
-/// The letters of a short name, filled up with noughts; none of a word that is too long, empty or has other letters.
-pub fn letters(word: &str) -> Option<[u8; LONGEST_NAME]> {
+/// The bytes of a short name, padded with zeros; none if `word` is empty, too long or has other letters.
+pub(crate) fn letters<const LONGEST: usize>(word: &str) -> Option<[u8; LONGEST]> {
     let is_letter = |letter: u8| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == b'_';
     if word.is_empty() || !word.bytes().all(is_letter) {
         return None;
     }
-    let mut letters = [0; LONGEST_NAME];
+    let mut letters = [0; LONGEST];
     letters.get_mut(..word.len())?.copy_from_slice(word.as_bytes());
     Some(letters)
 }

@@ -17,7 +17,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// What is known without doubt.
+    /// An exact value.
     pub fn exactly(value: f64) -> Self {
         Self { value, low: value, high: value }
     }
@@ -27,7 +27,7 @@ impl Estimate {
         (self.high - self.low) / 2.0
     }
 
-    /// That of a share, of which no end of the interval is below 0 or above 1.
+    /// The estimate of a share: the ends of the interval are clamped to 0..1.
     pub fn of_share(self) -> Self {
         Self { low: self.low.max(0.0), high: self.high.min(1.0), ..self }
     }
@@ -64,8 +64,8 @@ pub fn mean(values: &[f64]) -> Option<Estimate> {
     Some(Estimate { value: mean, low: mean - margin, high: mean + margin })
 }
 
-/// Any statistic of values that come in independent groups, with an interval by the jackknife: from how it changes when a group
-/// is left out (Tukey 1958). None if the statistic has no value; of a single group the interval is infinite.
+/// A statistic of values in independent groups, with the interval of the jackknife (Tukey 1958). None if the statistic has no value;
+/// with a single group the interval is infinite.
 pub fn jackknife<T: Copy>(groups: &[Vec<T>], statistic: impl Fn(&[T]) -> Option<f64>) -> Option<Estimate> {
     let without = |left_out: Option<usize>| {
         let kept = groups.iter().enumerate().filter(|(index, _)| Some(*index) != left_out);

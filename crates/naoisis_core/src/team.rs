@@ -1,4 +1,4 @@
-//! Who plays: the two teams, and which robot is which.
+//! The two teams and the identities of robots.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -50,8 +50,8 @@ impl fmt::Display for Team {
     }
 }
 
-/// Which robot this is: its team and jersey number. Totally ordered, so that whatever depends on an order sorts by
-/// it. Written `blue1` in files.
+/// A robot's identity: its team and jersey number. Everything that depends on an order of the robots sorts by it.
+/// Written `blue1` in files.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect)]
 #[component(immutable)]
 #[reflect(Component, Serialize, Deserialize, @Knowledge::Sensor)]
@@ -63,9 +63,17 @@ pub struct RobotId {
 }
 
 impl RobotId {
+    /// The jersey number of the goalkeeper.
+    pub const GOALKEEPER: u8 = 1;
+
     /// The robot of `team` with jersey `number`.
     pub const fn new(team: Team, number: u8) -> Self {
         Self { team, number }
+    }
+
+    /// Whether it is its team's goalkeeper.
+    pub const fn is_goalkeeper(self) -> bool {
+        self.number == Self::GOALKEEPER
     }
 
     /// A number that is different for every robot and the same in every match; never zero.
@@ -80,7 +88,7 @@ impl fmt::Display for RobotId {
     }
 }
 
-/// A word that names no robot.
+/// Error of parsing a [`RobotId`]: the word names no robot.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a robot: expected a team and a jersey number, such as `blue1` or `pink3`")]
 pub struct NotARobotId(pub String);
@@ -125,7 +133,7 @@ impl JsonSchema for RobotId {
     }
 }
 
-/// Something for each team.
+/// A value for each team.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct PerTeam<T> {
     /// The blue team's.
@@ -135,7 +143,7 @@ pub struct PerTeam<T> {
 }
 
 impl<T> PerTeam<T> {
-    /// What `of` says of each team.
+    /// The values that `of` returns for each team.
     pub fn new(mut of: impl FnMut(Team) -> T) -> Self {
         Self { blue: of(Team::Blue), pink: of(Team::Pink) }
     }

@@ -3,7 +3,7 @@
 pub use crate::scenario::Scenario;
 pub use crate::simulation::{MatchApp, NaoisisPlugins, RuleApp, SensorApp};
 pub use naoisis_core::ball::{Ball, BallVelocity};
-pub use naoisis_core::behaviour::drawings::{Drawings, Frame, Ink};
+pub use naoisis_core::behaviour::drawings::{DrawColour, Drawings, Frame};
 pub use naoisis_core::behaviour::{BehaviourApp, BehaviourRegistry, behaviour};
 pub use naoisis_core::communication::{Inbox, Outbox, TeamMessage};
 pub use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems, run_cycle};
@@ -15,7 +15,7 @@ pub use naoisis_core::knowledge::Knowledge;
 pub use naoisis_core::pitch::Pitch;
 pub use naoisis_core::random::{RandomStream, RandomStreams};
 pub use naoisis_core::referee::snapshot::{MatchSnapshot, RobotSnapshot};
-pub use naoisis_core::referee::{GameStatus, OwnRule};
+pub use naoisis_core::referee::{CustomRule, GameStatus};
 pub use naoisis_core::robot::head::{HeadAngles, HeadCommand};
 pub use naoisis_core::robot::kick::{KickCommand, KickRequest};
 pub use naoisis_core::robot::motion::WalkCommand;

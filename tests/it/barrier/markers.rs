@@ -138,7 +138,7 @@ fn a_marker_brings_beliefs_commands_and_what_is_its_own() {
         app.add_plugins(NaoisisPlugins).register_type::<Hearing>();
         let error = app.try_add_behaviour::<Marker, _>("under test", |_: Local<u8>| {}).err().unwrap();
         match error.reason {
-            Breach::Brings { component, .. } | Breach::Hooks { component } => {
+            Breach::RequiresForbidden { component, .. } | Breach::Hooks { component } => {
                 component.rsplit("::").next().unwrap_or_default().to_owned()
             }
             other => panic!("refused for another reason: {other}"),

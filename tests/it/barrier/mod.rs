@@ -355,7 +355,7 @@ fn every_component_and_resource_of_the_simulation_says_what_it_is() {
     unmarked.sort();
     let expected = [
         "naoisis_core::behaviour::BehaviourRegistry",
-        "naoisis_core::referee::own_rules::OwnRules",
+        "naoisis_core::referee::custom_rules::CustomRules",
         "naoisis_sensing::sensing::jobs::SensingThreads",
         "naoisis_sim::simulation::rules::RuleRegistry",
         "naoisis_sim::simulation::sensors::SensorRegistry",

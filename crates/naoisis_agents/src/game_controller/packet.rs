@@ -78,12 +78,15 @@ impl ProtocolVersion {
             (ProtocolVersion::V18, PenaltyReason::LeavingField) => 6,
             (ProtocolVersion::V18, PenaltyReason::GameStuck | PenaltyReason::Stalling) => 8,
             (ProtocolVersion::V18, PenaltyReason::MotionInStandby) => 11,
-            (ProtocolVersion::V18, PenaltyReason::Manual | PenaltyReason::SentOff | PenaltyReason::Own(_)) => 15,
+            (ProtocolVersion::V18, PenaltyReason::Manual | PenaltyReason::SentOff | PenaltyReason::Custom(_)) => 15,
             (ProtocolVersion::V19, PenaltyReason::IllegalPosition | PenaltyReason::IllegalDefender) => 1,
             (ProtocolVersion::V19, PenaltyReason::MotionInSet) => 2,
             (ProtocolVersion::V19, PenaltyReason::GameStuck | PenaltyReason::Stalling) => 3,
             (ProtocolVersion::V19, PenaltyReason::Inactive | PenaltyReason::Fallen) => 4,
-            (ProtocolVersion::V19, PenaltyReason::MotionInStandby | PenaltyReason::Manual | PenaltyReason::Own(_)) => 5,
+            (
+                ProtocolVersion::V19,
+                PenaltyReason::MotionInStandby | PenaltyReason::Manual | PenaltyReason::Custom(_),
+            ) => 5,
             (ProtocolVersion::V19, PenaltyReason::BallHolding) => 6,
             (ProtocolVersion::V19, PenaltyReason::LeavingField) => 7,
             (ProtocolVersion::V19, PenaltyReason::Pushing | PenaltyReason::Obstruction) => 9,
@@ -491,7 +494,7 @@ mod tests {
         // Version 18 has no word for one that is sent off, and 19 none for `standby`: it is the operator's decision there.
         let is_known =
             |reason: &PenaltyReason| !matches!(reason, PenaltyReason::SentOff | PenaltyReason::MotionInStandby);
-        for reason in PenaltyReason::BUILT_IN.into_iter().filter(is_known) {
+        for reason in PenaltyReason::built_in().filter(is_known) {
             let [one, other] = [ProtocolVersion::V18, ProtocolVersion::V19]
                 .map(|version| version.penalty_reason(version.penalty_code(reason)));
             assert!(one.is_some() && one == other, "{reason:?}: {one:?}, {other:?}");

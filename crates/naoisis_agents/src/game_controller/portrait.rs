@@ -9,9 +9,6 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 use super::division::Division;
 use super::packet::{ControlPacket, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
 
-/// The number of the robot that keeps the goal.
-const GOALKEEPER: u8 = 1;
-
 /// What a packet is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct Portrayed<'a> {
@@ -80,7 +77,7 @@ impl Portrayed<'_> {
     fn kicking_team(&self, for_monitors: bool) -> Option<Team> {
         let is_told = |set_play: SetPlay| match for_monitors {
             true => Some(set_play.team),
-            false => SetPlayStatus::told_of(&set_play, self.rules, self.clock).team,
+            false => SetPlayStatus::of(&set_play, self.rules, self.clock).team,
         };
         match (self.game.shoot_out, self.game.set_play) {
             (Some(shoot_out), _) => Some(shoot_out.team),
@@ -104,7 +101,7 @@ impl Portrayed<'_> {
         TeamPacket {
             number: self.team_numbers[team],
             colour: team as u8,
-            goalkeeper: GOALKEEPER,
+            goalkeeper: RobotId::GOALKEEPER,
             score: u8::try_from(self.game.score[team]).unwrap_or(u8::MAX),
             shots: self.game.shoot_out.map_or(0, |shoot_out| u8::try_from(shoot_out.taken[team]).unwrap_or(u8::MAX)),
             shots_scored: self.shots_scored[team],

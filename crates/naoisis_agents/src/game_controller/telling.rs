@@ -43,7 +43,7 @@ impl ToldMatch<'_, '_> {
         let Self { clock, game, rules, pitch, memory, robots } = self;
         let mut robots: Vec<(RobotId, Penalty)> = robots.iter().map(|(id, penalty)| (*id, *penalty)).collect();
         robots.sort_by_key(|(id, _)| *id);
-        let game = if for_monitors { game } else { memory.announcement.told(game) };
+        let game = if for_monitors { game } else { memory.announcement.announced(game) };
         let records = &memory.robots;
         let division = Division::on(pitch);
         Portrayed { game, rules, division, clock, robots: &robots, records, team_numbers, shots_scored }

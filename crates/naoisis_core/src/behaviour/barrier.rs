@@ -1,33 +1,31 @@
-//! The information barrier: a behaviour knows what its robot's sensors tell it, and nothing else.
+//! The information barrier: a behaviour has access to the sensors of its robots, and not to ground truth.
 //!
-//! It is closed from two sides. What parameters a behaviour may have is a [list](super::parameters) of what is known to be
-//! safe, which the compiler holds: whatever hands out the world, now or later, is not on it. And of those that are on it,
-//! [`inspect`] reads from the engine which components they access. Every component of the simulation says by its
-//! [`Knowledge`] mark what it is, so that behaviours
+//! It has two parts. The compiler restricts the parameters of a behaviour to a [list](super::parameters) of safe ones. For
+//! these, [`inspect`] reads from the engine which components they access. Every component of the simulation has a
+//! [`Knowledge`] mark, so that behaviours
 //!
 //! - neither read nor write ground truth, nor filter by it;
-//! - write only commands, beliefs and what is their own;
-//! - find only robots that carry the behaviour's own marker: each query names it;
-//! - of the engine's own components and resources read the clocks, and no others.
+//! - write only commands, beliefs and components of their own;
+//! - find only robots with the behaviour's own marker, which each query must name;
+//! - read the engine's clocks, and no other components and resources of the engine.
 //!
-//! The marker and the components that it requires come to robots when the match starts. So it must be nobody else's,
-//! nothing of it may have hooks, and it brings no part of the simulation but beliefs and commands: what a robot is, and
-//! which sensors it has, the scenario says.
+//! The marker and its required components are inserted into robots when the match starts. Therefore the marker must belong to
+//! one behaviour alone, have no hooks, and require nothing of the simulation but beliefs and commands: the scenario decides what
+//! a robot is, and which sensors it has.
 //!
 //! # What the barrier cannot see
 //!
-//! - What a program does beside its behaviours: a system of its own may read what it likes, and put it where a behaviour
-//!   finds it, in a resource or behind an `Arc` that a closure shares; and a type that it registers for reflection with a
-//!   `FromWorld` is handed the world when a saved match is restored. What is truth of its own it marks, and registers
-//!   before the behaviours.
-//! - What two behaviours of a program share. A resource that one of them can name, it can read, whosever it is: a team
-//!   keeps its own private.
-//! - What goes past the engine: files (the trace that is being written, for one), threads, another match played with
-//!   the seed of this one, and `unsafe` code.
-//! - Which robot of a behaviour knows what: its system is one mind for all that carry its marker, and what it keeps in
-//!   resources, `Local`s or in one robot's components it may use for another. A behaviour that should share by
-//!   [messages](crate::communication) only keeps its memory in components, and looks at one robot at a time, as the
-//!   built-in ones do.
+//! - Other systems of the program: they may read ground truth and pass it to a behaviour, in a resource or behind an `Arc` that a
+//!   closure shares; and a type with `FromWorld` that is registered for reflection gets the world when a saved match is restored.
+//!   A program marks its own ground truth, and registers it before the behaviours.
+//! - Data shared by behaviours of a program. A behaviour can read every unmarked resource whose type it can name: a team keeps its
+//!   resources private.
+//! - Everything outside the engine: files (such as the trace that is being written), threads, another match with the same seed,
+//!   and `unsafe` code.
+//! - Sharing between robots of one behaviour: its system decides for all robots with its marker, and may use what it keeps in
+//!   resources, `Local`s or one robot's components for another robot. A behaviour that shares by
+//!   [messages](crate::communication) only keeps its memory in components, and handles one robot at a time, as the built-in
+//!   behaviours do.
 
 use bevy::ecs::component::{ComponentId, ComponentInfo};
 use bevy::ecs::query::{ComponentAccessKind, FilteredAccess};
@@ -39,19 +37,19 @@ use core::any::TypeId;
 use super::function::Behaviour;
 use crate::knowledge::{Knowledge, is_of_naoisis};
 
-/// Why a behaviour was refused.
+/// Error of the registration of a behaviour.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("behaviour `{behaviour}` is refused: its system `{system}` {reason}")]
 pub struct BarrierError {
-    /// The name under which it should have been registered.
+    /// The name of the behaviour.
     pub behaviour: String,
     /// The name of the behaviour's system.
     pub system: String,
-    /// What it does wrong.
+    /// Why it is refused.
     pub reason: Breach,
 }
 
-/// What a dishonest behaviour does.
+/// Why a behaviour is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Breach {
@@ -60,17 +58,17 @@ pub enum Breach {
         "reads whole entities (`EntityRef` and the like), ground truth included; name the sensor components that it needs"
     )]
     Unbounded,
-    /// It accesses something that is not for behaviours.
+    /// It accesses a component or resource that behaviours may not access.
     #[error("{verb} `{component}`, which is {knowledge}; a behaviour reads sensors, and writes commands and beliefs")]
     Forbidden {
-        /// What it does.
+        /// The kind of access.
         verb: &'static str,
         /// The component's or resource's type.
         component: String,
-        /// What that is.
+        /// Its knowledge mark in words.
         knowledge: String,
     },
-    /// Its marker is no marker: robots that are not its own carry it too.
+    /// Its marker is carried by other robots, too.
     #[error(
         "is registered for robots with `{component}`, which other robots carry too; \
          give the behaviour a marker component of its own"
@@ -79,40 +77,40 @@ pub enum Breach {
         /// The component's type.
         component: String,
     },
-    /// Another behaviour has its name.
+    /// The name is in use.
     #[error("has the name of another behaviour; give it a name of its own")]
     NameTaken,
-    /// Its marker, or a component that comes with it, runs code with the world at hand.
+    /// Its marker, or a component required by it, has hooks, which have access to the world.
     #[error("comes with `{component}`, whose hooks would see the whole world; leave the hooks away")]
     Hooks {
         /// The component's type.
         component: String,
     },
-    /// Its marker brings what a behaviour cannot give a robot.
+    /// Its marker requires a component that a behaviour may not insert.
     #[error(
         "comes with `{component}`, which is {knowledge}; a marker may require beliefs, commands and memories of your own"
     )]
-    Brings {
+    RequiresForbidden {
         /// The component's type.
         component: String,
-        /// What that is.
+        /// Its knowledge mark in words.
         knowledge: String,
     },
-    /// It queries robots, or other entities, that may not be its own.
+    /// It queries entities that may not be its own robots.
     #[error("finds {what} of entities that need not be its own robots; add `With<{marker}>` to the query's filter")]
     ForeignRobots {
-        /// What it finds there.
+        /// What it queries.
         what: String,
         /// The behaviour's marker.
         marker: String,
     },
-    /// It decides before or after a behaviour that there is not.
+    /// It is ordered before or after a behaviour that does not exist.
     #[error("has its turn before or after `{name}`, which is not registered; register that one first")]
     NoSuchBehaviour {
-        /// The name that was to be registered.
+        /// The name of that behaviour.
         name: String,
     },
-    /// It decides before one behaviour and after another that comes later.
+    /// It is ordered before one behaviour and after another that comes later.
     #[error("decides after `{after}` and before `{before}`, which come the other way round")]
     Order {
         /// The behaviour that it should come after.
@@ -122,7 +120,7 @@ pub enum Breach {
     },
 }
 
-/// Checks what a behaviour's system and its conditions access, on behalf of the behaviour `name` of robots with `Marker`.
+/// Checks what the system and the conditions of the behaviour `name` of robots with `Marker` access.
 ///
 /// # Errors
 /// The first breach of the barrier.
@@ -148,25 +146,24 @@ pub fn inspect<Marker: Component>(
     Ok(())
 }
 
-/// Checks that a component can tie a behaviour to its robots: it is the user's own, or one of the simulation's markers
-/// of behaviours, which are beliefs without content; neither it nor what comes with it has hooks; and what comes with it
-/// is a belief, a command, or the user's own and nothing else.
+/// Checks that `Marker` can be the marker of a behaviour: it is the user's own, or a marker of the simulation, which is a belief
+/// of size zero; neither it nor its required components have hooks; and these are beliefs, commands, or the user's own.
 ///
 /// # Errors
-/// [`Breach::NoMarker`], [`Breach::Hooks`] and [`Breach::Brings`].
+/// [`Breach::NoMarker`], [`Breach::Hooks`] and [`Breach::RequiresForbidden`].
 pub(super) fn inspect_marker<Marker: Component>(world: &mut World) -> Result<(), Breach> {
     let marker = world.register_component::<Marker>();
     let is_marker = match Origin::of(marker, world) {
         Origin::Engine => false,
         Origin::Simulation(knowledge) => knowledge == Knowledge::Belief && size_of::<Marker>() == 0,
-        // A sensor or a setting, say, is what all robots may have.
+        // All robots may have a sensor or a setting.
         Origin::Own(knowledge) => knowledge.is_none_or(|knowledge| knowledge == Knowledge::Belief),
     };
     if !is_marker {
         return Err(Breach::NoMarker { component: component_name(marker, world) });
     }
     let Some(info) = world.components().get_info(marker) else { return Ok(()) };
-    // What is required comes before what requires it; an error names what the user wrote.
+    // Required components come before those that require them; an error names what the user wrote.
     let mut brought: Vec<ComponentId> = info.required_components().iter_ids().chain([marker]).collect();
     brought.reverse();
     for id in brought {
@@ -181,7 +178,7 @@ pub(super) fn inspect_marker<Marker: Component>(world: &mut World) -> Result<(),
             }
             _ => continue,
         };
-        return Err(Breach::Brings { component: component(), knowledge });
+        return Err(Breach::RequiresForbidden { component: component(), knowledge });
     }
     Ok(())
 }
@@ -196,14 +193,14 @@ fn has_hooks(info: &ComponentInfo) -> bool {
     !free
 }
 
-/// Checks a query of robots, or the access to a resource, which is a query to the engine, too.
+/// Checks a query of robots, or the access to a resource, which is a query for the engine, too.
 fn inspect_query(
     query: &FilteredAccess,
     marker: ComponentId,
     resource: ComponentId,
     world: &World,
 ) -> Result<(), Breach> {
-    // A filter is a choice between sets of conditions: what must hold of every match must be in each of them.
+    // A filter is a disjunction: what must hold for every match must be in each of its sets.
     let finds_only = |id| {
         !query.filter_sets().is_empty() && query.filter_sets().iter().all(|conditions| conditions.with().contains(id))
     };
@@ -216,7 +213,7 @@ fn inspect_query(
             return Err(forbidden("filters by", id, &Knowledge::Truth.to_string(), world));
         }
     }
-    // A resource is one component of one entity. Whoever asks for none in particular would see how many there are.
+    // A resource is one component of one entity. A query without a particular component would count all resources.
     let is_resource = |id| {
         let info = world.components().get_info(id);
         finds_only(id) && info.is_some_and(|info| info.required_components().iter_ids().any(|id| id == resource))
@@ -254,18 +251,18 @@ fn forbidden(verb: &'static str, id: ComponentId, knowledge: &str, world: &World
     Breach::Forbidden { verb, component: component_name(id, world), knowledge: knowledge.to_owned() }
 }
 
-/// What a component or resource of Bevy's is to a behaviour.
+/// The knowledge of a component or resource of Bevy, in words.
 const THE_ENGINES: &str = "the engine's own";
 
-/// Whose a component or resource is, and what it says that it is.
+/// Where a component or resource comes from, and its knowledge mark.
 #[derive(Clone, Copy)]
 enum Origin {
-    /// Bevy's, or one of a crate that names itself after it: `Schedules`, through which systems could be added that see
-    /// everything, or `Transform`, which shows where things are.
+    /// Bevy, or a crate with its prefix: such as `Schedules`, through which systems with access to everything could be added, or
+    /// `Transform`, which shows true poses.
     Engine,
-    /// The simulation's. What is not marked is not for behaviours.
+    /// The simulation. Without a mark it counts as ground truth.
     Simulation(Knowledge),
-    /// The program's own, marked or not.
+    /// The program, with or without a mark.
     Own(Option<Knowledge>),
 }
 

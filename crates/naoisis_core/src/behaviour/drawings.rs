@@ -1,7 +1,6 @@
-//! What behaviours draw for people: lines, circles, words and targets on the pitch, shown by the viewer and written into traces.
+//! Drawings of behaviours for people: lines, circles, texts and targets on the pitch, shown by the viewer and written to traces.
 //!
-//! Every robot has [`Drawings`], empty at the start of every cycle. A behaviour draws what it thinks of, and nobody on the
-//! pitch sees it:
+//! Every robot has [`Drawings`], which are empty at the start of every cycle. A behaviour draws its plans:
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -14,9 +13,9 @@
 //!     for (percepts, mut drawings) in &mut robots {
 //!         let Some(ball) = percepts.ball else { continue };
 //!         // In the robot's own frame: it is at the origin and looks along x.
-//!         drawings.line(Frame::Robot, Vec2::ZERO, ball.position_m, Ink::Yellow);
-//!         drawings.circle(Frame::Robot, ball.position_m, 0.1, Ink::Yellow);
-//!         drawings.text(Frame::Robot, ball.position_m, "mine", Ink::White);
+//!         drawings.line(Frame::Robot, Vec2::ZERO, ball.position_m, DrawColour::Yellow);
+//!         drawings.circle(Frame::Robot, ball.position_m, 0.1, DrawColour::Yellow);
+//!         drawings.text(Frame::Robot, ball.position_m, "mine", DrawColour::White);
 //!     }
 //! }
 //!
@@ -31,19 +30,20 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! Drawings change nothing in the match. They are not private, though: a system that has all robots of a behaviour may
-//! read them, as it may read the robots' other commands.
+//! Drawings change nothing in the match. A system with access to all robots of a behaviour may read them, like the robots' other
+//! commands.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use strum::VariantArray;
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::knowledge::Knowledge;
 
-/// More drawings of a robot in a cycle are dropped.
+/// The most drawings of a robot in a cycle; more are dropped.
 pub const MOST: usize = 1000;
-/// Longer texts are cut, bytes.
+/// The longest text, bytes; longer ones are cut.
 pub const LONGEST_TEXT_BYTES: usize = 200;
 
 /// Clears the [`Drawings`] at the start of every cycle.
@@ -55,7 +55,7 @@ impl Plugin for DrawingsPlugin {
     }
 }
 
-/// The frame in which a drawing's places are.
+/// The frame of a drawing's coordinates.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Frame {
@@ -66,11 +66,11 @@ pub enum Frame {
     Robot,
 }
 
-/// Colours to draw with: those of Okabe and Ito (2008), which people with any kind of colour blindness tell apart.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+/// The colours of Okabe and Ito (2008), which people with any kind of colour blindness can distinguish.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, VariantArray)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum Ink {
+pub enum DrawColour {
     /// White.
     #[default]
     White,
@@ -80,7 +80,7 @@ pub enum Ink {
     Yellow,
     /// Orange.
     Orange,
-    /// Vermilion: for what went wrong.
+    /// Vermilion: for errors.
     Vermilion,
     /// Reddish purple.
     Purple,
@@ -92,32 +92,19 @@ pub enum Ink {
     Green,
 }
 
-impl Ink {
-    /// All of them.
-    pub const ALL: [Ink; 9] = [
-        Ink::White,
-        Ink::Black,
-        Ink::Yellow,
-        Ink::Orange,
-        Ink::Vermilion,
-        Ink::Purple,
-        Ink::Blue,
-        Ink::Sky,
-        Ink::Green,
-    ];
-
+impl DrawColour {
     /// Red, green and blue, sRGB.
     pub const fn rgb(self) -> [u8; 3] {
         match self {
-            Ink::White => [255, 255, 255],
-            Ink::Black => [0, 0, 0],
-            Ink::Yellow => [240, 228, 66],
-            Ink::Orange => [230, 159, 0],
-            Ink::Vermilion => [213, 94, 0],
-            Ink::Purple => [204, 121, 167],
-            Ink::Blue => [0, 114, 178],
-            Ink::Sky => [86, 180, 233],
-            Ink::Green => [0, 158, 115],
+            DrawColour::White => [255, 255, 255],
+            DrawColour::Black => [0, 0, 0],
+            DrawColour::Yellow => [240, 228, 66],
+            DrawColour::Orange => [230, 159, 0],
+            DrawColour::Vermilion => [213, 94, 0],
+            DrawColour::Purple => [204, 121, 167],
+            DrawColour::Blue => [0, 114, 178],
+            DrawColour::Sky => [86, 180, 233],
+            DrawColour::Green => [0, 158, 115],
         }
     }
 }
@@ -125,24 +112,24 @@ impl Ink {
 /// One line, circle or text on the ground.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Drawing {
-    /// The frame of its places.
+    /// The frame of its coordinates.
     pub frame: Frame,
-    /// In which colour it is drawn.
-    pub ink: Ink,
-    /// What it is.
+    /// Its colour.
+    pub ink: DrawColour,
+    /// Its shape.
     #[serde(flatten)]
     pub shape: DrawnShape,
 }
 
-/// What is drawn.
+/// The shape of a drawing.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DrawnShape {
     /// A straight line.
     Line {
-        /// From here, m.
+        /// Start, m.
         start_m: Vec2,
-        /// To here, m.
+        /// End, m.
         end_m: Vec2,
     },
     /// A circle.
@@ -152,18 +139,18 @@ pub enum DrawnShape {
         /// Its radius, m.
         radius_m: f32,
     },
-    /// Some words.
+    /// A text.
     Text {
-        /// Above this place, m.
+        /// Position, m. The text is above it.
         position_m: Vec2,
-        /// At most [`LONGEST_TEXT_BYTES`] of them are kept.
+        /// The text, at most [`LONGEST_TEXT_BYTES`].
         words: Cow<'static, str>,
     },
-    /// Where the robot means to go.
+    /// A target of the robot's walk.
     Target {
-        /// The place, m, in the drawing's frame.
+        /// Position, m.
         position_m: Vec2,
-        /// What it wants there, in a word or none.
+        /// The purpose in a word; may be empty.
         words: Cow<'static, str>,
     },
 }
@@ -178,33 +165,33 @@ impl DrawnShape {
     }
 }
 
-/// What a robot's behaviour has drawn in this cycle.
+/// The drawings of a robot's behaviour in this cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct Drawings(Vec<Drawing>);
 
 impl Drawings {
-    /// Draws a line from a place to another, m.
-    pub fn line(&mut self, frame: Frame, start_m: Vec2, end_m: Vec2, ink: Ink) {
+    /// Draws a line between two points, m.
+    pub fn line(&mut self, frame: Frame, start_m: Vec2, end_m: Vec2, ink: DrawColour) {
         self.add(Drawing { frame, ink, shape: DrawnShape::Line { start_m, end_m } });
     }
 
-    /// Draws a circle about a place, m.
-    pub fn circle(&mut self, frame: Frame, centre_m: Vec2, radius_m: f32, ink: Ink) {
+    /// Draws a circle around a point, m.
+    pub fn circle(&mut self, frame: Frame, centre_m: Vec2, radius_m: f32, ink: DrawColour) {
         self.add(Drawing { frame, ink, shape: DrawnShape::Circle { centre_m, radius_m } });
     }
 
-    /// Writes words at a place, m.
-    pub fn text(&mut self, frame: Frame, position_m: Vec2, words: impl Into<Cow<'static, str>>, ink: Ink) {
+    /// Writes a text at a point, m.
+    pub fn text(&mut self, frame: Frame, position_m: Vec2, words: impl Into<Cow<'static, str>>, ink: DrawColour) {
         self.add(Drawing { frame, ink, shape: DrawnShape::Text { position_m, words: shortened(words.into()) } });
     }
 
-    /// Marks a place where the robot means to go, m, and why, in a word or none.
-    pub fn target(&mut self, frame: Frame, position_m: Vec2, words: impl Into<Cow<'static, str>>, ink: Ink) {
+    /// Marks a target of the robot's walk, m, with its purpose in a word or an empty string.
+    pub fn target(&mut self, frame: Frame, position_m: Vec2, words: impl Into<Cow<'static, str>>, ink: DrawColour) {
         self.add(Drawing { frame, ink, shape: DrawnShape::Target { position_m, words: shortened(words.into()) } });
     }
 
-    /// Adds a drawing. One with a number that is not finite is dropped, and one beyond [`MOST`].
+    /// Adds a drawing. Drawings with numbers that are not finite, and those beyond [`MOST`], are dropped.
     pub fn add(&mut self, drawing: Drawing) {
         if self.0.len() < MOST && drawing.shape.is_finite() {
             self.0.push(drawing);
@@ -222,7 +209,7 @@ impl Drawings {
     }
 }
 
-/// No longer than [`LONGEST_TEXT_BYTES`].
+/// `words` cut to [`LONGEST_TEXT_BYTES`].
 fn shortened(words: Cow<'static, str>) -> Cow<'static, str> {
     if words.len() <= LONGEST_TEXT_BYTES {
         return words;
@@ -244,14 +231,14 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_not_drawn_and_texts_are_cut_between_letters() {
         let mut drawings = Drawings::default();
-        drawings.line(Frame::Team, Vec2::ZERO, Vec2::new(f32::NAN, 0.0), Ink::White);
-        drawings.circle(Frame::Team, Vec2::ZERO, f32::INFINITY, Ink::White);
+        drawings.line(Frame::Team, Vec2::ZERO, Vec2::new(f32::NAN, 0.0), DrawColour::White);
+        drawings.circle(Frame::Team, Vec2::ZERO, f32::INFINITY, DrawColour::White);
         assert!(drawings.is_empty());
-        drawings.text(Frame::Robot, Vec2::X, "ü".repeat(150), Ink::Sky);
+        drawings.text(Frame::Robot, Vec2::X, "ü".repeat(150), DrawColour::Sky);
         let DrawnShape::Text { words, .. } = &drawings.0[0].shape else { panic!("a text") };
         assert_eq!(words.chars().count(), 100);
         for _ in 0..2 * MOST {
-            drawings.circle(Frame::Team, Vec2::ZERO, 1.0, Ink::White);
+            drawings.circle(Frame::Team, Vec2::ZERO, 1.0, DrawColour::White);
         }
         assert_eq!(drawings.iter().len(), MOST);
     }
@@ -259,7 +246,7 @@ mod tests {
     #[test]
     fn files_say_the_frame_the_ink_and_the_shape() {
         let mut drawings = Drawings::default();
-        drawings.line(Frame::Robot, Vec2::ZERO, Vec2::X, Ink::Vermilion);
+        drawings.line(Frame::Robot, Vec2::ZERO, Vec2::X, DrawColour::Vermilion);
         let json = serde_json::to_value(&drawings).unwrap();
         let line = serde_json::json!({ "start_m": [0.0, 0.0], "end_m": [1.0, 0.0] });
         assert_eq!(json, serde_json::json!([{ "frame": "robot", "ink": "vermilion", "line": line }]));
@@ -316,9 +303,9 @@ mod tests {
             ),
         ];
         for (kind, matrix) in kinds {
-            for (index, one) in Ink::ALL.into_iter().enumerate() {
-                for other in &Ink::ALL[index + 1..] {
-                    let [one_seen, other_seen] = [one, *other].map(|ink| lab(seen_by(ink.rgb(), matrix)));
+            for (index, one) in DrawColour::VARIANTS.iter().enumerate() {
+                for other in &DrawColour::VARIANTS[index + 1..] {
+                    let [one_seen, other_seen] = [*one, *other].map(|ink| lab(seen_by(ink.rgb(), matrix)));
                     // A difference of 2.3 is just noticeable.
                     let difference = one_seen.distance(other_seen);
                     assert!(difference > 8.0, "{kind}: {one:?} and {other:?} differ by {difference}");

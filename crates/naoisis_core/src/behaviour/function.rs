@@ -1,4 +1,4 @@
-//! A behaviour as it is registered: a system whose parameters are safe, its turn among the others, and when it runs.
+//! A behaviour for registration: a system with safe parameters, its order among the others, and its run conditions.
 
 use bevy::ecs::schedule::{BoxedCondition, IntoScheduleConfigs, ScheduleConfigs};
 use bevy::ecs::system::{BoxedSystem, IntoResult, ReadOnlySystemParam, ScheduleSystem, SystemParamFunction};
@@ -19,7 +19,7 @@ pub trait IntoBehaviour<M> {
     fn into_behaviour(self) -> Behaviour;
 }
 
-/// Tells functions from [`Behaviour`]s.
+/// Distinguishes functions from [`Behaviour`]s.
 #[doc(hidden)]
 pub struct IsFunction;
 
@@ -43,7 +43,7 @@ impl IntoBehaviour<Behaviour> for Behaviour {
     }
 }
 
-/// A system with safe parameters, to be given a turn and conditions:
+/// Makes a behaviour of a system with safe parameters, to which an order and conditions can be added:
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -73,14 +73,14 @@ impl IntoBehaviour<Behaviour> for Behaviour {
 /// let mut app = App::new();
 /// app.add_plugins(NaoisisPlugins).init_resource::<Tactics>();
 /// app.add_behaviour::<Rusher, _>("rusher", behaviour(rush).run_if(|tactics: Res<Tactics>| tactics.attack));
-/// // So that what it calls for is done in the same cycle.
+/// // So that the call has its effect in the same cycle.
 /// app.add_behaviour::<Captain, _>("captain", behaviour(call).before("rusher"));
 /// ```
 pub fn behaviour<M>(system: impl IntoBehaviour<M>) -> Behaviour {
     system.into_behaviour()
 }
 
-/// A behaviour with its turn and its conditions, made by [`behaviour`].
+/// A behaviour with its order and run conditions, made by [`behaviour`].
 #[must_use = "a behaviour does nothing until it is added to an app"]
 pub struct Behaviour {
     pub(super) system: BoxedSystem,
@@ -90,11 +90,10 @@ pub struct Behaviour {
 }
 
 impl Behaviour {
-    /// Runs only in the cycles in which the condition holds; without it, its robots keep their last commands or none,
-    /// as those are made. With several conditions, when all of them hold.
+    /// Runs the behaviour only in cycles in which all its conditions hold. In other cycles persistent commands of its robots stay,
+    /// and the others are empty.
     ///
-    /// A condition is what it is to Bevy, a system that returns a `bool` and changes nothing, under the same barrier as
-    /// the behaviour itself.
+    /// A condition is a read-only system that returns a `bool`, as in Bevy, under the same barrier as the behaviour itself.
     pub fn run_if<M: 'static, C>(mut self, condition: C) -> Self
     where
         C: SystemParamFunction<M, In = (), Out: IntoResult<bool>, Param: BehaviourParam + ReadOnlySystemParam>,
@@ -103,14 +102,14 @@ impl Behaviour {
         self
     }
 
-    /// Decides before the behaviour of this name, which is registered already.
+    /// Orders this behaviour before the registered behaviour `name`.
     pub fn before(mut self, name: impl Into<String>) -> Self {
         self.before.push(name.into());
         self
     }
 
-    /// Decides after the behaviour of this name, which is registered already. Without a word, a behaviour decides after
-    /// all that were registered earlier.
+    /// Orders this behaviour after the registered behaviour `name`. By default a behaviour decides after all that were registered
+    /// earlier.
     pub fn after(mut self, name: impl Into<String>) -> Self {
         self.after.push(name.into());
         self

@@ -1,4 +1,4 @@
-//! Behaviours: systems that decide for robots, and the barrier that keeps them honest.
+//! Behaviours: systems that decide for robots, and the information barrier.
 //!
 //! A behaviour is a Bevy system that is tied to its robots by a marker component and registered under a name. It
 //! reads sensors and beliefs, writes beliefs and commands, and may keep components and resources of its own:
@@ -25,10 +25,9 @@
 //! app.add_behaviour::<BallWatcher, _>("ball watcher", watch_ball);
 //! ```
 //!
-//! The registration reads which components the system accesses, and refuses one that reaches for ground truth: see
-//! [`barrier`]. What parameters the system may have is a [list](parameters), which the compiler holds. It can run under
-//! [conditions](Behaviour::run_if), and have its [turn](Behaviour::after) among the others. What it thinks of it can
-//! [draw](drawings) for people, and [say why](reasons).
+//! The registration checks which components the system accesses, and refuses access to ground truth: see [`barrier`]. The
+//! compiler restricts its parameters to a [list](parameters). A behaviour can have [run conditions](Behaviour::run_if) and an
+//! [order](Behaviour::after) among the others, [draw](drawings) on the pitch for people, and give [reasons](reasons).
 
 use bevy::prelude::*;
 use core::any::TypeId;
@@ -93,15 +92,15 @@ pub enum DecideSystems {
     Believe,
     /// Scripts decide.
     Script,
-    /// Programs decide, for robots that are [`Remote`].
+    /// Programs decide for [`Remote`] robots.
     Ask,
     /// Behaviours decide.
     Behave,
 }
 
-/// The place of one registered behaviour among the others.
+/// The system set of one registered behaviour, by the number of behaviours registered before it.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct BehaviourTurn(usize);
+struct BehaviourSet(usize);
 
 /// Marks a robot that does nothing.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
@@ -111,7 +110,7 @@ pub struct Idle;
 /// The name of the behaviour of robots that are [`Remote`].
 pub const REMOTE: &str = "remote";
 
-/// Marks a robot for which somebody outside the app decides: a program, or whoever runs the cycles.
+/// Marks a robot that is controlled from outside the app: by a program, or by the code that runs the cycles.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[reflect(Component, @Knowledge::Belief)]
 pub struct Remote;
@@ -125,7 +124,7 @@ pub struct Program(pub Vec<String>);
 /// A team that a scenario can line up by name.
 #[derive(Clone)]
 pub struct TeamRecipe {
-    /// What is special about it, in a sentence.
+    /// Its description in a sentence.
     pub description: String,
     behaviour_of: Arc<dyn Fn(u8, u8) -> Cow<'static, str> + Send + Sync>,
 }
@@ -148,15 +147,15 @@ impl fmt::Debug for TeamRecipe {
 pub struct BehaviourRegistry {
     behaviours: BTreeMap<String, fn(&mut EntityWorldMut)>,
     markers: BTreeMap<TypeId, String>,
-    /// Those that decide, in this order.
-    turns: Vec<Turn>,
+    /// The behaviours in the order in which they decide.
+    execution_order: Vec<OrderedBehaviour>,
     teams: BTreeMap<String, TeamRecipe>,
 }
 
-/// When a behaviour decides among the others.
-struct Turn {
+/// A behaviour in the execution order.
+struct OrderedBehaviour {
     name: String,
-    set: BehaviourTurn,
+    set: BehaviourSet,
 }
 
 impl BehaviourRegistry {
@@ -175,7 +174,7 @@ impl BehaviourRegistry {
         self.teams.get(name)
     }
 
-    /// The team whose robots of these numbers have these behaviours, and no others do; the first of several.
+    /// The first team whose robots with these numbers have exactly these behaviours.
     pub fn team_of(&self, robots: &[(u8, &str)]) -> Option<&str> {
         let size = u8::try_from(robots.len()).ok().filter(|size| *size > 0)?;
         let plays =
@@ -183,32 +182,32 @@ impl BehaviourRegistry {
         self.teams().find(|(_, team)| plays(team)).map(|(name, _)| name)
     }
 
-    /// The behaviour whose robots carry this marker.
+    /// The name of the behaviour with this marker.
     pub fn name_of_marker(&self, marker: TypeId) -> Option<&str> {
         self.markers.get(&marker).map(String::as_str)
     }
 
-    /// What ties a robot to the behaviour of this name.
+    /// The function that inserts the marker of the behaviour with this name.
     pub fn marker_of(&self, name: &str) -> Option<fn(&mut EntityWorldMut)> {
         self.behaviours.get(name).copied()
     }
 
-    /// The place in the order for a behaviour that decides before and after these others: as late as may be.
+    /// The index in the execution order at which `behaviour` is inserted: the last that its constraints allow.
     fn place_of(&self, behaviour: &Behaviour) -> Result<usize, Breach> {
-        let after = behaviour.after.iter().map(|name| self.turn_of(name)).collect::<Result<Vec<_>, _>>()?;
-        let before = behaviour.before.iter().map(|name| self.turn_of(name)).collect::<Result<Vec<_>, _>>()?;
+        let after = behaviour.after.iter().map(|name| self.index_of(name)).collect::<Result<Vec<_>, _>>()?;
+        let before = behaviour.before.iter().map(|name| self.index_of(name)).collect::<Result<Vec<_>, _>>()?;
         match (after.into_iter().max(), before.into_iter().min()) {
             (Some((earlier, after)), Some((later, before))) if earlier >= later => {
                 Err(Breach::Order { after: after.to_owned(), before: before.to_owned() })
             }
             (_, Some((later, _))) => Ok(later),
-            (_, None) => Ok(self.turns.len()),
+            (_, None) => Ok(self.execution_order.len()),
         }
     }
 
-    /// The place of a behaviour in the order.
-    fn turn_of<'a>(&self, name: &'a str) -> Result<(usize, &'a str), Breach> {
-        let place = self.turns.iter().position(|turn| turn.name == name);
+    /// The index of a behaviour in the execution order, with its name.
+    fn index_of<'a>(&self, name: &'a str) -> Result<(usize, &'a str), Breach> {
+        let place = self.execution_order.iter().position(|behaviour| behaviour.name == name);
         place.map(|place| (place, name)).ok_or_else(|| Breach::NoSuchBehaviour { name: name.to_owned() })
     }
 }
@@ -218,22 +217,21 @@ pub trait BehaviourApp {
     /// Registers a system as the behaviour `name` of all robots that carry `Marker`. A scenario gives a robot the
     /// marker by naming the behaviour.
     ///
-    /// Behaviours decide one after the other, in the order of their registration, unless [`behaviour`] gives them
-    /// another turn.
+    /// Behaviours decide one after the other, in the order of their registration, unless [`behaviour`] gives them another order.
     ///
     /// # Errors
-    /// [`BarrierError`] when the system accesses what a robot cannot know, its name or marker are another's, or its turn
-    /// is before or after a behaviour that there is not.
+    /// [`BarrierError`] if the system accesses ground truth, its name or marker are in use, or it is ordered before or after a
+    /// behaviour that does not exist.
     fn try_add_behaviour<Marker: Component + Default, M>(
         &mut self,
         name: &str,
         system: impl IntoBehaviour<M>,
     ) -> Result<&mut Self, BarrierError>;
 
-    /// As [`BehaviourApp::try_add_behaviour`], for a behaviour that is known to be honest.
+    /// Like [`BehaviourApp::try_add_behaviour`], but panics on errors.
     ///
     /// # Panics
-    /// When it is not.
+    /// If the behaviour is refused.
     fn add_behaviour<Marker: Component + Default, M>(
         &mut self,
         name: &str,
@@ -245,8 +243,8 @@ pub trait BehaviourApp {
         }
     }
 
-    /// Registers a team that scenarios can line up. `behaviour_of` names the behaviour of the robot with a number (from
-    /// 1) in a team of a size.
+    /// Registers a team that scenarios can line up. `behaviour_of` maps the number of a robot, from 1, and the size of the team to
+    /// the name of the robot's behaviour.
     fn add_team<Name: Into<Cow<'static, str>>>(
         &mut self,
         name: &str,
@@ -279,12 +277,11 @@ impl BehaviourApp for App {
         registry.behaviours.insert(name.to_owned(), |robot| {
             robot.insert(Marker::default());
         });
-        // Behaviours write the same components of different robots. The engine cannot know that, so that each has its
-        // turn.
-        let set = BehaviourTurn(registry.turns.len());
-        registry.turns.insert(place, Turn { name: name.to_owned(), set });
-        let earlier = place.checked_sub(1).map(|place| registry.turns[place].set);
-        let later = registry.turns.get(place + 1).map(|turn| turn.set);
+        // Behaviours write the same components of different robots, which the engine cannot know: they need an order.
+        let set = BehaviourSet(registry.execution_order.len());
+        registry.execution_order.insert(place, OrderedBehaviour { name: name.to_owned(), set });
+        let earlier = place.checked_sub(1).map(|place| registry.execution_order[place].set);
+        let later = registry.execution_order.get(place + 1).map(|behaviour| behaviour.set);
         self.add_systems(Cycle, behaviour.into_configs().in_set(set))
             .configure_sets(Cycle, set.in_set(DecideSystems::Behave));
         if let Some(earlier) = earlier {

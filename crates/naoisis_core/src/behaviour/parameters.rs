@@ -1,4 +1,4 @@
-//! The parameters that a behaviour may have: a closed list of what is known to be safe.
+//! The parameters that a behaviour may have: a closed list of safe ones.
 //!
 //! | parameter | why it is safe |
 //! |---|---|

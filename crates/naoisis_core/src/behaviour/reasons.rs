@@ -1,7 +1,7 @@
-//! Why a robot does what it does: the options that its behaviour had, what each was worth to it, and which it chose.
+//! Reasons of decisions: the options of a behaviour, their values, and the choice.
 //!
-//! A behaviour says so in the [`Reasons`] of its robots. They are there for robots that somebody gave them, such as a trace with the
-//! field `robots.reasons`; a behaviour asks for `Option<&mut Reasons>`, and does nothing for the others. The built-in teams do:
+//! A behaviour writes the [`Reasons`] of its robots. Robots have this component only on request, for example of a trace with the
+//! field `robots.reasons`; a behaviour queries `Option<&mut Reasons>`. The built-in teams do:
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -28,25 +28,25 @@ use std::borrow::Cow;
 use crate::knowledge::Knowledge;
 use crate::team::RobotId;
 
-/// What a behaviour considered in the last cycle in which it decided, and what it chose.
+/// The options of a behaviour in the last cycle in which it decided, and its choice.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Belief)]
 pub struct Reasons {
-    /// What it could do.
+    /// The options.
     pub options: Vec<Choice>,
-    /// The place of what it did among the options, from 0.
+    /// The index of the chosen option.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<usize>,
 }
 
-/// Something that a robot could do.
+/// An option of a robot.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct Choice {
-    /// What, in a word or two.
+    /// Name in a word or two.
     pub name: Cow<'static, str>,
-    /// What it is worth, in a unit of the behaviour's own: more is better.
+    /// Value in a unit of the behaviour: more is better.
     pub value: f32,
-    /// What speaks for it, for people.
+    /// Explanation for people.
     pub why: Cow<'static, str>,
 }
 
@@ -58,7 +58,7 @@ impl Choice {
 }
 
 impl Reasons {
-    /// These options, of which the one of this name was chosen; if there are several, the best of them.
+    /// These options with the choice `chosen`: of several with this name the best.
     pub fn of(options: Vec<Choice>, chosen: &str) -> Self {
         let named = options.iter().enumerate().filter(|(_, option)| option.name == chosen);
         let chosen =
@@ -66,13 +66,13 @@ impl Reasons {
         Self { options, chosen }
     }
 
-    /// What was chosen, if anything was.
+    /// The chosen option, if any.
     pub fn choice(&self) -> Option<&Choice> {
         self.options.get(self.chosen?)
     }
 }
 
-/// Asks all robots of the match for their reasons, from the next cycle on.
+/// Adds [`Reasons`] to all robots of the match, so that behaviours write them from the next cycle on.
 pub fn ask_for_reasons(world: &mut World) {
     let mut silent = world.query_filtered::<Entity, (With<RobotId>, Without<Reasons>)>();
     let robots: Vec<Entity> = silent.iter(world).collect();

@@ -12,13 +12,13 @@ use crate::robot::kick::{KickCommand, KickRequest};
 use crate::robot::motion::WalkCommand;
 use crate::robot::posture::{PostureCommand, PostureRequest};
 
-/// Controls a robot by a script instead of a behaviour.
+/// A script that controls a robot instead of a behaviour.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct Script(pub Vec<ScriptEntry>);
 
-/// One entry of a script: what to command in every cycle with `from_s <= t < until_s`; without `until_s` once, in
-/// the first cycle at or after `from_s`.
+/// An entry of a script: the commands for every cycle with `from_s <= t < until_s`; without `until_s` for the first cycle at or
+/// after `from_s`.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScriptEntry {
@@ -76,8 +76,7 @@ pub(super) fn run_scripts(
     }
 }
 
-/// Whether the entry acts in the clock's cycle: in every cycle with `from_s <= t < until_s`, without an end in the
-/// first one at or after `from_s`. Times that differ by less than a thousandth of a cycle are equal.
+/// Whether `entry` is active in the current cycle of `clock`. Times that differ by less than a thousandth of a cycle are equal.
 pub fn is_active(entry: &ScriptEntry, clock: &CycleClock) -> bool {
     let now = clock.start_time_s() + clock.period_s / 1000.0;
     let until = entry.until_s.unwrap_or(entry.from_s + clock.period_s);

@@ -1,7 +1,7 @@
-//! The camera model: where each lens is, what it looks at, and how points, pixels and the ground relate.
+//! The camera model: the pose of each lens, and the projection between points, pixels and the ground.
 //!
-//! Pure geometry in the robot frame, computed once per camera and cycle ([`CameraViews`]) and cheap from then
-//! on. The vision, the renderers and the overlays all use this one model.
+//! Pure geometry in the robot frame, computed once per camera and cycle ([`CameraViews`]). The vision, the renderers and the
+//! overlays all use this one model.
 //!
 //! A robot has as many cameras as its model says ([`CameraMounts`]). A lens turns with the head about the neck. Cameras are
 //! pinholes with square pixels and the principal point at the image's centre. Of the NAO, Table 1(a) of the paper gives the
@@ -11,6 +11,7 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 use core::ops::Deref;
+use tinyvec::ArrayVec;
 
 #[cfg(test)]
 mod tests;
@@ -23,17 +24,17 @@ mod seen_ground;
 
 pub use mount::{CameraMount, CameraMounts, CameraName, NotACameraName};
 
-/// How much further down a NAO's bottom camera looks than its top one, radians: 40° (paper, section 3.1).
+/// Tilt of a NAO's bottom camera, radians: 40° below the top camera (paper, section 3.1).
 pub const BOTTOM_TILT: f32 = 0.698_131_7;
 
 /// Cosine and sine of [`BOTTOM_TILT`].
 const BOTTOM_TILT_UNIT: Vec2 = Vec2::new(0.766_044_44, 0.642_787_6);
 
-/// Nearer than this to the plane of the lens, a point has no pixel, m.
+/// Least distance of a point from the plane of the lens for a projection, m.
 const NEAR_PLANE_M: f32 = 1e-3;
 
 /// The pinhole: focal length, principal point and size of the image.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct CameraIntrinsics {
     /// Focal length, pixels.
     pub focal_length: f32,
@@ -44,7 +45,7 @@ pub struct CameraIntrinsics {
 }
 
 impl CameraIntrinsics {
-    /// The pinhole with this size of the image, pixels, and this field of view along its diagonal, radians.
+    /// The pinhole with an image of `size`, pixels, and `diagonal_fov` along its diagonal, radians.
     pub fn new(size: Vec2, diagonal_fov: f32) -> Self {
         let focal_length = size.length() / 2.0 / ops::tan(diagonal_fov / 2.0);
         Self { focal_length, centre: size / 2.0, size }
@@ -52,16 +53,15 @@ impl CameraIntrinsics {
 }
 
 /// The views of all cameras of a robot at one instant, in the order of its model.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct CameraViews {
-    views: [CameraView; CameraMounts::MOST],
-    names: [CameraName; CameraMounts::MOST],
-    count: usize,
+    views: ArrayVec<[CameraView; CameraMounts::MOST]>,
+    names: ArrayVec<[CameraName; CameraMounts::MOST]>,
 }
 
 impl CameraViews {
-    /// Makes these the views of cameras in a head at these angles, which turns about `neck`, m, robot frame; each with its
-    /// pinhole.
+    /// Sets the views of the cameras at `mounts` in a head at these angles, which turns about `neck`, m, robot frame.
+    /// `intrinsics` gives the pinhole of each camera.
     pub fn set(
         &mut self,
         mounts: &CameraMounts,
@@ -70,17 +70,17 @@ impl CameraViews {
         head: HeadAngles,
     ) {
         let (yaw, pitch) = (unit(head.yaw), unit(head.pitch));
-        let mounts = mounts.as_slice();
-        self.count = mounts.len();
-        for ((view, name), mount) in self.views.iter_mut().zip(&mut self.names).zip(mounts) {
-            *view = CameraView::from_units(intrinsics(mount), mount, neck, yaw, pitch);
-            *name = mount.name;
+        self.views.clear();
+        self.names.clear();
+        for mount in mounts.iter() {
+            self.views.push(CameraView::from_units(intrinsics(mount), mount, neck, yaw, pitch));
+            self.names.push(mount.name);
         }
     }
 
-    /// The names of the cameras, in their order.
+    /// The names of the cameras.
     pub fn names(&self) -> &[CameraName] {
-        &self.names[..self.count]
+        &self.names
     }
 
     /// Names and views.
@@ -89,35 +89,27 @@ impl CameraViews {
     }
 }
 
-impl Default for CameraViews {
-    /// Of a robot without cameras.
-    fn default() -> Self {
-        let (views, names) = ([CameraView::NOWHERE; CameraMounts::MOST], [CameraName::TOP; CameraMounts::MOST]);
-        Self { views, names, count: 0 }
-    }
-}
-
 impl Deref for CameraViews {
     type Target = [CameraView];
 
     fn deref(&self) -> &[CameraView] {
-        &self.views[..self.count]
+        &self.views
     }
 }
 
-/// Where a point is seen from a camera, roughly.
+/// The side of a camera's view on which a point is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ViewSide {
-    /// To the left of what the camera sees.
+    /// To the left of the view.
     Left,
     /// It may be in view.
     Inside,
-    /// To the right of what the camera sees.
+    /// To the right of the view.
     Right,
 }
 
-/// One camera at one instant: its pinhole and where it is in the robot frame.
-#[derive(Clone, Copy, PartialEq, Debug)]
+/// One camera at one instant: its pinhole and its pose in the robot frame.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct CameraView {
     /// The pinhole.
     pub intrinsics: CameraIntrinsics,
@@ -132,20 +124,12 @@ pub struct CameraView {
 }
 
 impl CameraView {
-    const NOWHERE: CameraView = CameraView {
-        intrinsics: CameraIntrinsics { focal_length: 1.0, centre: Vec2::ZERO, size: Vec2::ZERO },
-        lens: Vec3::ZERO,
-        right: Vec3::NEG_Y,
-        down: Vec3::NEG_Z,
-        forward: Vec3::X,
-    };
-
-    /// The view of a camera in a head at these angles, which turns about `neck`, m, robot frame.
+    /// The view of a camera in a head at angles `head`, which turns about `neck`, m, robot frame.
     pub fn new(intrinsics: CameraIntrinsics, mount: &CameraMount, neck: Vec3, head: HeadAngles) -> Self {
         Self::from_units(intrinsics, mount, neck, unit(head.yaw), unit(head.pitch))
     }
 
-    /// From the unit vectors at the head's yaw and pitch. The head's rotation is Rz(yaw) Ry(pitch).
+    /// The view from the unit vectors at the head's yaw and pitch. The head's rotation is Rz(yaw) Ry(pitch).
     fn from_units(intrinsics: CameraIntrinsics, mount: &CameraMount, neck: Vec3, yaw: Vec2, pitch: Vec2) -> Self {
         let offset = mount.lens_m - neck;
         let lens_ahead = offset.x * pitch.x + offset.z * pitch.y;
@@ -165,7 +149,7 @@ impl CameraView {
         }
     }
 
-    /// Of a camera that looks aside in the head: its rotation in it is Rz(pan) Ry(tilt).
+    /// The view of a camera that is panned in the head: its rotation in the head is Rz(pan) Ry(tilt).
     fn panned(intrinsics: CameraIntrinsics, lens: Vec3, mount: &CameraMount, yaw: Vec2, pitch: Vec2) -> Self {
         let (pan, tilt) = (unit(mount.pan()), mount.tilt_unit());
         // From the head's frame to the robot's: Rz(yaw) Ry(pitch).
@@ -199,14 +183,14 @@ impl CameraView {
         (in_camera.z >= NEAR_PLANE_M).then(|| self.pixel_of(in_camera))
     }
 
-    /// The pixel of a point anywhere: that of [`CameraView::project`] where there is one. A point behind the lens
-    /// is treated as if it were just before it, far outside the image on the right side.
+    /// Like [`CameraView::project`], but for points behind the lens, too: these are treated as if they were just before it, far
+    /// outside the image on the correct side.
     pub fn project_anywhere(&self, point: Vec3) -> Vec2 {
         let in_camera = self.camera_from_robot(point);
         self.pixel_of(Vec3 { z: in_camera.z.max(NEAR_PLANE_M), ..in_camera })
     }
 
-    /// Whether something of a ball of this radius, m, about a point of the robot frame may be in the image.
+    /// Whether a part of the ball with `radius`, m, around `centre`, robot frame, may be in the image. Conservative.
     pub fn may_see(&self, centre: Vec3, radius: f32) -> bool {
         let in_camera = self.camera_from_robot(centre);
         let CameraIntrinsics { focal_length, centre: half_size, .. } = self.intrinsics;
@@ -216,7 +200,7 @@ impl CameraView {
             && focal_length * in_camera.y.abs() <= half_size.y * in_camera.z + (focal_length + half_size.y) * radius
     }
 
-    /// Whether all of a ball of this radius, m, about a point of the robot frame certainly is in the image.
+    /// Whether the whole ball with `radius`, m, around `centre`, robot frame, is certainly in the image. Conservative.
     pub fn surely_sees(&self, centre: Vec3, radius: f32) -> bool {
         let in_camera = self.camera_from_robot(centre);
         let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
@@ -232,7 +216,7 @@ impl CameraView {
     pub fn pixel_in_image(&self, point: Vec3) -> Option<Vec2> {
         let offset = point - self.lens;
         let ahead = self.forward.dot(offset);
-        // Most points are not in view, which can be told without a division.
+        // Most points are not in view, which is decided without a division.
         let beside = self.right.dot(offset) * self.intrinsics.focal_length;
         if ahead < NEAR_PLANE_M || beside.abs() > (self.intrinsics.centre.x + 1.0) * ahead {
             return None;
@@ -241,10 +225,9 @@ impl CameraView {
             .filter(|&pixel| self.contains(pixel))
     }
 
-    /// On which side of the view a point of the robot frame certainly is, m, whatever its height between the ground and
-    /// twice the height of the lens, and whatever the head's pitch: [`ViewSide::Inside`] if it may be in view. Of a
-    /// segment with both ends on one side, nothing is in view. With some centimetres to spare, so that it holds for
-    /// both cameras of the head.
+    /// The side of the view on which `place`, robot frame, m, certainly is, for every height between the ground and twice the height
+    /// of the lens and every pitch of the head: [`ViewSide::Inside`] if it may be in view. A segment with both ends on one side is
+    /// not in view. Conservative by some centimetres, so that it holds for both cameras of the head.
     pub fn side_of(&self, place: Vec2) -> ViewSide {
         let offset = place - self.lens.truncate();
         let left = -self.right.truncate().dot(offset);
@@ -272,21 +255,21 @@ impl CameraView {
         self.forward + slope.x * self.right + slope.y * self.down
     }
 
-    /// Where a pixel looks on the plane `height` m above the ground: x and y in the robot frame, m. None when it
-    /// looks along or away from that plane.
+    /// The point on the plane `height` m above the ground at which a pixel looks: x and y in the robot frame, m. None if the ray is
+    /// parallel to the plane or leads away from it.
     pub fn point_at_height(&self, pixel: Vec2, height: f32) -> Option<Vec2> {
         let ray = self.ray(pixel);
         let distance = (height - self.lens.z) / ray.z;
         (distance.is_finite() && distance > 0.0).then(|| self.lens.truncate() + distance * ray.truncate())
     }
 
-    /// Where a pixel looks on the ground: x and y in the robot frame, m. None above the horizon.
+    /// The point on the ground at which a pixel looks: x and y in the robot frame, m. None above the horizon.
     pub fn ground_point(&self, pixel: Vec2) -> Option<Vec2> {
         self.point_at_height(pixel, 0.0)
     }
 
-    /// The part of the segment from `start` to `end` (robot frame, m) that is in the image, as shares of its length
-    /// from its start. None when none of it is.
+    /// The part of the segment from `start` to `end` (robot frame, m) that is in the image, as shares of its length from its start.
+    /// None if it is outside.
     pub fn visible_part(&self, start: Vec3, end: Vec3) -> Option<[f32; 2]> {
         let (start, end) = (self.camera_from_robot(start), self.camera_from_robot(end));
         let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;

@@ -1,16 +1,15 @@
-//! Which cameras a robot has: their names, and where they are in its head.
+//! The cameras of a robot: their names and mounting in its head.
 
 use bevy::prelude::*;
-use core::fmt;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
+use tinyvec::ArrayVec;
 
 use crate::geometry::{file_units, unit};
 use crate::short_name::short_name;
 
 short_name! {
-    /// The name of one of a robot's cameras: what percepts, images and pictures say of which camera they are.
-    CameraName, NotACameraName, "a camera", "The name of a camera of the robot's model."
+    /// The name of one of a robot's cameras.
+    CameraName, NotACameraName, 15, "a camera", "The name of a camera of the robot's model.", "^[a-z0-9_]{1,15}$"
 }
 
 impl CameraName {
@@ -29,48 +28,76 @@ pub struct CameraMount {
     pub name: CameraName,
     /// Its lens with the head straight, m, robot frame.
     pub lens_m: Vec3,
-    /// Its own image, where that is another than the common one: width and height, pixels.
+    /// Width and height of its image, pixels; none: the common size.
     pub size: Option<[u32; 2]>,
-    /// Its own field of view along the diagonal, radians, where that is another than the common one.
+    /// Its field of view along the diagonal, radians; none: the common one.
     pub diagonal_fov: Option<f32>,
-    /// Its own radial distortion, where that is another than the common one's.
+    /// Its radial distortion; none: the common one.
     pub distortion: Option<[f32; 2]>,
-    /// In every so many cycles it takes an image, where that is another number than the common one.
+    /// The period of its images, cycles; none: the common one.
     pub every_cycles: Option<u32>,
-    /// How far below the head's x axis it looks, radians.
+    /// Tilt below the head's x axis, radians.
     tilt: f32,
-    /// Cosine and sine of that.
+    /// Cosine and sine of the tilt.
     tilt_unit: Vec2,
-    /// How far to the left of the head's x axis it looks, radians.
+    /// Pan to the left of the head's x axis, radians.
     pan: f32,
 }
 
 impl CameraMount {
-    /// A camera with its lens there, m, robot frame, which looks so far below the head's x axis, radians.
+    /// The upper camera of a NAO.
+    const NAO_TOP: CameraMount = CameraMount {
+        name: CameraName::TOP,
+        lens_m: Vec3::new(0.0539, 0.0, 0.5372),
+        size: None,
+        diagonal_fov: None,
+        distortion: None,
+        every_cycles: None,
+        tilt: 0.0,
+        tilt_unit: Vec2::X,
+        pan: 0.0,
+    };
+
+    /// The lower camera of a NAO.
+    const NAO_BOTTOM: CameraMount = CameraMount {
+        name: CameraName::BOTTOM,
+        lens_m: Vec3::new(0.0488, 0.0, 0.4709),
+        tilt: super::BOTTOM_TILT,
+        tilt_unit: super::BOTTOM_TILT_UNIT,
+        ..CameraMount::NAO_TOP
+    };
+
+    /// A camera with its lens at `lens_m`, m, robot frame, tilted by `tilt` below the head's x axis, radians.
     pub fn new(name: CameraName, lens_m: Vec3, tilt: f32) -> Self {
         let tilt_unit = unit(tilt);
         let (size, diagonal_fov, distortion, every_cycles) = (None, None, None, None);
         Self { name, lens_m, size, diagonal_fov, distortion, every_cycles, tilt, tilt_unit, pan: 0.0 }
     }
 
-    /// The same camera, but that it looks so far to the left of the head's x axis, radians, and then down.
+    /// This camera, panned by `pan` to the left of the head's x axis, radians, before the tilt.
     #[must_use]
     pub fn panned(self, pan: f32) -> Self {
         Self { pan, ..self }
     }
 
-    /// How far to the left of the head's x axis it looks, radians.
+    /// The pan to the left of the head's x axis, radians.
     pub fn pan(&self) -> f32 {
         self.pan
     }
 
-    /// How far below the head's x axis it looks, radians.
+    /// The tilt below the head's x axis, radians.
     pub fn tilt(&self) -> f32 {
         self.tilt
     }
 
     pub(super) fn tilt_unit(&self) -> Vec2 {
         self.tilt_unit
+    }
+}
+
+impl Default for CameraMount {
+    fn default() -> Self {
+        Self::NAO_TOP
     }
 }
 
@@ -94,7 +121,7 @@ struct MountFields {
     every_cycles: Option<u32>,
 }
 
-/// Most cameras look ahead, which need not be said.
+/// Whether `pan` is zero, which is not written.
 fn is_zero(pan: &f32) -> bool {
     *pan == 0.0
 }
@@ -124,94 +151,51 @@ impl From<CameraMount> for MountFields {
     }
 }
 
-/// The cameras of a robot, none to [`CameraMounts::MOST`].
-#[derive(Clone, Copy, PartialEq, Reflect)]
+/// The cameras of a robot, at most [`CameraMounts::MOST`], in the order of its model.
+#[derive(Clone, Copy, PartialEq, Debug, Deref, Reflect, Serialize, Deserialize)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct CameraMounts {
-    mounts: [CameraMount; CameraMounts::MOST],
-    count: usize,
+#[serde(try_from = "Vec<CameraMount>")]
+pub struct CameraMounts(ArrayVec<[CameraMount; CameraMounts::MOST]>);
+
+impl TryFrom<Vec<CameraMount>> for CameraMounts {
+    type Error = String;
+
+    fn try_from(cameras: Vec<CameraMount>) -> Result<Self, String> {
+        let too_many = || format!("{} cameras; expected at most {}", cameras.len(), Self::MOST);
+        Self::new(&cameras).ok_or_else(too_many)
+    }
 }
 
 impl CameraMounts {
     /// The most cameras that a robot may have.
     pub const MOST: usize = 4;
 
-    /// The two of a NAO.
-    pub const NAO: CameraMounts = {
-        let top = CameraMount {
-            name: CameraName::TOP,
-            lens_m: Vec3::new(0.0539, 0.0, 0.5372),
-            size: None,
-            diagonal_fov: None,
-            distortion: None,
-            every_cycles: None,
-            tilt: 0.0,
-            tilt_unit: Vec2::X,
-            pan: 0.0,
-        };
-        let bottom = CameraMount {
-            name: CameraName::BOTTOM,
-            lens_m: Vec3::new(0.0488, 0.0, 0.4709),
-            tilt: super::BOTTOM_TILT,
-            tilt_unit: super::BOTTOM_TILT_UNIT,
-            ..top
-        };
-        CameraMounts { mounts: [top, bottom, top, top], count: 2 }
-    };
-
-    /// These cameras. None if there are too many.
+    /// These cameras; none if there are more than [`MOST`](Self::MOST).
     pub fn new(cameras: &[CameraMount]) -> Option<Self> {
-        let mut mounts = Self::NAO;
-        mounts.mounts.get_mut(..cameras.len())?.copy_from_slice(cameras);
-        mounts.count = cameras.len();
-        Some(mounts)
-    }
-
-    /// The cameras, in the order of the robot's model.
-    pub fn as_slice(&self) -> &[CameraMount] {
-        &self.mounts[..self.count]
+        ArrayVec::try_from(cameras).ok().map(Self)
     }
 
     /// The camera of this name.
     pub fn get(&self, name: CameraName) -> Option<&CameraMount> {
-        self.as_slice().iter().find(|mount| mount.name == name)
+        self.iter().find(|mount| mount.name == name)
     }
 
-    /// At which place in their order the camera of this name is; that after the last for one that there is not.
+    /// The index of the camera of this name; the number of cameras if there is none.
     pub fn order(&self, name: CameraName) -> usize {
-        self.as_slice().iter().position(|mount| mount.name == name).unwrap_or(self.count)
+        self.iter().position(|mount| mount.name == name).unwrap_or(self.len())
     }
 
     /// Their names.
     pub fn names(&self) -> impl Iterator<Item = CameraName> + '_ {
-        self.as_slice().iter().map(|mount| mount.name)
+        self.iter().map(|mount| mount.name)
     }
 }
 
 impl Default for CameraMounts {
+    /// The two of a NAO.
     fn default() -> Self {
-        Self::NAO
-    }
-}
-
-impl fmt::Debug for CameraMounts {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_list().entries(self.as_slice()).finish()
-    }
-}
-
-impl Serialize for CameraMounts {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.as_slice().serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for CameraMounts {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let cameras = Vec::<CameraMount>::deserialize(deserializer)?;
-        let too_many = || D::Error::custom(format!("{} cameras; expected at most {}", cameras.len(), Self::MOST));
-        Self::new(&cameras).ok_or_else(too_many)
+        Self([CameraMount::NAO_TOP, CameraMount::NAO_BOTTOM].into_iter().collect())
     }
 }
 

@@ -1,18 +1,17 @@
-//! The part of the ground that a camera sees.
+//! The visible part of the ground.
 
 use bevy::prelude::*;
 
 use super::CameraView;
 
 impl CameraView {
-    /// The corners of the ground that a camera sees, robot frame, m, at most `furthest_m` ahead of the lens; none if it sees
-    /// no ground.
+    /// The corners of the visible ground, robot frame, m, at most `furthest_m` ahead of the lens; none if no ground is visible.
     ///
-    /// The image is cut off where the ground is that far away. What is straight in the image is so on the ground, too.
+    /// The image is cut off at that distance. Straight lines in the image are straight on the ground.
     pub fn seen_ground(&self, furthest_m: f32) -> Vec<Vec2> {
         let size = self.intrinsics.size;
         let corners = [Vec2::ZERO, size.with_y(0.0), size, size.with_x(0.0)];
-        // A ray with a unit component ahead that falls by so much reaches the ground that far away.
+        // A ray with a unit component ahead that falls by this reaches the ground at `furthest_m`.
         let level = Vec2::new(self.forward.x, self.forward.y).length().max(1e-6);
         let least_fall = self.lens.z / furthest_m * level;
         let fall = |pixel: Vec2| -self.ray(pixel).z - least_fall;

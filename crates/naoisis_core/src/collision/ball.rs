@@ -1,48 +1,48 @@
-//! The ball's path through a cycle: it rolls by its law, and bounces off whatever it meets on the way, moving or not.
+//! The ball's path in a cycle: it rolls by its law, and bounces off moving and static obstacles.
 //!
-//! The ball is never stepped through an obstacle: the time of the next contact is found by conservative advancement.
-//! From the distance between ball and obstacle and a bound on their closing speed follows a time in which they cannot
-//! meet; going ahead by that time again and again ends at the contact (Mirtich, 1996).
+//! The ball cannot tunnel through an obstacle: the time of the next contact is found by conservative advancement (Mirtich, 1996).
+//! The distance between ball and obstacle and a bound on their closing speed give a time in which they cannot touch; advancing by
+//! this time repeatedly converges to the contact.
 
 use bevy::prelude::*;
 
 use super::ball_obstacle::BallObstacle;
 use crate::ball::RollingBall;
 
-/// At this distance ball and obstacle touch, m.
+/// Distance at which ball and obstacle are in contact, m.
 const CONTACT_DISTANCE: f32 = 1e-4;
-/// Approaches slower than this are no contact, m/s.
+/// Least approach speed of a contact, m/s.
 const LEAST_APPROACH: f32 = 1e-5;
-/// A ball that bounces more often than this within one cycle is wedged.
+/// Greatest number of bounces in a cycle; with more the ball is wedged.
 const MOST_BOUNCES: usize = 24;
-/// From so many bounces in a row off the same obstacle on, the ball rolls along it rather than bounces.
+/// Number of consecutive bounces off the same obstacle from which the ball rolls along it.
 const BOUNCES_TO_ROLL_ALONG: usize = 8;
-/// It then parts from the obstacle by at least this much, m/s, and twice as fast each time that it has not got away.
+/// Least speed at which such a ball separates from the obstacle, m/s, doubled with each further contact.
 const LEAST_PARTING_SPEED: f32 = 0.002;
-/// Within a step of the search for contacts, the ball gets no deeper than this into an obstacle that it touches, m.
+/// Greatest penetration of an obstacle in a step of the search for contacts, m.
 const DEEPEST_STEP: f32 = 5.0 * CONTACT_DISTANCE;
 /// Most steps of one conservative advancement: a ball that grazes a turning robot at little more than the contact
 /// distance goes ahead by as much at a time, and in a long cycle has some 20 cm to go.
 const MOST_ADVANCES: usize = 2048;
 
-/// How the ball bounces off something in a cycle.
+/// A contact of the ball with an obstacle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BallContact {
     /// Index of the obstacle.
     pub obstacle: usize,
-    /// Speed at which the two approached each other, m/s.
+    /// Approach speed, m/s.
     pub approach_speed: f32,
-    /// The ball's speed just before, m/s.
+    /// The ball's speed before the contact, m/s.
     pub ball_speed: f32,
     /// The ball's centre, m.
     pub position: Vec2,
 }
 
-/// Rolls the ball for `duration` seconds among the obstacles. Every bounce is pushed to `contacts`, every corner of
-/// the path to `path`, its start and end included.
+/// Rolls the ball for `duration` seconds among the obstacles. Pushes every bounce to `contacts`, and every vertex of the path,
+/// including its start and end, to `path`.
 ///
 /// A ball that overlaps an obstacle at the start may stay where it is (a NAO kicks a ball that lies over its toes),
-/// but gets no deeper. Returns none when the ball is wedged: it has nowhere to go from obstacles that close in on it.
+/// but does not get deeper. Returns none if the ball is wedged between obstacles that close in on it.
 pub fn roll_ball(
     ball: RollingBall,
     obstacles: &[BallObstacle],
@@ -87,10 +87,10 @@ pub fn roll_ball(
     None
 }
 
-/// How fast the ball parts at least from the obstacle that it has just met.
+/// The least speed at which the ball separates from the obstacle that it has just touched.
 ///
-/// A ball that rolls along the side of a robot which turns towards it is met again and again, sooner each time, and so is
-/// one that a robot pushes through grass: without end, were it left to the restitution alone.
+/// With the restitution alone, a ball that rolls along a robot which turns towards it, or that a robot pushes, would have contacts
+/// in ever shorter intervals, without end.
 fn least_parting_speed(contacts: &[BallContact]) -> f32 {
     let Some(last) = contacts.last() else { return 0.0 };
     let in_a_row = contacts.iter().rev().take_while(|contact| contact.obstacle == last.obstacle).count();
@@ -100,13 +100,13 @@ fn least_parting_speed(contacts: &[BallContact]) -> f32 {
     }
 }
 
-/// How close the ball may come to the obstacle: its radius, or less where it already is closer.
+/// The least distance of the ball from the obstacle: its radius, or less if it is already closer.
 fn clearance_at_start(obstacle: &BallObstacle, ball: &RollingBall) -> f32 {
     obstacle.signed_distance(ball.position, 0.0).0.min(ball.radius)
 }
 
-/// The way out of an obstacle that the ball got into by less than a step of the search for contacts. Left there, it would
-/// get deeper by as much in every cycle.
+/// The displacement out of an obstacle that the ball penetrates by less than a step of the search for contacts. Without it the ball
+/// would get deeper in every cycle.
 fn way_out(obstacle: &BallObstacle, start: &RollingBall, position: Vec2, share: f32) -> Vec2 {
     if !obstacle.is_near(position, start.radius) {
         return Vec2::ZERO;
@@ -116,14 +116,13 @@ fn way_out(obstacle: &BallObstacle, start: &RollingBall, position: Vec2, share: 
     if (0.0..=DEEPEST_STEP).contains(&depth) { normal * depth } else { Vec2::ZERO }
 }
 
-/// Whether the ball at the `end` of the cycle is no closer to the obstacle than it may be. Whatever rolling it among them
-/// has come to, this holds in the end.
+/// Whether the ball at the `end` of the cycle keeps its least distance from the obstacle, the final check of the result.
 fn is_clear(obstacle: &BallObstacle, start: &RollingBall, end: &RollingBall) -> bool {
     !obstacle.is_near(end.position, end.radius)
         || obstacle.signed_distance(end.position, 1.0).0 > clearance_at_start(obstacle, start) - DEEPEST_STEP
 }
 
-/// When, from `start` on, the ball touches the obstacle while approaching it, and the normal there.
+/// The time from `start` on at which the ball touches the obstacle while approaching it, and the normal at the contact.
 fn time_of_contact(
     at_start_of_cycle: &RollingBall,
     ball: &RollingBall,

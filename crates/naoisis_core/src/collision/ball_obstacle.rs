@@ -1,4 +1,4 @@
-//! What the ball can bounce off: posts, bars and the bases of robots that walk.
+//! The obstacles of the ball: posts, bars and the bases of walking robots.
 
 use bevy::prelude::*;
 
@@ -6,7 +6,7 @@ use super::footprints::distance_from_segment;
 use crate::geometry::{Pose, wrap_angle};
 use crate::robot::body::BodyBox;
 
-/// What the ball can bounce off.
+/// An obstacle of the ball.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum BallObstacle {
     /// A post.
@@ -25,7 +25,7 @@ pub enum BallObstacle {
         /// Radius, m.
         radius: f32,
     },
-    /// The base of a robot that walks from one pose to another during the cycle.
+    /// The base of a robot that moves from one pose to another during the cycle.
     Base {
         /// At the start of the cycle.
         start: Pose,
@@ -47,7 +47,7 @@ impl BallObstacle {
         }
     }
 
-    /// Distance of a point from the surface (negative inside) and the outward normal, at this share of the cycle.
+    /// Distance of a point from the surface (negative inside) and the outward normal, at `share` of the cycle.
     pub(super) fn signed_distance(&self, point: Vec2, share: f32) -> (f32, Vec2) {
         match *self {
             BallObstacle::Cylinder { centre, radius } => {
@@ -83,7 +83,7 @@ impl BallObstacle {
         matches!(self, BallObstacle::Base { start, end, .. } if start != end)
     }
 
-    /// Whether a ball at this place could touch the obstacle at any time of the cycle.
+    /// Whether a ball there could touch the obstacle at any time of the cycle.
     pub(super) fn is_near(&self, place: Vec2, ball_radius: f32) -> bool {
         let (centre, radius) = self.bounds();
         let reach = radius + ball_radius;

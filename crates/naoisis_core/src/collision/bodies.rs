@@ -1,4 +1,4 @@
-//! What robots run into, and which of it overlaps.
+//! Bodies of robots for collisions, and their overlaps.
 
 use bevy::prelude::*;
 
@@ -6,21 +6,21 @@ use super::footprints::Overlap;
 use crate::geometry::Pose;
 use crate::robot::body::BodyBox;
 
-/// A robot as far as collisions are concerned.
+/// A robot for collisions.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RobotBody {
-    /// Where it was at the start of the cycle.
+    /// Its pose at the start of the cycle.
     pub start: Pose,
-    /// Where it wants to be at the end; after [`resolve_robots`](super::robots::resolve_robots), where it will be.
+    /// Its intended pose at the end of the cycle; after [`resolve_robots`](super::robots::resolve_robots) its actual one.
     pub end: Pose,
     /// Its torso.
     pub torso: BodyBox,
-    /// How far it can go in the cycle, m: nobody is shoved faster than that. Its own step is never too long.
+    /// Greatest displacement by pushing in the cycle, m. Its own step may be longer.
     pub most_way: f32,
 }
 
 impl RobotBody {
-    /// Whether it wants to move at all.
+    /// Whether it intends to move.
     pub fn is_moving(&self) -> bool {
         self.start != self.end
     }
@@ -35,7 +35,7 @@ pub struct Cylinder {
     pub radius: f32,
 }
 
-/// What a robot touched.
+/// The other body of a contact.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Touched {
     /// The robot with this index.
@@ -44,7 +44,7 @@ pub enum Touched {
     Cylinder(usize),
 }
 
-/// Calls `visit` with every overlap of the torsos at `poses`: index, what it overlaps, how.
+/// Calls `visit` with every overlap of the torsos at `poses`: index, other body, overlap.
 pub(super) fn for_each_overlap(
     robots: &[RobotBody],
     cylinders: &[Cylinder],

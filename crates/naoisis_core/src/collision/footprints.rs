@@ -1,4 +1,4 @@
-//! Where rectangles, discs and points meet on the ground.
+//! Overlaps of rectangles, discs and points on the ground.
 //!
 //! Robots are upright boxes that never tilt, so all contacts are contacts of footprints.
 
@@ -6,15 +6,15 @@ use bevy::prelude::*;
 
 use crate::robot::body::Footprint;
 
-/// Overlaps shallower than this are touches, m.
+/// Least depth of an overlap, m.
 pub const TOUCH_DEPTH: f32 = 1e-6;
 
-/// How two shapes overlap.
+/// The overlap of two shapes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Overlap {
-    /// Unit vector from the first shape to the second, along which they are separated by the least motion.
+    /// Unit vector from the first shape to the second, along which the penetration is least.
     pub normal: Vec2,
-    /// How far they must be moved apart along it, m.
+    /// Penetration depth along it, m.
     pub depth: f32,
 }
 
@@ -36,7 +36,7 @@ impl Footprint {
         self.half_extents.length()
     }
 
-    /// How this rectangle overlaps another, by the separating axis theorem.
+    /// The overlap of this rectangle with another, by the separating axis theorem.
     pub fn overlap(&self, other: &Footprint) -> Option<Overlap> {
         let offset = other.centre - self.centre;
         let reach = self.bounding_radius() + other.bounding_radius();
@@ -57,7 +57,7 @@ impl Footprint {
         least
     }
 
-    /// How this rectangle overlaps a disc.
+    /// The overlap of this rectangle with a disc.
     pub fn overlap_disc(&self, centre: Vec2, radius: f32) -> Option<Overlap> {
         let (distance, normal) = self.signed_distance(centre);
         let depth = radius - distance;

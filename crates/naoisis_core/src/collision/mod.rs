@@ -1,8 +1,8 @@
 //! Collisions between robots, posts and ball (paper, section 3.2).
 //!
-//! In [`CycleSystems::Collide`] all robots that walked are brought to where they can be, then the ball's free path of
-//! the cycle is bent by whatever stands or moves in its way. Torsos meet torsos and posts; the ball meets bases,
-//! posts and the goals' frames. See [`robots`] and [`ball`] for the two models.
+//! In [`CycleSystems::Collide`] first the collisions of robots are resolved, then those of the ball along its path. Torsos collide
+//! with torsos and posts; the ball collides with bases, posts and the goals' frames. See [`robots`] and [`ball`] for the two
+//! models.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
@@ -41,7 +41,7 @@ impl Plugin for CollisionPlugin {
     }
 }
 
-/// Who touches whom since the last cycle, so that a collision is reported once, when the contact begins.
+/// The contacts of the last cycle, so that a collision is reported once, when the contact begins.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, Serialize, Deserialize, @Knowledge::Truth)]
 pub struct Contacts {
@@ -62,7 +62,7 @@ impl Contacts {
         })
     }
 
-    /// Notes the contacts of a cycle, and keeps of `collisions` those that began in it.
+    /// Updates the contacts, and retains the `collisions` that began in this cycle.
     fn update(&mut self, collisions: &mut Vec<Collision>) {
         let mut began = Vec::new();
         core::mem::swap(&mut began, collisions);
@@ -77,7 +77,7 @@ impl Contacts {
     }
 }
 
-/// A collision in the cycle under way.
+/// A collision in the current cycle.
 #[derive(Clone, Copy, Debug)]
 struct Collision {
     robot: Option<RobotId>,
@@ -100,7 +100,7 @@ struct Scratch {
     robot_contacts: Vec<RobotContact>,
     ball_contacts: Vec<BallContact>,
     held: Vec<bool>,
-    /// Strips that dives block: the diver's body, and where its strip is in the robot frame.
+    /// Strips that dives block: the index of the diver's body, the pose of the strip in the robot frame, and its box.
     strips: Vec<(usize, Pose, BodyBox)>,
     collisions: Vec<Collision>,
 }
@@ -207,12 +207,12 @@ impl Scratch {
         }
         self.cylinders.clear();
         self.cylinders.extend(posts.iter().map(|(pose, post)| Cylinder { centre: pose.position, radius: post.radius }));
-        // Posts have no names; their places give them an order.
+        // Posts have no ids; they are ordered by position.
         self.cylinders.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x).then(a.centre.y.total_cmp(&b.centre.y)));
     }
 
-    /// What the ball can meet: first the robots' bases, in the order of the bodies, then the strips that dives block,
-    /// then posts and bars.
+    /// Collects the obstacles of the ball: the robots' bases, in the order of the bodies, then the strips that dives block, then posts
+    /// and bars.
     fn set_obstacles(&mut self, pitch: &Pitch) {
         self.obstacles.clear();
         self.obstacles.extend(self.bodies.iter().zip(&self.bases).map(|(body, base)| BallObstacle::Base {
@@ -239,7 +239,7 @@ impl Scratch {
         }
     }
 
-    /// The body that an obstacle belongs to; none for posts and bars.
+    /// The index of the body of an obstacle; none for posts and bars.
     fn owner_of(&self, obstacle: usize) -> Option<usize> {
         match obstacle.checked_sub(self.bodies.len()) {
             None => Some(obstacle),
@@ -247,7 +247,7 @@ impl Scratch {
         }
     }
 
-    /// A ball that has nowhere to go stays, and whoever would walk into it stays too.
+    /// Holds back robots that would walk into a wedged ball, which does not move.
     fn hold_back_from_wedged_ball(&mut self, ball: Vec2, radius: f32) {
         for (held, obstacle) in self.held.iter_mut().zip(&self.obstacles) {
             let (before, after) = (obstacle.signed_distance(ball, 0.0).0, obstacle.signed_distance(ball, 1.0).0);

@@ -1,8 +1,8 @@
-//! Collisions of robots with each other and with posts, resolved for all at once.
+//! Collisions of robots with each other and with posts, resolved for all robots together.
 //!
-//! A robot that runs into something gives up of its own advance, and slides along. Two that run into each other give
-//! up in proportion to how fast each advanced; a static robot keeps its place, and nobody is shoved faster than it can
-//! walk. Nothing depends on the order in which robots are given.
+//! A robot that collides is pushed back along the normal, and slides along. Two robots that collide are pushed back in proportion
+//! to their advance; a static robot keeps its place, and no robot is pushed faster than it can walk. The result does not depend on
+//! the order of the robots.
 
 use bevy::prelude::*;
 
@@ -10,13 +10,13 @@ use super::bodies::for_each_overlap;
 pub use super::bodies::{Cylinder, RobotBody, Touched};
 use crate::geometry::{Pose, wrap_angle};
 
-/// The longest way that any point of a torso goes between two looks, m: a quarter of its thickness.
+/// Greatest displacement of any point of a torso in a substep, m: a quarter of its thickness.
 const LONGEST_STEP: f32 = 0.02;
-/// More looks than this are never taken in one cycle.
+/// Greatest number of substeps in a cycle.
 const MOST_STEPS: f32 = 256.0;
-/// Rounds of pushing apart before whoever still overlaps is held back.
+/// Rounds of pushing apart, after which overlapping robots are held back.
 const PUSH_ROUNDS: usize = 8;
-/// Gap that is left between bodies that were pushed apart, m.
+/// Gap between bodies that were pushed apart, m.
 const GAP: f32 = 1e-5;
 
 /// A contact of a robot.
@@ -24,21 +24,21 @@ const GAP: f32 = 1e-5;
 pub struct RobotContact {
     /// Index of the robot; of two robots the lower.
     pub robot: usize,
-    /// What it touched.
+    /// The other robot or the cylinder.
     pub touched: Touched,
-    /// Unit vector from the robot to what it touched.
+    /// Unit vector from the robot to the other.
     pub normal: Vec2,
-    /// Where, about, m.
+    /// Approximate point of contact, m.
     pub point: Vec2,
-    /// How far the two wanted to come closer during the cycle, along the normal, m.
+    /// Intended approach of the two during the cycle, along the normal, m.
     pub approach: f32,
-    /// Whether the robot wanted to move.
+    /// Whether the robot intended to move.
     pub robot_moved: bool,
-    /// Whether what it touched wanted to move.
+    /// Whether the other intended to move.
     pub touched_moved: bool,
 }
 
-/// Room that [`resolve_robots`] works in, kept between calls so that a steady match allocates nothing.
+/// Buffers of [`resolve_robots`], kept between calls so that a steady match allocates nothing.
 #[derive(Default, Debug)]
 pub struct SeparationWorkspace {
     current: Vec<Pose>,
@@ -48,8 +48,8 @@ pub struct SeparationWorkspace {
     held: Vec<bool>,
 }
 
-/// Moves all robots from their start towards their end, and writes back where they arrive. Every pair that met is in
-/// `contacts` once, in order of the indices.
+/// Moves all robots from their start towards their end, and writes back the poses that they reach. Every pair that touched is in
+/// `contacts` once, ordered by the indices.
 ///
 /// Afterwards no two torsos overlap and none overlaps a cylinder, provided that none did at the start.
 pub fn resolve_robots(
@@ -88,13 +88,13 @@ fn order_of(touched: Touched) -> (u8, usize) {
     }
 }
 
-/// The longest way of any point of the torso, m.
+/// Greatest displacement of any point of the torso, m.
 fn longest_way(robot: &RobotBody) -> f32 {
     let turn = wrap_angle(robot.end.heading - robot.start.heading).abs();
     robot.start.position.distance(robot.end.position) + turn * robot.torso.reach()
 }
 
-/// `current` after this share of the robot's whole step.
+/// `current` after `share` of the robot's whole step.
 fn advanced(robot: &RobotBody, current: Pose, share: f32) -> Pose {
     if !robot.is_moving() {
         return current;
@@ -109,13 +109,13 @@ fn advanced(robot: &RobotBody, current: Pose, share: f32) -> Pose {
     }
 }
 
-/// How far a robot may get in this share of the cycle, m.
+/// Greatest displacement of a robot in `share` of the cycle, m.
 fn most_way(robot: &RobotBody, share: f32) -> f32 {
     (robot.most_way.max(robot.start.position.distance(robot.end.position)) + GAP) * share
 }
 
-/// Pushes overlapping torsos apart, all at once, a few times over. Who has been pushed as far as it can go is `spent`,
-/// and gives up no more: the other has to.
+/// Pushes overlapping torsos apart, all together, in a few rounds. A robot that has reached its greatest displacement is `spent`:
+/// only the other is pushed.
 fn push_apart(
     robots: &[RobotBody],
     cylinders: &[Cylinder],
@@ -181,8 +181,8 @@ fn push_apart(
     }
 }
 
-/// How much of an overlap each of two robots gives up: in proportion to its advance towards the other; equally, if
-/// neither advanced (one turned into the other); a static robot nothing. The shares add up to 1, unless both stand.
+/// The shares of an overlap by which two robots are pushed apart: in proportion to their advance towards each other; equal if
+/// neither advanced (one turned into the other); zero for a static robot. They add up to 1 unless both are static.
 fn shares(first: &RobotBody, second: &RobotBody, normal: Vec2, share: f32) -> (f32, f32) {
     match (first.is_moving(), second.is_moving()) {
         (false, false) => (0.0, 0.0),
@@ -197,7 +197,7 @@ fn shares(first: &RobotBody, second: &RobotBody, normal: Vec2, share: f32) -> (f
     }
 }
 
-/// Whoever still overlaps stays where it was; and so on, until nobody overlaps.
+/// Returns robots that still overlap to where they were, repeatedly until none overlaps.
 fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut SeparationWorkspace) {
     let SeparationWorkspace { current, wanted, held, .. } = workspace;
     held.clear();
@@ -211,7 +211,7 @@ fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut Separ
     }
 }
 
-/// Puts robots that had to be held back for another reason at their start, and then whoever would overlap them.
+/// Returns robots that are `held` for another reason to their start, and then those that would overlap them.
 pub fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder], held: &mut [bool]) {
     loop {
         for (robot, held) in robots.iter_mut().zip(held.iter()) {
@@ -226,7 +226,7 @@ pub fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder], held
     }
 }
 
-/// Marks whoever overlaps something at `poses` as held. Whether anybody was not before.
+/// Marks robots that overlap something at `poses` as held. Returns whether any was not held before.
 fn hold_overlapping(robots: &[RobotBody], cylinders: &[Cylinder], poses: &[Pose], held: &mut [bool]) -> bool {
     let mut anew = false;
     for_each_overlap(robots, cylinders, poses, |robot, touched, _| {

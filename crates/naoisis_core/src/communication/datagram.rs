@@ -1,4 +1,4 @@
-//! A team message as programs of a league send it: bytes that mean something to the team alone.
+//! A team message in the format of the team's program.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::de::{Error, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Bytes that only the team understands: base64 in files and on the wire.
+/// Bytes in the format of the team's program: base64 in files and on the wire.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Reflect, JsonSchema)]
 #[schemars(with = "String")]
 pub struct Datagram(pub Vec<u8>);

@@ -1,4 +1,4 @@
-//! How much a robot, and its team, may send: the match's limits, and those of the robot's model or team.
+//! Limits of the messages of a robot and its team.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -7,19 +7,19 @@ use super::{MessageSettings, TeamMessage, TeamMessageStatistics};
 use crate::events::Refusal;
 use crate::knowledge::Knowledge;
 
-/// How much a robot may send at most, as its model, its team or it itself says. The match has [limits](MessageSettings) that hold for
-/// all: the smaller one counts.
+/// The message limits of a robot, from its model, its team or itself. The smaller of these and the [limits](MessageSettings) of the
+/// match applies.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct MessageLimits {
-    /// Greatest length of the texts and the datagram in a message together, bytes; none for the match's.
+    /// Greatest total length of the texts and the datagram in a message, bytes; none: that of the match.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_text_bytes: Option<u32>,
-    /// Messages of its team in a match, beyond which it sends none; none for the match's.
+    /// Number of messages of its team in a match beyond which the robot sends none; none: that of the match.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_messages: Option<u32>,
-    /// Bytes of its team in a match, beyond which it sends none; none for the match's.
+    /// Number of bytes of its team in a match beyond which the robot sends none; none: that of the match.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_bytes: Option<u64>,
 }
@@ -33,12 +33,12 @@ impl MessageLimits {
         *self == Self::default()
     }
 
-    /// How many messages are left to a team that has sent so many; none where they are not limited.
+    /// How many messages a team that has `sent` messages may still send; none if unlimited.
     pub fn messages_left(&self, sent: u32) -> Option<u32> {
         self.max_messages.map(|most| most.saturating_sub(sent))
     }
 
-    /// Why a robot whose team has sent so much may not send this message, if it may not.
+    /// Why a robot whose team has `sent` messages may not send `message`; none if it may.
     pub fn refusal(&self, message: &TeamMessage, sent: &TeamMessageStatistics) -> Option<Refusal> {
         let is_too_long = self.max_text_bytes.is_some_and(|most| message.text_bytes() > most as usize);
         let size = message.size_bytes() as u64;
@@ -57,7 +57,7 @@ impl MessageLimits {
 }
 
 impl MessageSettings {
-    /// The limits of a robot that has these of its own: of each the smaller of the two.
+    /// The smaller of these limits and those of a robot.
     pub fn limits_with(&self, own: &MessageLimits) -> MessageLimits {
         MessageLimits {
             max_text_bytes: smaller(Some(self.max_text_bytes), own.max_text_bytes),

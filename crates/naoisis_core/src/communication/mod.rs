@@ -1,25 +1,25 @@
 //! Messages between team-mates (paper, section 3.3).
 //!
-//! Once a cycle each robot may share one structure, a [`TeamMessage`], with its team-mates: it puts it in its
-//! [`Outbox`]. Each team-mate finds it in its [`Inbox`] in a later cycle, or never: messages get lost, for each recipient
-//! independently. Opponents never hear anything.
+//! Once a cycle each robot may share one structure, a [`TeamMessage`], with its team-mates by its [`Outbox`]. Each team-mate
+//! receives it in its [`Inbox`] in a later cycle, unless it gets lost, independently for each recipient. Opponents receive
+//! nothing.
 //!
 //! **Delay.** A message arrives `delay_cycles` after it was sent, by default in the next cycle, and up to `jitter_cycles`
 //! later, evenly distributed, so that one message may overtake another.
 //!
 //! **Loss.** With probability `loss`, and always beyond `range_m` where there is one. None by default.
 //!
-//! **Size.** Texts and datagrams of more than `max_text_bytes`, by default 128 as for messages as a whole in 2025 (512 in the
-//! Humanoid Soccer League of 2026), are refused at the sender; so is a message with a number that is not finite, with a place more than a kilometre away, or of more than 64 robots. A scenario may give a
-//! team a budget of messages and of bytes for the match, beyond which nothing is sent: what a message counts for is
-//! [`TeamMessage::size_bytes`]. A model, a team or a robot may have smaller limits of its own ([`MessageLimits`]). A league's budget is another matter: what is beyond is sent, and
-//! [the rules](crate::game::Rules::message_budget) say what follows. Those of 2010 have none (500 Kbit/s for everything that a
-//! team sends), those of 2025 have 1200 messages.
+//! **Size.** Texts and datagrams of more than `max_text_bytes`, by default 128 as for whole messages in 2025 (512 in the Humanoid
+//! Soccer League of 2026), are refused at the sender; so is a message with a number that is not finite, a position more than a
+//! kilometre away, or more than 64 robots. A scenario may give a team a budget of messages and of bytes for the match, beyond
+//! which nothing is sent: the size of a message is [`TeamMessage::size_bytes`]. A model, a team or a robot may have smaller limits
+//! ([`MessageLimits`]). A league's [budget](crate::game::Rules::message_budget) is different: messages beyond it are sent, and the
+//! referee decides. The rules of 2010 have none (500 kbit/s for everything that a team sends), those of 2025 have 1200 messages.
 //!
 //! **The real NAO** broadcasts UDP packets in the wireless network of the venue, where losing most of them for a while is
 //! nothing unusual.
 //!
-//! What became of all messages is counted in [`MessageStatistics`].
+//! [`MessageStatistics`] counts the messages.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -68,7 +68,7 @@ impl Plugin for CommunicationPlugin {
     }
 }
 
-/// What the robot says in this cycle, if anything. None again after every cycle.
+/// The message of the robot in this cycle, if any. Reset to none after every cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct Outbox(pub Option<TeamMessage>);
@@ -76,11 +76,11 @@ pub struct Outbox(pub Option<TeamMessage>);
 /// A message that arrived.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct ReceivedMessage {
-    /// Who sent it.
+    /// The sender.
     pub from: RobotId,
-    /// In which cycle.
+    /// The cycle in which it was sent.
     pub sent_cycle: u64,
-    /// What it says.
+    /// The content.
     pub say: TeamMessage,
 }
 
@@ -96,20 +96,20 @@ pub struct Inbox(pub Vec<ReceivedMessage>);
 pub struct MessageSettings {
     /// Probability that a recipient does not get a message, independently for each.
     pub loss: f32,
-    /// Cycles from sending to arrival; at least 1, less is taken for 1.
+    /// Cycles from sending to arrival; at least 1.
     pub delay_cycles: u32,
-    /// Greatest number of cycles that a message may take longer; each up to it is as likely.
+    /// Greatest additional delay, cycles; uniformly distributed.
     pub jitter_cycles: u32,
-    /// Greatest distance between sender and recipient, m; none for the whole pitch.
+    /// Greatest distance between sender and recipient, m; none: unlimited.
     pub range_m: Option<f32>,
     /// Greatest length of the texts and the datagram in a message together, bytes.
     pub max_text_bytes: u32,
-    /// Messages that a team can send in a match: what is beyond is refused; none for any number. What a league allows is a
-    /// matter of its [rules](crate::game::Rules::message_budget).
+    /// Messages that a team can send in a match, beyond which they are refused; none: unlimited. The budget of a league is in its
+    /// [rules](crate::game::Rules::message_budget).
     pub max_messages: Option<u32>,
-    /// Bytes that a team may send in a match; none for any number.
+    /// Bytes that a team can send in a match; none: unlimited.
     pub max_bytes: Option<u64>,
-    /// What robots that say nothing of their own send at most: what their model says.
+    /// The limits of robots without their own: those of their model.
     #[serde(skip_serializing_if = "MessageLimits::is_unset")]
     pub robots: MessageLimits,
 }
@@ -130,7 +130,7 @@ impl Default for MessageSettings {
 }
 
 impl MessageSettings {
-    /// What becomes of a message on its way to a recipient at this distance, m.
+    /// The delivery of a message to a recipient at `distance`, m.
     pub fn delivery(&self, distance: f32, stream: &mut RandomStream) -> Delivery {
         if self.range_m.is_some_and(|range| distance > range) {
             return Delivery::OutOfRange;
@@ -146,10 +146,10 @@ impl MessageSettings {
     }
 }
 
-/// What becomes of a message on its way to one recipient.
+/// The delivery of a message to one recipient.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Delivery {
-    /// It arrives so many cycles after it was sent.
+    /// It arrives this number of cycles after it was sent.
     AfterCycles(u32),
     /// It gets lost.
     Lost,
@@ -160,44 +160,44 @@ pub enum Delivery {
 /// A message on its way to one recipient.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct MessageInFlight {
-    /// Who will get it.
+    /// The recipient.
     pub to: RobotId,
-    /// In which cycle.
+    /// The cycle in which it arrives.
     pub arrival_cycle: u64,
-    /// The message, as it will be received.
+    /// The message.
     pub message: ReceivedMessage,
 }
 
-/// All messages on their way.
+/// All messages in flight.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct MessagesInFlight(pub Vec<MessageInFlight>);
 
-/// What became of the messages of one team.
+/// Statistics of the messages of one team.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct TeamMessageStatistics {
     /// Messages that behaviours sent.
     pub sent: u32,
-    /// Their lengths, added up.
+    /// Total length of the sent messages, bytes.
     pub sent_bytes: u64,
     /// Messages refused, because they were too long, not finite or out of range.
     pub refused: u32,
     /// Messages refused, because the team had spent its budget.
     pub over_budget: u32,
-    /// Recipients that a message reached.
+    /// Deliveries.
     pub delivered: u32,
-    /// Recipients for which a message was lost.
+    /// Losses, counted for each recipient.
     pub lost: u32,
-    /// Recipients that were out of range.
+    /// Recipients out of range.
     pub out_of_range: u32,
 }
 
-/// What became of all messages of the match.
+/// Statistics of all messages of the match.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct MessageStatistics(pub PerTeam<TeamMessageStatistics>);
 
-/// Hands the messages out that arrive in this cycle.
+/// Delivers the messages that arrive in this cycle.
 pub fn deliver_messages(
     clock: Res<CycleClock>,
     roster: Res<Roster>,
@@ -241,7 +241,7 @@ fn send_messages(
 ) {
     for (from, sender) in roster.iter() {
         let Ok((mut outbox, own_limits)) = outboxes.get_mut(sender) else { continue };
-        // Not touching what is empty keeps change detection useful.
+        // Does not trigger change detection of empty outboxes.
         if outbox.0.is_none() {
             continue;
         }
@@ -251,7 +251,7 @@ fn send_messages(
         if let Some(reason) = limits.refusal(&say, team) {
             let count = if reason == Refusal::BudgetSpent { &mut team.over_budget } else { &mut team.refused };
             *count += 1;
-            // A team that is over its budget would fill the record with one and the same refusal.
+            // Once is enough: otherwise a team over its budget would fill the record with the same refusal.
             if reason != Refusal::BudgetSpent || *count == 1 {
                 events.push(MatchEvent::CommandRefused { robot: from, command: CommandKind::Say, reason });
             }

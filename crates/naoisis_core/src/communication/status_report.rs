@@ -1,4 +1,4 @@
-//! What a robot reports of itself to the GameController.
+//! The status report of a robot to the GameController.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
 
-/// What a robot has last reported of itself to the GameController, if it has: it takes whoever decides for it at its word.
+/// The last status report of a robot's program to the GameController, which is not checked.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Belief)]
 pub struct StatusReport {
-    /// When it came, s since the start.
+    /// Time of the report, s since the start.
     pub time_s: f64,
-    /// Whether it says that it has fallen.
+    /// Whether the robot reports that it has fallen.
     pub fallen: bool,
-    /// Where it says that it is, in the frame of its team: `[x m, y m, heading deg]` in files.
+    /// Reported pose in the team frame: `[x m, y m, heading deg]` in files.
     #[serde(with = "file_units::pose")]
     pub pose: Pose,
-    /// How long ago it has seen the ball, s; none if it has not.
+    /// Time since the ball was seen, s; none if it was not.
     pub ball_age_s: Option<f32>,
-    /// Where it saw it, m, in its own frame.
+    /// Reported position of the ball, m, robot frame.
     pub ball_m: Option<Vec2>,
 }

@@ -1,11 +1,11 @@
-//! What events say in detail: what came of a kick, who met whom, which command was refused and why.
+//! Details of events: results of kicks, partners of collisions, refused commands.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::team::RobotId;
 
-/// What came of a kick.
+/// The result of a kick.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KickResult {
@@ -18,25 +18,25 @@ pub enum KickResult {
 }
 
 impl KickResult {
-    /// Whether the leg swings in a kick of this result: one that found no ball is still a kick.
+    /// Whether the leg swings in a kick with this result and `reason`: a kick that misses the ball does.
     pub fn swings(self, reason: Option<KickMiss>) -> bool {
         self != KickResult::Missed || reason == Some(KickMiss::OutOfReach)
     }
 }
 
-/// What made a robot fall.
+/// The cause of a fall.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FallCause {
-    /// It met another robot.
+    /// A collision with another robot.
     #[default]
     Collision,
-    /// It lost its balance while it walked.
+    /// Loss of balance in walking.
     Walking,
-    /// It lost its balance in a kick.
+    /// Loss of balance in a kick.
     Kick,
-    /// It tried to get up, and fell back.
+    /// A failed attempt to get up.
     GettingUp,
 }
 
@@ -44,7 +44,7 @@ pub enum FallCause {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KickMiss {
-    /// The robot lies, gets up or dives.
+    /// The robot is not upright.
     Down,
     /// The ball's centre was outside the kick's rectangle (paper, Table 2).
     OutOfReach,
@@ -54,7 +54,7 @@ pub enum KickMiss {
     Penalised,
     /// Play is stopped.
     PlayStopped,
-    /// The speed is not a number.
+    /// The speed is NaN.
     NotANumber,
     /// There is no ball.
     NoBall,
@@ -62,7 +62,7 @@ pub enum KickMiss {
     NoSuchKick,
 }
 
-/// What met in a collision.
+/// The type of a collision.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -83,7 +83,7 @@ pub enum CollisionType {
     BallAndPost,
 }
 
-/// What a robot or the ball ran into.
+/// What a robot or the ball collided with.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
 #[non_exhaustive]
 pub enum CollisionPartner {
@@ -116,7 +116,7 @@ impl<'de> Deserialize<'de> for CollisionPartner {
     }
 }
 
-/// A command that a behaviour may give.
+/// The kind of a command.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandKind {
@@ -139,17 +139,17 @@ pub enum CommandKind {
 pub enum Refusal {
     /// A number in it is not finite.
     NotFinite,
-    /// A number in it is beyond anything that could be meant, or a text in it is too long.
+    /// A number in it is beyond [`LARGEST_COMMAND`], or a text in it is too long.
     TooLarge,
-    /// The team has sent all the messages or bytes that it may send in a match. Reported once a team.
+    /// The team has spent its budget of messages or bytes. Reported once for each team.
     BudgetSpent,
-    /// It is not allowed now: the rules do not have it, or the robot is busy or penalised.
+    /// It is not allowed by the rules, or not now because the robot is busy or penalised.
     NotAllowed,
 }
 
 impl Refusal {
-    /// Why a command with these numbers is refused, if it is: metres and radians beyond [`LARGEST_COMMAND`] are an error of
-    /// the behaviour, where merely ambitious ones are scaled down.
+    /// Why a command with `numbers`, metres or radians, is refused; none if it is not. Numbers up to [`LARGEST_COMMAND`] are
+    /// scaled down to the robot's limits; larger ones are an error of the behaviour.
     pub fn of_numbers<const COUNT: usize>(numbers: [f32; COUNT]) -> Option<Refusal> {
         if numbers.iter().any(|number| !number.is_finite()) {
             Some(Refusal::NotFinite)
@@ -164,20 +164,20 @@ impl Refusal {
 /// The largest number that a command may have, in metres or radians.
 pub const LARGEST_COMMAND: f32 = 1000.0;
 
-/// Why the program that played a robot does so no more.
+/// Why the program of a robot was lost.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum AgentLoss {
-    /// It could not be started, or asked for what there is not.
+    /// It could not be started, or requested something that does not exist.
     Refused,
-    /// It ended, or hung up, as if it were done.
+    /// It exited or closed the connection regularly.
     Closed,
-    /// It ended with an error.
+    /// It exited with an error.
     Crashed,
     /// It did not answer in time.
     TimedOut,
-    /// It sent something that is no answer.
+    /// It sent a malformed message.
     Malformed,
     /// It sent a message that is too long.
     TooLong,
@@ -185,7 +185,7 @@ pub enum AgentLoss {
     WrongCycle,
 }
 
-/// A line over which the ball left the pitch.
+/// The line over which the ball left the pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundaryLine {
@@ -204,7 +204,7 @@ pub enum DisallowedGoal {
     KickOffShot,
     /// Only one robot of the team had played the ball since the last restart.
     NotIndirect,
-    /// The team has sent more messages than it may.
+    /// The team has exceeded its message budget.
     TooManyMessages,
 }
 

@@ -1,46 +1,39 @@
-//! What robots do wrong, in a word.
+//! Kinds of mistakes of robots.
 
 use bevy::prelude::*;
 use core::fmt;
 use serde::Serialize;
+use strum::VariantArray;
 
-/// What went wrong.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize)]
+/// The kind of a mistake.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, VariantArray)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum MistakeKind {
-    /// It believed the ball elsewhere.
+    /// The robot believed the ball elsewhere.
     BallMisplaced,
-    /// It believed itself elsewhere.
+    /// The robot believed itself elsewhere.
     OwnPoseLost,
-    /// It did not see the ball next to it.
+    /// The robot did not see the ball next to it.
     BallNotSeen,
-    /// Its kick did not reach the ball.
+    /// A kick missed the ball.
     KickMissed,
-    /// It kicked towards its own goal.
+    /// The robot kicked towards its own goal.
     KickAtOwnGoal,
-    /// It kicked the ball to an opponent, or out.
+    /// The robot kicked the ball to an opponent, or out.
     BallGivenAway,
-    /// It ran into a team-mate, or a team-mate into it.
+    /// Two team-mates collided.
     TeamMatesCollide,
-    /// It and a team-mate went for the same ball.
+    /// Two team-mates went for the same ball.
     SameBall,
 }
 
 impl MistakeKind {
     /// All kinds.
-    pub const ALL: [MistakeKind; 8] = [
-        MistakeKind::BallMisplaced,
-        MistakeKind::OwnPoseLost,
-        MistakeKind::BallNotSeen,
-        MistakeKind::KickMissed,
-        MistakeKind::KickAtOwnGoal,
-        MistakeKind::BallGivenAway,
-        MistakeKind::TeamMatesCollide,
-        MistakeKind::SameBall,
-    ];
+    pub const ALL: [MistakeKind; MistakeKind::VARIANTS.len()] =
+        *MistakeKind::VARIANTS.first_chunk().expect("as many as there are");
 
-    /// Its name, for people.
+    /// Name of the mistake, for people.
     pub fn words(self) -> &'static str {
         match self {
             MistakeKind::BallMisplaced => "ball misplaced",

@@ -1,6 +1,6 @@
 //! What happened in a cycle: kicks, collisions, goals, verdicts, refused commands.
 //!
-//! [`CycleEvents`] has those of the cycle under way. They are [messages](Message) besides, for systems of a program's own:
+//! [`CycleEvents`] has the events of the current cycle. They are also [messages](Message), for systems of a program's own:
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -21,9 +21,9 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! In the [`Cycle`] a system has those of this cycle from [`CycleSystems::Record`] on, and before that those of the last one; in
-//! `Update` and other schedules of a frame those of all cycles since it last ran. They are the referee's truth: a behaviour may
-//! not read them.
+//! In the [`Cycle`] a system reads the messages of this cycle from [`CycleSystems::Record`] on, before that those of the last
+//! one; in `Update` and other schedules of a frame those of all cycles since it last ran. They are ground truth: a behaviour
+//! may not read them.
 
 mod details;
 mod mistake_kind;
@@ -45,10 +45,10 @@ use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
 use crate::team::{RobotId, Team};
 
-/// Messages are kept until the frame after the next, as Bevy's are, and where there are no frames, so many at least.
+/// Least number of messages that are kept in an app without frames. With frames they are kept as all messages of Bevy.
 const KEPT_MESSAGES: usize = 256;
 
-/// Keeps the events of the cycle under way, and publishes them as messages.
+/// Collects the events of the current cycle, and publishes them as messages.
 pub struct EventsPlugin;
 
 impl Plugin for EventsPlugin {
@@ -64,11 +64,11 @@ impl Plugin for EventsPlugin {
     }
 }
 
-/// The events become messages: whatever makes events comes before.
+/// The system that publishes the events as messages, after all systems that create events.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PublishEvents;
 
-/// The events of the cycle under way, in the order in which they happened.
+/// The events of the current cycle, in the order in which they happened.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct CycleEvents(pub Vec<MatchEvent>);
@@ -78,18 +78,18 @@ pub struct CycleEvents(pub Vec<MatchEvent>);
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum MatchEvent {
-    /// A kick command was carried out, or not.
+    /// A kick was executed, or missed.
     Kick {
-        /// The robot that was to kick.
+        /// The robot that kicks.
         robot: RobotId,
-        /// Which kick was wanted.
+        /// The requested kick.
         #[serde(rename = "type")]
         kick_type: KickType,
-        /// The speed wanted, after clamping to 0..1; none if it was not a number.
+        /// The requested speed, clamped to 0..1; none if it is NaN.
         speed: Option<f32>,
-        /// What came of it.
+        /// The result.
         result: KickResult,
-        /// Why nothing did.
+        /// Why the kick missed.
         #[serde(skip_serializing_if = "Option::is_none")]
         reason: Option<KickMiss>,
         /// The direction in which the ball left, in the pitch frame, radians (degrees in files).
@@ -104,82 +104,82 @@ pub enum MatchEvent {
         #[serde(skip_serializing_if = "Option::is_none")]
         launch_speed_mps: Option<f32>,
     },
-    /// Two things came to touch. Reported when the contact begins.
+    /// A collision of robots, posts and ball. Reported when the contact begins.
     Collision {
-        /// The moving robot; the first in order if both move; none if the ball hit a post.
+        /// The moving robot, the first by id if both move; none if the ball hit a post.
         robot: Option<RobotId>,
-        /// What it ran into.
+        /// What it collided with.
         with: CollisionPartner,
         /// The type of the collision.
         #[serde(rename = "type")]
         collision_type: CollisionType,
-        /// Speed at which the two approached each other, m/s.
+        /// Approach speed, m/s.
         speed_mps: f32,
-        /// Where they touched, m, pitch frame.
+        /// Point of contact, m, pitch frame.
         position_m: Vec2,
     },
     /// A robot fell.
     Fall {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
-        /// What made it fall.
+        /// The cause.
         #[serde(default)]
         cause: FallCause,
-        /// Speed at which the two met in a collision, or at which it walked, m/s.
+        /// Speed of the collision, or of the walk, m/s.
         speed_mps: f32,
-        /// How probable that made a fall.
+        /// Probability of the fall.
         probability: f32,
     },
     /// A fallen robot stands again.
     GotUp {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
     },
     /// A robot dives.
     Dive {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
-        /// To which side.
+        /// The side.
         side: Side,
     },
     /// A behaviour's command was refused, and nothing was done.
     CommandRefused {
-        /// The robot whose behaviour gave it.
+        /// The robot of the behaviour.
         robot: RobotId,
         /// The kind of command.
         command: CommandKind,
-        /// What is wrong with it.
+        /// Why it was refused.
         reason: Refusal,
     },
     /// A goal was scored.
     Goal {
         /// The team that it counts for.
         team: Team,
-        /// Who touched the ball last, if anybody did.
+        /// The robot that touched the ball last, if any.
         scorer: Option<RobotId>,
         /// Whether that robot is of the other team.
         own_goal: bool,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
     /// The ball left the pitch.
     BallOut {
-        /// Over which line.
+        /// The line.
         line: BoundaryLine,
-        /// Where, m, pitch frame.
+        /// Position, m, pitch frame.
         position_m: Vec2,
         /// The team that touched it last.
         last_touch: Option<Team>,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
-    /// The ball was in the goal, but it does not count.
+    /// A goal was disallowed.
     GoalDisallowed {
-        /// The team that it does not count for.
+        /// The team that the goal does not count for.
         team: Team,
-        /// Why not, in a word.
+        /// The reason.
         reason: DisallowedGoal,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
     /// The state of the game changed.
@@ -192,94 +192,94 @@ pub enum MatchEvent {
         /// The team that kicks off.
         team: Team,
     },
-    /// The ball was thrown in, and play runs on (2010 rule book, section 3.9).
+    /// The ball was thrown in, and play continues (2010 rule book, section 3.9).
     ThrowIn {
         /// The team that did not touch it last.
         team: Team,
-        /// Where it was put down, m, pitch frame.
+        /// Position at which it was placed, m, pitch frame.
         position_m: Vec2,
     },
-    /// Play is restarted with neither team having a right to the ball.
+    /// Play is restarted by a drop ball: it belongs to neither team.
     DropBall {
-        /// Where it was put down, m, pitch frame.
+        /// Position at which it was placed, m, pitch frame.
         position_m: Vec2,
     },
-    /// A free kick begins; play runs on.
+    /// A free kick begins; play continues.
     FreeKick {
-        /// What the free kick is given for.
+        /// The kind of the free kick.
         set_play: SetPlayKind,
         /// The team that the ball belongs to.
         team: Team,
-        /// Where it was put down, m, pitch frame.
+        /// Position at which it was placed, m, pitch frame.
         position_m: Vec2,
     },
-    /// A free kick, or the time in which the kick-off is a team's own, is over: the ball is free.
+    /// A free kick, or the time in which the ball belongs to the team that kicks off, is over: the ball is free.
     FreeKickOver {
         /// The team that the ball belonged to.
         team: Team,
-        /// Whether it took it; else its time was over.
+        /// Whether the team took it; otherwise its time was over.
         taken: bool,
     },
     /// Play was stuck.
     GameStuck {
-        /// The robot that was taken from the ball; without one, play was stopped.
+        /// The robot that was removed from the ball; none: play was stopped.
         robot: Option<RobotId>,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
-    /// A robot at an illegal place was put at a legal one.
+    /// A robot at an illegal position was placed at a legal one.
     PlacedByHand {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
-        /// Where it was put down, m, pitch frame.
+        /// Position at which it was placed, m, pitch frame.
         position_m: Vec2,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
-    /// The referee was made to do something.
+    /// An intervention was applied.
     Intervention {
-        /// What was asked for.
+        /// The intervention.
         intervention: Intervention,
     },
-    /// The referee was to do something that cannot be done; nothing changed.
+    /// An intervention was refused; nothing changed.
     InterventionRefused {
-        /// What was asked for.
+        /// The intervention.
         intervention: Intervention,
-        /// Why it cannot be done.
+        /// Why.
         message: String,
     },
-    /// A team has sent more messages than it may: its goals do not count.
+    /// A team has exceeded its message budget: its goals do not count.
     TooManyMessages {
-        /// Which team.
+        /// The team.
         team: Team,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
     /// A robot was penalised and removed from the pitch.
     Penalty {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
         /// The offence.
         reason: PenaltyReason,
-        /// When it may come back if play runs on, s since the start of the match.
+        /// Earliest end of the penalty, s since the start of the match.
         until_s: f32,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
     /// A robot was cautioned.
     Caution {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
-        /// How often it has been in this match.
+        /// Number of its cautions in this match.
         cautions: u32,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
-    /// A robot's penalty is over, and it is back.
+    /// A robot returned after a penalty.
     PenaltyOver {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
-        /// Where it was put down, m, pitch frame.
+        /// Position at which it was placed, m, pitch frame.
         position_m: Vec2,
     },
     /// A half begins.
@@ -289,7 +289,7 @@ pub enum MatchEvent {
     },
     /// The final whistle.
     FinalWhistle,
-    /// A drawn match goes on with a penalty shoot-out.
+    /// A penalty shoot-out begins after a drawn match.
     ShootOutBegins,
     /// A shot of the shoot-out is over.
     Shot {
@@ -299,32 +299,32 @@ pub enum MatchEvent {
         scored: bool,
         /// Goals of the shoot-out so far.
         goals: Score,
-        /// What was measured, and which rule says so.
+        /// The evidence.
         evidence: Evidence,
     },
     /// The shoot-out is decided.
     ShootOutWon {
-        /// For this team.
+        /// The team that won.
         team: Team,
     },
-    /// The program that played a robot does so no more: the robot stands still, and the match goes on.
+    /// The program of a robot was lost: the robot stands still, and the match continues.
     AgentLost {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
-        /// Why, in a word.
+        /// The kind of loss.
         reason: AgentLoss,
-        /// Why, in a sentence.
+        /// The cause in a sentence.
         message: String,
     },
-    /// Something that must always hold does not: a bug.
+    /// An invariant of the simulation is broken: a bug.
     InvariantBroken {
-        /// What should hold, and what was found, in words.
+        /// The invariant and what was found instead.
         message: String,
     },
 }
 
 impl MatchEvent {
-    /// The kind of the event, as traces spell it: `ball_out`, and of a penalty also what it is for: `penalty pushing`.
+    /// The kind of the event, as traces spell it: `ball_out`, and for a penalty with the offence: `penalty pushing`.
     pub fn kind(&self) -> String {
         let kind = snake_case(self.variant_name());
         match self {

@@ -1,8 +1,8 @@
-//! Interventions: what a person, a program or a scenario makes the referee do.
+//! Interventions: requests of a person, a program or a scenario to the referee.
 //!
 //! An [`Intervention`] is a Bevy command (`commands.queue(Intervention::Whistle)`), and a scenario file lists them with
-//! the time at which they happen. They are carried out at the end of the cycle, after the rules have been applied;
-//! what cannot be done is refused and reported, and nothing changes.
+//! the time at which they happen. They are applied at the end of the cycle, after the rules. One that cannot be applied is
+//! refused and reported, and nothing changes.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -13,23 +13,23 @@ use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
 use crate::team::{RobotId, Team};
 
-/// Something that the referee is made to do.
+/// A request to the referee.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Intervention {
-    /// Puts the ball down, where there is room for it.
+    /// Places the ball at the nearest free position.
     PlaceBall {
-        /// Where to put it, m, pitch frame.
+        /// Position, m, pitch frame.
         position_m: Vec2,
-        /// With which velocity, m/s, pitch frame.
+        /// Velocity, m/s, pitch frame.
         #[serde(default)]
         velocity_mps: Vec2,
     },
-    /// Puts a robot down, where there is room for it.
+    /// Places a robot at the nearest free position.
     PlaceRobot {
         /// The robot.
         robot: RobotId,
-        /// Where to put it, pitch frame: `[x m, y m, heading deg]` in files.
+        /// Pose, pitch frame: `[x m, y m, heading deg]` in files.
         #[serde(with = "file_units::pose")]
         pose: Pose,
     },
@@ -44,11 +44,11 @@ pub enum Intervention {
     Penalise {
         /// The robot.
         robot: RobotId,
-        /// The reason that is given.
+        /// The offence.
         #[serde(default)]
         reason: PenaltyReason,
-        /// For how long, s of play. Without it as long as the rules say for this reason, and it counts as the referee's own
-        /// penalties do; with it, it counts for nothing else.
+        /// Duration, s of play. Without it the duration is that of the rules, and the penalty makes later ones longer as the
+        /// referee's own do; with it, it does not.
         #[serde(default)]
         duration_s: Option<f32>,
     },
@@ -57,17 +57,17 @@ pub enum Intervention {
         /// The robot.
         robot: RobotId,
     },
-    /// Whistles: `standby` becomes `ready` (for which the referee raises its arms), `ready` becomes `set`, `set` becomes `playing`. In play it is only heard.
+    /// Whistles: `standby` becomes `ready` (for which the referee raises its arms), `ready` becomes `set`, `set` becomes `playing`. In play it has no effect but the sound.
     Whistle,
-    /// Puts the ball down to rest, in play, with neither team having a right to it.
+    /// Places the ball at rest, in play, for either team.
     DropBall {
-        /// Where to put it, m, pitch frame; the centre mark by default.
+        /// Position, m, pitch frame; the centre mark by default.
         #[serde(default)]
         position_m: Vec2,
     },
     /// Stops play for a kick-off.
     KickOff {
-        /// Of this team.
+        /// The team that kicks off.
         team: Team,
     },
 }
@@ -101,34 +101,34 @@ impl fmt::Display for Intervention {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TimedIntervention {
-    /// When, s since the start: it is carried out at the end of the first cycle that ends then or later.
+    /// Time, s since the start: it is applied at the end of the first cycle that ends then or later.
     pub at_s: f64,
-    /// What is done.
+    /// The intervention.
     #[serde(rename = "do")]
     pub intervention: Intervention,
 }
 
-/// The interventions to come.
+/// The pending interventions.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct Interventions {
-    /// Those for the end of this cycle, in the order in which they were asked for.
+    /// The interventions for the end of this cycle, in the order of the requests.
     pub queue: Vec<Intervention>,
-    /// Those for a later time, the latest first.
+    /// The interventions for a later time, the latest first.
     scheduled: Vec<TimedIntervention>,
 }
 
 impl Interventions {
-    /// The interventions that a scenario lists; of those for the same time the first in the list comes first.
+    /// The interventions of a scenario. Interventions for the same time keep their order.
     pub fn scheduled(list: &[TimedIntervention]) -> Self {
         let mut scheduled: Vec<_> = list.iter().rev().copied().collect();
         scheduled.sort_by(|a, b| b.at_s.total_cmp(&a.at_s));
         Self { queue: Vec::new(), scheduled }
     }
 
-    /// Moves those that are due at `time_s` to the queue.
+    /// Moves the interventions that are due at `time_s` to the queue.
     pub fn fall_due(&mut self, time_s: f64) {
-        // Half a microsecond for rounding: a time given with a few digits is met by the cycle that it means.
+        // Half a microsecond for the rounding of times in files.
         while let Some(next) = self.scheduled.pop_if(|next| next.at_s <= time_s + 5e-7) {
             self.queue.push(next.intervention);
         }

@@ -1,9 +1,10 @@
-//! The match as data: its state, score, half, clock and sides, its rules, penalties, set plays, and the evidence for what was
-//! decided. Everybody may know these types; only the [referee](crate::referee) writes them.
+//! The match as data: its state, score, half, clock and sides, its rules, penalties and set plays, and the evidence for
+//! decisions. Only the [referee](crate::referee) writes them.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 mod evidence;
 mod intervention;
@@ -30,8 +31,9 @@ use crate::pitch::End;
 use crate::team::{PerTeam, Team};
 
 /// The state of the game (2010 rule book, section 3.2).
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema, IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum GameState {
     /// Before the match.
     #[default]
@@ -50,16 +52,9 @@ pub enum GameState {
 }
 
 impl GameState {
-    /// Its name in files.
+    /// The name of the state in files.
     pub fn name(self) -> &'static str {
-        match self {
-            GameState::Initial => "initial",
-            GameState::Standby => "standby",
-            GameState::Ready => "ready",
-            GameState::Set => "set",
-            GameState::Playing => "playing",
-            GameState::Finished => "finished",
-        }
+        self.into()
     }
 }
 
@@ -72,15 +67,15 @@ pub type Score = PerTeam<u32>;
 pub struct Game {
     /// The state of play.
     pub state: GameState,
-    /// Cycles since it began.
+    /// Cycles since the state began.
     pub state_cycles: u64,
     /// Goals of both teams so far.
     pub score: Score,
     /// The half under way, from 1.
     pub half: u32,
-    /// Cycles left in this half; none where the rules have no clock.
+    /// Cycles left in this half; none if the rules have no clock.
     pub cycles_left: Option<u64>,
-    /// Which end the blue team defends.
+    /// The end that the blue team defends.
     pub blue_end: End,
     /// The team that has, or had last, the kick-off.
     pub kick_off_team: Team,
@@ -88,9 +83,9 @@ pub struct Game {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlay>,
-    /// How many messages each team may still send; none where it is not limited.
+    /// How many messages each team may still send; none if unlimited.
     pub messages_left: Option<PerTeam<u32>>,
-    /// Whether each team has sent more than it may: its goals do not count.
+    /// Whether each team has exceeded its message budget: its goals do not count.
     pub goals_void: PerTeam<bool>,
     /// The penalty shoot-out under way, or that decided the match.
     pub shoot_out: Option<ShootOut>,
@@ -98,13 +93,13 @@ pub struct Game {
     pub restarts: u32,
     /// How often the referee has whistled.
     pub whistles: u32,
-    /// How often it has raised its arms for a half's first `ready`.
+    /// How often the referee has raised its arms for the first `ready` of a half.
     pub ready_signals: u32,
 }
 
 impl Game {
-    /// The match before its first cycle: blue defends the blue goal and kicks off. Without a clock, as in debug mode,
-    /// there is nothing to wait for, and the ball is in play.
+    /// The match before its first cycle: blue defends the blue goal and kicks off. Without a clock, as in debug mode, the ball
+    /// is in play at once.
     pub fn at_start(rules: &Rules, clock: &CycleClock) -> Self {
         Self {
             state: if rules.clock { GameState::Initial } else { GameState::Playing },
@@ -128,7 +123,7 @@ impl Game {
         if end == self.blue_end { Team::Blue } else { Team::Pink }
     }
 
-    /// Whether this team has, or had last, the kick-off.
+    /// Whether `team` has, or had last, the kick-off.
     pub fn has_kick_off(&self, team: Team) -> bool {
         self.kick_off() == Some(team)
     }
@@ -138,7 +133,7 @@ impl Game {
         (!self.drop_ball).then_some(self.kick_off_team)
     }
 
-    /// Seconds left in this half; none where the rules have no clock.
+    /// Seconds left in this half; none if the rules have no clock.
     pub fn time_left_s(&self, clock: &CycleClock) -> Option<f32> {
         self.cycles_left.map(|cycles| (cycles as f64 * clock.period_s) as f32)
     }
@@ -148,8 +143,8 @@ impl Game {
         self.cycles_left.is_some_and(|left| left < rules.half_cycles(clock))
     }
 
-    /// Whether the half's clock runs now: in play, and where the rules say so in `ready` and `set`, but for those before its
-    /// first kick-off, from which a half is counted.
+    /// Whether the clock of the half runs: in play, and if [`Rules::clock_runs_in_stoppages`] in `ready` and `set`, except before
+    /// the first kick-off of the half.
     pub fn clock_runs(&self, rules: &Rules, clock: &CycleClock) -> bool {
         match self.state {
             GameState::Playing => self.shoot_out.is_none(),
@@ -160,7 +155,7 @@ impl Game {
         }
     }
 
-    /// Longest duration of `ready`, s: of a kick-off's or a penalty kick's.
+    /// Longest duration of `ready` before a kick-off, or before the penalty kick under way, s.
     pub fn ready_s(&self, rules: &Rules) -> f32 {
         if self.penalty_kick().is_some() { rules.penalty_kick_ready_s } else { rules.ready_s }
     }
@@ -170,7 +165,7 @@ impl Game {
         self.set_play.filter(|set_play| set_play.kind == SetPlayKind::PenaltyKick)
     }
 
-    /// Cycles left of what the game waits for: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
+    /// The secondary time in cycles: what is left of `ready` or `set`, of a free kick, or of a shot in a shoot-out.
     pub fn secondary_cycles_left(&self, rules: &Rules, clock: &CycleClock) -> Option<u64> {
         let left = |duration_s: f32, cycles: u64| u64::from(clock.cycles_in(duration_s)).saturating_sub(cycles);
         match (self.state, &self.set_play, &self.shoot_out) {
@@ -182,7 +177,7 @@ impl Game {
         }
     }
 
-    /// The team that kicks off the half: blue the first, then in turn.
+    /// The team that kicks off `half`: blue the first, then alternating.
     pub fn first_kick_off_of_half(half: u32) -> Team {
         if half % 2 == 1 { Team::Blue } else { Team::Pink }
     }

@@ -7,8 +7,8 @@ use crate::knowledge::Knowledge;
 use crate::pitch::End;
 use crate::team::{RobotId, Team};
 
-/// What a referee outside the match says of it. As long as there is one, the match's own referee judges nothing, and carries out
-/// what this one says.
+/// The decisions of a referee outside the match. While this resource exists, the match's own referee judges nothing and applies
+/// these decisions.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct OutsideReferee {
@@ -20,14 +20,14 @@ pub struct OutsideReferee {
     pub blue_end: End,
     /// Goals of both teams.
     pub score: Score,
-    /// The team that the ball is for, if that is said.
+    /// The team that takes the kick, if known.
     pub kicking_team: Option<Team>,
     /// The free kick or penalty kick.
     pub set_play: Option<SetPlayKind>,
     /// Time left in the half, s.
     pub time_left_s: f32,
-    /// Time left of what the game waits for, s.
+    /// The secondary time that is left, s.
     pub secondary_time_left_s: f32,
-    /// The robots that serve a penalty: what for, and for how long, s.
+    /// The penalised robots, each with the offence and the remaining time, s.
     pub penalties: Vec<(RobotId, PenaltyReason, f32)>,
 }

@@ -1,6 +1,5 @@
-//! Free kicks, and the kick-off as long as the ball is one team's own (2025 rule book,
-//! section 3.9). How they go on is the
-//! referee's: [`referee::set_play`](crate::referee::set_play).
+//! Free kicks, and the kick-off while the ball belongs to one team (2025 rule book, section 3.9). They are judged in
+//! [`referee::set_play`](crate::referee::set_play).
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -8,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::team::Team;
 
-/// Why the ball belongs to one team.
+/// The kind of a set play, in which the ball belongs to one team.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SetPlayKind {
@@ -16,20 +15,20 @@ pub enum SetPlayKind {
     KickOff,
     /// The ball was out over a side line.
     KickIn,
-    /// The attackers put it out over the goal line, or a goal of theirs did not count.
+    /// The attackers put the ball out over the goal line, or their goal did not count.
     GoalKick,
-    /// The defenders put it out over the goal line.
+    /// The defenders put the ball out over the goal line.
     CornerKick,
     /// An opponent pushed near the ball: a direct free kick.
     PushingFreeKick,
     /// An opponent committed another offence near the ball.
     IndirectFreeKick,
-    /// An opponent pushed near the ball in its own penalty area. It has a `ready` and a `set` of its own.
+    /// An opponent pushed near the ball in its own penalty area. The penalty kick has its own `ready` and `set`.
     PenaltyKick,
 }
 
 impl SetPlayKind {
-    /// Whether a goal of the team that takes it counts directly, where the rules know the difference.
+    /// Whether a goal of the kicking team counts directly, if the rules make a difference.
     pub fn is_direct(self) -> bool {
         match self {
             SetPlayKind::GoalKick
@@ -40,7 +39,7 @@ impl SetPlayKind {
         }
     }
 
-    /// Its name, as at the start of a sentence.
+    /// The name, as at the start of a sentence.
     pub fn words(self) -> &'static str {
         match self {
             SetPlayKind::KickOff => "Kick-off",
@@ -54,16 +53,16 @@ impl SetPlayKind {
     }
 }
 
-/// A free kick under way.
+/// A set play under way.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct SetPlay {
-    /// What it is given for.
+    /// Its kind.
     pub kind: SetPlayKind,
     /// The team that the ball belongs to.
     pub team: Team,
-    /// Where the ball was put, m, pitch frame.
+    /// Position at which the ball was placed, m, pitch frame.
     pub ball_m: Vec2,
-    /// Cycles for which it has gone on.
+    /// Cycles since it began.
     pub cycles: u64,
     /// Cycles until the ball is free.
     pub cycles_left: u64,
@@ -72,12 +71,12 @@ pub struct SetPlay {
 }
 
 impl SetPlay {
-    /// A free kick that begins now.
+    /// A set play that begins now.
     pub fn new(kind: SetPlayKind, team: Team, ball_m: Vec2, cycles_left: u64) -> Self {
         Self { kind, team, ball_m, cycles: 0, cycles_left, touched: false }
     }
 
-    /// The same a cycle later: its time runs while the ball is in play.
+    /// The set play one cycle later. Its time runs only if the ball is `in_play`.
     #[must_use]
     pub fn later(self, in_play: bool) -> Self {
         Self { cycles: self.cycles + 1, cycles_left: self.cycles_left.saturating_sub(u64::from(in_play)), ..self }

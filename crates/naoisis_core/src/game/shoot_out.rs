@@ -27,35 +27,35 @@ pub struct ShootOut {
     pub last: [Shot; 2],
 }
 
-/// How good a shot was, the worst first (2025 rule book, section 3.19.2).
+/// The rank of a shot, the worst first (2025 rule book, section 3.19.2).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ShotRank {
     /// The attacker did not play the ball.
     #[default]
     NoKick,
-    /// It did.
+    /// The attacker played the ball.
     Kick,
     /// The ball crossed the goal line beside the goal.
     BesideGoal,
-    /// It hit a post.
+    /// The ball hit a post.
     Post,
-    /// The keeper kept it out.
+    /// The keeper blocked the ball.
     Blocked,
-    /// It scored.
+    /// Goal.
     Goal,
 }
 
-/// A shot of the shoot-out, until now or until it was over.
+/// A shot of the shoot-out, under way or over.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Shot {
     /// Whether it scored.
     pub scored: bool,
-    /// How good it was.
+    /// Its rank.
     pub rank: ShotRank,
-    /// For how many cycles it went on.
+    /// Duration in cycles.
     pub cycles: u64,
-    /// How near to the goal the ball came, m, from its centre to the line between the posts.
+    /// Least distance of the ball's centre from the line between the posts, m.
     pub nearest_m: f32,
 }
 
@@ -66,14 +66,14 @@ impl Default for Shot {
     }
 }
 
-/// How a shoot-out stands.
+/// The outcome of a shoot-out so far.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Standing {
-    /// It goes on.
+    /// Undecided.
     Open,
     /// This team has won.
     Won(Team),
-    /// Sudden death has gone on for long enough: a coin decides.
+    /// Sudden death is over undecided: a coin decides.
     Coin,
 }
 
@@ -84,12 +84,12 @@ impl ShootOut {
         rules.sudden_death_s.filter(|_| sudden_death).unwrap_or(rules.shoot_out_s)
     }
 
-    /// How it stands after a shot, with cycles of `period_s`.
+    /// The outcome after a shot, with cycles of `period_s`.
     pub fn standing(&self, rules: &Rules, period_s: f64) -> Standing {
         let shots = rules.shoot_out_shots;
         let (blue, pink) = (self.goals.blue, self.goals.pink);
         if self.taken.blue.min(self.taken.pink) < shots {
-            // Over as soon as one cannot be reached any more.
+            // Decided as soon as one team cannot draw level any more.
             let most = |team: Team| self.goals[team] + shots.saturating_sub(self.taken[team]);
             let beyond_reach = Team::BOTH.into_iter().find(|team| self.goals[*team] > most(team.opponent()));
             return beyond_reach.map_or(Standing::Open, Standing::Won);

@@ -1,4 +1,4 @@
-//! Where the parts of the goals are.
+//! Positions of the goal posts and the bars of the goals.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub struct GoalPost {
     pub radius: f32,
     /// Height, m.
     pub height: f32,
-    /// Which goal it belongs to.
+    /// The end whose goal it belongs to.
     pub end: End,
     /// Its colour.
     pub colour: GoalColour,

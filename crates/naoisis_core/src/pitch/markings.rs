@@ -1,4 +1,4 @@
-//! The markings: lines, where they meet, crosses and circle, and what they enclose.
+//! The markings: lines, their junctions, crosses, circle and arcs, and the areas that they enclose.
 
 use bevy::prelude::*;
 use core::f32::consts::{FRAC_PI_2, TAU};
@@ -17,7 +17,7 @@ pub struct LineSegment {
     pub end: Vec2,
 }
 
-/// The shape in which lines meet.
+/// The shape of a line junction.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JunctionShape {
@@ -29,21 +29,21 @@ pub enum JunctionShape {
     X,
 }
 
-/// Where lines meet.
+/// A junction of lines.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct LineJunction {
-    /// Where, m, pitch frame.
+    /// Position, m, pitch frame.
     pub position: Vec2,
-    /// In which shape.
+    /// Shape.
     pub shape: JunctionShape,
 }
 
-/// What is painted on the ground, m, pitch frame.
+/// The markings of a pitch, m, pitch frame.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Markings {
     /// The straight lines.
     pub lines: Vec<LineSegment>,
-    /// Where lines meet.
+    /// A junction of lines.
     pub junctions: Vec<LineJunction>,
     /// The two penalty crosses.
     pub penalty_crosses: [Vec2; 2],
@@ -97,7 +97,7 @@ impl Pitch {
         if radius > 0.0 { signs.into_iter().map(arc).collect() } else { Vec::new() }
     }
 
-    /// The same as straight pieces, so many each, for drawing.
+    /// The corner arcs as polylines of `pieces` segments each, for drawing.
     pub fn corner_arc_pieces(&self, pieces: usize) -> Vec<LineSegment> {
         let radius = self.corner_arc_radius_m;
         let piece = |CornerArc { corner, .. }: CornerArc, index: usize| {
@@ -139,7 +139,7 @@ impl Pitch {
         [Vec2::new(-x, 0.0), Vec2::new(x, 0.0), Vec2::ZERO]
     }
 
-    /// Where lines meet: corners, ends and crossings, those with the centre circle included.
+    /// The line junctions: corners, ends and crossings, including those with the centre circle.
     pub fn line_junctions(&self) -> Vec<LineJunction> {
         let (x, y) = (self.half_length(), self.half_width());
         let mut junctions = Vec::new();

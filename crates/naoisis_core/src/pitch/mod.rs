@@ -1,4 +1,4 @@
-//! The pitch as data: dimensions, lines, marks and goals, and what can be derived from them.
+//! The pitch as data: dimensions, lines, marks and goals, and the geometry derived from them.
 //!
 //! Dimensions run between the centres of the lines, as in the rule books' figures. The `naoisis` pitch is that of
 //! the 2010 rule book (6 x 4 m), `spl2025` that of 2025 (9 x 6 m).
@@ -59,7 +59,7 @@ pub struct GoalDimensions {
     pub post_diameter_m: f32,
     /// Diameter of the crossbar, m.
     pub bar_diameter_m: f32,
-    /// Whether the bars on the ground that carry the net stop the ball. The paper has posts only, so not by default.
+    /// Whether the bars on the ground that carry the net stop the ball. By default they do not: the paper has posts only.
     pub ground_bars: bool,
     /// Colour of the goal at -x.
     pub negative_x_colour: GoalColour,
@@ -95,19 +95,19 @@ pub struct Pitch {
     pub width_m: f32,
     /// Width of the lines, m.
     pub line_width_m: f32,
-    /// Carpet beyond the centre of the side and goal lines, m.
+    /// Width of the carpet beyond the centre of the side and goal lines, m.
     pub border_m: f32,
     /// Diameter of the centre circle, at the centre of its line, m.
     pub centre_circle_diameter_m: f32,
     /// The penalty area.
     pub penalty_area: AreaDimensions,
-    /// The goal area inside the penalty area, where the pitch has one.
+    /// The goal area inside the penalty area, if the pitch has one.
     pub goal_area: Option<AreaDimensions>,
     /// From the goal line to the penalty mark, m.
     pub penalty_mark_distance_m: f32,
     /// Length of the bars of the penalty cross, m.
     pub penalty_mark_size_m: f32,
-    /// Radius of the quarter circles at the corners, at the centre of their line, m; nought without.
+    /// Radius of the quarter circles at the corners, at the centre of their line, m; zero without.
     pub corner_arc_radius_m: f32,
     /// The goals.
     pub goal: GoalDimensions,
@@ -149,7 +149,7 @@ impl End {
     /// Both ends.
     pub const BOTH: [End; 2] = [End::NegativeX, End::PositiveX];
 
-    /// -1 or +1: the sign of x there.
+    /// The sign of x at this end: -1 or +1.
     pub fn sign(self) -> f32 {
         match self {
             End::NegativeX => -1.0,
@@ -166,7 +166,7 @@ impl End {
     }
 }
 
-/// A post as a thing on the pitch: a vertical cylinder that stands where its [`Pose`](crate::geometry::Pose) is.
+/// A post on the pitch: a vertical cylinder at its [`Pose`](crate::geometry::Pose).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Post {
@@ -174,8 +174,7 @@ pub struct Post {
     pub radius: f32,
     /// Height, m.
     pub height: f32,
-    /// The colour of the goal that it belongs to; none for an extra post, which is no goal post but stands in the
-    /// way all the same.
+    /// The colour of the goal that it belongs to; none for an extra post, which is an obstacle but no goal post.
     pub colour: Option<GoalColour>,
 }
 
@@ -195,7 +194,7 @@ impl Pitch {
         Vec2::new(self.half_length() + self.border_m, self.half_width() + self.border_m)
     }
 
-    /// Half extents of the playing field to the outer edges of its lines, m: a ball wholly beyond is out.
+    /// Half extents of the playing field to the outer edges of its lines, m: a ball that is completely outside is out.
     pub fn outer_half_extents(&self) -> Vec2 {
         Vec2::new(self.half_length(), self.half_width()) + self.line_width_m / 2.0
     }
@@ -209,17 +208,17 @@ impl Pitch {
     }
 }
 
-/// What is wrong with a pitch's dimensions.
+/// Error of [`Pitch::validate`]: a dimension is out of range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{message}: expected {expected}")]
 pub struct PitchError {
-    /// The field of [`Pitch`] at fault, as a path such as `goal.width_m`.
+    /// The field of [`Pitch`] that is out of range, as a path such as `goal.width_m`.
     pub field: &'static str,
-    /// What is wrong.
+    /// The field and its value.
     pub message: String,
-    /// What would be right.
+    /// The valid range.
     pub expected: String,
-    /// The field that the limit comes from, if it is not the same for all pitches.
+    /// The field that the range depends on, if any.
     pub limited_by: Option<&'static str>,
 }
 

@@ -1,14 +1,14 @@
-//! Who is where on the pitch, and who goes to the ball.
+//! Positions of robots relative to the areas of the pitch, and robots that go to the ball.
 
 use bevy::prelude::*;
 
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::pitch::{AreaDimensions, End, Pitch};
 
-/// A robot goes to the ball when it walks within 60 degrees of straight towards it: the cosine.
+/// Cosine of the greatest angle between a robot's walk and the direction to the ball at which it goes to the ball: 60 degrees.
 const TO_BALL_COSINE: f32 = 0.5;
 
-/// The places of a robot's feet, m, pitch frame.
+/// The positions of a robot's feet, m, pitch frame.
 pub fn feet(robot: &RobotSnapshot) -> [Vec2; 2] {
     let foot_y = robot.bounds.foot_y_m;
     [foot_y, -foot_y].map(|y| robot.pose.transform_point(Vec2::new(0.0, y)))
@@ -19,7 +19,7 @@ pub fn base_corners(robot: &RobotSnapshot) -> [Vec2; 4] {
     robot.bounds.base.footprint(robot.pose).corners()
 }
 
-/// Whether a place is in the area in front of the goal at `end`, its lines included.
+/// Whether `point` is in the area in front of the goal at `end`, including its lines.
 pub fn in_area(pitch: &Pitch, area: AreaDimensions, end: End, point: Vec2) -> bool {
     let half_line = pitch.line_width_m / 2.0;
     let depth = pitch.half_length() + half_line - end.sign() * point.x;
@@ -45,13 +45,13 @@ pub fn penalty_mark(pitch: &Pitch, end: End) -> Vec2 {
     Vec2::new(end.sign() * (pitch.half_length() - pitch.penalty_mark_distance_m), 0.0)
 }
 
-/// Whether a robot is its team's keeper, and in its own penalty area.
+/// Whether a robot is a goalkeeper in its own penalty area.
 pub fn is_keeper_at_home(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
-    snapshot.is_keeper(robot)
+    robot.id.is_goalkeeper()
         && snapshot.pitch.in_penalty_area(snapshot.game.own_end(robot.id.team), robot.pose.position)
 }
 
-/// Whether a place is inside the goal at `end`, behind the goal line.
+/// Whether `point` is inside the goal at `end`, behind the goal line.
 pub fn in_goal(pitch: &Pitch, end: End, point: Vec2) -> bool {
     let behind = end.sign() * point.x - pitch.outer_half_extents().x;
     behind > 0.0
@@ -59,12 +59,12 @@ pub fn in_goal(pitch: &Pitch, end: End, point: Vec2) -> bool {
         && point.y.abs() < pitch.goal.width_m / 2.0
 }
 
-/// The same place as the team that defends `own_end` sees it: its own goal at -x.
+/// `point` in the frame of the team that defends `own_end`, with its own goal at -x.
 pub fn in_team_frame(own_end: End, point: Vec2) -> Vec2 {
     point * -own_end.sign()
 }
 
-/// Where the ball was at the start of the cycle, m, pitch frame: by its end it may have been squeezed out.
+/// The position of the ball at the start of the cycle, m, pitch frame: at its end it may have been squeezed out.
 pub fn place_of_ball(snapshot: &MatchSnapshot) -> Option<Vec2> {
     snapshot.ball.map(|ball| *ball.path.first().unwrap_or(&ball.position))
 }

@@ -1,6 +1,6 @@
-//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.6; 2025 rule book,
-//! section 4.8). It holds the ball when the convex hull of its body on the ground covers more than half of it, which is when the
-//! ball's centre is within the hull. The ball is then put back where it was.
+//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.6; 2025 rule book, section 4.8).
+//! It holds the ball if the ball's centre is within the convex hull of its body on the ground, which then covers more than half
+//! of the ball. The ball is put back where it was.
 
 use bevy::prelude::*;
 
@@ -9,7 +9,7 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 use crate::robot::body::{Body, BodyBox};
 
-/// For how many cycles the robot has held the ball, this one included. Letting go counts back as fast: the rule asks
+/// The number of cycles for which the robot has held the ball, including this one. Released cycles are subtracted: the rule asks
 /// for a release about as long as the hold.
 pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     if holds_ball(snapshot, robot) { cycles + 1 } else { cycles.saturating_sub(1) }
@@ -22,7 +22,7 @@ fn holds_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     })
 }
 
-/// Whether a place in the robot frame is within the convex hull of the robot's two boxes, seen from above.
+/// Whether `place`, robot frame, is within the convex hull of the robot's two boxes, seen from above.
 pub fn is_in_hull(bounds: &Body, place: Vec2) -> bool {
     // Both boxes are symmetric about the x axis: so is the hull, and its half above the axis decides.
     let corners = |part: &BodyBox| part.x_m.map(|x| Vec2::new(x, part.half_width_m));
@@ -39,12 +39,12 @@ pub fn is_in_hull(bounds: &Body, place: Vec2) -> bool {
     })
 }
 
-/// The case against a robot that has held the ball for too long.
+/// The evidence against a robot that has held the ball for too long.
 pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let own_end = snapshot.game.own_end(robot.id.team);
     let area = snapshot.pitch.penalty_area;
     let keeper_at_home =
-        snapshot.is_keeper(robot) && feet(robot).iter().any(|foot| in_area(snapshot.pitch, area, own_end, *foot));
+        robot.id.is_goalkeeper() && feet(robot).iter().any(|foot| in_area(snapshot.pitch, area, own_end, *foot));
     let limit = if keeper_at_home { snapshot.rules.keeper_ball_holding_s } else { snapshot.rules.ball_holding_s };
     (cycles >= snapshot.cycles(limit) && holds_ball(snapshot, robot)).then(|| {
         snapshot

@@ -1,4 +1,4 @@
-//! The ball out of play, and where it comes back (2010 rule book, section 3.9).
+//! The ball out of play, and the throw-in (2010 rule book, section 3.9).
 
 use bevy::prelude::*;
 
@@ -19,20 +19,21 @@ const THROW_IN_BACK: f32 = 1.0;
 /// A ball out of play.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BallOut {
-    /// Over which line.
+    /// The line.
     pub line: BoundaryLine,
-    /// At which end of the pitch: that of the goal line, or the half in which the side line was crossed.
+    /// The end of the goal line, or of the half in which the side line was crossed.
     pub end: End,
-    /// Where, m, pitch frame.
+    /// Position, m, pitch frame.
     pub position: Vec2,
     /// The team that touched it last.
     pub last_touch: Option<Team>,
-    /// The team that the restart is for: the one that did not touch the ball last. If nobody did, the one that
-    /// defends the half in which it went out.
+    /// The team of the restart: the one that did not touch the ball last. Without a touch it is the one that defends the half in
+    /// which the ball went out.
     pub restart_team: Team,
 }
 
-/// The ball out of play that a crossing is, if the rules know it. Where goals do not count, a ball in the goal is out.
+/// The ball out of play for a crossing; none if it is a goal or the rules have no outs. If goals do not count, a ball in the goal
+/// is out.
 pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<BallOut> {
     if !snapshot.rules.ball_out {
         return None;
@@ -48,7 +49,7 @@ pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<BallOut> {
     Some(BallOut { line, end, position: crossing.position, last_touch, restart_team })
 }
 
-/// Why the ball is out, and whose it is.
+/// The evidence that the ball is out, and for which team the restart is.
 pub fn evidence(snapshot: &MatchSnapshot, out: &BallOut) -> Evidence {
     let edges = snapshot.pitch.outer_half_extents();
     let radius = snapshot.ball.map_or(0.0, |ball| ball.radius);

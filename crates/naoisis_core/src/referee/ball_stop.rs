@@ -1,12 +1,12 @@
-//! The end of a half during an attack: it goes on as long as the attackers' ball rolls towards the opponents' goal (2025 rule
-//! book, section 3.18), until it stops, has left the pitch, or is played again.
+//! The end of a half during an attack: the half continues while the attackers' ball rolls towards the opponents' goal (2025 rule
+//! book, section 3.18), until it stops, leaves the pitch, or is played again.
 
 use super::snapshot::MatchSnapshot;
 
-/// A ball slower than this has come to a stop, m/s.
+/// Speed below which the ball has stopped, m/s.
 const STOPPED_MPS: f32 = 0.05;
 
-/// Whether a half whose time is over goes on after this cycle.
+/// Whether a half whose time is over continues after this cycle.
 pub fn attack_goes_on(snapshot: &MatchSnapshot) -> bool {
     let (Some(ball), Some(touch)) = (&snapshot.ball, snapshot.last_touch) else { return false };
     let attacker = touch.robot.team;

@@ -1,15 +1,14 @@
-//! Where the ball leaves the pitch: the whole ball past the outer edge of a line (2010 rule book, sections 3.3 and 3.9; a
-//! line is part of the pitch).
+//! Where the ball leaves the pitch: the whole ball past the outer edge of a line (2010 rule book, sections 3.3 and 3.9; a line is
+//! part of the pitch).
 //!
-//! The ball's whole way through the cycle is looked at: a fast one may be far beyond the line at the end of it, or
-//! have come back.
+//! The ball's whole path in the cycle is checked: at its end a fast ball may be far beyond the line, or back on the pitch.
 
 use bevy::prelude::*;
 
 use super::snapshot::BallSnapshot;
 use crate::pitch::{End, Pitch};
 
-/// What the ball crossed.
+/// A boundary that the ball crossed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Boundary {
     /// The goal line between the posts of the goal at this end. The ball rolls, so it is always under the bar.
@@ -23,13 +22,13 @@ pub enum Boundary {
 /// A crossing of a line.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Crossing {
-    /// What was crossed.
+    /// The boundary.
     pub boundary: Boundary,
-    /// Where the ball's centre was when the ball had wholly left, m, pitch frame.
+    /// Position of the ball's centre when the whole ball had left, m, pitch frame.
     pub position: Vec2,
 }
 
-/// Where the ball first was wholly off the pitch in this cycle, if it was.
+/// The first crossing of a boundary by the whole ball in this cycle, if any.
 pub fn crossing(ball: &BallSnapshot, pitch: &Pitch) -> Option<Crossing> {
     let limit = pitch.outer_half_extents() + ball.radius;
     let start = *ball.path.first().unwrap_or(&ball.position);

@@ -3,11 +3,11 @@
 //! The paper (section 3.4): "Responsibility is judged based on the relative speeds of the colliding robots, and the
 //! location of the ball." Here:
 //!
-//! - The speed that counts is the one at which a robot wants to walk towards the other, along the line between them.
-//! - A robot that stands is never responsible; of two that walk, the faster is. At equal speeds both are.
-//! - Nobody is when the two face each other with the ball between them: they fight for it.
-//! - The league's rule books except a robot whose side touches another on its way to the ball: `side_contacts` of the rules.
-//! - A brush at less than a least speed is no offence.
+//! - The relevant speed is that of a robot's intended walk towards the other, along the line between them.
+//! - A standing robot is never responsible; of two that walk the faster one is, at equal speeds both are.
+//! - Neither is if the two face each other with the ball between them: they fight for it.
+//! - A robot whose side touches another on its way to the ball is exempt if [`Rules::side_contacts`](crate::game::Rules) says so.
+//! - A contact below a least speed is no offence.
 
 use bevy::prelude::*;
 
@@ -18,13 +18,13 @@ use crate::game::{Evidence, SideContacts};
 
 /// Speeds that differ by less count as equal, m/s.
 const EQUAL_SPEEDS_MPS: f32 = 1e-3;
-/// Two robots face each other when each has the other within 60 degrees of straight ahead: the cosine.
+/// Cosine of the angle within which two robots face each other: 60 degrees of straight ahead.
 const FACING_COSINE: f32 = 0.5;
-/// The ball is between two robots when it is no farther from the line between their origins than half the width of the wider
-/// one and this, m: a hand's breadth.
+/// The ball is between two robots if its distance from the line between their origins is at most half the width of the wider
+/// one plus this, m.
 const HAND_M: f32 = 0.1;
 
-/// Who is responsible for a collision of the robots with these indices: neither, one, or both.
+/// Which of the robots with the indices `pair` are responsible for their collision.
 pub fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 2] {
     let [a, b] = pair.map(|index| &snapshot.robots[index]);
     if a.id.team == b.id.team && !snapshot.rules.collisions_between_team_mates {
@@ -62,15 +62,14 @@ fn has_at_its_side(robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
     robot.previous.forward().dot(direction).abs() < FACING_COSINE
 }
 
-/// The speed at which `robot` wants to come nearer to `other`, along the line between where the two were
-/// at the start of the cycle, m/s.
+/// The speed at which `robot` intends to approach `other`, along the line between their positions at the start of the cycle,
+/// m/s.
 pub fn approach_speed(robot: &RobotSnapshot, other: &RobotSnapshot) -> f32 {
     let line = (other.previous.position - robot.previous.position).normalize_or_zero();
     robot.wanted_velocity.dot(line)
 }
 
-/// Whether two robots face each other with the ball between them. What counts is how things were at the
-/// start of the cycle.
+/// Whether two robots face each other with the ball between them at the start of the cycle.
 fn fight_for_ball(snapshot: &MatchSnapshot, a: &RobotSnapshot, b: &RobotSnapshot) -> bool {
     let Some(place) = place_of_ball(snapshot) else { return false };
     let (start, line) = (a.previous.position, b.previous.position - a.previous.position);
@@ -86,7 +85,7 @@ fn face_each_other(a: &RobotSnapshot, b: &RobotSnapshot) -> bool {
     a.previous.forward().dot(direction) > FACING_COSINE && b.previous.forward().dot(-direction) > FACING_COSINE
 }
 
-/// The case against the robot of index `robot` for a collision with that of index `other`.
+/// The evidence against the robot with index `robot` for a collision with that with index `other`.
 pub fn evidence(snapshot: &MatchSnapshot, robot: usize, other: usize) -> Evidence {
     let (robot, other) = (&snapshot.robots[robot], &snapshot.robots[other]);
     let (own, others) = (approach_speed(robot, other), approach_speed(other, robot));

@@ -1,4 +1,4 @@
-//! What follows when the ball has crossed a line: goals, and outs.
+//! Decisions after the ball has crossed a line: goals and outs.
 
 use super::decide::{Referee, Stoppage};
 use super::set_play;
@@ -7,7 +7,7 @@ use crate::events::{DisallowedGoal, MatchEvent};
 use crate::game::{BallOutRestart, SetPlayKind};
 
 impl Referee<'_, '_> {
-    /// Goals and outs, unless the ball has just been put down.
+    /// Judges goals and outs, unless the ball has just been placed.
     pub(super) fn judge_ball(&mut self) -> Option<Stoppage> {
         let ball = self.seen.ball.as_ref().filter(|_| self.decisions.ball.is_none())?;
         let crossing = boundary::crossing(ball, self.seen.pitch)?;
@@ -36,7 +36,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// A goal counts, unless it was shot in a way that cannot score.
+    /// Awards a goal, unless it is disallowed.
     fn award_goal(&mut self, goal: &goal::ScoredGoal, crossing: &boundary::Crossing) -> Option<Stoppage> {
         let opponent = goal.team.opponent();
         if let Some(evidence) = kick_off_shot::judge(self.seen, self.memory.kick_off.as_ref(), goal.team, crossing) {

@@ -1,11 +1,11 @@
-//! The referee's course through a cycle, as a plain function from a [`MatchSnapshot`] to [`Decisions`].
+//! The judgement of a cycle, as a plain function from a [`MatchSnapshot`] to [`Decisions`].
 
 use bevy::prelude::*;
 
 use super::ball_stop::attack_goes_on;
+use super::custom_rules::CustomRules;
 use super::game_stuck::{Progress, Remedy};
 use super::memory::RefereeMemory;
-use super::own_rules::OwnRules;
 use super::positions::is_off_pitch;
 use super::robot_rules::{self, RobotCase};
 use super::set_play;
@@ -15,23 +15,28 @@ use crate::events::MatchEvent;
 use crate::game::{Game, GameState, PenaltyReason};
 use crate::team::Team;
 
-/// What the referee decided in a cycle.
+/// The decisions of the referee in a cycle.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Decisions {
     /// The state of the match from now on.
     pub game: Game,
-    /// What is announced.
+    /// The events to announce.
     pub events: Vec<MatchEvent>,
-    /// Where the ball is put down, m.
+    /// Position at which the ball is placed, m; none if it is not.
     pub ball: Option<Vec2>,
-    /// The velocity that it is given then, m/s: none, but for interventions.
+    /// Velocity of the ball if it is placed, m/s: zero except for interventions.
     pub ball_velocity: Vec2,
-    /// All robots, as in the snapshot but for the poses of those that are put down, and penalties.
+    /// All robots as in the snapshot, with the new poses of those that are placed, and new penalties.
     pub robots: Vec<RobotSnapshot>,
 }
 
-/// Judges a cycle. `memory` is carried from cycle to cycle; `decisions` is only room to write in.
-pub fn decide(snapshot: &MatchSnapshot, own_rules: &OwnRules, memory: &mut RefereeMemory, decisions: &mut Decisions) {
+/// Judges a cycle. `memory` is kept from cycle to cycle; `decisions` is overwritten.
+pub fn decide(
+    snapshot: &MatchSnapshot,
+    custom_rules: &CustomRules,
+    memory: &mut RefereeMemory,
+    decisions: &mut Decisions,
+) {
     memory.match_robots(snapshot.robots);
     memory.note_touches(snapshot);
     decisions.game.clone_from(snapshot.game);
@@ -42,22 +47,22 @@ pub fn decide(snapshot: &MatchSnapshot, own_rules: &OwnRules, memory: &mut Refer
     decisions.ball_velocity = Vec2::ZERO;
     decisions.game.state_cycles += 1;
     let seen = MatchSnapshot { last_touch: memory.last_touch, ..*snapshot };
-    let mut referee = Referee { seen: &seen, own_rules, memory, decisions };
+    let mut referee = Referee { seen: &seen, custom_rules, memory, decisions };
     referee.count_messages();
     match snapshot.outside {
-        Some(outside) => referee.obey(outside),
+        Some(outside) => referee.apply_outside(outside),
         None => referee.judge(),
     }
     referee.intervene();
     referee.note_robots();
-    memory.announcement.follow(snapshot, &decisions.game, &decisions.events);
+    memory.announcement.advance(snapshot, &decisions.game, &decisions.events);
 }
 
 /// The referee at work in one cycle.
 pub(super) struct Referee<'a, 'b> {
-    /// What was seen at the end of the cycle.
+    /// The match at the end of the cycle.
     pub(super) seen: &'a MatchSnapshot<'a>,
-    own_rules: &'a OwnRules,
+    custom_rules: &'a CustomRules,
     pub(super) memory: &'b mut RefereeMemory,
     pub(super) decisions: &'b mut Decisions,
 }
@@ -67,12 +72,12 @@ pub(super) struct Referee<'a, 'b> {
 pub(super) enum Stoppage {
     /// For a kick-off of this team, or a drop ball.
     KickOff(Option<Team>),
-    /// The match ends: one team leads by so many goals that it is over.
+    /// The match ends because of a team's lead.
     Mercy,
 }
 
 impl Referee<'_, '_> {
-    /// The snapshot with what was decided so far in this cycle.
+    /// The snapshot with the decisions of this cycle so far.
     pub(super) fn now(&self) -> MatchSnapshot<'_> {
         let placed = |ball: BallSnapshot<'_>| self.decisions.ball.unwrap_or(ball.position);
         let ball = self.seen.ball.map(|ball| BallSnapshot { position: placed(ball), ..ball });
@@ -127,7 +132,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// The rules about single robots: all in play, and in `ready` those that go for it.
+    /// The rules about single robots: all in play, and in `ready` those that apply then.
     pub(super) fn judge_robots(&mut self) {
         for (index, (record, robot)) in self.memory.robots.iter_mut().zip(self.seen.robots).enumerate() {
             if !robot.is_present() {
@@ -144,14 +149,15 @@ impl Referee<'_, '_> {
                 Some(set_play) => set_play::advance_encroachment(record.cycles_encroaching, set_play, self.seen, robot),
                 None => 0,
             };
-            self.own_rules.advance(&mut record.own_cycles, self.seen, robot);
+            self.custom_rules.advance(&mut record.own_cycles, self.seen, robot);
         }
         for index in 0..self.decisions.robots.len() {
             let case = RobotCase { seen: self.seen, records: &self.memory.robots, index };
-            let own_rules = || self.own_rules.judge(&self.memory.robots[index].own_cycles, self.seen, case.robot());
+            let custom_rules =
+                || self.custom_rules.judge(&self.memory.robots[index].own_cycles, self.seen, case.robot());
             if self.decisions.robots[index].is_present()
                 && case.robot().is_present()
-                && let Some((reason, evidence)) = robot_rules::judge(&case).or_else(own_rules)
+                && let Some((reason, evidence)) = robot_rules::judge(&case).or_else(custom_rules)
             {
                 self.penalise(index, reason, evidence);
                 self.restart_after_offence(index, reason);
@@ -170,7 +176,7 @@ impl Referee<'_, '_> {
         if self.seen.rules.walking_is_progress {
             self.note_progress();
         }
-        // A ball that has just been put down, or that is one team's own for a time, is not stuck.
+        // A ball that has just been placed, or that belongs to one team, is not stuck.
         if self.decisions.ball.is_some() || self.decisions.game.set_play.is_some() {
             self.memory.stuck.cycles = 0;
             return None;
@@ -178,7 +184,7 @@ impl Referee<'_, '_> {
         match game_stuck::judge(&self.memory.stuck, self.seen)? {
             Remedy::Local(index, evidence) => {
                 self.memory.stuck.cycles = 0;
-                // Whoever was just penalised is out of the way already.
+                // A robot that was just penalised is already removed.
                 if self.decisions.robots[index].is_present() {
                     self.take_from_ball(index, evidence);
                 }
@@ -194,7 +200,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// While the ball lies, robots that get on begin the time anew.
+    /// Restarts the time of a stuck ball if a robot makes progress.
     fn note_progress(&mut self) {
         for (record, robot) in self.memory.robots.iter_mut().zip(self.seen.robots) {
             let before = record.progress.filter(|_| self.memory.stuck.cycles > 1);
@@ -206,7 +212,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Remembers where the heads point, and who is on its way back to the pitch.
+    /// Remembers the head angles, and which robots are returning to the pitch.
     fn note_robots(&mut self) {
         for (record, robot) in self.memory.robots.iter_mut().zip(self.seen.robots) {
             record.head = robot.head;

@@ -1,5 +1,5 @@
-//! Fallen robots: they begin to get up soon, and stand before long, or they are removed (2010 rule book, section 4.7;
-//! 2025 rule book, section 4.6, which counts attempts instead of the 20 s).
+//! Fallen robots: they are removed unless they begin to get up, and stand, within given times (2010 rule book, section 4.7; 2025
+//! rule book, section 4.6, which counts attempts instead).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -8,21 +8,21 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 use crate::robot::posture::Posture;
 
-/// How a robot that fell tries to get up.
+/// The attempts of a fallen robot to get up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct GetUp {
-    /// Whether it tries now.
+    /// Whether an attempt is under way.
     is_trying: bool,
-    /// Cycles for which it has lain without trying.
+    /// Cycles for which it has lain without an attempt.
     cycles_lying: u64,
-    /// Whether another robot has touched it while it tried.
+    /// Whether another robot has touched it during an attempt.
     is_disturbed: bool,
-    /// Attempts that failed since it fell.
+    /// Failed attempts since the fall.
     failed: u32,
 }
 
 impl GetUp {
-    /// After this cycle. `index` is the robot's in the snapshot.
+    /// The attempts after this cycle. `index` is the index of `robot` in the snapshot.
     #[must_use]
     pub fn advance(self, snapshot: &MatchSnapshot, index: usize, robot: &RobotSnapshot) -> Self {
         if robot.posture.cycles_down().is_none() {
@@ -37,13 +37,13 @@ impl GetUp {
         }
     }
 
-    /// How many attempts it has, of a number that goes for who is left alone.
+    /// The number of attempts that it has: one more than `attempts` if it was touched.
     fn allowed(&self, attempts: u32) -> u32 {
         attempts + u32::from(self.is_disturbed)
     }
 }
 
-/// The case against a robot that lies for too long, or has tried to get up too often.
+/// The evidence against a robot that lies for too long, or has failed to get up too often.
 pub fn judge(get_up: &GetUp, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let cycles = robot.posture.cycles_down()?;
     let limit_s = snapshot.rules.fallen_s;

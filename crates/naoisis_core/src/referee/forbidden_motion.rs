@@ -1,5 +1,5 @@
-//! Forbidden motion: robots that begin to walk in `set` or `standby` (2025 rule book, section 4.5). Who walked before has a moment to
-//! stand. Heads may move, and who fell may get up.
+//! Forbidden motion: robots that begin to walk in `set` or `standby` (2025 rule book, section 4.5). Robots that walked before have
+//! a moment to stop. Heads may move, and fallen robots may get up.
 
 use bevy::prelude::*;
 
@@ -7,21 +7,21 @@ use super::decide::Referee;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{Evidence, GameState, PenaltyReason};
 
-/// Who has stood for so long, and walks, begins to walk, s.
+/// A robot that walks after it has stood for this long begins to walk, s.
 const STOOD_S: f32 = 0.3;
-/// Who still walks after so long does not only finish a step, s.
+/// A robot that still walks after this long does not only finish a step, s.
 const FINISHED_S: f32 = 2.0;
 
 fn walks(robot: &RobotSnapshot) -> bool {
     robot.posture.is_upright() && (robot.wanted_velocity != Vec2::ZERO || robot.pose.heading != robot.previous.heading)
 }
 
-/// For how many cycles the robot has stood in `set` or `standby`, this one included.
+/// The number of cycles for which the robot has stood in `set` or `standby`, including this one.
 pub fn advance(cycles: u64, robot: &RobotSnapshot) -> u64 {
     if walks(robot) { 0 } else { cycles + 1 }
 }
 
-/// The case against a robot that walks, and had stood for so many cycles before.
+/// The evidence against a robot that walks, and had `stood` for a number of cycles before.
 pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let since = snapshot.game.state_cycles;
     let (what, cycles, limit_s) = if stood >= snapshot.cycles(STOOD_S) {
@@ -44,7 +44,7 @@ pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Opt
 }
 
 impl Referee<'_, '_> {
-    /// Whoever begins to walk is penalised where it stands; in `standby` its whole team is, until they are told `ready`.
+    /// Penalises robots that begin to walk, in place; in `standby` with their whole team, until the robots know of `ready`.
     pub(super) fn judge_motion(&mut self) {
         let Some(seconds) = self.seen.rules.motion_in_set_s.filter(|_| self.seen.game.shoot_out.is_none()) else {
             return;
@@ -70,7 +70,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Whoever is penalised for its team's motion in `standby` is not any more.
+    /// Ends the penalties for motion in `standby`.
     pub(super) fn forgive_standby(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let penalty = self.decisions.robots[index].penalty.0;

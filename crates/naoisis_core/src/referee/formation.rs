@@ -1,6 +1,6 @@
-//! Where robots stand for a kick-off.
+//! The formation for a kick-off.
 //!
-//! The places are legal by the rule books of 2010 (section 3.5: everyone in the own half, field players outside the
+//! The positions are legal by the rule books of 2010 (section 3.5: everyone in the own half, field players outside the
 //! own penalty area, the defending ones behind their penalty mark, the keeper in it) and of 2025, on both pitches.
 
 use bevy::prelude::*;
@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use crate::geometry::{Pose, angle_of};
 use crate::pitch::{End, Pitch};
 
-/// The most robots of a team that have places of their own; others stand where these do, as near as there is room.
+/// The number of different positions; robots with higher numbers stand at the nearest free places.
 pub const MOST_PLACES: u8 = 11;
 
 /// Distance of the kicking-off striker from the ball, m.
@@ -17,13 +17,13 @@ const STRIKER_DISTANCE: f32 = 0.3;
 const KEEPER_DISTANCE: f32 = 0.2;
 /// Distance of the second row from the centre circle's line when kicking off, m.
 const CIRCLE_CLEARANCE: f32 = 0.2;
-/// How far behind its penalty mark the defenders' first row stands, m: the base reaches 0.15 m ahead, and who walks
-/// there does not know its place exactly.
+/// Distance of the defenders' first row behind its penalty mark, m: the base reaches 0.15 m ahead, and robots do not know their
+/// position exactly.
 const MARK_CLEARANCE: f32 = 0.3;
-/// How far in front of the penalty area the last row stands, m.
+/// Distance of the last row in front of the penalty area, m.
 const AREA_CLEARANCE: f32 = 0.2;
 
-/// The kick-off place, in the pitch frame, of the robot with this jersey number (from 1) in a team of `team_size`
+/// The kick-off pose, in the pitch frame, of the robot with this jersey number (from 1) in a team of `team_size`
 /// that defends `own_end`. It faces the ball.
 ///
 /// Number 1 is the keeper, unless it is alone. Number 2 (or a lone robot) is the striker: `kicking_off`, it stands
@@ -41,7 +41,7 @@ pub fn formation(pitch: &Pitch, team_size: u8, number: u8, own_end: End, kicking
     }
 }
 
-/// The place of a field player, the striker being the first (0), in the team frame.
+/// The position of the field player with `index`, the striker being 0, in the team frame.
 fn field_place(pitch: &Pitch, index: usize, kicking_off: bool) -> Vec2 {
     let (length, width) = (pitch.half_length(), pitch.half_width());
     let rear = -(length - pitch.penalty_area.depth_m - AREA_CLEARANCE);

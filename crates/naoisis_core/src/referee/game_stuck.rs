@@ -1,8 +1,8 @@
-//! Game stuck: nothing substantial happens for a time (2010 rule book, section 3.10; 2025 rule book, section 3.11).
+//! Game stuck: no substantial change for a time (2010 rule book, section 3.10; 2025 rule book, section 3.11).
 //!
-//! Substantial is that the ball moves, and by the rules of 2025 that a robot comes nearer to it or explores the pitch; walking
-//! around it is not. If a robot is at the ball, the nearest one is taken away; otherwise play is
-//! stopped, which asks for a touch of the ball since the last kick-off.
+//! A substantial change is a motion of the ball, and by the rules of 2025 a robot that approaches it or explores the pitch, but
+//! not one that walks around it. If a robot is at the ball, the nearest one is removed; otherwise play is stopped, provided that
+//! the ball was touched since the last kick-off.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -10,35 +10,35 @@ use serde::{Deserialize, Serialize};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 
-/// A ball that is farther than this from where it was has moved, m.
+/// Distance by which the ball has moved, m.
 const MOVED_M: f32 = 0.1;
-/// A robot this near is at the ball, m.
+/// Distance within which a robot is at the ball, m.
 const AT_BALL_M: f32 = 0.5;
 
-/// A robot that is farther than this from where it was, and not at the ball, explores the pitch, m.
+/// Distance by which a robot that is not at the ball explores the pitch, m.
 const EXPLORED_M: f32 = 0.5;
 
 /// A ball that does not move.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct Stuck {
-    /// Where it lies, m, pitch frame.
+    /// Its position, m, pitch frame.
     pub ball: Vec2,
-    /// Cycles for which it has.
+    /// Cycles for which it has not moved.
     pub cycles: u64,
-    /// Whether anybody has touched the ball since the last kick-off.
+    /// Whether a robot has touched the ball since the last kick-off.
     pub touched: bool,
 }
 
-/// What is done about play that is stuck.
+/// The remedy for a stuck game.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Remedy {
-    /// The robot of this index, the nearest to the ball, is taken away.
+    /// Remove the robot with this index, the nearest to the ball.
     Local(usize, Evidence),
-    /// Play is stopped for a kick-off.
+    /// Stop play for a kick-off.
     Global(Evidence),
 }
 
-/// How long the ball has lain, this cycle included.
+/// The state of the ball after this cycle.
 pub fn advance(stuck: Stuck, snapshot: &MatchSnapshot) -> Stuck {
     let touched = stuck.touched || !snapshot.touches.is_empty();
     let Some(ball) = snapshot.ball else { return Stuck { cycles: 0, touched, ..stuck } };
@@ -49,17 +49,17 @@ pub fn advance(stuck: Stuck, snapshot: &MatchSnapshot) -> Stuck {
     }
 }
 
-/// Where a robot was that has made no progress since.
+/// The state of a robot at its last progress.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Progress {
-    /// Its place, m, pitch frame.
+    /// Its position, m, pitch frame.
     pub from: Vec2,
     /// Its least distance from the ball, m.
     pub nearest_m: f32,
 }
 
 impl Progress {
-    /// How a robot stands now, and whether that is progress.
+    /// The state of a robot after this cycle, and whether it made progress.
     pub fn advance(before: Option<Progress>, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> (Option<Self>, bool) {
         let Some(ball) = snapshot.ball.filter(|_| robot.is_present()) else { return (None, false) };
         let place = robot.pose.position;
@@ -71,7 +71,7 @@ impl Progress {
     }
 }
 
-/// What is done about it, if it has lain for too long.
+/// The remedy if the ball has not moved for too long.
 pub fn judge(stuck: &Stuck, snapshot: &MatchSnapshot) -> Option<Remedy> {
     if stuck.cycles < snapshot.cycles(snapshot.rules.game_stuck_s) {
         return None;

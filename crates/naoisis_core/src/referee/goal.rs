@@ -10,18 +10,18 @@ use crate::team::{RobotId, Team};
 pub struct ScoredGoal {
     /// The team that it counts for.
     pub team: Team,
-    /// Who touched the ball last, if anybody did.
+    /// The robot that touched the ball last, if any.
     pub scorer: Option<RobotId>,
 }
 
 impl ScoredGoal {
-    /// Whether it was put in by the team that defends the goal.
+    /// Whether the scorer is of the team that defends the goal.
     pub fn is_own_goal(&self) -> bool {
         self.scorer.is_some_and(|scorer| scorer.team != self.team)
     }
 }
 
-/// The goal that a crossing is, if the rules count goals: it counts for the team that attacks that end.
+/// The goal for a crossing, if the rules count goals. It counts for the team that attacks that end.
 pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<ScoredGoal> {
     let Boundary::Goal(end) = crossing.boundary else { return None };
     snapshot.rules.goals.then(|| ScoredGoal {
@@ -30,7 +30,7 @@ pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<ScoredGoal
     })
 }
 
-/// Why the goal counts, and for whom.
+/// The evidence for a goal.
 pub fn evidence(snapshot: &MatchSnapshot, goal: &ScoredGoal, crossing: &Crossing) -> Evidence {
     let edge = snapshot.pitch.outer_half_extents().x;
     let radius = snapshot.ball.map_or(0.0, |ball| ball.radius);

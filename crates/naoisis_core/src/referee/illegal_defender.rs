@@ -1,12 +1,12 @@
-//! Illegal defenders: who may be where in front of the own goal (2010 rule book, section 4.13; 2025 rule book,
-//! section 4.4.2).
+//! Illegal defenders: which robots may be in front of their own goal (2010 rule book, section 4.13; 2025 rule book, section
+//! 4.4.2).
 
 use super::areas::{feet, in_area, touches_area};
 use super::memory::RobotMemory;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{DefenderLimit, Evidence};
 
-/// Whether a robot counts as being in the area that its team may not crowd.
+/// Whether a robot counts as being in the area with limited defenders.
 pub fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     match snapshot.rules.defender_limit {
         DefenderLimit::KeeperOnly => {
@@ -21,20 +21,20 @@ pub fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     }
 }
 
-/// Whether any part of a robot's base touches its own goal area, or where the pitch has none, its penalty area.
+/// Whether any part of a robot's base touches its own goal area, or its penalty area on a pitch without goal areas.
 pub fn is_in_goal_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     let area = snapshot.pitch.goal_area.unwrap_or(snapshot.pitch.penalty_area);
     let own_end = snapshot.game.own_end(robot.id.team);
     touches_area(snapshot.pitch, area, own_end, robot)
 }
 
-/// For how many cycles the robot has been in the area, this one included.
+/// The number of cycles for which the robot has been in the area, including this one.
 pub fn advance(cycles_in_area: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     if is_in_area(snapshot, robot) { cycles_in_area + 1 } else { 0 }
 }
 
-/// The case against the robot of index `index`, if it is an illegal defender. Where only a number is limited, those
-/// that came last are too many. `records` are up to date for all robots.
+/// The evidence against the robot with `index`, if it is an illegal defender. If a number of robots is allowed, the last ones to
+/// enter are illegal. `records` are up to date for all robots.
 pub fn judge(records: &[RobotMemory], snapshot: &MatchSnapshot, index: usize) -> Option<Evidence> {
     let (robot, own) = (&snapshot.robots[index], &records[index]);
     // A referee's reaction: too many for that long.
@@ -49,7 +49,7 @@ pub fn judge(records: &[RobotMemory], snapshot: &MatchSnapshot, index: usize) ->
         )
     };
     match snapshot.rules.defender_limit {
-        DefenderLimit::KeeperOnly => (!snapshot.is_keeper(robot)).then(|| {
+        DefenderLimit::KeeperOnly => (!robot.id.is_goalkeeper()).then(|| {
             evidence("Only the keeper may have both feet in its own penalty area.")
                 .otherwise("It had to keep a foot outside the area, or leave it at once.")
         }),

@@ -1,5 +1,5 @@
-//! Inactive robots: a robot that has ceased activity is removed (2010 rule book, section 4.7; 2025 rule book, section 4.6). Active is who walks,
-//! turns, kicks, moves the head, or looks at the ball; who lies is the subject of another rule.
+//! Inactive robots: a robot that has ceased activity is removed (2010 rule book, section 4.7; 2025 rule book, section 4.6). Robots
+//! that walk, turn, kick, move the head, or look at the ball are active; another rule covers robots that lie.
 
 use bevy::prelude::*;
 
@@ -12,7 +12,7 @@ use crate::robot::head::HeadAngles;
 /// (23.9 degrees).
 const LOOKING: f32 = 0.417;
 
-/// For how many cycles the robot has done nothing, this one included. `head` is where its head pointed before.
+/// The number of cycles for which the robot has been inactive, including this one. `head` are its head angles in the last cycle.
 pub fn advance(cycles: u64, head: HeadAngles, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     let moves = robot.pose != robot.previous || robot.wanted_velocity != Vec2::ZERO || robot.head != head;
     if moves || robot.is_kicking || !robot.posture.is_upright() || looks_at_ball(snapshot, robot) {
@@ -28,7 +28,7 @@ fn looks_at_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     wrap_angle(bearing - robot.head.yaw).abs() <= LOOKING
 }
 
-/// The case against a robot that has done nothing for too long.
+/// The evidence against a robot that has been inactive for too long.
 pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     (cycles >= snapshot.cycles(snapshot.rules.inactive_s)).then(|| {
         snapshot

@@ -2,8 +2,8 @@
 //! rule book, section 3.4). Own goals always count, and so does a first shot of the team that had to keep away
 //! from a free kick which was not taken in time.
 //!
-//! Where the rules know [direct free kicks](crate::game::Rules::direct_free_kicks), it goes only for the team that restarted play
-//! with an indirect one, until an opponent plays the ball (HSL 2026, laws 8 and 13).
+//! With [direct free kicks](crate::game::Rules::direct_free_kicks) this applies only to the team that restarted play with an
+//! indirect one, until an opponent plays the ball (HSL 2026, laws 8 and 13).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,48 +14,48 @@ use super::snapshot::MatchSnapshot;
 use crate::game::{Evidence, SetPlayKind};
 use crate::team::{RobotId, Team};
 
-/// A ball slower than this has come to a stop, m/s.
+/// Speed below which the ball has stopped, m/s.
 const STOPPED_MPS: f32 = 0.05;
 
-/// A robot that walks into the ball faster than this plays it, m/s.
+/// Speed above which a robot that walks into the ball plays it, m/s.
 const DRIBBLE_MPS: f32 = 0.03;
 
-/// Who has played the ball since the last restart.
+/// The robots that have played the ball since the last restart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct Plays {
     /// The first robot of each team, blue first.
     pub first: [Option<RobotId>; 2],
     /// Whether another robot of that team has played it, too.
     pub second: [bool; 2],
-    /// Whose kick the ball still rolls from.
+    /// The robot from whose kick the ball still rolls.
     pub shot: Option<RobotId>,
-    /// A direct goal that is allowed.
+    /// The permission for a direct goal, if any.
     pub direct: Option<Direct>,
-    /// How play was restarted, and by which team; none in a shoot-out, and where both may score.
+    /// The kind of the restart, and its team; none in a shoot-out, and if both teams may score.
     pub restart: Option<(SetPlayKind, Team)>,
 }
 
 /// Permission for a direct goal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Direct {
-    /// Of this team.
+    /// The team.
     pub team: Team,
-    /// By this robot, once it has played the ball.
+    /// The robot that has played the ball, if one has.
     pub robot: Option<RobotId>,
 }
 
 impl Plays {
-    /// After a restart of this kind by a team.
+    /// The state after a restart of `kind` by `team`.
     pub fn after(kind: SetPlayKind, team: Team) -> Self {
         Self { restart: Some((kind, team)), ..Self::default() }
     }
 
-    /// After a free kick that was not taken in time: the other team may score directly.
+    /// The state after a free kick that was not taken in time: `team`, the other one, may score directly.
     pub fn direct_for(team: Team) -> Self {
         Self { direct: Some(Direct { team, robot: None }), ..Self::default() }
     }
 
-    /// Takes note of a cycle.
+    /// Records the touches of a cycle.
     pub fn advance(&mut self, snapshot: &MatchSnapshot) {
         for &(robot, kick) in snapshot.touches {
             let team = robot.team as usize;
@@ -101,8 +101,8 @@ impl Direct {
     }
 }
 
-/// Whether a goal of `team` has to be indirect where the rules know direct free kicks: if it restarted play with an indirect one,
-/// and no opponent has played the ball since. Of a team with fewer than three robots nobody else can be asked to.
+/// Whether a goal of `team` must be indirect if the rules have direct free kicks: `team` restarted play with an indirect one, and
+/// no opponent has played the ball since. Teams with fewer than three robots are exempt.
 fn has_to_be_indirect(snapshot: &MatchSnapshot, plays: &Plays, team: Team) -> bool {
     let robots = snapshot.robots.iter().filter(|robot| robot.id.team == team && robot.is_present()).count();
     plays.restart.is_some_and(|(kind, by)| by == team && !kind.is_direct())
@@ -110,7 +110,7 @@ fn has_to_be_indirect(snapshot: &MatchSnapshot, plays: &Plays, team: Team) -> bo
         && robots >= 3
 }
 
-/// Why a goal of `team` does not count, if it had to be indirect and was not.
+/// The evidence against a goal of `team` that had to be indirect and was not.
 pub fn judge(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Crossing) -> Option<Evidence> {
     if !snapshot.rules.indirect_goals {
         return None;

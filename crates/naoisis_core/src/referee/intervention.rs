@@ -1,4 +1,4 @@
-//! Carries out what a person, a program or a scenario makes the referee do: the [`Intervention`]s.
+//! Applies the [`Intervention`]s of people, programs and scenarios.
 
 use bevy::prelude::*;
 
@@ -11,10 +11,10 @@ use crate::geometry::{Pose, wrap_angle};
 use crate::team::RobotId;
 
 impl Referee<'_, '_> {
-    /// Carries out what it is made to do.
+    /// Applies the interventions of this cycle.
     pub(super) fn intervene(&mut self) {
         for &intervention in self.seen.interventions {
-            let event = match self.carry_out(intervention) {
+            let event = match self.apply(intervention) {
                 Ok(()) => MatchEvent::Intervention { intervention },
                 Err(message) => MatchEvent::InterventionRefused { intervention, message },
             };
@@ -22,7 +22,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    fn carry_out(&mut self, intervention: Intervention) -> Result<(), String> {
+    fn apply(&mut self, intervention: Intervention) -> Result<(), String> {
         match intervention {
             Intervention::PlaceBall { position_m, velocity_mps } => {
                 self.require_ball()?;
@@ -115,7 +115,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// In a shoot-out all but the shooter and the keeper wait beside the pitch, and serve no penalty.
+    /// Checks that there is no shoot-out, in which all but the shooter and the goalkeeper wait beside the pitch without a penalty.
     fn require_no_shoot_out(&self) -> Result<(), String> {
         match self.decisions.game.shoot_out {
             Some(_) => Err("there is a shoot-out".to_owned()),

@@ -10,24 +10,24 @@ use super::snapshot::MatchSnapshot;
 use crate::game::Evidence;
 use crate::team::Team;
 
-/// How far play has come since the kick-off.
+/// The course of play since the kick-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 pub struct KickOffPlay {
     /// The team that kicked off.
     pub team: Team,
     /// Whether the ball has wholly left the centre circle.
     pub left_circle: bool,
-    /// Whether whatever comes now is no shot from the kick-off any more.
+    /// Whether the next shot is no longer one from the kick-off.
     pub over: bool,
 }
 
 impl KickOffPlay {
-    /// Just after the whistle.
+    /// The state just after the whistle.
     pub fn new(team: Team) -> Self {
         Self { team, left_circle: false, over: false }
     }
 
-    /// Takes note of a cycle: first its touches, then where the ball went.
+    /// Records a cycle: first its touches, then the path of the ball.
     pub fn advance(&mut self, snapshot: &MatchSnapshot) {
         for (robot, kick) in snapshot.touches {
             let played_on = if robot.team == self.team { self.left_circle } else { *kick };
@@ -40,7 +40,7 @@ impl KickOffPlay {
     }
 }
 
-/// Why a goal of `team` does not count, if it was shot from the kick-off.
+/// The evidence against a goal of `team` that was shot from the kick-off.
 pub fn judge(
     snapshot: &MatchSnapshot,
     play: Option<&KickOffPlay>,

@@ -5,13 +5,13 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 use crate::pitch::End;
 
-/// For how many cycles the robot has been in a goal, this one included.
+/// The number of cycles for which the robot has been in a goal, including this one.
 pub fn advance(cycles_in_goal: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     let inside = End::BOTH.into_iter().any(|end| in_goal(snapshot.pitch, end, robot.pose.position));
     if inside { cycles_in_goal + 1 } else { 0 }
 }
 
-/// The case against a robot any part of whose feet is beyond the carpet, or that has been in a goal for too long.
+/// The evidence against a robot with a part of its feet beyond the carpet, or that has been in a goal for too long.
 pub fn judge(cycles_in_goal: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let carpet = snapshot.pitch.carpet_half_extents();
     let beyond = base_corners(robot)

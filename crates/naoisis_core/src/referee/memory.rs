@@ -1,13 +1,13 @@
-//! What the referee remembers from one cycle to the next, beside the state of the match.
+//! The memory of the referee from one cycle to the next, beside the state of the match.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::custom_rules::MOST_CUSTOM_RULES;
 use super::fallen::GetUp;
 use super::game_stuck::{Progress, Stuck};
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
-use super::own_rules::MOST_OWN_RULES;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::stalling::Stall;
 use super::status::Announcement;
@@ -23,33 +23,33 @@ use crate::team::{PerTeam, RobotId};
 pub struct RefereeMemory {
     /// The last touch of the ball since it was last placed, if any.
     pub last_touch: Option<Touch>,
-    /// The kick-off that play comes from, if its shot has not been followed by another.
+    /// The kick-off, as long as its shot goes on.
     pub kick_off: Option<KickOffPlay>,
-    /// Who must take the kick-off under way: the robot that began it outside its own half.
+    /// The robot that must take the kick-off: it began it outside its own half.
     pub kick_off_player: Option<RobotId>,
     /// Messages of each team in the match, up to the last cycle.
     pub messages_sent: PerTeam<u32>,
-    /// Who has played the ball since the last restart.
+    /// The robots that have played the ball since the last restart.
     pub plays: Plays,
-    /// How long the ball has not moved.
+    /// For how long the ball has not moved.
     pub stuck: Stuck,
-    /// How long the `standby` under way, or the last one, lasts, cycles.
+    /// Duration of the current or last `standby`, cycles.
     pub standby_cycles: u64,
     /// Cycles for which all robots have stood at legal places in `ready`.
     pub cycles_lined_up: u64,
-    /// How often each team was penalised for pushing in this half.
+    /// Penalties for pushing of each team in this half.
     pub pushes: PerTeam<u32>,
-    /// How often each team was penalised for what makes later penalties longer.
+    /// Infractions of each team, which make later penalties longer.
     pub infractions: PerTeam<u32>,
-    /// The coin that decides what nothing else does.
+    /// The coin for undecided shoot-outs and the duration of `standby`.
     pub coin: Option<RandomStream>,
-    /// What the robots are told of the game.
+    /// The delayed information of the robots.
     pub announcement: Announcement,
-    /// What is remembered of each robot, ordered by id.
+    /// The memory of each robot, ordered by id.
     pub robots: Vec<RobotMemory>,
 }
 
-/// What the referee remembers of a robot.
+/// The referee's memory of a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct RobotMemory {
     /// Team and number.
@@ -60,36 +60,36 @@ pub struct RobotMemory {
     pub hand_placements: u32,
     /// How often it was cautioned in this match.
     pub cautions: u32,
-    /// Since when, and where, it stands near the ball, if it does.
+    /// Its stay near the ball, if it stands there.
     pub stall: Option<Stall>,
     /// Cycles for which it has covered the ball.
     pub cycles_holding: u64,
     /// Cycles for which it has been in a goal.
     pub cycles_in_goal: u64,
-    /// Cycles for which it has been in the area that its team may not crowd.
+    /// Cycles for which it has been in the area with limited defenders.
     pub cycles_in_area: u64,
-    /// Cycles for which it has been where it must not during a free kick.
+    /// Cycles for which it has encroached in a free kick.
     pub cycles_encroaching: u64,
     /// Cycles for which it has stepped into an opponent's way to the ball.
     pub cycles_obstructing: u64,
-    /// From where it may make progress while the ball lies.
+    /// Its progress while the ball does not move.
     pub progress: Option<Progress>,
-    /// Whether it has come back from a penalty, and has not been on the pitch since.
+    /// Whether it is returning from a penalty, and has not been on the pitch since.
     pub returns: bool,
     /// Cycles for which it has stood since `set` or `standby` began.
     pub cycles_standing: u64,
     /// Cycles for which it has done nothing.
     pub cycles_inactive: u64,
-    /// How it tries to get up.
+    /// Its attempts to get up.
     pub get_up: GetUp,
-    /// Cycles for which it has done what rules of the program's own are about.
-    pub own_cycles: [u64; MOST_OWN_RULES],
-    /// Where its head pointed in the last cycle.
+    /// The cycle counts of custom rules.
+    pub own_cycles: [u64; MOST_CUSTOM_RULES],
+    /// Angles of its head in the last cycle.
     pub head: HeadAngles,
 }
 
 impl RobotMemory {
-    /// Nothing is held against this robot.
+    /// An empty memory of the robot `id`.
     fn clean(id: RobotId) -> Self {
         Self {
             id,
@@ -107,12 +107,12 @@ impl RobotMemory {
             cycles_standing: 0,
             cycles_inactive: 0,
             get_up: GetUp::default(),
-            own_cycles: [0; MOST_OWN_RULES],
+            own_cycles: [0; MOST_CUSTOM_RULES],
             head: HeadAngles::default(),
         }
     }
 
-    /// Forgets whatever was held against it: it was placed, or play was stopped.
+    /// Clears everything that could be held against it: it was placed, or play was stopped.
     pub(super) fn forgive(&mut self) {
         let RobotMemory { id, restarts, hand_placements, cautions, head, returns, .. } = *self;
         *self = RobotMemory { restarts, hand_placements, cautions, head, returns, ..RobotMemory::clean(id) };
@@ -125,7 +125,7 @@ impl RefereeMemory {
         self.robots.binary_search_by_key(&id, |record| record.id).ok().map(|index| &self.robots[index])
     }
 
-    /// Makes the records those of the robots that there are.
+    /// Updates the records to the list of robots.
     pub(super) fn match_robots(&mut self, robots: &[RobotSnapshot]) {
         let same = self.robots.len() == robots.len()
             && self.robots.iter().zip(robots).all(|(record, robot)| record.id == robot.id);
@@ -137,7 +137,7 @@ impl RefereeMemory {
         }
     }
 
-    /// Takes note of the touches of a cycle.
+    /// Records the touches of a cycle.
     pub(super) fn note_touches(&mut self, snapshot: &MatchSnapshot) {
         for &(robot, kick) in snapshot.touches {
             let Some(index) = snapshot.robot_index(robot) else { continue };

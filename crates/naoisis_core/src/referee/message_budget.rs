@@ -1,5 +1,5 @@
-//! How many messages a team may send: the goals of one that sends more do not count (2025 rule book, section 2.4.2). What is
-//! sent in `standby`, `ready`, `set` and play counts, but not in a shoot-out.
+//! The message budget of a team: the goals of a team that exceeds it do not count (2025 rule book, section 2.4.2). Messages in
+//! `standby`, `ready`, `set` and play count, but not those in a shoot-out.
 
 use super::decide::Referee;
 use super::snapshot::MatchSnapshot;
@@ -7,13 +7,13 @@ use crate::events::MatchEvent;
 use crate::game::{Evidence, GameState};
 use crate::team::{PerTeam, Team};
 
-/// Whether what is sent now counts.
+/// Whether messages of this cycle count.
 fn counts(snapshot: &MatchSnapshot) -> bool {
     matches!(snapshot.game.state, GameState::Standby | GameState::Ready | GameState::Set | GameState::Playing)
         && snapshot.game.shoot_out.is_none()
 }
 
-/// The case against a team that has sent so many messages too many.
+/// The evidence against a team that has sent `too_many` messages more than its `budget`.
 fn evidence(snapshot: &MatchSnapshot, budget: u32, too_many: u32) -> Evidence {
     snapshot
         .evidence("The goals of a team that sends more messages than it may do not count.", bevy::math::Vec2::ZERO)

@@ -1,9 +1,10 @@
 //! The referee: game states, score, halves, goals and outs, restarts, penalties, and why.
 //!
-//! At the end of every cycle the referee looks at a [`snapshot`] of the match. The rules, one file each, are plain
-//! functions of it; what they say becomes [`decide::Decisions`], which one system carries out. Every verdict is a
-//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`](crate::game::Evidence): who, where, what was measured, the rule in one
-//! sentence, and what would have changed it. `naoisis run --explain` prints them as a [match report](report).
+//! At the end of every cycle the referee judges a [`snapshot`] of the match. The rules, one file each, are plain functions of it;
+//! their results are collected in [`decide::Decisions`], which one system applies. Every decision is a
+//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`](crate::game::Evidence): robots, position, measured quantity, the
+//! rule in one sentence, and what would have changed the decision. `naoisis run --explain` prints them as a
+//! [match report](report).
 //!
 //! # Rules as data
 //!
@@ -27,7 +28,7 @@
 //! | [motion in `set`](forbidden_motion) | 2025: 4.5.2; HSL GameController | | | 15 s in place | 10 s + 15 s in place | | |
 //! | [motion in `standby`](forbidden_motion) | 2025: 4.5.1 | | | the team, up to 45 s | | | |
 //! | [fouls in `ready`](crate::game::Rules::fouls_in_ready) | 2025: 4; `GameController`s | | | yes | yes | | |
-//! | who begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
+//! | a robot that begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
 //! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s + 15 s, caution, free kick | 30 s | |
 //! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | yes | | |
 //! | [obstruction] | 2010: 4.14 | | yes | | | | |
@@ -43,28 +44,27 @@
 //! | [penalty shoot-out](shoot_out) | 2010: 3.8; 2025: 3.19; paper: 4 | | 5 x 60 s | 3 x 30 s | 3 x 60 s | 5 x 60 s | |
 //! | halves, change of sides, clock | 2010: 3.1; 2025: 3.1 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s, runs on | 2 x 600 s | |
 //! | [a half ends when a shot has come to rest](ball_stop) | 2025: 3.18 | | | yes | yes | | |
-//! | [that play begins is told](GameStatus) | 2025: 3.2; HSL GameController | at once | at once | 15 s late | 10 s late | at once | at once |
-//! | [goals are told](GameStatus) | 2025: 3.3; HSL GameController | at once | at once | 15 s late | at once | at once | at once |
-//! | [a half's first `ready` is told](GameStatus) | 2025: 3.2 | at once | at once | 45 s late | at once | at once | at once |
+//! | [information about the start of play](GameStatus) | 2025: 3.2; HSL GameController | at once | at once | 15 s late | 10 s late | at once | at once |
+//! | [information about goals](GameStatus) | 2025: 3.3; HSL GameController | at once | at once | 15 s late | at once | at once | at once |
+//! | [information about a half's first `ready`](GameStatus) | 2025: 3.2 | at once | at once | 45 s late | at once | at once | at once |
 //! | [an offence near the ball](crate::game::Rules::offence_free_kick_m) stops play | HSL draft: 5.1 | | | | free kick | | |
 //! | [cautions](crate::game::Rules::cautions_to_send_off) | HSL GameController | | | | the 2nd sends off | | |
 //!
-//! What the books have and these rules have not: hands and arms (no robot moves them), wide stances (2010: 4.8; 2025: 4.9; a dive is
-//! the only one, and ends by itself), pick-ups, time-outs, extra time, and the break at half time. The referee is sure of what it
-//! saw, and decides at once.
+//! Not modelled are hands and arms (no robot moves them), wide stances (2010: 4.8; 2025: 4.9; a dive is the only one, and ends by
+//! itself), pick-ups, time-outs, extra time, and the break at half time. The referee makes no mistakes, and decides at once.
 //!
-//! A robot that is penalised for motion stays where it is, and in everybody's way. One that is [removed](removal) waits beside the pitch, cannot act, is no obstacle, and reads of it in its
-//! [`GameStatus`]. It comes back on the halfway line at the side away from the ball (2010), or from where it waited
-//! (2025).
+//! A robot that is penalised for motion stays where it is, as an obstacle. One that is [removed](removal) waits beside the pitch,
+//! cannot act, is no obstacle, and is informed by its [`GameStatus`]. It returns on the halfway line at the side away from the
+//! ball (2010), or from where it waited (2025).
 //!
-//! What whoever runs the match can do to it, by command or at a given time of a scenario, is an [`Intervention`](crate::game::Intervention).
+//! People and programs change the match by [interventions](crate::game::Intervention), as commands or at a given time of a
+//! scenario.
 //!
-//! With an [`OutsideReferee`] in the world, as with a real GameController, the referee judges nothing and
-//! carries out what that one says.
+//! With an [`OutsideReferee`] in the world, as with a real GameController, the referee judges nothing and applies its decisions.
 //!
-//! # A rule more
+//! # Adding a rule
 //!
-//! How to add one is on a page of the guide: [a rule](crate::guide::extending::rule).
+//! See the guide: [a rule](crate::guide::extending::rule).
 
 use bevy::prelude::*;
 
@@ -89,9 +89,10 @@ pub mod kick_off_shot;
 pub mod leaving_field;
 pub mod memory;
 mod message_budget;
-mod obedience;
+
+pub mod custom_rules;
 pub mod obstruction;
-pub mod own_rules;
+mod outside;
 mod penalise;
 pub mod penalty_kick;
 mod penalty_restart;
@@ -112,9 +113,9 @@ mod systems;
 mod testing;
 pub mod touch;
 
+pub use custom_rules::CustomRule;
 pub use formation::formation;
 pub use memory::{RefereeMemory, RobotMemory};
-pub use own_rules::OwnRule;
 pub use positions::IllegalPosition;
 pub use status::{Announcement, GameStatus, SetPlayStatus};
 pub use touch::Touch;
@@ -134,7 +135,7 @@ impl Plugin for RefereePlugin {
             .init_resource::<Rules>()
             .init_resource::<RefereeMemory>()
             .init_resource::<Interventions>()
-            .init_resource::<own_rules::OwnRules>()
+            .init_resource::<custom_rules::CustomRules>()
             .register_type::<Interventions>()
             .register_type::<OutsideReferee>()
             .register_type::<Game>()
@@ -148,21 +149,21 @@ impl Plugin for RefereePlugin {
                 Cycle,
                 (
                     systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
-                    systems::tell_status.in_set(CycleSystems::Sense),
+                    systems::update_status.in_set(CycleSystems::Sense),
                     systems::officiate.in_set(CycleSystems::Officiate).after(FallSystems),
                 ),
             );
     }
 }
 
-/// From now on the referee's coin falls as that of a match with this seed does.
-pub fn toss_anew(world: &mut World, seed: u64) {
+/// Reseeds the coin of the referee.
+pub fn reseed(world: &mut World, seed: u64) {
     if let Some(mut memory) = world.get_resource_mut::<RefereeMemory>() {
         memory.coin = Some(RandomStream::for_match(seed, "coin"));
     }
 }
 
-/// Prepares the referee for a match by these rules, with this seed, in which it is made to do so much.
+/// Resets the referee for a match by `rules`. `interventions` are applied at their times.
 pub fn start(world: &mut World, clock: &CycleClock, rules: &Rules, seed: u64, interventions: &[TimedIntervention]) {
     let game = Game::at_start(rules, clock);
     world.insert_resource(RefereeMemory { coin: Some(RandomStream::for_match(seed, "coin")), ..default() });

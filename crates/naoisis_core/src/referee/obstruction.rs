@@ -1,18 +1,18 @@
-//! Obstruction: a robot that does not go to the ball moves into the way of an opponent that does (2010 rule book, section
-//! 4.14). Standing in the way is none; stepping aside with the opponent when that walks around it is. The referee's eye for
-//! intentions is a time here: for so long it has to do so.
+//! Obstruction: a robot that does not go to the ball moves into the way of an opponent that does (2010 rule book, section 4.14).
+//! Standing in the way is no obstruction; stepping aside with an opponent that walks around it is. Instead of its intention the
+//! duration counts.
 
 use super::areas::{goes_to_ball, is_keeper_at_home};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 
-/// A robot this far ahead of an opponent is in its way to the ball, m, if it is [beside](BESIDE_M) it by little.
+/// Greatest distance ahead of an opponent at which a robot is in its way to the ball, m, if it is also within [`BESIDE_M`].
 const AHEAD_M: f32 = 0.6;
-/// Less than half of both robots' widths and this, m.
+/// Margin of the lateral distance over half of both robots' widths, m.
 const BESIDE_M: f32 = 0.05;
-/// Who walks around somebody walks aside at least so fast, and who steps into its way as well, m/s.
+/// Least lateral speed of walking around a robot, and of stepping into its way, m/s.
 const ASIDE_MPS: f32 = 0.03;
-/// Who walks within 30 degrees of straight across an opponent's way steps into it, and does not just pass: the cosine.
+/// Cosine of the greatest angle from straight across an opponent's way at which a robot steps into it: 30 degrees.
 const ACROSS_COSINE: f32 = 0.866;
 
 /// Whether `robot` steps into the way to the ball of `other`.
@@ -34,7 +34,7 @@ pub fn steps_into_way(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &R
         && aside(robot) * aside(other).signum() > ASIDE_MPS.max(ACROSS_COSINE * robot.wanted_velocity.length())
 }
 
-/// For how many cycles the robot has stepped into somebody's way, this one included. Letting go counts back as fast.
+/// The number of cycles for which the robot has stepped into an opponent's way, including this one. Other cycles are subtracted.
 pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     let obstructs = snapshot.rules.obstruction
         && robot.posture.is_upright()
@@ -42,7 +42,7 @@ pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> 
     if obstructs { cycles + 1 } else { cycles.saturating_sub(1) }
 }
 
-/// The case against a robot that has done so for too long.
+/// The evidence against a robot that has obstructed for too long.
 pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let limit = snapshot.rules.obstruction_s;
     (cycles >= snapshot.cycles(limit)).then(|| {

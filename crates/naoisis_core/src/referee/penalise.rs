@@ -1,4 +1,4 @@
-//! The referee's penalties: robots are removed, wait, and come back.
+//! Penalties: robots are removed, wait, and return.
 
 use bevy::prelude::*;
 
@@ -11,11 +11,11 @@ use crate::events::MatchEvent;
 use crate::game::{ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, SetPlayKind};
 use crate::team::Team;
 
-/// A push so near to the ball gives the other team a free kick, m (2025 rule book, section 4.10).
+/// Distance from the ball within which a push gives the other team a free kick, m (2025 rule book, section 4.10).
 const PUSHING_FREE_KICK_M: f32 = 0.5;
 
 impl Referee<'_, '_> {
-    /// Penalties run, and robots that have served theirs come back.
+    /// Advances the time of penalties, and brings back robots that have served theirs.
     pub(super) fn count_penalties(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let Some(penalty) = &mut self.decisions.robots[index].penalty.0 else { continue };
@@ -51,7 +51,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Where the ball lies for the free kick that the offence of a robot so near to it gives, if play is on.
+    /// The position of the ball if play is on and the robot is within `near_m` of it, so that its offence gives a free kick.
     fn offence_near_ball(&self, robot: usize, near_m: f32) -> Option<Vec2> {
         let ball = self.seen.ball?.position;
         let game = &self.decisions.game;
@@ -59,7 +59,7 @@ impl Referee<'_, '_> {
         (is_play && self.seen.robots[robot].pose.position.distance(ball) <= near_m).then_some(ball)
     }
 
-    /// Gives the other team the free kick that an offence other than pushing is worth, if it is.
+    /// Gives the other team a free kick for an offence other than pushing near the ball, if the rules say so.
     pub(super) fn restart_after_offence(&mut self, robot: usize, reason: PenaltyReason) {
         let Some(near_m) = self.seen.rules.offence_free_kick_m.filter(|_| reason.is_infraction()) else { return };
         if let Some(ball_m) = self.offence_near_ball(robot, near_m) {
@@ -68,7 +68,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Cautions a robot that pushed, if the rules know cautions. Whether it is sent off with that.
+    /// Cautions a robot that pushed, if the rules have cautions. Returns whether it is sent off.
     fn caution(&mut self, index: usize, evidence: &Evidence) -> bool {
         let Some(most) = self.seen.rules.cautions_to_send_off else { return false };
         let record = &mut self.memory.robots[index];
@@ -78,7 +78,7 @@ impl Referee<'_, '_> {
         cautions >= most
     }
 
-    /// For how many cycles of play a robot of `team` is removed, and counts the offence.
+    /// Counts the offence, and returns the duration of its penalty in cycles of play.
     fn penalty_cycles(&mut self, reason: PenaltyReason, team: Team) -> u64 {
         let rules = self.seen.rules;
         if reason == PenaltyReason::IllegalPosition && self.decisions.game.state == GameState::Set {
@@ -99,12 +99,13 @@ impl Referee<'_, '_> {
         rest_of_half.filter(|_| for_the_half).unwrap_or(cycles)
     }
 
-    /// For how many cycles of play a robot is removed that stands at an illegal place when `set` begins.
+    /// The duration of the penalty for an illegal position at the beginning of `set`, in cycles of play.
     pub(super) fn illegal_place_cycles(&mut self, seconds: f32, team: Team) -> u64 {
         self.lengthened_cycles(seconds, team, self.seen.rules.illegal_position_increases)
     }
 
-    /// The duration of a penalty, which may count, with what the team's earlier ones add to it, cycles.
+    /// The duration of a penalty of `seconds` with the extension by earlier infractions of `team`, in cycles. It is an infraction
+    /// itself if it `counts`.
     pub(super) fn lengthened_cycles(&mut self, seconds: f32, team: Team, counts: bool) -> u64 {
         let rules = self.seen.rules;
         let earlier = &mut self.memory.infractions[team];
@@ -120,7 +121,7 @@ impl Referee<'_, '_> {
         self.remove(index, reason, cycles, evidence);
     }
 
-    /// Removes a robot from the pitch for so many cycles of play, or lets it stand where it is for that time.
+    /// Penalises a robot for `cycles` of play, removed from the pitch or in place, as `reason` says.
     pub(super) fn remove(&mut self, index: usize, reason: PenaltyReason, cycles: u64, evidence: Evidence) {
         let snapshot = self.now();
         let RobotSnapshot { id, bounds, pose, .. } = snapshot.robots[index];
@@ -138,7 +139,7 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::Penalty { robot: id, reason, until_s, evidence });
     }
 
-    /// Lets a penalised robot come back.
+    /// Brings a penalised robot back.
     pub(super) fn bring_back(&mut self, index: usize) {
         let snapshot = self.now();
         let RobotSnapshot { id, bounds, pose, penalty, .. } = snapshot.robots[index];
@@ -155,7 +156,7 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::PenaltyOver { robot: id, position_m: pose.position });
     }
 
-    /// Lets all penalised robots come back.
+    /// Brings all penalised robots back.
     pub(super) fn bring_all_back(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let robot = &self.decisions.robots[index];
@@ -165,7 +166,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// All penalties are over but those for the match; the robots are about to be placed.
+    /// Ends all penalties but those for the match. The robots are about to be placed.
     pub(super) fn end_penalties(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let robot = &mut self.decisions.robots[index];
@@ -177,8 +178,8 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Takes the robot nearest to a ball that is stuck away: off the pitch, or to the halfway line; the keeper from
-    /// its own penalty area to the penalty mark.
+    /// Removes the robot nearest to a stuck ball: from the pitch, or to the halfway line; a goalkeeper in its own penalty area to
+    /// the penalty mark.
     pub(super) fn take_from_ball(&mut self, index: usize, evidence: Evidence) {
         let id = self.seen.robots[index].id;
         self.decisions.events.push(MatchEvent::GameStuck { robot: Some(id), evidence: evidence.clone() });

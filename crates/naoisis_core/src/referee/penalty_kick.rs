@@ -36,14 +36,14 @@ fn is_kicker(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> boo
     nearest.is_some_and(|nearest| nearest.id == robot.id)
 }
 
-/// Whether the robot stands where the ball goes.
+/// Whether the robot stands on the mark.
 fn blocks(snapshot: &MatchSnapshot, mark: Vec2, robot: &RobotSnapshot) -> bool {
     let radius = snapshot.ball.map_or(0.0, |ball| ball.radius);
     robot.bounds.base.footprint(robot.pose).overlap_disc(mark, radius).is_some()
 }
 
-/// What is wrong with the place of each robot when the `set` of a penalty kick of `team` begins: one entry a robot, none for a
-/// legal place or a penalised robot. A keeper that is ahead of its line is put back instead.
+/// The illegal position of each robot when the `set` of a penalty kick of `team` begins: one entry for each robot, none if it is
+/// legal or the robot is penalised. A goalkeeper ahead of its line is put back instead.
 pub fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl Iterator<Item = Option<IllegalPosition>> {
     let mark = penalty_mark(snapshot.pitch, end(snapshot, team));
     snapshot.robots.iter().map(move |robot| {
@@ -60,24 +60,24 @@ pub fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl Iterator<
             }
             is_kicker(snapshot, team, robot)
         } else {
-            snapshot.is_keeper(robot)
+            robot.id.is_goalkeeper()
         };
         (is_in_area(snapshot, team, robot) && !may_be_in_area).then_some(IllegalPosition::InPenaltyAreaAtKick)
     })
 }
 
-/// Whether a robot is where it must not be while the ball is the attackers' own.
+/// Whether a robot is at an illegal position while the ball belongs to the attackers.
 pub fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     let team = set_play.team;
     is_in_area(snapshot, team, robot)
         && if robot.id.team == team {
             !is_kicker(snapshot, team, robot) && !blocks(snapshot, set_play.ball_m, robot)
         } else {
-            !(snapshot.is_keeper(robot) && keeps_its_line(snapshot, team, robot))
+            !(robot.id.is_goalkeeper() && keeps_its_line(snapshot, team, robot))
         }
 }
 
-/// Whether the keeper is on its feet, and in contact with the goal line.
+/// Whether the goalkeeper is upright and in contact with the goal line.
 pub fn keeps_its_line(snapshot: &MatchSnapshot, team: Team, keeper: &RobotSnapshot) -> bool {
     keeper.posture.is_upright() && touches_goal_line(snapshot.pitch, end(snapshot, team), keeper)
 }

@@ -1,4 +1,4 @@
-//! The referee's course through a [penalty kick](super::penalty_kick).
+//! The procedure of a [penalty kick](super::penalty_kick).
 
 use bevy::prelude::*;
 
@@ -14,7 +14,7 @@ use crate::geometry::Pose;
 use crate::team::Team;
 
 impl Referee<'_, '_> {
-    /// Play is stopped for a penalty kick of `team`: robots walk to their places.
+    /// Stops play for a penalty kick of `team`: robots walk to their positions.
     pub(super) fn begin_penalty_kick(&mut self, team: Team) {
         let mark = penalty_mark(self.seen.pitch, end(self.seen, team));
         let place = self.put_ball(mark);
@@ -30,13 +30,13 @@ impl Referee<'_, '_> {
         self.enter(GameState::Ready);
     }
 
-    /// A keeper that stands ahead of its line in its penalty area is put back onto it, without being turned.
+    /// Puts a goalkeeper that stands ahead of its line in its penalty area back onto the line, without turning it.
     pub(super) fn put_keeper_on_its_line(&mut self, team: Team) {
         let snapshot = self.now();
         let is_ahead = |robot: &RobotSnapshot| {
             robot.is_present()
                 && robot.id.team != team
-                && snapshot.is_keeper(robot)
+                && robot.id.is_goalkeeper()
                 && is_in_area(&snapshot, team, robot)
                 && !keeps_its_line(&snapshot, team, robot)
         };
@@ -53,7 +53,7 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::PlacedByHand { robot, position_m: pose.position, evidence });
     }
 
-    /// The whistle: the ball is the attackers' own, and a direct goal of theirs counts.
+    /// Begins the kick after the whistle: the ball belongs to the attackers, and a direct goal of theirs counts.
     pub(super) fn begin_penalty_shot(&mut self, set_play: SetPlay) {
         self.whistle();
         self.memory.plays = Plays::direct_for(set_play.team);

@@ -1,8 +1,8 @@
-//! Free places for robots and ball that the referee puts down.
+//! Free places for robots and ball.
 //!
-//! What is put down goes where it belongs, or, when something stands there, to the nearest of a fixed pattern of
-//! places around. Robots are placed in the order of their ids, so the outcome depends on no other order. Where the carpet
-//! is full, which a scenario's check finds out for all kick-offs, it goes beside it: nothing is ever put into anything.
+//! A robot or the ball is placed at the wanted position, or if that is occupied, at the nearest free one of a fixed pattern around
+//! it. Robots are placed in the order of their ids. If the carpet is full, which the check of a scenario finds for all kick-offs,
+//! the place is beside it: nothing is ever placed into anything else.
 
 use core::f32::consts::TAU;
 
@@ -16,7 +16,7 @@ use crate::pitch::Pitch;
 use crate::robot::body::{Body, Footprint};
 use crate::team::{RobotId, Team};
 
-/// Room that is left around whatever is placed, m.
+/// Clearance around a placed robot or ball, m.
 const CLEARANCE: f32 = 0.02;
 /// Distance between the rings of places that are tried, m.
 const RING_DISTANCE: f32 = 0.05;
@@ -33,7 +33,7 @@ const BESIDE_DISTANCE: f32 = 0.4;
 /// Places beside the carpet that are tried, one behind the other: for more robots than there are numbers for.
 const PLACES_BESIDE: u32 = 4096;
 
-/// What stands in the way of something that is placed.
+/// The obstacles for placing a robot or the ball.
 #[derive(Clone, Debug)]
 pub struct Occupied {
     /// Half extents of the carpet, m.
@@ -44,7 +44,7 @@ pub struct Occupied {
     bases: Vec<Footprint>,
     /// Posts, of goals and extra ones.
     posts: Vec<Disc>,
-    /// The ball, where robots may not be put onto it.
+    /// The ball, if robots may not be placed onto it.
     ball: Option<Disc>,
 }
 
@@ -82,7 +82,7 @@ impl Occupied {
         self.bases.push(grown(bounds.base.footprint(pose)));
     }
 
-    /// Whether a robot can stand there.
+    /// Whether `pose` is free for a robot.
     pub fn admits_robot(&self, pose: Pose, bounds: &Body) -> bool {
         let torso = bounds.torso.footprint(pose);
         let base = bounds.base.footprint(pose);
@@ -94,7 +94,7 @@ impl Occupied {
             })
     }
 
-    /// Whether a ball can lie there.
+    /// Whether `centre` is free for a ball.
     pub fn admits_ball(&self, centre: Vec2, radius: f32) -> bool {
         self.bases.iter().all(|base| base.overlap_disc(centre, radius).is_none())
             && self.posts.iter().all(|post| post.centre.distance(centre) > post.radius + radius + CLEARANCE)
@@ -106,7 +106,7 @@ impl Occupied {
         self.free_pose_from(0, wanted, bounds).1
     }
 
-    /// The same, with the first `tried` places known to be taken; and how many places are, now.
+    /// The same as [`free_pose`](Self::free_pose), with the first `tried` places known to be occupied; and the index of the place.
     fn free_pose_from(&self, tried: usize, wanted: Pose, bounds: &Body) -> (usize, Pose) {
         let is_free = |position| self.admits_robot(Pose { position, ..wanted }, bounds);
         let (tried, position) = self.free_place_from(tried, wanted.position, is_free);
@@ -145,7 +145,7 @@ fn places_around(centre: Vec2) -> impl Iterator<Item = Vec2> {
     core::iter::once(centre).chain(rings)
 }
 
-/// A kick-off for which robots are put down, one after the other.
+/// The placing of robots for a kick-off, one after the other.
 #[derive(Clone, Debug)]
 pub struct LineUp<'a> {
     pitch: &'a Pitch,
@@ -153,12 +153,12 @@ pub struct LineUp<'a> {
     team_size: u8,
     kick_off_team: Option<Team>,
     occupied: Occupied,
-    /// How many of the places around those of the formation are taken, for each body.
+    /// How many of the places around each position of the formation are occupied, for each body.
     tried: Vec<(Pose, Body, usize)>,
 }
 
 impl<'a> LineUp<'a> {
-    /// For a kick-off of `kick_off_team`, or for a drop ball if there is none, with nobody there yet.
+    /// A kick-off of `kick_off_team`, or a drop ball if there is none, with no robots placed yet.
     pub fn new(
         pitch: &'a Pitch,
         posts: &[Disc],
@@ -171,7 +171,7 @@ impl<'a> LineUp<'a> {
         Self { pitch, game, team_size, kick_off_team, occupied, tried: Vec::new() }
     }
 
-    /// Puts a robot down: at its place in the formation, or at the free one nearest to that.
+    /// Places a robot at the free place nearest to its position in the formation.
     pub fn put_down(&mut self, id: RobotId, bounds: &Body) -> Pose {
         let wanted = self.place_of(id);
         // Jersey numbers beyond those of a formation share its places: what one found taken the next need not try.
@@ -186,13 +186,13 @@ impl<'a> LineUp<'a> {
         pose
     }
 
-    /// A robot's place in the formation.
+    /// A robot's position in the formation.
     pub fn place_of(&self, id: RobotId) -> Pose {
         let kicks_off = self.kick_off_team == Some(id.team);
         formation(self.pitch, self.team_size, id.number, self.game.own_end(id.team), kicks_off)
     }
 
-    /// Where a ball of this radius, m, is put then: on the centre mark, or at the free place nearest to it.
+    /// The position of a ball of `radius`, m: the free place nearest to the centre mark.
     pub fn ball_place(&self, radius: f32) -> Vec2 {
         self.occupied.free_ball_place(Vec2::ZERO, radius)
     }

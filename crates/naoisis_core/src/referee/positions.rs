@@ -1,4 +1,4 @@
-//! Where robots may stand at a kick-off (2010 rule book, section 3.5; 2025 rule book, section 3.7).
+//! Legal positions at a kick-off (2010 rule book, section 3.5; 2025 rule book, section 3.7).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{DefenderLimit, Evidence, KickOffPositions};
 use crate::team::{RobotId, Team};
 
-/// What is wrong with a robot's place at a kick-off.
+/// An illegal position of a robot at a kick-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum IllegalPosition {
@@ -16,10 +16,10 @@ pub enum IllegalPosition {
     OffPitch,
     /// It is not wholly in its own half.
     OutsideOwnHalf,
-    /// It is in the centre circle and may not be, or somebody of its team is nearer to the ball there.
+    /// It is illegally in the centre circle, or a team-mate there is nearer to the ball.
     InCentreCircle,
     /// A defender is not behind the penalty mark of its half (2010). On a pitch with the mark in the penalty area,
-    /// such as that of 2025, this would leave no room, and does not count.
+    /// such as that of 2025, this does not apply.
     PastPenaltyMark,
     /// A field player is in its own penalty area (2010).
     InPenaltyArea,
@@ -27,11 +27,11 @@ pub enum IllegalPosition {
     KeeperAway,
     /// Too many of its team are in their own goal area (2025).
     InGoalArea,
-    /// It stands where the ball goes.
+    /// It stands on the centre mark.
     OnCentreMark,
-    /// It stands where the ball goes at a penalty kick (2025).
+    /// It stands on the penalty mark at a penalty kick (2025).
     OnPenaltyMark,
-    /// It is in the penalty area at a penalty kick, and neither the keeper nor the one who kicks (2025).
+    /// It is in the penalty area at a penalty kick, and neither the goalkeeper nor the kicker (2025).
     InPenaltyAreaAtKick,
 }
 
@@ -59,8 +59,8 @@ impl IllegalPosition {
     }
 }
 
-/// What is wrong with the place of each robot at a kick-off of `kick_off_team`, or at a drop ball if there is none:
-/// one entry a robot, none for a legal place or a penalised robot.
+/// The illegal position of each robot at a kick-off of `kick_off_team`, or at a drop ball if there is none: one entry for each
+/// robot, none if it is legal or the robot is penalised.
 pub fn illegal_positions(
     snapshot: &MatchSnapshot,
     kick_off_team: Option<Team>,
@@ -143,7 +143,7 @@ fn illegal_in_2010(
         Some(IllegalPosition::OffPitch)
     } else if leaves_own_half(snapshot, robot) {
         Some(IllegalPosition::OutsideOwnHalf)
-    } else if snapshot.is_keeper(robot) {
+    } else if robot.id.is_goalkeeper() {
         (!feet_at_home.all(|at_home| at_home)).then_some(IllegalPosition::KeeperAway)
     } else if feet_at_home.any(|at_home| at_home) {
         Some(IllegalPosition::InPenaltyArea)
@@ -189,13 +189,13 @@ fn illegal_in_2025(snapshot: &MatchSnapshot, index: usize, is_kick_off_player: b
 /// area's border, the excessive ones. The keeper never is.
 fn is_excessive_in_goal_area(snapshot: &MatchSnapshot, index: usize, most: u8) -> bool {
     let robot = &snapshot.robots[index];
-    if !super::illegal_defender::is_in_goal_area(snapshot, robot) || snapshot.is_keeper(robot) {
+    if !super::illegal_defender::is_in_goal_area(snapshot, robot) || robot.id.is_goalkeeper() {
         return false;
     }
     // How deep in the area somebody stands; the keeper counts as deepest.
     let depth = |other: &RobotSnapshot| {
         let own_end = snapshot.game.own_end(other.id.team);
-        if snapshot.is_keeper(other) { f32::INFINITY } else { -in_team_frame(own_end, other.pose.position).x }
+        if other.id.is_goalkeeper() { f32::INFINITY } else { -in_team_frame(own_end, other.pose.position).x }
     };
     let deeper = snapshot
         .robots
@@ -207,7 +207,7 @@ fn is_excessive_in_goal_area(snapshot: &MatchSnapshot, index: usize, most: u8) -
     deeper >= usize::from(most)
 }
 
-/// The case against a robot at an illegal place.
+/// The evidence against a robot at an illegal position.
 pub fn evidence(snapshot: &MatchSnapshot, robot: &RobotSnapshot, illegal: IllegalPosition) -> Evidence {
     snapshot.evidence_against(illegal.rule(), robot).otherwise("It had to be at a legal place before `set` began.")
 }

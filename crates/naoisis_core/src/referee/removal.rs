@@ -1,4 +1,4 @@
-//! Where penalised robots wait, and where they come back.
+//! Where penalised robots wait, and where they return.
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
@@ -14,13 +14,13 @@ use crate::robot::body::Body;
 
 /// Distance of a waiting robot from the side line, m (rule book of 2025).
 const WAITING_DISTANCE: f32 = 0.5;
-/// Distance between places along a side line that are tried, m: wider robots take every second.
+/// Distance between the places along a side line that are tried, m: wider robots take every second one.
 const PLACE_DISTANCE: f32 = 0.35;
-/// Rows of places beyond each other where penalised robots wait: room for all that there are numbers for.
+/// Number of rows of places where penalised robots wait: enough for all jersey numbers.
 const WAITING_ROWS: u32 = 64;
 
-/// Where a robot that was removed from `position` waits: beyond the side line nearest to it, level with its own
-/// penalty mark, where there is room. It faces away from the pitch (2010), or towards it (2025).
+/// The pose at which a robot that was removed from `position` waits: beyond the side line nearest to it, level with its own
+/// penalty mark, at the next free place. It faces away from the pitch (2010), or towards it (2025).
 pub fn waiting_pose(snapshot: &MatchSnapshot, own_end: End, position: Vec2, bounds: &Body, waiting: &Occupied) -> Pose {
     let pitch = snapshot.pitch;
     let side = side_of(position.y);
@@ -42,7 +42,7 @@ pub fn waiting_pose(snapshot: &MatchSnapshot, own_end: End, position: Vec2, boun
         .unwrap_or(Pose::new(mark, y, heading))
 }
 
-/// Where a robot comes back: at the halfway line, or by the rules of 2025 where it waited.
+/// The pose at which a robot returns: at the halfway line, or by the rules of 2025 where it waited.
 pub fn return_pose(snapshot: &MatchSnapshot, own_end: End, waiting: Pose, bounds: &Body, occupied: &Occupied) -> Pose {
     match snapshot.rules.return_place {
         ReturnPlace::HalfwayLine => halfway_pose(snapshot, own_end, bounds, occupied),
@@ -50,8 +50,8 @@ pub fn return_pose(snapshot: &MatchSnapshot, own_end: End, waiting: Pose, bounds
     }
 }
 
-/// On the halfway line at the side line farther from the ball, facing the opposite side line; if somebody stands
-/// there, at the nearest free place along the side line, rather away from the ball (2010 rule book, section 4.3).
+/// The pose on the halfway line at the side line farther from the ball, facing the opposite side line; if it is occupied, at the
+/// nearest free place along the side line, rather away from the ball (2010 rule book, section 4.3).
 pub fn halfway_pose(snapshot: &MatchSnapshot, own_end: End, bounds: &Body, occupied: &Occupied) -> Pose {
     let pitch = snapshot.pitch;
     let ball = snapshot.ball.map_or(Vec2::ZERO, |ball| ball.position);
@@ -70,7 +70,7 @@ pub fn halfway_pose(snapshot: &MatchSnapshot, own_end: End, bounds: &Body, occup
         .unwrap_or_else(|| occupied.free_pose(wanted(side, 0.0), bounds))
 }
 
-/// Where a keeper that is stuck at the ball in its own penalty area is put: on its penalty mark, facing its goal
+/// The pose to which a goalkeeper that is stuck at the ball in its own penalty area is moved: on its penalty mark, facing its goal
 /// (2010 rule book, section 3.10). None for any other robot.
 pub fn stuck_keeper_pose(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Pose> {
     let own_end = snapshot.game.own_end(robot.id.team);
@@ -78,10 +78,10 @@ pub fn stuck_keeper_pose(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Opt
     let at_home = feet(robot).iter().all(|foot| in_area(snapshot.pitch, area, own_end, *foot));
     let heading = if own_end == End::PositiveX { 0.0 } else { PI };
     let position = penalty_mark(snapshot.pitch, own_end);
-    (snapshot.is_keeper(robot) && at_home).then_some(Pose { position, heading })
+    (robot.id.is_goalkeeper() && at_home).then_some(Pose { position, heading })
 }
 
-/// The side of the pitch on which a place is: -1 or +1, the sign of y.
+/// The side of the pitch as the sign of y: -1 or +1.
 fn side_of(y: f32) -> f32 {
     if y < 0.0 { -1.0 } else { 1.0 }
 }

@@ -1,16 +1,16 @@
 //! The match report: what the referee decided and why, in lines that a person can read.
 
+use bevy::math::Vec2;
 use core::fmt::Write;
 
 use crate::events::{BoundaryLine, DisallowedGoal, FallCause, MatchEvent};
 use crate::game::{Evidence, PenaltyReason};
 
-/// The heads of the report's columns.
+/// The header line of the report.
 pub const HEADER: &str = "     time    to play  decision";
 
-/// The lines of the report for an event at this time, s since the start, with `to_play_s` left of the half; none for
-/// what is no decision of the referee's. The first line says what was decided, those that follow are indented and
-/// say why.
+/// The lines of the report for an event at `time_s` since the start, with `to_play_s` left of the half: the decision, then,
+/// indented, the evidence. None for an event that is no decision of the referee.
 pub fn report(time_s: f64, to_play_s: Option<f32>, event: &MatchEvent) -> Option<String> {
     let (headline, evidence) = sentence(event)?;
     let to_play = to_play_s.map_or_else(|| "-".to_owned(), |seconds| minutes(f64::from(seconds)));
@@ -27,21 +27,21 @@ fn minutes(seconds: f64) -> String {
     format!("{}:{:02}.{:02}", hundredths / 6000, hundredths / 100 % 60, hundredths % 100)
 }
 
-/// What was decided, in a sentence; none for what is no decision of the referee's.
+/// The decision in a sentence; none for an event that is no decision of the referee.
 pub fn headline(event: &MatchEvent) -> Option<String> {
     sentence(event).map(|(sentence, _)| sentence)
 }
 
-/// What was decided in a sentence, and its evidence.
+/// The decision in a sentence, and its evidence.
 fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
-    Some(match event {
+    let (sentence, evidence) = match event {
         MatchEvent::Goal { team, scorer, own_goal, evidence } => {
             let by = match scorer {
                 Some(scorer) if *own_goal => format!(", an own goal by {scorer}"),
                 Some(scorer) => format!(", by {scorer}"),
                 None => String::new(),
             };
-            (format!("Goal for {team}{by}."), Some(evidence))
+            (format!("Goal for {team}{by}."), evidence)
         }
         MatchEvent::GoalDisallowed { team, reason, evidence } => {
             let why = match reason {
@@ -49,7 +49,7 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
                 DisallowedGoal::NotIndirect => "only one robot of the team had played the ball",
                 DisallowedGoal::TooManyMessages => "the team has sent more messages than it may",
             };
-            (format!("No goal for {team}: {why}."), Some(evidence))
+            (format!("No goal for {team}: {why}."), evidence)
         }
         MatchEvent::BallOut { line, last_touch, evidence, .. } => {
             let line = match line {
@@ -57,59 +57,60 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
                 BoundaryLine::Goal => "goal line",
             };
             let by = last_touch.map(|team| format!(", last touched by {team}")).unwrap_or_default();
-            (format!("Ball out over the {line}{by}."), Some(evidence))
-        }
-        MatchEvent::ThrowIn { team, position_m } => {
-            (format!("Throw-in for {team} at ({:.2}, {:.2}).", position_m.x, position_m.y), None)
-        }
-        MatchEvent::KickOff { team } => (format!("Kick-off for {team}."), None),
-        MatchEvent::DropBall { position_m } => {
-            (format!("Drop ball at ({:.2}, {:.2}).", position_m.x, position_m.y), None)
-        }
-        MatchEvent::FreeKick { set_play, team, position_m } => {
-            (format!("{} for {team} at ({:.2}, {:.2}).", set_play.words(), position_m.x, position_m.y), None)
-        }
-        MatchEvent::FreeKickOver { team, taken } => {
-            let how = if *taken { "has played the ball" } else { "did not play the ball in time" };
-            (format!("Ball free: {team} {how}."), None)
+            (format!("Ball out over the {line}{by}."), evidence)
         }
         MatchEvent::GameStuck { robot, evidence } => {
             let remedy = robot.map_or("play is stopped".to_owned(), |robot| format!("{robot} is taken from the ball"));
-            (format!("Game stuck: {remedy}."), Some(evidence))
+            (format!("Game stuck: {remedy}."), evidence)
         }
         MatchEvent::PlacedByHand { robot, position_m, evidence } => {
-            (format!("{robot} is placed by hand at ({:.2}, {:.2}).", position_m.x, position_m.y), Some(evidence))
+            (format!("{robot} is placed by hand at {}.", place(position_m)), evidence)
+        }
+        MatchEvent::Penalty { robot, reason: PenaltyReason::SentOff, evidence, .. } => {
+            (format!("{robot} is sent off."), evidence)
         }
         MatchEvent::Penalty { robot, reason, until_s, evidence } => {
             let until = minutes(f64::from(*until_s));
-            let sentence = match reason {
-                PenaltyReason::SentOff => format!("{robot} is sent off."),
-                _ => format!("{robot} is penalised for {} until {until}.", reason.words()),
-            };
-            (sentence, Some(evidence))
+            (format!("{robot} is penalised for {} until {until}.", reason.words()), evidence)
         }
         MatchEvent::Caution { robot, cautions, evidence } => {
-            (format!("{robot} is cautioned, for the {} time.", ordinal(*cautions)), Some(evidence))
+            (format!("{robot} is cautioned, for the {} time.", ordinal(*cautions)), evidence)
         }
         MatchEvent::TooManyMessages { team, evidence } => {
-            (format!("{team} has sent more messages than it may: its goals do not count."), Some(evidence))
+            (format!("{team} has sent more messages than it may: its goals do not count."), evidence)
         }
-        MatchEvent::PenaltyOver { robot, position_m } => {
-            (format!("{robot} is back at ({:.2}, {:.2}).", position_m.x, position_m.y), None)
-        }
-        MatchEvent::Intervention { intervention } => (format!("By hand: {intervention}."), None),
-        MatchEvent::InterventionRefused { intervention, message } => {
-            (format!("Not done by hand: {intervention}: {message}."), None)
-        }
-        MatchEvent::StateChanged { state } => (format!("The game is in state {}.", state.name()), None),
-        MatchEvent::HalfBegins { half } => (format!("Half {half} begins."), None),
-        MatchEvent::FinalWhistle => ("Final whistle.".to_owned(), None),
-        MatchEvent::ShootOutBegins => ("The match is drawn: penalty shoot-out.".to_owned(), None),
         MatchEvent::Shot { team, scored, goals, evidence } => {
             let result = if *scored { "scores" } else { "does not score" };
-            (format!("{team} {result}; blue {} : pink {}.", goals.blue, goals.pink), Some(evidence))
+            (format!("{team} {result}; blue {} : pink {}.", goals.blue, goals.pink), evidence)
         }
-        MatchEvent::ShootOutWon { team } => (format!("{team} wins the shoot-out."), None),
+        _ => return announcement(event).map(|sentence| (sentence, None)),
+    };
+    Some((sentence, Some(evidence)))
+}
+
+/// What is reported without evidence, in a sentence.
+fn announcement(event: &MatchEvent) -> Option<String> {
+    Some(match event {
+        MatchEvent::ThrowIn { team, position_m } => format!("Throw-in for {team} at {}.", place(position_m)),
+        MatchEvent::KickOff { team } => format!("Kick-off for {team}."),
+        MatchEvent::DropBall { position_m } => format!("Drop ball at {}.", place(position_m)),
+        MatchEvent::FreeKick { set_play, team, position_m } => {
+            format!("{} for {team} at {}.", set_play.words(), place(position_m))
+        }
+        MatchEvent::FreeKickOver { team, taken } => {
+            let how = if *taken { "has played the ball" } else { "did not play the ball in time" };
+            format!("Ball free: {team} {how}.")
+        }
+        MatchEvent::PenaltyOver { robot, position_m } => format!("{robot} is back at {}.", place(position_m)),
+        MatchEvent::Intervention { intervention } => format!("By hand: {intervention}."),
+        MatchEvent::InterventionRefused { intervention, message } => {
+            format!("Not done by hand: {intervention}: {message}.")
+        }
+        MatchEvent::StateChanged { state } => format!("The game is in state {}.", state.name()),
+        MatchEvent::HalfBegins { half } => format!("Half {half} begins."),
+        MatchEvent::FinalWhistle => "Final whistle.".to_owned(),
+        MatchEvent::ShootOutBegins => "The match is drawn: penalty shoot-out.".to_owned(),
+        MatchEvent::ShootOutWon { team } => format!("{team} wins the shoot-out."),
         MatchEvent::Fall { robot, cause, speed_mps, probability } => {
             let why = match cause {
                 FallCause::Collision => format!("a collision at {speed_mps:.2} m/s"),
@@ -117,16 +118,18 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
                 FallCause::Kick => "a kick".to_owned(),
                 FallCause::GettingUp => "getting up".to_owned(),
             };
-            (format!("{robot} falls: {why}, probability {probability:.2}."), None)
+            format!("{robot} falls: {why}, probability {probability:.2}.")
         }
-        MatchEvent::GotUp { robot } => (format!("{robot} stands again."), None),
-        MatchEvent::Dive { robot, side } => (format!("{robot} dives to its {}.", side.name()), None),
-        MatchEvent::AgentLost { robot, message, .. } => (format!("{robot} has lost its program: {message}."), None),
-        MatchEvent::Kick { .. }
-        | MatchEvent::Collision { .. }
-        | MatchEvent::CommandRefused { .. }
-        | MatchEvent::InvariantBroken { .. } => return None,
+        MatchEvent::GotUp { robot } => format!("{robot} stands again."),
+        MatchEvent::Dive { robot, side } => format!("{robot} dives to its {}.", side.name()),
+        MatchEvent::AgentLost { robot, message, .. } => format!("{robot} has lost its program: {message}."),
+        _ => return None,
     })
+}
+
+/// A place, m.
+fn place(position_m: &Vec2) -> String {
+    format!("({:.2}, {:.2})", position_m.x, position_m.y)
 }
 
 /// A number of times in words.
@@ -144,16 +147,12 @@ fn explain(text: &mut String, evidence: &Evidence) {
     // Writing to a string cannot fail.
     let mut line = |what: core::fmt::Arguments| _ = write!(text, "{INDENT}{what}");
     line(format_args!("Rule: {}", evidence.rule));
-    let mut where_and_who = format!("At ({:.2}, {:.2})", evidence.position_m.x, evidence.position_m.y);
-    if let Some(ball) = evidence.ball_m {
-        _ = write!(where_and_who, "; ball at ({:.2}, {:.2})", ball.x, ball.y);
+    let mut where_and_who = format!("At {}", place(&evidence.position_m));
+    if let Some(ball_m) = &evidence.ball_m {
+        _ = write!(where_and_who, "; ball at {}", place(ball_m));
     }
     for robot in &evidence.robots {
-        _ = write!(
-            where_and_who,
-            "; {} at ({:.2}, {:.2}), {:.2} m/s",
-            robot.robot, robot.position_m.x, robot.position_m.y, robot.speed_mps
-        );
+        _ = write!(where_and_who, "; {} at {}, {:.2} m/s", robot.robot, place(&robot.position_m), robot.speed_mps);
     }
     line(format_args!("{where_and_who}."));
     if let Some(measured) = &evidence.measured {

@@ -1,4 +1,4 @@
-//! The referee's restarts: kick-offs with `ready` and `set`, free kicks, halves, the end of the match.
+//! Restarts: kick-offs with `ready` and `set`, free kicks, halves, the end of the match.
 
 use bevy::prelude::*;
 
@@ -15,11 +15,11 @@ use crate::game::{Evidence, Game, GameState, KickOffProcedure, PenaltyReason, Sc
 use crate::referee::formation;
 use crate::team::Team;
 
-/// Once all robots have stood at legal places for so long, `ready` may end, s.
+/// Time for which all robots must stand at legal positions before `ready` may end early, s.
 const LINED_UP_S: f32 = 1.0;
 
 impl Referee<'_, '_> {
-    /// The whistle: everybody hears it.
+    /// Whistles.
     pub(super) fn whistle(&mut self) {
         self.decisions.game.whistles += 1;
     }
@@ -30,7 +30,7 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::StateChanged { state });
     }
 
-    /// Puts the ball down where there is room for it, and forgets who touched it.
+    /// Places the ball at the nearest free position, and forgets its last touch.
     pub(super) fn put_ball(&mut self, place: Vec2) -> Vec2 {
         let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
         let place = Occupied::by_others(&self.now(), None).free_ball_place(place, radius);
@@ -77,7 +77,7 @@ impl Referee<'_, '_> {
         self.begin_kick_off(team);
     }
 
-    /// The match is over, but for a shoot-out if it is drawn.
+    /// Ends the match, or begins a shoot-out if it is drawn.
     pub(super) fn end_match(&mut self) {
         let Score { blue, pink } = self.decisions.game.score;
         if blue == pink && self.seen.rules.shoot_out && self.seen.ball.is_some() {
@@ -96,8 +96,7 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::FinalWhistle);
     }
 
-    /// A kick-off begins, or without a team a drop ball: robots are placed for it or walk to their places, as the
-    /// rules say.
+    /// Begins a kick-off, or without a team a drop ball: robots are placed or walk to their positions, as the rules say.
     pub(super) fn begin_kick_off(&mut self, team: Option<Team>) {
         if self.seen.rules.penalties_end_at_kick_off {
             match self.seen.rules.kick_off {
@@ -118,7 +117,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// A kick-off begins with `ready`, whatever the rules say: robots walk to their places.
+    /// Begins a kick-off with `ready`, independently of the rules: robots walk to their positions.
     pub(super) fn prepare_kick_off(&mut self, team: Option<Team>) {
         self.announce_kick_off(team);
         self.begin_ready();
@@ -146,7 +145,7 @@ impl Referee<'_, '_> {
         self.enter(GameState::Ready);
     }
 
-    /// Ball and robots are put at their places for a kick-off.
+    /// Places ball and robots for a kick-off.
     pub(super) fn place_for_kick_off(&mut self, team: Option<Team>) {
         self.decisions.game.restarts += 1;
         let Self { seen, decisions, memory, .. } = self;
@@ -198,8 +197,8 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// What is wrong with the place of each robot, if anything is. Who is on its way back to the pitch after a penalty may be
-    /// beside it (2025 rule book, section 3.7).
+    /// The illegal position of each robot, if any. A robot on its way back to the pitch after a penalty may be beside it (2025 rule
+    /// book, section 3.7).
     fn illegal_positions(&self) -> Vec<Option<IllegalPosition>> {
         let mut illegal: Vec<_> = match self.seen.game.penalty_kick() {
             Some(penalty_kick) => penalty_kick::illegal_positions(self.seen, penalty_kick.team).collect(),
@@ -213,13 +212,13 @@ impl Referee<'_, '_> {
         illegal
     }
 
-    /// A set play that is being prepared is a cycle older.
+    /// Advances a set play that is being prepared.
     fn count_set_play(&mut self) {
         let set_play = &mut self.decisions.game.set_play;
         *set_play = set_play.map(|set_play| set_play.later(false));
     }
 
-    /// Whoever is at an illegal place is placed by hand, or removed; the ball is put on its mark.
+    /// Begins `set`: robots at illegal positions are placed by hand or removed, and the ball is placed on its mark.
     pub(super) fn begin_set(&mut self) {
         self.forgive_standby();
         for (index, illegal) in self.illegal_positions().into_iter().enumerate() {
@@ -246,8 +245,7 @@ impl Referee<'_, '_> {
         self.enter(GameState::Set);
     }
 
-    /// Puts a robot at its place in its team's formation for the other team's kick-off: legal, but less favourable
-    /// than where it could have walked.
+    /// Places a robot at its position in the formation for the other team's kick-off, which is legal but less favourable.
     fn place_by_hand(&mut self, index: usize, evidence: Evidence) {
         let snapshot = self.now();
         let robot = &snapshot.robots[index];
@@ -273,7 +271,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// The whistle after `set`.
+    /// Begins play with the whistle after `set`.
     pub(super) fn begin_play(&mut self) {
         if self.decisions.game.shoot_out.is_some() {
             self.whistle();
@@ -285,7 +283,7 @@ impl Referee<'_, '_> {
         self.enter(GameState::Playing);
     }
 
-    /// The ball, which has been put down, is nobody's; play is on.
+    /// Begins play with a drop ball that has been placed.
     pub(super) fn drop_ball(&mut self) {
         self.decisions.game.drop_ball = true;
         self.bring_ball_into_play();
@@ -294,7 +292,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// A free kick begins; play runs on.
+    /// Begins a free kick; play continues.
     pub(super) fn begin_free_kick(&mut self, kind: SetPlayKind, team: Team, place: Vec2) {
         let place = self.put_ball(place);
         self.memory.kick_off = None;
@@ -305,7 +303,7 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::FreeKick { set_play: kind, team, position_m: place });
     }
 
-    /// Penalises a robot that takes the kick-off in place of the one who must; the ball is put back. Whether it was so.
+    /// Penalises a robot that takes the kick-off in place of the one that must; the ball is put back. Returns whether it did.
     fn judge_kick_off_player(&mut self, set_play: &SetPlay) -> bool {
         let Some(player) = self.memory.kick_off_player.filter(|_| !set_play.touched) else { return false };
         let mut touches = self.seen.touches.iter().map(|(robot, _)| *robot);
@@ -323,7 +321,7 @@ impl Referee<'_, '_> {
         true
     }
 
-    /// The free kick under way goes on.
+    /// Advances the free kick under way.
     pub(super) fn follow_set_play(&mut self) {
         let Some(set_play) = self.seen.game.set_play else { return };
         if set_play.kind == SetPlayKind::KickOff && self.judge_kick_off_player(&set_play) {

@@ -5,14 +5,14 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, fallen, illegal_defender, inactive, leaving_field, obstruction, set_play, stalling};
 use crate::game::{Evidence, GameState, PenaltyReason, Rules};
 
-/// A robot before the referee.
+/// A robot that is judged, with the data of the match.
 #[derive(Clone, Copy)]
 pub struct RobotCase<'a> {
     /// The match at the end of the cycle.
     pub seen: &'a MatchSnapshot<'a>,
-    /// What is remembered of all robots, in their order, this cycle included.
+    /// The memories of all robots, in their order, including this cycle.
     pub records: &'a [RobotMemory],
-    /// Which robot it is.
+    /// The index of the robot.
     pub index: usize,
 }
 
@@ -22,7 +22,7 @@ impl<'a> RobotCase<'a> {
         &self.seen.robots[self.index]
     }
 
-    /// What is remembered of it.
+    /// The memory of the robot.
     pub fn record(&self) -> &'a RobotMemory {
         &self.records[self.index]
     }
@@ -30,17 +30,17 @@ impl<'a> RobotCase<'a> {
 
 /// A rule for which single robots are removed.
 pub struct RobotRule {
-    /// What they are penalised for.
+    /// The offence.
     pub reason: PenaltyReason,
-    /// Whether the rules of the match have it.
+    /// Whether the rules of the match include it.
     pub is_on: fn(&Rules) -> bool,
-    /// Whether it goes for `ready`, too, where [fouls are judged](Rules::fouls_in_ready) in it.
+    /// Whether it applies in `ready`, too, if [fouls are judged](Rules::fouls_in_ready) in it.
     pub in_ready: bool,
-    /// The case against a robot that breaks it.
+    /// The evidence against a robot that breaks it.
     pub judge: fn(&RobotCase) -> Option<Evidence>,
 }
 
-/// All rules about single robots. Of those that a robot breaks the first counts.
+/// All rules about single robots. The first one that a robot breaks counts.
 pub const ROBOT_RULES: &[RobotRule] = &[
     RobotRule {
         reason: PenaltyReason::IllegalPosition,
@@ -96,7 +96,7 @@ pub const ROBOT_RULES: &[RobotRule] = &[
     },
 ];
 
-/// The first rule that a robot breaks, and the case against it.
+/// The first rule that a robot breaks, with the evidence.
 pub fn judge(case: &RobotCase) -> Option<(PenaltyReason, Evidence)> {
     ROBOT_RULES
         .iter()

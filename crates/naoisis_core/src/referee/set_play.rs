@@ -1,8 +1,8 @@
-//! Free kicks: kick-in, goal kick, corner kick, pushing free kick (2025 rule book, sections 3.8 and 3.9), and the kick-off as
-//! long as the ball is the kicking team's own.
+//! Free kicks: kick-in, goal kick, corner kick, pushing free kick (2025 rule book, sections 3.8 and 3.9), and the kick-off while the
+//! ball belongs to the kicking team.
 //!
-//! Play runs on, but for a time the ball belongs to one team, and the other has to keep away from it. The free kick is
-//! over when that team has moved the ball clearly, or when the time is.
+//! Play continues, but for a time the ball belongs to one team, and the other has to keep away from it. The free kick is over when
+//! that team has clearly moved the ball, or after that time.
 
 use bevy::prelude::*;
 
@@ -14,17 +14,17 @@ use crate::events::BoundaryLine;
 use crate::game::{Evidence, SetPlay, SetPlayKind};
 use crate::team::Team;
 
-/// A ball that is farther than this from where it was put has been moved clearly, m.
+/// Distance by which the ball has clearly been moved, m.
 pub(super) const MOVED_CLEARLY_M: f32 = 0.05;
-/// A defender may be where it must not for so long, s: the referee does not look for exact distances.
+/// For how long a defender may be at an illegal position, s: the referee does not measure distances exactly.
 const TOLERANCE_S: f32 = 1.0;
 
-/// How a free kick goes on.
+/// The state of a free kick after a cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Course {
-    /// It is still to be taken.
+    /// It has not been taken yet.
     Waiting(SetPlay),
-    /// The same, but the other team moved the ball: it is put back.
+    /// It has not been taken yet; the other team moved the ball, which is put back.
     BallBack(SetPlay),
     /// It was taken.
     Taken,
@@ -32,7 +32,7 @@ pub enum Course {
     TimeOver,
 }
 
-/// A free kick a cycle later.
+/// The free kick one cycle later.
 pub fn advance(set_play: SetPlay, snapshot: &MatchSnapshot) -> Course {
     let touched = set_play.touched || snapshot.touches.iter().any(|(robot, _)| robot.team == set_play.team);
     let next = SetPlay { touched, ..set_play.later(true) };
@@ -49,7 +49,7 @@ pub fn advance(set_play: SetPlay, snapshot: &MatchSnapshot) -> Course {
     }
 }
 
-/// The free kick for a ball out: which, and where the ball is put.
+/// The kind of the free kick for a ball out, and the position of the ball.
 pub fn for_ball_out(snapshot: &MatchSnapshot, out: &BallOut) -> (SetPlayKind, Vec2) {
     let pitch = snapshot.pitch;
     let side = if out.position.y < 0.0 { -1.0 } else { 1.0 };
@@ -76,8 +76,8 @@ pub fn goal_kick_place(snapshot: &MatchSnapshot, team: Team, y: f32) -> Vec2 {
     Vec2::new(x, side * area.width_m / 2.0)
 }
 
-/// For how many cycles a robot of the other team has been where it must not during a free kick, this one included.
-/// While the time to leave runs, nothing counts.
+/// The number of cycles for which a robot of the other team has been at an illegal position in a free kick, including this one.
+/// During the time to leave none count.
 pub fn advance_encroachment(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     let leave_s = match set_play.kind {
         SetPlayKind::KickOff | SetPlayKind::PenaltyKick => 0.0,
@@ -87,7 +87,7 @@ pub fn advance_encroachment(cycles: u64, set_play: &SetPlay, snapshot: &MatchSna
     if counts { cycles + 1 } else { 0 }
 }
 
-/// Whether a robot is where it must not be: near the ball, or at a kick-off in the circle or the other half.
+/// Whether a robot is at an illegal position: near the ball, or at a kick-off in the circle or the other half.
 fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     if set_play.kind == SetPlayKind::PenaltyKick {
         return penalty_kick::encroaches(set_play, snapshot, robot);
@@ -105,7 +105,7 @@ fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapsho
     }
 }
 
-/// The case against a robot that was where it must not be for too long, or that touched the other team's ball.
+/// The evidence against a robot that was at an illegal position for too long, or that touched the other team's ball.
 pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let is_theirs = robot.id.team == set_play.team;
     if is_theirs && set_play.kind != SetPlayKind::PenaltyKick {

@@ -20,16 +20,16 @@ use crate::geometry::Pose;
 use crate::pitch::{End, Pitch};
 use crate::team::Team;
 
-/// The goal that all shots are at.
+/// The end of the goal for all shots.
 const GOAL: End = End::NegativeX;
-/// How far behind the ball an attacker begins where the penalty area does not reach beyond it, m.
+/// Distance behind the ball at which an attacker begins if the penalty area does not reach beyond the ball, m.
 const BEHIND_BALL_M: f32 = 0.35;
-/// A ball slower than this has come to a stop, m/s.
+/// Speed below which the ball has stopped, m/s.
 const STOPPED_MPS: f32 = 0.05;
-/// A ball that turns no farther than this from a post's surface hits it, m.
+/// Greatest distance from a post's surface at which the ball turns if it hits the post, m.
 const AT_POST_M: f32 = 0.01;
 
-/// What has become of a shot in a cycle: scored or failed and why; none while it goes on.
+/// The result of a shot after a cycle: scored or failed, and why; none while it continues.
 pub fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(bool, Evidence)> {
     let ball = snapshot.ball.as_ref()?;
     let case = |scored: bool, rule: &'static str| Some((scored, snapshot.evidence(rule, ball.position)));
@@ -59,7 +59,7 @@ pub fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(boo
     None
 }
 
-/// What the attacker or the keeper did that they may not: whether the shot counts as scored then, and the rule.
+/// A foul of the attacker or the goalkeeper: whether the shot counts as scored, and the rule.
 fn fault_of_2010(snapshot: &MatchSnapshot, shoot_out: &ShootOut, ball: &BallSnapshot) -> Option<(bool, &'static str)> {
     snapshot.touches.iter().find_map(|(robot, _)| {
         let shoots = robot.team == shoot_out.team;
@@ -72,7 +72,7 @@ fn fault_of_2010(snapshot: &MatchSnapshot, shoot_out: &ShootOut, ball: &BallSnap
     })
 }
 
-/// The same by the rules of 2025.
+/// A foul by the rules of 2025.
 fn fault_of_2025(snapshot: &MatchSnapshot, shoot_out: &ShootOut, ball: &BallSnapshot) -> Option<(bool, &'static str)> {
     let start = ball.path.first().copied().unwrap_or(ball.position);
     let plays = snapshot.touches.iter().any(|(robot, _)| robot.team == shoot_out.team);
@@ -88,7 +88,7 @@ fn fault_of_2025(snapshot: &MatchSnapshot, shoot_out: &ShootOut, ball: &BallSnap
     ))
 }
 
-/// How good a shot has been so far, this cycle included.
+/// The rank of a shot so far, including this cycle.
 fn rank(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> ShotRank {
     let before = shoot_out.shot.rank;
     let Some(ball) = &snapshot.ball else { return before };
@@ -124,7 +124,7 @@ fn is_outside_area(snapshot: &MatchSnapshot, ball: Vec2, radius: f32) -> bool {
     depth <= -radius || across <= -radius
 }
 
-/// How far a place is inside the penalty area, its lines included, from its front and from its nearer side, m.
+/// The distances of a point inside the penalty area, including its lines, from its front and from its nearer side, m.
 fn place_in_area(snapshot: &MatchSnapshot, place: Vec2) -> (f32, f32) {
     let (pitch, area) = (snapshot.pitch, snapshot.pitch.penalty_area);
     let half_line = pitch.line_width_m / 2.0;
@@ -132,8 +132,7 @@ fn place_in_area(snapshot: &MatchSnapshot, place: Vec2) -> (f32, f32) {
     (GOAL.sign() * place.x - front, area.width_m / 2.0 + half_line - place.y.abs())
 }
 
-/// Where a robot and the ball are put for a shot, team frame: who shoots behind the ball, or in 2010 at the centre, and who keeps
-/// on its goal line.
+/// The poses for a shot, team frame: the shooter behind the ball, or in 2010 at the centre, and the goalkeeper on its goal line.
 pub fn places_for_shot(pitch: &Pitch, procedure: ShootOutProcedure, shoots: bool) -> (Pose, Vec2) {
     if !shoots {
         return (Pose::new(-pitch.half_length(), 0.0, 0.0), penalty_mark(pitch, End::NegativeX));
@@ -149,7 +148,7 @@ pub fn places_for_shot(pitch: &Pitch, procedure: ShootOutProcedure, shoots: bool
 }
 
 impl Referee<'_, '_> {
-    /// A drawn match goes on with a shoot-out.
+    /// Begins a shoot-out after a drawn match.
     pub(super) fn begin_shoot_out(&mut self) {
         self.end_penalties();
         self.decisions.game.shoot_out = Some(ShootOut::default());
@@ -157,7 +156,7 @@ impl Referee<'_, '_> {
         self.prepare_shot();
     }
 
-    /// The ball is put on the penalty mark, the attacker behind it, the keeper on its goal line; all others wait beside the
+    /// Places the ball on the penalty mark, the attacker behind it, the goalkeeper on its goal line, and all others beside the
     /// pitch.
     fn prepare_shot(&mut self) {
         let Some(shoot_out) = &mut self.decisions.game.shoot_out else { return };
@@ -199,7 +198,7 @@ impl Referee<'_, '_> {
         self.enter(GameState::Set);
     }
 
-    /// The robot of a team with the least number from `number` on, or else with the least number.
+    /// The robot of a team with the least number from `number` on, or with the least number if there is none.
     fn first_of(&self, team: Team, number: u8) -> Option<usize> {
         let numbers =
             || self.seen.robots.iter().enumerate().filter(|(_, robot)| robot.id.team == team && !robot.is_sent_off());

@@ -1,4 +1,4 @@
-//! The world as the referee sees it at the end of a cycle: plain data that rules are functions of.
+//! The match at the end of a cycle as plain data, the input of the rules.
 
 use bevy::prelude::*;
 use std::borrow::Cow;
@@ -13,14 +13,14 @@ use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::{PerTeam, RobotId};
 
-/// Everything that the rules judge by.
+/// The state of the match at the end of a cycle, by which the rules judge.
 #[derive(Clone, Copy, Debug)]
 pub struct MatchSnapshot<'a> {
     /// The clock; the instant is the end of its cycle.
     pub clock: CycleClock,
     /// Lines, goals and posts.
     pub pitch: &'a Pitch,
-    /// The rules that are played by.
+    /// The rules of the match.
     pub rules: &'a Rules,
     /// The state of the match.
     pub game: &'a Game,
@@ -30,43 +30,38 @@ pub struct MatchSnapshot<'a> {
     pub robots: &'a [RobotSnapshot],
     /// Posts, goal posts included.
     pub posts: &'a [Disc],
-    /// The touches of the ball in this cycle, in their order: who, and whether by a kick.
+    /// The touches of the ball in this cycle, in their order: the robot, and whether it was a kick.
     pub touches: &'a [(RobotId, bool)],
-    /// Who touched the ball last before this cycle; while the referee judges, those of this cycle included.
+    /// The last touch of the ball before this cycle; while the referee judges, including this cycle.
     pub last_touch: Option<Touch>,
     /// Messages that each team has sent in the match, this cycle included.
     pub messages_sent: PerTeam<u32>,
-    /// What the referee is made to do at the end of this cycle.
+    /// The interventions at the end of this cycle.
     pub interventions: &'a [Intervention],
-    /// Who decides about the match instead, if somebody outside it does.
+    /// The referee outside the match that decides instead, if any.
     pub outside: Option<&'a OutsideReferee>,
     /// Robots that touched each other in this cycle, by their indices.
     pub contacts: &'a [[usize; 2]],
 }
 
 impl MatchSnapshot<'_> {
-    /// A number of cycles in seconds.
+    /// `cycles` in seconds.
     pub fn seconds(&self, cycles: u64) -> f32 {
         (cycles as f64 * self.clock.period_s) as f32
     }
 
-    /// A duration in cycles.
+    /// `seconds` in cycles.
     pub fn cycles(&self, seconds: f32) -> u64 {
         u64::from(self.clock.cycles_in(seconds))
     }
 
-    /// Whether a robot is its team's keeper: number 1.
-    pub fn is_keeper(&self, robot: &RobotSnapshot) -> bool {
-        robot.id.number == 1
-    }
-
-    /// Evidence of what happened at `position_m`, with the ball's place.
+    /// Evidence of an event at `position_m`, with the position of the ball.
     pub fn evidence(&self, rule: &'static str, position_m: Vec2) -> Evidence {
         let ball_m = self.ball.map(|ball| ball.position);
         Evidence { rule: Cow::Borrowed(rule), position_m, ball_m, ..Evidence::default() }
     }
 
-    /// Evidence against one robot, where it stands.
+    /// Evidence against one robot, at its position.
     pub fn evidence_against(&self, rule: &'static str, robot: &RobotSnapshot) -> Evidence {
         self.evidence(rule, robot.pose.position).with_robot(robot.evidence())
     }
@@ -89,9 +84,9 @@ pub struct Disc {
 /// The ball as the referee sees it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BallSnapshot<'a> {
-    /// The corners of its way through the cycle, m: the first is its place at the start, the last at the end.
+    /// The vertices of its path in the cycle, m: the first is its position at the start, the last at the end.
     pub path: &'a [Vec2],
-    /// Its place, m, pitch frame.
+    /// Its position, m, pitch frame.
     pub position: Vec2,
     /// Its velocity, m/s, pitch frame.
     pub velocity: Vec2,
@@ -104,36 +99,36 @@ pub struct BallSnapshot<'a> {
 pub struct RobotSnapshot {
     /// Team and number.
     pub id: RobotId,
-    /// Where it is at the end of the cycle, pitch frame.
+    /// Its pose at the end of the cycle, pitch frame.
     pub pose: Pose,
-    /// Where it was at the start of the cycle, pitch frame.
+    /// Its pose at the start of the cycle, pitch frame.
     pub previous: Pose,
-    /// How fast it wanted to walk in this cycle, m/s, pitch frame; a collision may have kept it from it.
+    /// Velocity of its walk in this cycle without collisions, m/s, pitch frame.
     pub wanted_velocity: Vec2,
-    /// Where its head points.
+    /// Angles of its head.
     pub head: HeadAngles,
-    /// Whether it kicks, or regains its balance after a kick.
+    /// Whether it kicks, or recovers from a kick.
     pub is_kicking: bool,
-    /// The outlines of its body, robot frame.
+    /// Its body.
     pub bounds: Body,
-    /// Whether it is on its feet.
+    /// Its posture.
     pub posture: Posture,
     /// The penalty that it serves, if any.
     pub penalty: Penalty,
 }
 
 impl RobotSnapshot {
-    /// How it is when a verdict is given.
+    /// Its state, as evidence.
     pub fn evidence(&self) -> RobotEvidence {
         RobotEvidence { robot: self.id, position_m: self.pose.position, speed_mps: self.wanted_velocity.length() }
     }
 
-    /// Whether it is on the pitch, rather than serving a penalty.
+    /// Whether it takes part in play, rather than serving a penalty.
     pub fn is_present(&self) -> bool {
         !self.penalty.is_active()
     }
 
-    /// Whether it plays no more in this match.
+    /// Whether it is out for the rest of the match.
     pub fn is_sent_off(&self) -> bool {
         self.penalty.0.is_some_and(|penalty| penalty.is_for_the_match())
     }

@@ -7,21 +7,21 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 use crate::geometry::{Pose, wrap_angle};
 
-/// A robot that is farther than this from where it came to stand has moved, m.
+/// Distance by which a robot has moved, m.
 const MOVED_M: f32 = 0.05;
-/// A robot that has turned by more than this since it came to stand has moved, radians (15 degrees).
+/// Angle by which a robot has turned, radians (15 degrees).
 const TURNED: f32 = 0.262;
 
 /// A robot that stands near the ball.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Stall {
-    /// Where it came to stand.
+    /// The pose at which it stopped.
     pub anchor: Pose,
     /// Cycles for which it has stood there, near the ball.
     pub cycles: u64,
 }
 
-/// How long a robot has stood near the ball, this cycle included; none if it does not, or has just struck the ball.
+/// The stay of a robot near the ball, including this cycle; none if it is not near, or has just struck the ball.
 pub fn advance(stall: Option<Stall>, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Stall> {
     let ball = snapshot.ball?;
     let near = robot.pose.position.distance(ball.position) <= snapshot.rules.stall_radius_m;
@@ -41,7 +41,7 @@ pub fn advance(stall: Option<Stall>, snapshot: &MatchSnapshot, robot: &RobotSnap
     })
 }
 
-/// The case against a robot that has stood near the ball for too long.
+/// The evidence against a robot that has stood near the ball for too long.
 pub fn judge(stall: &Stall, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let limit = snapshot.cycles(snapshot.rules.stall_s);
     (stall.cycles >= limit).then(|| {

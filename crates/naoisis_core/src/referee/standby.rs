@@ -1,5 +1,5 @@
 //! `standby` before the first `ready` of a half (2025 rule book, section 3.2): robots stand, and wait for the referee to raise its
-//! arms. When it does, nobody knows before.
+//! arms at a random time.
 
 use bevy::prelude::*;
 
@@ -9,7 +9,7 @@ use crate::cycle::CycleClock;
 use crate::game::{GameState, Rules};
 
 impl RefereeMemory {
-    /// Draws how long the next `standby` lasts.
+    /// Draws the duration of the next `standby`.
     pub(super) fn draw_standby(&mut self, rules: &Rules, clock: &CycleClock) {
         let random_s = match &mut self.coin {
             Some(coin) if rules.standby_random_s > 0.0 => coin.uniform() * rules.standby_random_s,
@@ -20,7 +20,7 @@ impl RefereeMemory {
 }
 
 impl Referee<'_, '_> {
-    /// Robots stand, and wait for the signal.
+    /// Begins `standby`.
     pub(super) fn begin_standby(&mut self) {
         self.memory.draw_standby(self.seen.rules, &self.seen.clock);
         self.put_ball(Vec2::ZERO);
@@ -35,7 +35,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// The referee raises its arms: robots may walk to their places.
+    /// Ends `standby`: the referee raises its arms, and robots may walk to their positions.
     pub(super) fn signal_ready(&mut self) {
         self.decisions.game.ready_signals += 1;
         self.enter(GameState::Ready);
@@ -62,7 +62,7 @@ mod tests {
     }
 
     fn told(situation: &MatchFixture) -> GameState {
-        situation.memory.announcement.told(&situation.game).state
+        situation.memory.announcement.announced(&situation.game).state
     }
 
     /// In how many cycles from now on it is so.

@@ -1,14 +1,14 @@
-//! What the robots are told of the game.
+//! The robots' information about the game.
 //!
-//! They hear of nearly everything at once, and of every whistle. That play begins after `set` they are told
-//! [`Rules::status_delay_s`](crate::game::Rules::status_delay_s) later, and of a goal
-//! [`Rules::goal_delay_s`](crate::game::Rules::goal_delay_s), as by the real GameController (2025 rule book, sections 3.2
-//! and 3.3: 15 s): until then, whoever wants to know sooner goes by [`GameStatus::whistles`]. The same goes for a half's first
-//! `ready` ([`Rules::ready_delay_s`](crate::game::Rules::ready_delay_s), 45 s) and [`GameStatus::ready_signals`]. Meanwhile they are told of the game
-//! as it would be without that change, its clocks running on. What else happens to the game ends the wait.
+//! Robots are informed of most changes at once, and of every whistle. The start of play after `set` and goals are delayed by
+//! [`Rules::status_delay_s`](crate::game::Rules::status_delay_s) and
+//! [`Rules::goal_delay_s`](crate::game::Rules::goal_delay_s), as by the real GameController (2025 rule book, sections 3.2 and
+//! 3.3: 15 s); robots can react earlier to [`GameStatus::whistles`]. A half's first `ready` is delayed by
+//! [`Rules::ready_delay_s`](crate::game::Rules::ready_delay_s) (45 s), with [`GameStatus::ready_signals`]. Meanwhile the status is
+//! that of a game without the change, with running clocks. Any other change of the game ends the delay.
 //!
-//! Whose a free kick is may come [later](crate::game::Rules::free_kick_signal_s) than which it is (2025 rule book, section
-//! 3.9.1: the referee points for 5 s at least). That every robot has seen it by then is a simplification.
+//! The team of a free kick may be [delayed](crate::game::Rules::free_kick_signal_s) (2025 rule book, section 3.9.1: the referee
+//! points for at least 5 s). As a simplification every robot has seen the signal by then.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -22,9 +22,9 @@ use crate::knowledge::Knowledge;
 use crate::pitch::End;
 use crate::team::Team;
 
-/// What a robot is told of the game at the start of a cycle, as by a GameController (2010 rule book, section 3.2). It is
-/// a sensor: every robot has its own, and behaviours read nothing else of the match. All but the penalties and placements
-/// of the robot and the whistles may come [late](crate::game::Rules::status_delay_s).
+/// A robot's information about the game at the start of a cycle, as from a GameController (2010 rule book, section 3.2). It is a
+/// sensor: every robot has its own, and behaviours read nothing else of the game. Everything but penalties, placements and
+/// whistles may be [delayed](crate::game::Rules::status_delay_s).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[serde(default)]
@@ -35,10 +35,10 @@ pub struct GameStatus {
     pub score: Score,
     /// The half under way, from 1.
     pub half: u32,
-    /// Seconds left in this half; none where the rules have no clock.
+    /// Seconds left in this half; none if the rules have no clock.
     pub time_left_s: Option<f32>,
-    /// Seconds left of what the game waits for: of `ready`, of a free kick, of a shot in a shoot-out; none in
-    /// `set`, as the GameController tells nobody when the whistle comes.
+    /// The secondary time, s: what is left of `ready`, of a free kick, or of a shot in a shoot-out. None in `set`, as the
+    /// GameController does not send the time of the whistle.
     pub secondary_time_left_s: Option<f32>,
     /// Seconds since the start of the match.
     pub time_s: f32,
@@ -50,64 +50,62 @@ pub struct GameStatus {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlayStatus>,
-    /// How many messages this robot's team may still send, by the rules and by the scenario's settings; none where neither
-    /// limits them.
+    /// How many messages this robot's team may still send, by the rules and the settings of the scenario; none if unlimited.
     pub messages_left: Option<u32>,
     /// The team that shoots, in a penalty shoot-out.
     pub shoot_out: Option<Team>,
     /// Whether this robot is penalised.
     pub penalised: bool,
-    /// What for, if it is.
+    /// The offence, if it is penalised.
     pub penalty: Option<PenaltyReason>,
-    /// How often this robot was placed for a restart: when it changes, the robot has been placed at its kick-off
-    /// position, in its team's agreed formation.
+    /// How often this robot was placed for a restart. When the number changes, the robot has been placed at its kick-off position
+    /// in its team's formation.
     pub restarts: u32,
-    /// How often this robot was placed by hand: when it changes, it stood at an illegal place and has been placed at its
-    /// position for the other team's kick-off, whoever kicks off; or, in a shoot-out, behind the ball to shoot, or on its
-    /// goal line to keep.
+    /// How often this robot was placed by hand. When the number changes, the robot stood at an illegal position and has been placed
+    /// at its position for a kick-off of the other team; or, in a shoot-out, behind the ball as shooter or on the goal line as
+    /// goalkeeper.
     pub hand_placements: u32,
-    /// How many whistles there have been. The whistle is heard at once, even if the change that it means is told
-    /// later.
+    /// The number of whistles. A whistle is heard at once, even if the change of the game is delayed.
     pub whistles: u32,
-    /// How often the referee has raised its arms for a half's first `ready`. Robots see that at once, too.
+    /// How often the referee has raised its arms for the first `ready` of a half. Robots see it at once.
     pub ready_signals: u32,
 }
 
-/// What robots are told of a free kick.
+/// The robots' information about a set play.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct SetPlayStatus {
-    /// What it is given for.
+    /// Its kind.
     pub kind: SetPlayKind,
-    /// The team that the ball belongs to; none as long as they do not know.
+    /// The team that the ball belongs to; none if not known yet.
     pub team: Option<Team>,
 }
 
 impl SetPlayStatus {
-    /// What they are told of this one. Whose a kick-off is they know from the start.
-    pub fn told_of(set_play: &SetPlay, rules: &Rules, clock: &CycleClock) -> Self {
+    /// The information about `set_play`. The team of a kick-off is always known.
+    pub fn of(set_play: &SetPlay, rules: &Rules, clock: &CycleClock) -> Self {
         let is_known = set_play.kind == SetPlayKind::KickOff
             || set_play.cycles >= u64::from(clock.cycles_in(rules.free_kick_signal_s));
         Self { kind: set_play.kind, team: is_known.then_some(set_play.team) }
     }
 }
 
-/// What is withheld from the robots.
+/// The delayed information of the robots.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct Announcement {
-    /// The game that they are told of instead; none as long as that is the true one.
+    /// The game without the delayed change; none if nothing is delayed.
     pub instead: Option<Game>,
-    /// Cycles for which it goes on.
+    /// Cycles until the end of the delay.
     pub cycles_left: u64,
 }
 
 impl Announcement {
-    /// The game that they are told of, when this is the true one.
-    pub fn told<'a>(&'a self, truth: &'a Game) -> &'a Game {
+    /// The game that the robots are informed of, given the true game.
+    pub fn announced<'a>(&'a self, truth: &'a Game) -> &'a Game {
         self.instead.as_ref().unwrap_or(truth)
     }
 
-    /// After a cycle that was so, which led to such a game and such events.
-    pub fn follow(&mut self, seen: &MatchSnapshot, after: &Game, events: &[MatchEvent]) {
+    /// Updates the information after a cycle, with the game `after` it and its events.
+    pub fn advance(&mut self, seen: &MatchSnapshot, after: &Game, events: &[MatchEvent]) {
         let before = seen.game;
         let goal = events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
         let ends = after.state == GameState::Finished || after.half != before.half;
@@ -119,8 +117,8 @@ impl Announcement {
         };
         let delay_cycles = seen.cycles(delay_s);
         if ends {
-            // A goal is told late even if its half is over, but for the last.
-            let score = self.told(before).score;
+            // A goal is delayed even if its half is over, unless it is the last half.
+            let score = self.announced(before).score;
             let cycles_left = if goal { delay_cycles } else { self.cycles_left };
             *self = Self::default();
             if score != after.score && cycles_left > 0 && after.state != GameState::Finished {
@@ -129,20 +127,20 @@ impl Announcement {
         } else if delay_cycles > 0 {
             *self = Self { instead: Some(before.clone()), cycles_left: delay_cycles };
         } else if self.cycles_left == 0
-            || is_told_at_once(before, after)
-            || self.instead.as_ref().is_some_and(|told| events.iter().any(|event| contradicts(told, seen, event)))
+            || is_announced_at_once(before, after)
+            || self.instead.as_ref().is_some_and(|game| events.iter().any(|event| contradicts(game, seen, event)))
         {
             *self = Self::default();
         }
         if let Some(game) = &mut self.instead {
             self.cycles_left -= 1;
-            go_on(game, seen.rules, &seen.clock);
+            advance_clocks(game, seen.rules, &seen.clock);
         }
     }
 }
 
-/// Whether anything has happened to the game but that a clock ran, or that a set play is over.
-fn is_told_at_once(before: &Game, after: &Game) -> bool {
+/// Whether the game has changed in a way that is announced at once: not by its clocks alone, nor by the end of a set play.
+fn is_announced_at_once(before: &Game, after: &Game) -> bool {
     let begun = |game: &Game| game.set_play.map(|set_play| (set_play.kind, set_play.team));
     let begins_set_play = after.set_play.is_some() && begun(before) != begun(after);
     let rest =
@@ -150,14 +148,14 @@ fn is_told_at_once(before: &Game, after: &Game) -> bool {
     begins_set_play || rest(before) != rest(after)
 }
 
-/// Whether a robot is penalised for what nobody can do in the game that they are told of, or comes back when nobody can.
-fn contradicts(told: &Game, seen: &MatchSnapshot, event: &MatchEvent) -> bool {
-    match (told.state, event) {
+/// Whether `event` is a penalty, or the end of one, that is impossible in the announced game.
+fn contradicts(announced: &Game, seen: &MatchSnapshot, event: &MatchEvent) -> bool {
+    match (announced.state, event) {
         (GameState::Standby, MatchEvent::Penalty { reason, .. }) => *reason != PenaltyReason::MotionInStandby,
         (GameState::Set, MatchEvent::Penalty { reason, .. }) => {
             matches!(reason, PenaltyReason::BallHolding | PenaltyReason::GameStuck)
         }
-        // The time of a penalty does not run in `set`. Those who moved in it are let go by the clock, not by a call.
+        // The time of a penalty does not run in `set`, except for motion in `set` itself.
         (GameState::Set, MatchEvent::PenaltyOver { robot, .. }) => seen
             .robots
             .iter()
@@ -167,8 +165,8 @@ fn contradicts(told: &Game, seen: &MatchSnapshot, event: &MatchEvent) -> bool {
     }
 }
 
-/// A game in which nothing happens, a cycle later.
-fn go_on(game: &mut Game, rules: &Rules, clock: &CycleClock) {
+/// Advances the clocks of a game by one cycle.
+fn advance_clocks(game: &mut Game, rules: &Rules, clock: &CycleClock) {
     if game.clock_runs(rules, clock) {
         game.cycles_left = game.cycles_left.map(|left| left.saturating_sub(1));
     }
@@ -200,7 +198,7 @@ mod tests {
     fn told_in(situation: &mut MatchFixture, state: GameState) -> Option<usize> {
         (1..20).find(|_| {
             situation.pass();
-            situation.memory.announcement.told(&situation.game).state == state
+            situation.memory.announcement.announced(&situation.game).state == state
         })
     }
 
@@ -221,10 +219,10 @@ mod tests {
         let mut situation = delayed().touched_by(BLUE2).ball_rolled([2.9, 0.0], [3.2, 0.0]);
         situation.game.cycles_left = Some(1000);
         situation.pass();
-        let told = situation.memory.announcement.told(&situation.game);
+        let told = situation.memory.announcement.announced(&situation.game);
         assert_eq!((told.state, told.score.blue, told.cycles_left), (GameState::Playing, 0, Some(999)));
         assert_eq!(told_in(&mut situation, GameState::Ready), Some(5));
-        assert_eq!(situation.memory.announcement.told(&situation.game).score.blue, 1);
+        assert_eq!(situation.memory.announcement.announced(&situation.game).score.blue, 1);
     }
 
     #[test]
@@ -235,7 +233,7 @@ mod tests {
             situation.game.cycles_left = Some(cycles_left);
             let told = [(); 7].map(|()| {
                 situation.pass();
-                let told = situation.memory.announcement.told(&situation.game);
+                let told = situation.memory.announcement.announced(&situation.game);
                 (told.half, told.score.blue)
             });
             let over = cycles_left as usize - 1;
@@ -250,7 +248,7 @@ mod tests {
         let mut situation = delayed().touched_by(BLUE2).ball_rolled([2.9, 0.0], [3.2, 0.0]);
         situation.rules.goal_delay_s = 0.0;
         situation.pass();
-        assert_eq!(situation.memory.announcement.told(&situation.game).score.blue, 1);
+        assert_eq!(situation.memory.announcement.announced(&situation.game).score.blue, 1);
     }
 
     #[test]
@@ -272,7 +270,7 @@ mod tests {
             situation.pass();
             situation.interventions = vec![Intervention::Penalise { robot: BLUE2, reason, duration_s: Some(1.0) }];
             situation.pass();
-            situation.memory.announcement.told(&situation.game).state
+            situation.memory.announcement.announced(&situation.game).state
         };
         assert_eq!(told(PenaltyReason::BallHolding), GameState::Playing);
         assert_eq!(told(PenaltyReason::Fallen), GameState::Set);
@@ -290,7 +288,7 @@ mod tests {
                 situation.pass();
                 (
                     situation.robots.iter().any(|robot| robot.penalty.0.is_some()),
-                    situation.memory.announcement.told(&situation.game).state,
+                    situation.memory.announcement.announced(&situation.game).state,
                 )
             });
             assert!(told.contains(&(true, GameState::Set)) && !told[3].0, "{told:?}");
@@ -305,7 +303,7 @@ mod tests {
         let (rules, clock) = (Rules { free_kick_signal_s: 0.1, ..Rules::default() }, CycleClock::default());
         let told = |kind, cycles| {
             let set_play = SetPlay { cycles, ..SetPlay::new(kind, Team::Pink, Vec2::ZERO, 100) };
-            SetPlayStatus::told_of(&set_play, &rules, &clock)
+            SetPlayStatus::of(&set_play, &rules, &clock)
         };
         assert_eq!(told(SetPlayKind::KickIn, 2), SetPlayStatus { kind: SetPlayKind::KickIn, team: None });
         assert_eq!(told(SetPlayKind::KickIn, 3).team, Some(Team::Pink));

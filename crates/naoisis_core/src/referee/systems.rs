@@ -1,12 +1,13 @@
 //! The systems of the referee: they fetch what it sees and store what it decides.
 
 use bevy::ecs::query::QueryData;
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
+use super::custom_rules::CustomRules;
 use super::decide::{Decisions, decide};
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
-use super::own_rules::OwnRules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::status::{GameStatus, SetPlayStatus};
 use super::touch::touches_of_cycle;
@@ -28,8 +29,8 @@ use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::{PerTeam, RobotId, Team};
 
-/// The match begins: in the first cycle, before anybody senses or acts, the robots may walk to their places, or the
-/// ball comes into play.
+/// Begins the match in the first cycle, before robots sense and act: they may walk to their places, or the ball comes into
+/// play.
 pub(super) fn begin_match(
     clock: Res<CycleClock>,
     rules: Res<Rules>,
@@ -38,7 +39,7 @@ pub(super) fn begin_match(
     mut memory: ResMut<RefereeMemory>,
     mut events: ResMut<CycleEvents>,
 ) {
-    // Who decides from outside begins it, too.
+    // A referee outside the match begins it, too.
     if game.state != GameState::Initial || outside.is_some() {
         return;
     }
@@ -59,18 +60,21 @@ pub(super) fn begin_match(
     }
 }
 
-/// What [`officiate`] works with, kept between cycles so that a steady match allocates nothing.
-#[derive(Default)]
-pub(super) struct Scratch {
-    entities: Vec<Entity>,
-    robots: Vec<RobotSnapshot>,
-    posts: Vec<Disc>,
-    contacts: Vec<[usize; 2]>,
-    touches: Vec<(RobotId, bool)>,
-    decisions: Decisions,
+/// What the referee reads of the match, beside robots and ball.
+#[derive(SystemParam)]
+pub(super) struct Surroundings<'w, 's> {
+    clock: Res<'w, CycleClock>,
+    rules: Res<'w, Rules>,
+    custom_rules: Res<'w, CustomRules>,
+    pitch: Res<'w, Pitch>,
+    roster: Res<'w, Roster>,
+    contacts: Res<'w, Contacts>,
+    messages: Res<'w, MessageStatistics>,
+    outside: Option<Res<'w, OutsideReferee>>,
+    posts: Query<'w, 's, (&'static Pose, &'static Post), (Without<RobotId>, Without<Ball>)>,
 }
 
-/// A robot as the referee sees it, and what it can do to it.
+/// A robot as the referee sees it, and what the referee can change of it.
 #[derive(QueryData)]
 #[query_data(mutable)]
 pub(super) struct JudgedRobot {
@@ -87,75 +91,116 @@ pub(super) struct JudgedRobot {
     kick_phase: &'static mut KickPhase,
 }
 
+impl JudgedRobotItem<'_, '_> {
+    /// Applies what the referee decided about this robot.
+    fn write(&mut self, before: &RobotSnapshot, after: &RobotSnapshot) {
+        *self.penalty = after.penalty;
+        let is_put_down = before.pose != after.pose;
+        if is_put_down || before.is_present() && !after.is_present() {
+            *self.velocity = Velocity::default();
+            *self.walk = WalkCommand::default();
+            *self.kick = KickCommand::default();
+            *self.kick_phase = KickPhase::default();
+        }
+        if is_put_down {
+            *self.pose = after.pose;
+            self.previous.0 = after.pose;
+            // A robot that is put down is put on its feet.
+            *self.posture = Posture::Upright;
+        }
+    }
+}
+
+/// The ball as the referee sees it, and what the referee can change of it.
+#[derive(QueryData)]
+#[query_data(mutable)]
+pub(super) struct JudgedBall {
+    pose: &'static mut Pose,
+    previous: &'static mut PreviousPose,
+    velocity: &'static mut BallVelocity,
+    physics: &'static BallPhysics,
+    path: &'static BallPath,
+}
+
+/// What [`officiate`] works with, kept between cycles so that a steady match allocates nothing.
+#[derive(Default)]
+pub(super) struct Scratch {
+    entities: Vec<Entity>,
+    robots: Vec<RobotSnapshot>,
+    posts: Vec<Disc>,
+    contacts: Vec<[usize; 2]>,
+    touches: Vec<(RobotId, bool)>,
+    decisions: Decisions,
+}
+
+impl Scratch {
+    /// Collects robots, posts, contacts and touches of the ball.
+    fn gather(&mut self, seen: &Surroundings, events: &CycleEvents, robots: Query<JudgedRobotReadOnly, With<RobotId>>) {
+        self.entities.clear();
+        self.robots.clear();
+        for (id, entity) in seen.roster.iter() {
+            let Ok(robot) = robots.get(entity) else { continue };
+            self.entities.push(entity);
+            self.robots.push(RobotSnapshot {
+                id,
+                pose: *robot.pose,
+                previous: robot.previous.0,
+                wanted_velocity: robot.previous.0.forward().rotate(robot.step.0.translation()) / seen.clock.period(),
+                head: *robot.head,
+                is_kicking: *robot.kick_phase != KickPhase::Ready,
+                bounds: *robot.bounds,
+                posture: *robot.posture,
+                penalty: *robot.penalty,
+            });
+        }
+        let index_of = |id: RobotId| self.robots.binary_search_by_key(&id, |robot| robot.id).ok();
+        let contacts = seen.contacts.robots_in_contact();
+        self.contacts.clear();
+        self.contacts.extend(contacts.filter_map(|(a, b)| Some([index_of(a)?, index_of(b)?])));
+        self.posts.clear();
+        self.posts.extend(seen.posts.iter().map(|(pose, post)| Disc { centre: pose.position, radius: post.radius }));
+        touches_of_cycle(events, seen.contacts.robots_at_ball(), &mut self.touches);
+    }
+}
+
+/// Judges the cycle: gathers a snapshot, [decides](decide), and writes the decisions back.
 pub(super) fn officiate(
     mut scratch: Local<Scratch>,
-    clock: Res<CycleClock>,
-    rules: Res<Rules>,
-    own_rules: Res<OwnRules>,
-    pitch: Res<Pitch>,
-    roster: Res<Roster>,
-    contacts: Res<Contacts>,
-    messages: Res<MessageStatistics>,
-    outside: Option<Res<OutsideReferee>>,
+    surroundings: Surroundings,
     mut events: ResMut<CycleEvents>,
     mut game: ResMut<Game>,
     mut memory: ResMut<RefereeMemory>,
     mut interventions: ResMut<Interventions>,
-    posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
     mut robots: Query<JudgedRobot, With<RobotId>>,
-    mut balls: Query<
-        (&mut Pose, &mut PreviousPose, &mut BallVelocity, &BallPhysics, &BallPath),
-        (With<Ball>, Without<RobotId>),
-    >,
+    mut balls: Query<JudgedBall, (With<Ball>, Without<RobotId>)>,
 ) {
-    let Scratch { entities, robots: seen, posts: discs, contacts: pairs, touches, decisions } = &mut *scratch;
-    entities.clear();
-    seen.clear();
-    for (id, entity) in roster.iter() {
-        let Ok(robot) = robots.get(entity) else { continue };
-        entities.push(entity);
-        seen.push(RobotSnapshot {
-            id,
-            pose: *robot.pose,
-            previous: robot.previous.0,
-            wanted_velocity: robot.previous.0.forward().rotate(robot.step.0.translation()) / clock.period(),
-            head: *robot.head,
-            is_kicking: *robot.kick_phase != KickPhase::Ready,
-            bounds: *robot.bounds,
-            posture: *robot.posture,
-            penalty: *robot.penalty,
-        });
-    }
-    let index_of = |id: RobotId| seen.binary_search_by_key(&id, |robot| robot.id).ok();
-    pairs.clear();
-    pairs.extend(contacts.robots_in_contact().filter_map(|(a, b)| Some([index_of(a)?, index_of(b)?])));
-    discs.clear();
-    discs.extend(posts.iter().map(|(pose, post)| Disc { centre: pose.position, radius: post.radius }));
-    touches_of_cycle(&events, contacts.robots_at_ball(), touches);
-    interventions.fall_due(clock.end_time_s());
-    let mut balls = balls.iter_mut();
-    let mut ball = balls.next();
+    let scratch = &mut *scratch;
+    scratch.gather(&surroundings, &events, robots.as_readonly());
+    interventions.fall_due(surroundings.clock.end_time_s());
+    let mut ball = balls.iter_mut().next();
+    let messages = &surroundings.messages;
     let snapshot = MatchSnapshot {
-        clock: *clock,
-        pitch: &pitch,
-        rules: &rules,
+        clock: *surroundings.clock,
+        pitch: &surroundings.pitch,
+        rules: &surroundings.rules,
         game: &game,
-        ball: ball.as_ref().map(|(pose, _, velocity, physics, path)| BallSnapshot {
-            path: &path.corners,
-            position: pose.position,
-            velocity: velocity.0,
-            radius: physics.radius_m,
+        ball: ball.as_ref().map(|ball| BallSnapshot {
+            path: &ball.path.corners,
+            position: ball.pose.position,
+            velocity: ball.velocity.0,
+            radius: ball.physics.radius_m,
         }),
-        robots: seen,
-        posts: discs,
-        touches,
+        robots: &scratch.robots,
+        posts: &scratch.posts,
+        touches: &scratch.touches,
         last_touch: memory.last_touch,
         messages_sent: PerTeam { blue: messages.blue.sent, pink: messages.pink.sent },
         interventions: &interventions.queue,
-        outside: outside.as_deref(),
-        contacts: pairs,
+        outside: surroundings.outside.as_deref(),
+        contacts: &scratch.contacts,
     };
-    decide(&snapshot, &own_rules, &mut memory, decisions);
+    let decisions = &mut scratch.decisions;
+    decide(&snapshot, &surroundings.custom_rules, &mut memory, decisions);
 
     if !interventions.queue.is_empty() {
         interventions.queue.clear();
@@ -164,35 +209,22 @@ pub(super) fn officiate(
         game.clone_from(&decisions.game);
     }
     events.append(&mut decisions.events);
-    if let (Some(place), Some((pose, previous, velocity, ..))) = (decisions.ball, &mut ball) {
-        pose.position = place;
-        previous.0 = **pose;
-        velocity.0 = decisions.ball_velocity;
+    if let (Some(place), Some(ball)) = (decisions.ball, &mut ball) {
+        ball.pose.position = place;
+        ball.previous.0 = *ball.pose;
+        ball.velocity.0 = decisions.ball_velocity;
     }
-    for ((before, after), entity) in seen.iter().zip(&decisions.robots).zip(entities) {
-        if before.pose == after.pose && before.penalty == after.penalty {
-            continue;
-        }
-        let Ok(mut robot) = robots.get_mut(*entity) else { continue };
-        *robot.penalty = after.penalty;
-        let is_put_down = before.pose != after.pose;
-        if is_put_down || before.is_present() && !after.is_present() {
-            *robot.velocity = Velocity::default();
-            *robot.walk = WalkCommand::default();
-            *robot.kick = KickCommand::default();
-            *robot.kick_phase = KickPhase::default();
-        }
-        if is_put_down {
-            *robot.pose = after.pose;
-            robot.previous.0 = after.pose;
-            // Whoever is put down is put on its feet.
-            *robot.posture = Posture::Upright;
+    for ((before, after), entity) in scratch.robots.iter().zip(&decisions.robots).zip(&scratch.entities) {
+        if (before.pose != after.pose || before.penalty != after.penalty)
+            && let Ok(mut robot) = robots.get_mut(*entity)
+        {
+            robot.write(before, after);
         }
     }
 }
 
-/// Tells the robots the state of the game, as far as they may know it yet.
-pub(super) fn tell_status(
+/// Updates the [`GameStatus`] of each robot.
+pub(super) fn update_status(
     clock: Res<CycleClock>,
     rules: Res<Rules>,
     game: Res<Game>,
@@ -201,30 +233,30 @@ pub(super) fn tell_status(
     messages: Res<MessageStatistics>,
     mut robots: Query<(&RobotId, &Penalty, Option<&MessageLimits>, &mut GameStatus)>,
 ) {
-    let told = memory.announcement.told(&game);
-    let set_play = told.set_play.map(|set_play| SetPlayStatus::told_of(&set_play, &rules, &clock));
+    let announced = memory.announcement.announced(&game);
+    let set_play = announced.set_play.map(|set_play| SetPlayStatus::of(&set_play, &rules, &clock));
     let messages_left = |team: Team, own: Option<&MessageLimits>| {
         let by_the_rules = game.messages_left.map(|left| left[team]);
         let by_radio = radio.limits_with(own.unwrap_or(&radio.robots)).messages_left(messages[team].sent);
         by_the_rules.into_iter().chain(by_radio).min()
     };
-    // When the whistle comes, nobody is told.
-    let secondary = told.secondary_cycles_left(&rules, &clock).filter(|_| told.state != GameState::Set);
+    // The GameController does not send when the whistle comes.
+    let secondary = announced.secondary_cycles_left(&rules, &clock).filter(|_| announced.state != GameState::Set);
     for (id, penalty, own_limits, mut status) in &mut robots {
         let record = memory.record(*id);
         *status = GameStatus {
-            state: told.state,
-            score: told.score,
-            half: told.half,
-            time_left_s: told.time_left_s(&clock),
+            state: announced.state,
+            score: announced.score,
+            half: announced.half,
+            time_left_s: announced.time_left_s(&clock),
             secondary_time_left_s: secondary.map(|cycles| (cycles as f64 * clock.period_s) as f32),
             time_s: clock.start_time_s() as f32,
-            own_end: told.own_end(id.team),
-            kick_off_team: told.kick_off_team,
-            drop_ball: told.drop_ball,
+            own_end: announced.own_end(id.team),
+            kick_off_team: announced.kick_off_team,
+            drop_ball: announced.drop_ball,
             set_play,
             messages_left: messages_left(id.team, own_limits),
-            shoot_out: told.shoot_out.map(|shoot_out| shoot_out.team),
+            shoot_out: announced.shoot_out.map(|shoot_out| shoot_out.team),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),
             restarts: record.map_or(0, |record| record.restarts),

@@ -2,10 +2,10 @@
 
 use bevy::prelude::*;
 
+use super::custom_rules::CustomRules;
 use super::decide::{Decisions, decide};
 use super::formation::formation;
 use super::memory::RefereeMemory;
-use super::own_rules::OwnRules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::touch::Touch;
 use crate::cycle::CycleClock;
@@ -147,7 +147,7 @@ impl MatchFixture {
     pub fn pass(&mut self) -> Decisions {
         let mut decisions = Decisions::default();
         let mut memory = self.memory.clone();
-        decide(&self.snapshot(), &OwnRules::default(), &mut memory, &mut decisions);
+        decide(&self.snapshot(), &CustomRules::default(), &mut memory, &mut decisions);
         self.memory = memory;
         self.game = decisions.game.clone();
         self.robots.clone_from(&decisions.robots);

@@ -1,7 +1,7 @@
-//! Who touched the ball.
+//! Touches of the ball.
 //!
-//! Kicks happen at the start of a cycle, the ball meets bodies in its course: so of all touches of a cycle, kicks
-//! come first, then contacts in the order in which they happened.
+//! Kicks happen at the start of a cycle, and contacts with bodies later: of all touches of a cycle kicks come first, then contacts
+//! in the order in which they happened.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,19 +14,19 @@ use crate::team::RobotId;
 pub struct Touch {
     /// The robot that touched it.
     pub robot: RobotId,
-    /// In which cycle.
+    /// The cycle.
     pub cycle: u64,
-    /// Where the robot was, m, pitch frame.
+    /// Position of the robot, m, pitch frame.
     pub robot_position: Vec2,
     /// Whether it was a kick.
     pub kick: bool,
 }
 
-/// All touches of a cycle, in their order: who, and whether by a kick. `contacts` are the robots that the ball met,
-/// in the order in which it met them.
+/// All touches of a cycle, in their order: the robot, and whether it was a kick. `contacts` are the robots that the ball hit, in
+/// their order.
 ///
-/// Of robots that kick in the same cycle, the one that gives the ball the greater speed has the last touch; of equal
-/// ones the first in order. Whoever kicks and is met by the ball at once has kicked it.
+/// Of robots that kick in the same cycle, the one that gives the ball the greater speed has the last touch; of equal ones the
+/// first in order. A robot that kicks and is hit by the ball has kicked it.
 pub fn touches_of_cycle(
     events: &[MatchEvent],
     contacts: impl Iterator<Item = RobotId>,

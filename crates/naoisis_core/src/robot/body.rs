@@ -1,4 +1,4 @@
-//! The body of a robot as collisions, sonars and cameras see it: two boxes, torso and base, and the limbs that are drawn.
+//! The body of a robot for collisions, sonars and cameras: two boxes, torso and base, and the limbs that are drawn.
 //!
 //! The paper's section 3.2 has "two different sets of rectangular bounds, one for its base and one for its
 //! torso": the torso's are used between robots and against posts, the base's against the ball.
@@ -58,7 +58,7 @@ impl BodyBox {
     }
 }
 
-/// A rectangle on the ground, anywhere and at any angle: what collisions are computed on.
+/// An oriented rectangle on the ground, on which collisions are computed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Footprint {
     /// Centre, m.
@@ -69,8 +69,8 @@ pub struct Footprint {
     pub half_extents: Vec2,
 }
 
-/// The body of a robot: what collides, what hides, and what is drawn. [`Body::in_posture`] has the room that it takes when it
-/// is not on its feet.
+/// The body of a robot, for collisions, occlusion and drawing, when it stands. [`Body::in_posture`] is the body in another
+/// posture.
 ///
 /// The default is the NAO. Its boxes are its top-view rectangles (B-Human 2025's two-dimensional model: upper body x -3..+5 cm
 /// and y ±15 cm, feet x -3..+11 cm and y ±10 cm), with heights to match a robot of 57.3 cm: the feet and legs below the
@@ -79,17 +79,17 @@ pub struct Footprint {
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Body {
-    /// Trunk and arms: what meets robots and posts.
+    /// Trunk and arms: collides with robots and posts.
     pub torso: BodyBox,
-    /// Feet and legs, or wheels: what meets the ball.
+    /// Feet and legs, or wheels: collides with the ball.
     pub base: BodyBox,
     /// Height of the top of the head, m.
     pub height_m: f32,
-    /// Height when it lies, m.
+    /// Height when the robot lies, m.
     pub lying_height_m: f32,
-    /// How far to the left and to the right of its middle its feet, or wheels, touch the ground, m.
+    /// Lateral distance of each foot, or wheel, from the middle of the robot, m.
     pub foot_y_m: f32,
-    /// The point about which the head, and the cameras in it, turn, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
+    /// The point about which the head with its cameras turns, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
     pub neck_m: Vec3,
     /// The band in the team's colour.
     pub waistband: Waistband,
@@ -97,7 +97,7 @@ pub struct Body {
     pub legs: Option<Legs>,
     /// Its arms, if it has any.
     pub arms: Option<Arms>,
-    /// What it looks like: colours, and where its number is.
+    /// Its appearance: colours, and the places of its number.
     pub look: Look,
 }
 
@@ -119,12 +119,12 @@ impl Default for Body {
 }
 
 impl Body {
-    /// How large it is, as a multiple of the NAO: by how wide it is, which is how much room others need to get past it.
+    /// Its width as a multiple of the NAO's.
     pub fn width_in_naos(&self) -> f32 {
         self.torso.half_width_m / 0.15
     }
 
-    /// Half the width of its trunk as it is drawn, m: arms hang beside it.
+    /// Half the width of the drawn trunk, m, without the arms.
     pub fn drawn_half_width_m(&self) -> f32 {
         self.arms.map_or(self.torso.half_width_m, |arms| 0.75 * arms.shoulder_m.y)
     }
@@ -148,7 +148,7 @@ impl Default for Waistband {
 }
 
 impl Waistband {
-    /// Its middle, m, robot frame.
+    /// Its centre, m, robot frame.
     pub fn middle(&self) -> Vec3 {
         Vec3::Z * ((self.z_m[0] + self.z_m[1]) / 2.0)
     }
@@ -159,8 +159,7 @@ impl Waistband {
     }
 }
 
-/// The legs. The simulation leaves joints out: they are for the eye, and step as fast as the robot walks. The NAO's are those
-/// of Aldebaran's documentation of the V4.
+/// The legs, for drawing only: the simulation has no leg joints. The default is the NAO (Aldebaran's documentation of the V4).
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Legs {
@@ -180,7 +179,7 @@ impl Default for Legs {
     }
 }
 
-/// The arms, for the eye as the [`Legs`].
+/// The arms, for drawing only.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Arms {

@@ -1,11 +1,11 @@
-//! Falls, getting up, and a keeper's dives: what the paper leaves to future versions (section 4), coarsely. It happens where the
-//! rules have it switched on ([`Rules::falls`], [`Rules::dives`]), and to robots that are set up to fall ([`Balance`]).
+//! Falls, getting up, and the goalkeeper's dives, which the paper leaves to future versions (section 4). They happen if the
+//! rules switch them on ([`Rules::falls`], [`Rules::dives`]), and to robots with a [`FallModel`].
 //!
-//! - When two robots collide, each may fall, with a probability that grows with the speed at which they met.
-//! - A robot may lose its balance while it walks, the sooner the faster, and in a kick.
-//! - A fallen robot lies where it stood: it is low, so others see over it and sonars do not hear it; it neither walks
-//!   nor kicks; its cameras and sonars tell it nothing. It takes the same room on the ground as before.
-//! - It gets up when it is told to, which takes its time, and may fall back.
+//! - When two robots collide, each may fall, with a probability that grows with the speed of the collision.
+//! - A robot may lose its balance in walking, more often the faster it walks, and in a kick.
+//! - A fallen robot lies where it stood, with the same footprint. It is low: cameras see over it and sonars do not detect it.
+//!   It neither walks nor kicks, and its cameras and sonars measure nothing.
+//! - It gets up on command, which takes time and may fail.
 //! - A dive blocks a strip beside the robot against the ball for a time. Then the robot lies, as after a fall.
 
 use bevy::ecs::query::QueryData;
@@ -27,15 +27,15 @@ use crate::random::RandomStreams;
 use crate::robot::body::Body;
 use crate::team::RobotId;
 
-/// Takes posture commands in [`ActSystems::Body`]; robots fall after the collisions, before the referee looks.
+/// Executes posture commands in [`ActSystems::Body`]. Robots fall after the collisions and before the referee.
 pub struct FallsPlugin;
 
 impl Plugin for FallsPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Posture>()
             .register_type::<PostureCommand>()
-            .register_type::<Balance>()
-            .register_required_components::<RobotId, Balance>()
+            .register_type::<FallModel>()
+            .register_required_components::<RobotId, FallModel>()
             .register_required_components::<RobotId, Posture>()
             .register_required_components::<RobotId, PostureCommand>()
             .add_systems(
@@ -48,39 +48,39 @@ impl Plugin for FallsPlugin {
     }
 }
 
-/// How well a robot keeps its balance. By default it does, but for what the rules say.
+/// How often a robot falls. By default only as the rules say.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
-pub struct Balance {
-    /// How often it falls in a minute of walking at its full speed; at less, with the square of the speed.
+pub struct FallModel {
+    /// Falls per minute of walking at full speed; proportional to the square of the speed.
     pub falls_per_min: f32,
-    /// The probability that it topples in a kick at full speed; at less, in proportion.
+    /// Probability of a fall in a kick at full speed; proportional to the speed of the kick.
     pub kick_probability: f32,
-    /// How it falls in collisions with robots, in place of what the rules say.
+    /// Falls in collisions with robots, instead of those of the rules.
     pub collisions: Option<CollisionFalls>,
-    /// Duration of getting up, s, in place of what the rules say.
+    /// Duration of getting up, s, instead of that of the rules.
     pub get_up_s: Option<f32>,
-    /// The probability that it falls back when it gets up.
+    /// Probability that getting up fails.
     pub get_up_failure: f32,
 }
 
-/// Whether a robot falls when it collides with another.
+/// The probability of a fall in a collision, by its speed.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CollisionFalls {
-    /// It never does up to this speed, m/s.
+    /// Greatest speed at which the robot never falls, m/s.
     pub from_mps: f32,
-    /// And always from this speed on, m/s; between them the probability grows in proportion.
+    /// Least speed at which it always falls, m/s. In between the probability grows linearly.
     pub certain_mps: f32,
 }
 
-/// The system in which robots fall; the referee looks after it.
+/// The system in which robots fall, before the referee.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FallSystems;
 
-/// The probability that a robot falls in a collision at `speed` m/s: none up to `least`, one from `certain` on, and
-/// in proportion between.
+/// The probability that a robot falls in a collision at `speed` m/s: 0 up to `least`, 1 from `certain` on, and linear in
+/// between.
 pub fn fall_probability(speed: f32, least: f32, certain: f32) -> f32 {
     if speed <= least {
         0.0
@@ -91,9 +91,9 @@ pub fn fall_probability(speed: f32, least: f32, certain: f32) -> f32 {
     }
 }
 
-/// The probability that a robot falls within `period` seconds of walking at this share of its full speed: falls come at random, and
-/// so often that in n minutes none comes with probability exp(-n r).
-pub fn walking_probability(balance: &Balance, speed_share: f32, period: f32) -> f32 {
+/// The probability that a robot falls within `period` seconds of walking at `speed_share` of its full speed: falls are a Poisson
+/// process with the rate of `balance`.
+pub fn walking_probability(balance: &FallModel, speed_share: f32, period: f32) -> f32 {
     let per_s = balance.falls_per_min / 60.0 * speed_share * speed_share;
     1.0 - ops::exp(-per_s * period)
 }
@@ -111,7 +111,7 @@ fn take_posture_commands(
     for entity in roster.entities() {
         let Ok(robot) = robots.get_mut(entity) else { continue };
         let PosturedRobotItem { id, pose, body, penalty, kick, balance, mut command, mut posture, mut streams } = robot;
-        // Without a request nothing changes for who stands: the usual case.
+        // Nothing changes for a standing robot without a request, the usual case.
         if command.0.is_none() && posture.is_upright() {
             continue;
         }
@@ -145,7 +145,7 @@ fn take_posture_commands(
     }
 }
 
-/// A robot that may be told to get up or to dive.
+/// A robot that can get up and dive.
 #[derive(QueryData)]
 #[query_data(mutable)]
 struct PosturedRobot {
@@ -154,7 +154,7 @@ struct PosturedRobot {
     pose: &'static Pose,
     penalty: &'static Penalty,
     kick: &'static KickPhase,
-    balance: &'static Balance,
+    balance: &'static FallModel,
     command: &'static mut PostureCommand,
     posture: &'static mut Posture,
     streams: &'static mut RandomStreams,
@@ -164,7 +164,7 @@ struct PosturedRobot {
 #[derive(QueryData)]
 #[query_data(mutable)]
 struct FallingRobot {
-    balance: &'static Balance,
+    balance: &'static FallModel,
     limits: &'static MotionLimits,
     step: &'static ExecutedStep,
     penalty: &'static Penalty,
@@ -173,10 +173,10 @@ struct FallingRobot {
     streams: &'static mut RandomStreams,
 }
 
-/// What may make a robot fall: at this speed, m/s, or in a kick of this share of the full speed.
+/// A possible cause of a fall, with the speed in m/s, or for a kick as a share of the full speed.
 type Danger = (RobotId, FallCause, f32);
 
-/// Whoever walked, kicked or collided may fall.
+/// Lets robots fall that walked, kicked or collided.
 fn fall(
     mut dangers: Local<Vec<Danger>>,
     roster: Res<Roster>,
@@ -237,7 +237,7 @@ mod tests {
         assert_abs_diff_eq!(fall_probability(0.3, 0.1, 0.5), 0.5, epsilon = 1e-6);
         assert_eq!(fall_probability(0.5, 0.1, 0.5), 1.0);
         // Half the speed, a quarter of the falls: in a minute of cycles 1 - exp(-0.5) of the robots fall.
-        let balance = Balance { falls_per_min: 2.0, ..Balance::default() };
+        let balance = FallModel { falls_per_min: 2.0, ..FallModel::default() };
         let stays = (0..1800).fold(1.0, |stays, _| stays * (1.0 - walking_probability(&balance, 0.5, 1.0 / 30.0)));
         assert_abs_diff_eq!(stays, ops::exp(-0.5), epsilon = 1e-3);
         // The same speed for both: a step.

@@ -1,10 +1,9 @@
-//! Walking step by step, as real robots do: what their legs and the ground make of walk commands.
+//! Walking step by step: how the gait and the ground change walk commands.
 //!
-//! The paper's robots do at once and exactly what they are told. The legs of a real one change their speed from one step to the
-//! next, and not by much; turning and going sideways take from going forward; and so slow a walk as stays within the play of the
-//! joints is a step on the spot. Then the ground slips: by a share that each robot keeps for the match, with a drift of its
-//! heading, and a little differently at every step. What the legs do, [odometry](naoisis_sensing::sensing::odometry) counts; of the slip it
-//! knows nothing.
+//! The paper's robots execute commands at once and exactly. The legs of a real robot change their speed only from step to step,
+//! within limits; turning and walking sideways reduce the forward speed; and commands below a least speed are steps on the spot.
+//! In addition the feet slip: by a share and a heading drift that are constant for each robot and match, and by noise of each
+//! step. [Odometry](naoisis_sensing::sensing::odometry) measures the motion of the legs, without the slip.
 //!
 //! Nothing here depends on the duration of a cycle.
 
@@ -18,7 +17,7 @@ use crate::knowledge::Knowledge;
 use crate::random::RandomStream;
 
 impl StepNoise {
-    /// An error of a step: forward and to the left, m, and of the turn, radians.
+    /// Draws the error of `step`: forward and to the left, m, and of the turn, radians.
     pub fn draw(&self, step: WalkCommand, stream: &mut RandomStream) -> WalkCommand {
         let (way, turn) = (step.translation().length(), step.dtheta.abs());
         let translation_sd = self.translation_sd_m * way.sqrt();
@@ -32,36 +31,36 @@ impl StepNoise {
     }
 }
 
-/// What the ground let a robot go of its last step, m and radians, in the robot frame before the turn. A collision may have kept it
-/// from going all of it.
+/// The displacement of the last cycle after slip, m and radians, in the robot frame before the turn. A collision may have
+/// shortened it further.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct GroundStep(pub WalkCommand);
 
-/// Where a robot is in its walk.
+/// The state of a robot's gait.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct GaitState {
-    /// The velocity of the legs in the step under way: forward and to the left, m/s, and counter-clockwise, rad/s.
+    /// Velocity of the legs in the current step: forward and to the left, m/s, and counter-clockwise, rad/s.
     velocity: Vec3,
-    /// What the ground lets the robot go of it.
+    /// The same velocity after slip.
     on_ground: Vec3,
-    /// What is left of that step, s.
+    /// Remaining duration of the current step, s.
     left_s: f32,
-    /// How this robot's slip and drift differ from the mean, in standard deviations; none before its first step.
+    /// Deviation of this robot's slip and drift from the mean, in standard deviations; none before its first step.
     footing: Option<[f32; 2]>,
 }
 
 impl GaitState {
-    /// Stands still at once.
+    /// Stops at once.
     pub fn stand(&mut self) {
         if self.left_s != 0.0 || self.velocity != Vec3::ZERO {
             (self.velocity, self.on_ground, self.left_s) = (Vec3::ZERO, Vec3::ZERO, 0.0);
         }
     }
 
-    /// What the legs do in a cycle of `period` seconds in which they are told `command`, and what the ground makes of it. Each step
-    /// takes over what is told when it begins, and slips as a whole.
+    /// The displacements of a cycle of `period` seconds with `command`: of the legs, and after slip. Each step follows the command
+    /// at its beginning, and slips as a whole.
     pub fn walk(
         &mut self,
         command: WalkCommand,
@@ -70,7 +69,7 @@ impl GaitState {
         period: f32,
         stream: &mut RandomStream,
     ) -> [WalkCommand; 2] {
-        /// Shorter than any cycle, s.
+        /// Durations below this are zero, s.
         const NOTHING_S: f32 = 1e-6;
 
         let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, limits);
@@ -94,10 +93,10 @@ impl GaitState {
         [way, on_ground].map(|way| WalkCommand::new(way.x, way.y, way.z))
     }
 
-    /// What the ground makes of a step of the legs.
+    /// The step of the legs after slip.
     fn slip(&mut self, step: Vec3, slip: &Slip, stream: &mut RandomStream) -> Vec3 {
         let [scale, drift] = *self.footing.get_or_insert_with(|| [stream.gaussian(1.0), stream.gaussian(1.0)]);
-        // Ground that carries a robot backwards is none.
+        // Slip does not reverse the direction.
         let scale = (slip.scale + scale * slip.scale_sd).max(0.0);
         let translation = step.truncate();
         let drift = drift * slip.drift_sd * translation.length();
@@ -108,18 +107,19 @@ impl GaitState {
 }
 
 impl Gait {
-    /// A velocity (m/s, m/s, rad/s) in the same direction that the robot can walk at: the shares that each direction takes of what
-    /// it can do add up, and 1 is all. So rUNSWift's robots of 2010 were limited (report, `FastWalk`).
+    /// `velocity` (m/s, m/s, rad/s) scaled down to what the robot can walk: the speeds in the three directions, as shares of their
+    /// limits, add up to at most 1, as in rUNSWift's `FastWalk` of 2010.
     fn within(&self, velocity: Vec3, limits: &MotionLimits) -> Vec3 {
         let forward = if velocity.x < 0.0 { self.backward_mps } else { limits.max_linear_mps };
         let greatest = Vec3::new(forward, self.sideways_mps, limits.max_angular);
-        // What it cannot do at all takes nothing from the rest.
+        // A direction in which it cannot walk does not reduce the others.
         let possible = Vec3::select(greatest.cmpgt(Vec3::ZERO), velocity, Vec3::ZERO);
         let share = (possible.abs() / greatest.max(Vec3::splat(f32::MIN_POSITIVE))).element_sum();
         if share > 1.0 { possible / share } else { possible }
     }
 
-    /// What comes of a wanted velocity in the end: not faster than the robot can, and nothing where it is too slow.
+    /// The steady velocity for the commanded velocity `wanted`: limited to what the robot can walk, and zero below the least
+    /// speeds.
     pub fn reachable(&self, wanted: Vec3, limits: &MotionLimits) -> Vec3 {
         let Vec3 { x, y, z } = self.within(wanted, limits);
         let gets_ahead = Vec2::new(x, y).length() >= self.least_mps;
@@ -128,26 +128,26 @@ impl Gait {
         Vec3::new(x, y, if turns { z } else { 0.0 })
     }
 
-    /// The velocity of the step after one of `velocity`, on the way to `wanted`.
+    /// The velocity of the next step after a step with `velocity`, for the commanded velocity `wanted`.
     fn next_velocity(&self, velocity: Vec3, wanted: Vec3) -> Vec3 {
         let translation = velocity.truncate().move_towards(wanted.truncate(), self.acceleration_mps2 * self.step_s);
         let most_turn = self.angular_acceleration * self.step_s;
         translation.extend(velocity.z + (wanted.z - velocity.z).clamp(-most_turn, most_turn))
     }
 
-    /// The greatest speed from which a robot comes to rest within a distance, m/s. It has no say in the step under way.
+    /// The greatest speed from which the robot comes to rest within `distance_m`, m/s. The current step cannot be changed.
     pub fn braking_speed(&self, distance_m: f32) -> f32 {
         braking_speed(distance_m, self.acceleration_mps2, self.step_s)
     }
 
-    /// The greatest speed of turning from which a robot comes to rest within an angle, rad/s.
+    /// The greatest turning speed from which the robot comes to rest within `angle`, rad/s.
     pub fn braking_turn(&self, angle: f32) -> f32 {
         braking_speed(angle, self.angular_acceleration, self.step_s)
     }
 }
 
-/// The greatest speed v from which n steps of duration s, each slower by a s, end within a distance d. The first goes on at v:
-/// d = v s + v²/(2 a) - v s/2, of which v = -a s/2 + √((a s/2)² + 2 a d).
+/// The greatest speed v from which steps of duration s, each slower by a s, end within a distance d. The first step still has
+/// speed v: d = v s + v²/(2 a) - v s/2, therefore v = -a s/2 + √((a s/2)² + 2 a d).
 fn braking_speed(distance: f32, acceleration: f32, step_s: f32) -> f32 {
     let half = acceleration * step_s / 2.0;
     (half * half + 2.0 * acceleration * distance.max(0.0)).sqrt() - half

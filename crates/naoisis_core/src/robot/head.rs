@@ -1,18 +1,18 @@
 //! The head: two joints with limits and a speed.
 //!
-//! The paper's Table 1(b) prints the labels of yaw and pitch swapped: the NAO's head turns ±120° (yaw) and nods
-//! from -35° (up) to +30° (down). Those are the defaults here. How far a head nods may depend on how far it is turned
-//! ([`PitchAtYaw`]), where the shells of head and trunk meet.
+//! The paper's Table 1(b) has the labels of yaw and pitch swapped: the NAO's head turns ±120° (yaw) and from -35° (up) to +30°
+//! (down) (pitch), which are the defaults here. The limits of the pitch may depend on the yaw ([`PitchAtYaw`]), where the shells
+//! of head and trunk would collide.
 
 use bevy::prelude::*;
-use core::fmt;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
+use tinyvec::ArrayVec;
 
 use super::Roster;
 use crate::cycle::{ActSystems, Cycle, CycleClock};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
-use crate::geometry::{file_units, to_radians};
+use crate::geometry::file_units::{self, DegreeTriple};
+use crate::geometry::to_radians;
 use crate::knowledge::Knowledge;
 use crate::team::RobotId;
 
@@ -39,17 +39,17 @@ pub struct HeadAngles {
     pub pitch: f32,
 }
 
-/// The angles that the head moves towards, as fast as it can. Stays until it is changed.
+/// The target angles of the head, which it approaches at its full speed. Stays until it is changed.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct HeadCommand {
-    /// Counter-clockwise (to the left), radians; beyond the limit it is clamped.
+    /// Counter-clockwise (to the left), radians; clamped to the limits.
     pub yaw: f32,
-    /// Downwards, radians; beyond the limit it is clamped.
+    /// Downwards, radians; clamped to the limits.
     pub pitch: f32,
 }
 
-/// The command that the joints go by instead of the [`HeadCommand`], where commands are [late](naoisis_sensing::sensing::latency).
+/// The command that the joints follow instead of the [`HeadCommand`], if commands have [latency](naoisis_sensing::sensing::latency).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct LateHeadCommand(pub Option<HeadCommand>);
@@ -65,7 +65,7 @@ pub struct HeadLimits {
     /// Least and greatest pitch, radians (degrees in files). Default -35°..+30° (same table).
     #[serde(rename = "pitch_deg", with = "file_units::degree_pair")]
     pub pitch: [f32; 2],
-    /// How the limits of the pitch are narrower where the head is turned aside; by default they are not.
+    /// Narrower limits of the pitch at some yaws; none by default.
     #[serde(rename = "pitch_at_yaw_deg")]
     pub pitch_at_yaw: PitchAtYaw,
     /// Speed of each joint, rad/s (degrees per second in files). Default 300: the NAO V3.2's joints reach 474
@@ -86,7 +86,7 @@ impl Default for HeadLimits {
 }
 
 impl HeadLimits {
-    /// Least and greatest pitch of a head that is turned so far, radians.
+    /// Least and greatest pitch at `yaw`, radians.
     pub fn pitch_at(&self, yaw: f32) -> [f32; 2] {
         let [least, most] = self.pitch;
         match self.pitch_at_yaw.at(yaw) {
@@ -95,12 +95,12 @@ impl HeadLimits {
         }
     }
 
-    /// Whether the head moves: one without speed is fixed, whatever its limits are.
+    /// Whether the head moves. A head with speed zero is fixed, independently of its limits.
     pub fn moves(&self) -> bool {
         self.max_speed > 0.0
     }
 
-    /// The limits of what a head at these angles reaches: one that does not move stays where it is.
+    /// The limits that the head reaches from `angles`: `angles` themselves if the head is fixed.
     #[must_use]
     pub fn reached_from(&self, angles: HeadAngles) -> HeadLimits {
         if self.moves() {
@@ -110,7 +110,7 @@ impl HeadLimits {
         HeadLimits { yaw: [yaw; 2], pitch: [pitch; 2], pitch_at_yaw: PitchAtYaw::default(), ..*self }
     }
 
-    /// The angles within the limits that are nearest to these.
+    /// `angles` clamped to the limits.
     pub fn nearest(&self, angles: HeadAngles) -> HeadAngles {
         let within = |angle: f32, [least, most]: [f32; 2]| angle.max(least).min(most);
         let yaw = within(angles.yaw, self.yaw);
@@ -118,49 +118,52 @@ impl HeadLimits {
     }
 }
 
-/// A limit of the pitch at a yaw.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect)]
+/// The limits of the pitch at one yaw.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(from = "DegreeTriple", into = "DegreeTriple")]
 pub struct PitchLimit {
-    /// Where the head is turned to, radians.
+    /// Yaw of the head, radians.
     pub yaw: f32,
-    /// Least and greatest pitch there, radians.
+    /// Least and greatest pitch at that yaw, radians.
     pub pitch: [f32; 2],
 }
 
-/// Limits of the pitch where the head is turned to some yaws; between them, they change evenly, and beyond them they stay. In
-/// files a list of `[yaw, least pitch, greatest pitch]`, degrees, from the right to the left.
-#[derive(Clone, Copy, PartialEq, Default, Reflect)]
+impl From<DegreeTriple> for PitchLimit {
+    fn from(DegreeTriple([yaw, least, most]): DegreeTriple) -> Self {
+        Self { yaw, pitch: [least, most] }
+    }
+}
+
+impl From<PitchLimit> for DegreeTriple {
+    fn from(PitchLimit { yaw, pitch: [least, most] }: PitchLimit) -> Self {
+        Self([yaw, least, most])
+    }
+}
+
+/// The limits of the pitch at some yaws, from the right to the left: interpolated linearly between them and constant beyond
+/// the first and the last. In files a list of `[yaw, least pitch, greatest pitch]`, degrees.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deref, Reflect, Serialize, Deserialize)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct PitchAtYaw {
-    limits: [PitchLimit; PitchAtYaw::MOST],
-    count: usize,
+#[serde(try_from = "Vec<PitchLimit>")]
+pub struct PitchAtYaw(ArrayVec<[PitchLimit; PitchAtYaw::MOST]>);
+
+impl TryFrom<Vec<PitchLimit>> for PitchAtYaw {
+    type Error = String;
+
+    fn try_from(limits: Vec<PitchLimit>) -> Result<Self, String> {
+        let too_many = |_| format!("{} yaws; expected at most {}", limits.len(), Self::MOST);
+        ArrayVec::try_from(limits.as_slice()).map(Self).map_err(too_many)
+    }
 }
 
 impl PitchAtYaw {
     /// The most yaws.
     pub const MOST: usize = 16;
 
-    /// These limits, if they are not too many.
-    pub fn new(limits: &[PitchLimit]) -> Option<Self> {
-        let mut table = Self { count: limits.len(), ..Self::default() };
-        table.limits.get_mut(..limits.len())?.copy_from_slice(limits);
-        Some(table)
-    }
-
-    /// The limits, from the right to the left.
-    pub fn as_slice(&self) -> &[PitchLimit] {
-        &self.limits[..self.count]
-    }
-
-    /// Whether the pitch does not depend on the yaw.
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    /// Least and greatest pitch at a yaw, radians; none if it does not depend on it.
+    /// Least and greatest pitch at `yaw`, radians; none if the pitch does not depend on the yaw.
     fn at(&self, yaw: f32) -> Option<[f32; 2]> {
-        let limits = self.as_slice();
+        let limits = self.0.as_slice();
         let above = limits.iter().position(|limit| limit.yaw >= yaw).unwrap_or(limits.len());
         let (first, last) = (limits.first()?, limits.last()?);
         let (Some(right), Some(left)) = (above.checked_sub(1).map(|index| limits[index]), limits.get(above)) else {
@@ -168,35 +171,6 @@ impl PitchAtYaw {
         };
         let share = (yaw - right.yaw) / (left.yaw - right.yaw);
         Some([0, 1].map(|end| right.pitch[end] + share * (left.pitch[end] - right.pitch[end])))
-    }
-}
-
-impl fmt::Debug for PitchAtYaw {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_list().entries(self.as_slice()).finish()
-    }
-}
-
-impl Serialize for PitchAtYaw {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let rows: Vec<file_units::DegreeTriple> = self
-            .as_slice()
-            .iter()
-            .map(|limit| file_units::DegreeTriple([limit.yaw, limit.pitch[0], limit.pitch[1]]))
-            .collect();
-        rows.serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for PitchAtYaw {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let rows = Vec::<file_units::DegreeTriple>::deserialize(deserializer)?;
-        let limits: Vec<PitchLimit> = rows
-            .iter()
-            .map(|&file_units::DegreeTriple([yaw, least, most])| PitchLimit { yaw, pitch: [least, most] })
-            .collect();
-        let too_many = || D::Error::custom(format!("{} yaws; expected at most {}", limits.len(), Self::MOST));
-        Self::new(&limits).ok_or_else(too_many)
     }
 }
 
@@ -217,7 +191,7 @@ fn turn_heads(
     }
 }
 
-/// Where the head is after a cycle of `period` seconds.
+/// The angles of the head after a cycle of `period` seconds.
 pub fn turned(angles: HeadAngles, command: HeadCommand, limits: &HeadLimits, period: f32) -> HeadAngles {
     let most = limits.max_speed * period;
     let towards = |from: f32, to: f32, [least, greatest]: [f32; 2]| {
@@ -227,7 +201,7 @@ pub fn turned(angles: HeadAngles, command: HeadCommand, limits: &HeadLimits, per
     let yaw = towards(angles.yaw, command.yaw, limits.yaw);
     let [least, greatest] = limits.pitch_at(yaw);
     let pitch = towards(angles.pitch, command.pitch, [least, greatest]);
-    // Where the shells meet, a head that turns on is pushed along.
+    // A head that turns further is pushed along where the shells meet.
     let pitch = if limits.pitch_at_yaw.is_empty() { pitch } else { pitch.max(least).min(greatest) };
     HeadAngles { yaw, pitch }
 }

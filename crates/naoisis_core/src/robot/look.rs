@@ -1,4 +1,4 @@
-//! What a robot looks like: its colours, where its number is, and what of it has the colour of its team.
+//! The appearance of a robot: its colours, the places of its number, and its limbs in the team's colour.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -18,25 +18,25 @@ const JOINT: Rgb = [58, 61, 67];
 /// Its eyes.
 const EYE: Rgb = [60, 205, 190];
 
-/// What a robot looks like, but for the measures of its body. The band in the team's colour is where its body has the
+/// The appearance of a robot, without the dimensions of its body. The band in the team's colour is its body's
 /// [waistband](super::body::Waistband).
 ///
 /// In files one of the words `nao`, `light` and `dark`, or an object with the fields that differ from `light`.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect)]
 pub struct Look {
-    /// By what it is drawn.
+    /// Which shape is drawn.
     pub shape: LookShape,
-    /// What it carries at its top.
+    /// What it has on top.
     pub head: Top,
     /// The colour of its shells.
     pub shell: Rgb,
-    /// The colour of what is between them: joints, feet of wheels, the face.
+    /// The colour between the shells: joints, wheels, the face.
     pub joints: Rgb,
     /// The colour of its eyes.
     pub eyes: Rgb,
-    /// Where its number is.
+    /// The places of its number.
     pub number: NumberPlaces,
-    /// How high above the ground the middle of its number is, m; none for as high as the trunk suggests.
+    /// Height of the centre of its number above the ground, m; none: derived from the trunk.
     pub number_z_m: Option<f32>,
     /// The colour of the number.
     pub number_colour: Rgb,
@@ -47,7 +47,7 @@ pub struct Look {
 }
 
 impl Look {
-    /// A robot of its body's measures, with light shells.
+    /// A robot with the dimensions of its body and light shells.
     pub const LIGHT: Look = Look {
         shape: LookShape::Measures,
         head: Top::Head,
@@ -80,17 +80,17 @@ impl Default for Look {
     }
 }
 
-/// By what a robot is drawn.
+/// The shape by which a robot is drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LookShape {
-    /// As the NAO, whatever the measures of the body.
+    /// The NAO, independently of the dimensions of the body.
     Nao,
-    /// By the measures of its body: a trunk, a head, and such legs and arms as it has.
+    /// The dimensions of its body: a trunk, a head, and its legs and arms, if any.
     Measures,
 }
 
-/// What a robot of its measures carries at its top.
+/// What a robot has on top.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -101,7 +101,7 @@ pub enum Top {
     Mast,
 }
 
-/// Where a robot has its number: a list of `chest` and `back` in files.
+/// The places of a robot's number: a list of `chest` and `back` in files.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(from = "Vec<NumberPlace>", into = "Vec<NumberPlace>")]
 pub struct NumberPlaces {
@@ -210,7 +210,7 @@ impl Default for LookFields {
 }
 
 impl Look {
-    /// All its fields as an object, whether or not there is a word for it.
+    /// All fields as an object, even if a word stands for this look.
     pub fn fields(self) -> impl Serialize {
         LookFields::from(self)
     }

@@ -1,4 +1,4 @@
-//! Robots: their bodies, heads, walking and kicks, and the list of those that there are.
+//! Robots: their bodies, heads, walking and kicks, and the roster of all robots.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::geometry::Pose;
 use crate::team::RobotId;
 
-/// Robots that exist, walk, turn their heads and kick. Adds the plugins of the submodules.
+/// Robots with bodies, heads, walking, kicks and falls. Adds the plugins of the submodules.
 pub struct RobotPlugin;
 
 impl Plugin for RobotPlugin {
@@ -40,8 +40,7 @@ impl Plugin for RobotPlugin {
     }
 }
 
-/// Linear and angular velocity over the last cycle, in the pitch frame: what the robot really did, after
-/// limits, error and collisions.
+/// True linear and angular velocity over the last cycle, pitch frame, after limits, error and collisions.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Velocity {
@@ -51,12 +50,12 @@ pub struct Velocity {
     pub angular: f32,
 }
 
-/// Where a robot or the ball was at the start of the cycle under way.
+/// The pose of a robot or the ball at the start of the current cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct PreviousPose(pub Pose);
 
-/// All robots, ordered by [`RobotId`]: whatever depends on an order goes through the robots in this one.
+/// All robots, ordered by [`RobotId`]. Systems whose result depends on an order iterate in this one.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default, Reflect)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct Roster(Vec<(RobotId, Entity)>);

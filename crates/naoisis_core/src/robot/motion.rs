@@ -1,4 +1,4 @@
-//! Walking: what a behaviour commands, and what the robot's limits and errors make of it.
+//! Walking: execution of walk commands with the robot's limits and errors.
 //!
 //! The paper's motion engine (section 3.2, equation 1) accepts a desired displacement (dx, dy, dθ) in the robot's
 //! current frame, for the coming cycle. What exceeds the robot's maximum linear or angular velocity is scaled down;
@@ -23,7 +23,7 @@ use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::team::RobotId;
 
-/// Takes over walk commands in [`ActSystems::Walk`] and walks in [`CycleSystems::Move`].
+/// Executes walk commands in [`ActSystems::Walk`] and moves the robots in [`CycleSystems::Move`].
 pub struct MotionPlugin;
 
 impl Plugin for MotionPlugin {
@@ -38,15 +38,14 @@ impl Plugin for MotionPlugin {
     }
 }
 
-/// The displacement that the robot's legs made in the last cycle, m and radians, in the robot frame before the turn:
-/// the command after limits and error. The ground may have slipped ([`GroundStep`]), or a collision may have kept the robot from
-/// going all of it.
+/// The displacement of the robot's legs in the last cycle, m and radians, in the robot frame before the turn: the command after
+/// limits and error. Slip ([`GroundStep`]) or a collision may have shortened it.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[require(GaitState, GroundStep)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct ExecutedStep(pub WalkCommand);
 
-/// What decides how a robot walks.
+/// A robot that can walk.
 #[derive(QueryData)]
 #[query_data(mutable)]
 struct WalkingRobot {
@@ -62,7 +61,7 @@ struct WalkingRobot {
     streams: &'static mut RandomStreams,
 }
 
-/// Refuses what is no number, scales and perturbs the rest.
+/// Refuses commands with numbers that are not finite or too large; applies limits and error to the others.
 fn take_walk_commands(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
@@ -73,7 +72,7 @@ fn take_walk_commands(
 ) {
     let may_walk = match game.state {
         GameState::Ready | GameState::Playing => true,
-        // It is for the rules to forbid it.
+        // Walking in these states is possible where the rules penalise it.
         GameState::Standby | GameState::Set => rules.motion_in_set_s.is_some() && game.shoot_out.is_none(),
         GameState::Initial | GameState::Finished => false,
     };
@@ -110,9 +109,9 @@ fn walk(mut robots: Query<(&GroundStep, &mut Pose)>) {
     }
 }
 
-/// What the robot really does in a cycle of `period` seconds when it is told `command`: the translation is scaled as
-/// a vector to the linear limit, so that its direction is kept, the turn on its own; then the error is added. A null
-/// command is carried out exactly.
+/// The displacement that the robot executes in a cycle of `period` seconds with `command`: the translation is scaled as a vector
+/// to the linear limit, which keeps its direction, the turn separately; then the error is added. A zero command is executed
+/// exactly.
 pub fn executed_step(
     command: WalkCommand,
     limits: &MotionLimits,

@@ -1,4 +1,4 @@
-//! How robots walk: the settings.
+//! Settings of the walk.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 
-/// Standard deviations of the error that is added to every command that is not null.
+/// Standard deviations of the error that is added to every non-zero command.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionError {
@@ -19,7 +19,7 @@ pub struct MotionError {
     pub dtheta: f32,
 }
 
-/// How fast a robot walks and turns, and how exactly.
+/// Limits and errors of the walk.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
@@ -29,10 +29,10 @@ pub struct MotionLimits {
     /// Greatest turning speed, rad/s (degrees per second in files). Default 90 degrees per second.
     #[serde(rename = "max_angular_degps", with = "file_units::degrees")]
     pub max_angular: f32,
-    /// The spread of the error of each command. None by default.
+    /// Standard deviation of the error of each command. Zero by default.
     pub error_sd: MotionError,
-    /// Walks step by step; without, commands are followed at once, as in the paper. In place of the error above, its slip is what
-    /// errs.
+    /// The gait of a robot that walks step by step, with errors from its slip instead of `error_sd`. None: commands are executed
+    /// at once, as in the paper.
     pub gait: Option<Gait>,
 }
 
@@ -47,27 +47,27 @@ impl Default for MotionLimits {
     }
 }
 
-/// How a robot walks step by step. By default as a NAO V6 of 2025 on ground that does not slip.
+/// A gait in steps. The default is a NAO V6 of 2025 on ground without slip.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gait {
-    /// Duration of a step, s: as long it keeps its velocity.
+    /// Duration of a step, during which the velocity is constant, s.
     pub step_s: f32,
     /// Greatest speed backwards, m/s; forwards it is [`MotionLimits::max_linear_mps`].
     pub backward_mps: f32,
     /// Greatest speed to either side, m/s.
     pub sideways_mps: f32,
-    /// By how much the speed changes from step to step, m/s².
+    /// Greatest change of the speed from step to step, m/s².
     pub acceleration_mps2: f32,
-    /// By how much the turn changes from step to step, rad/s² (degrees/s² in files).
+    /// Greatest change of the turning speed from step to step, rad/s² (degrees/s² in files).
     #[serde(rename = "angular_acceleration_degps2", with = "file_units::degrees")]
     pub angular_acceleration: f32,
-    /// More slowly it does not get ahead, m/s.
+    /// Lowest speed that the gait can walk, m/s. Slower commands become zero.
     pub least_mps: f32,
-    /// More slowly it does not turn, rad/s (degrees per second in files).
+    /// Lowest turning speed of the gait, rad/s (degrees per second in files). Slower commands become zero.
     #[serde(rename = "least_degps", with = "file_units::degrees")]
     pub least_angular: f32,
-    /// What the ground makes of the steps.
+    /// Slip of the feet.
     pub slip: Slip,
 }
 
@@ -86,19 +86,19 @@ impl Default for Gait {
     }
 }
 
-/// How the ground differs from one that holds. By default not at all.
+/// Slip of the feet on the ground. By default none.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Slip {
-    /// The way that a robot gets on average, as a share of that of its legs.
+    /// Mean displacement after slip, as a share of that of the legs.
     pub scale: f32,
     /// Standard deviation of that share from robot to robot and match to match.
     pub scale_sd: f32,
-    /// Standard deviation, from robot to robot and match to match, of the heading's drift on a straight way, rad/m (degrees
-    /// a metre in files).
+    /// Standard deviation, from robot to robot and match to match, of the heading drift in straight walking, rad/m (degrees per
+    /// metre in files).
     #[serde(rename = "drift_sd_degpm", with = "file_units::degrees")]
     pub drift_sd: f32,
-    /// What is random in each step.
+    /// Noise of each step.
     pub error: StepNoise,
 }
 
@@ -108,17 +108,18 @@ impl Default for Slip {
     }
 }
 
-/// Random errors of steps, of a variance that grows with the way walked and with the angle turned, so that they depend neither on
-/// the length of a step nor on the duration of a cycle. None by default.
+/// Noise of steps. Its variance is proportional to the distance walked and the angle turned, so that it depends neither on the
+/// length of a step nor on the duration of a cycle. None by default.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StepNoise {
-    /// Standard deviation of the place after 1 m of way, along it and across it, m. Grows with the way's root.
+    /// Standard deviation of the position after 1 m, along and across the path, m. Grows with the square root of the distance.
     pub translation_sd_m: f32,
-    /// Standard deviation of the heading after 1 m of way, radians (degrees in files). Grows with the way's root.
+    /// Standard deviation of the heading after 1 m, radians (degrees in files). Grows with the square root of the distance.
     #[serde(rename = "heading_per_metre_sd_deg", with = "file_units::degrees")]
     pub heading_per_metre_sd: f32,
-    /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the angle's root.
+    /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the square root of the
+    /// angle.
     #[serde(rename = "rotation_sd_deg", with = "file_units::degrees")]
     pub rotation_sd: f32,
 }

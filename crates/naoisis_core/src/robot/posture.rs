@@ -1,4 +1,4 @@
-//! How a robot's body is: upright, fallen, getting up, diving. What makes it so: [`falls`](super::falls).
+//! The posture of a robot: upright, fallen, getting up, diving. See [`falls`](super::falls) for what changes it.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -9,52 +9,52 @@ use crate::geometry::Pose;
 use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 
-/// What a robot does with its whole body, rather than with its legs.
+/// A motion of the whole body.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PostureRequest {
-    /// Gets up from a fall or dive.
+    /// Getting up from a fall or dive.
     GetUp,
-    /// Dives to a side; the robot lies afterwards.
+    /// A dive to a side; the robot lies afterwards.
     Dive(Side),
 }
 
-/// The request of this cycle, if any. None again after every cycle.
+/// The request of this cycle, if any. Reset to none after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct PostureCommand(pub Option<PostureRequest>);
 
-/// How a robot's body is.
+/// The posture of a robot.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub enum Posture {
     /// On its feet.
     #[default]
     Upright,
-    /// Lies.
+    /// Lying on the ground.
     Fallen {
         /// Cycles since it fell.
         cycles: u64,
     },
-    /// Gets up.
+    /// Getting up.
     GettingUp {
         /// Cycles since it fell.
         cycles: u64,
         /// Cycles until it stands.
         cycles_left: u64,
     },
-    /// Dives.
+    /// Diving.
     Diving {
-        /// To which side.
+        /// The side.
         side: Side,
         /// Cycles until it lies.
         cycles_left: u64,
-        /// Whether its body keeps the ball off: not if the ball was under it already.
+        /// Whether the body blocks the ball. It does not if the ball was under it at the start of the dive.
         blocks: bool,
     },
 }
 
-/// Rear and front of the strip that a dive blocks, robot frame, m: as thick as a body that lies.
+/// Rear and front of the strip that a dive blocks, robot frame, m: as thick as a lying body.
 fn strip_x_m(body: &Body) -> [f32; 2] {
     [-body.lying_height_m / 3.0, body.lying_height_m * 2.0 / 3.0]
 }
@@ -65,7 +65,7 @@ impl Posture {
         self == Posture::Upright
     }
 
-    /// Cycles since it fell, if it lies or gets up.
+    /// Cycles since the fall, if the robot lies or gets up.
     pub fn cycles_down(self) -> Option<u64> {
         match self {
             Posture::Fallen { cycles } | Posture::GettingUp { cycles, .. } => Some(cycles),
@@ -73,7 +73,7 @@ impl Posture {
         }
     }
 
-    /// The strip that a dive blocks against the ball: the pose of its middle in the robot frame, and its box.
+    /// The strip in which a dive blocks the ball: the pose of its centre in the robot frame, and its box. None in other postures.
     pub fn strip(self, body: &Body, reach_m: f32) -> Option<(Pose, BodyBox)> {
         match self {
             Posture::Diving { side, blocks: true, .. } => Some(dive_strip(side, body, reach_m)),
@@ -81,7 +81,7 @@ impl Posture {
         }
     }
 
-    /// A cycle later. `request` is what the robot is told, if it may act.
+    /// The posture one cycle later. `request` is the command to the robot, none if it may not act.
     pub fn advance(self, request: Option<PostureRequest>, get_up_cycles: u64, dive_cycles: u64) -> Posture {
         match (self, request) {
             (Posture::Upright, Some(PostureRequest::Dive(side))) => {
@@ -104,8 +104,8 @@ impl Posture {
     }
 }
 
-/// The strip that a dive to `side` covers: the pose of its middle in the robot frame, and its box.
-/// It begins where the base ends.
+/// The strip that a dive to `side` covers: the pose of its centre in the robot frame, and its box. It begins at the edge of the
+/// base.
 pub(super) fn dive_strip(side: Side, body: &Body, reach_m: f32) -> (Pose, BodyBox) {
     let sign = match side {
         Side::Left => 1.0,
@@ -116,7 +116,7 @@ pub(super) fn dive_strip(side: Side, body: &Body, reach_m: f32) -> (Pose, BodyBo
 }
 
 impl Body {
-    /// The room that this body takes in a posture: as it is on its feet, and low where it lies.
+    /// This body in a posture: low if the robot lies or dives, else unchanged.
     #[must_use]
     pub fn in_posture(self, posture: Posture) -> Body {
         if !matches!(posture, Posture::Fallen { .. } | Posture::Diving { .. }) {

@@ -1,4 +1,4 @@
-//! The walk that a behaviour wants, and what came of it.
+//! The walk command of a behaviour.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 
-/// The displacement wanted in this cycle. Null again after every cycle.
+/// The commanded displacement for this cycle. Reset to zero after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct WalkCommand {
@@ -24,8 +24,8 @@ impl WalkCommand {
         Self { dx, dy, dtheta }
     }
 
-    /// The displacement of one cycle at these velocities: forward and to the left, m/s, and counter-clockwise, rad/s. The same
-    /// walk however long the cycles are.
+    /// The displacement of one cycle at these velocities, forward and to the left, m/s, and counter-clockwise, rad/s, which does
+    /// not depend on the duration of a cycle.
     ///
     /// ```
     /// use bevy::prelude::*;
@@ -46,7 +46,7 @@ impl WalkCommand {
         Self::new(forward_mps * period, left_mps * period, turn_radps * period)
     }
 
-    /// Whether it asks for no motion at all.
+    /// Whether all displacements are zero.
     pub fn is_null(self) -> bool {
         self == WalkCommand::default()
     }

@@ -49,7 +49,7 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
     for &kick_type in &types {
         let of_type: Vec<Kick> = full.iter().copied().filter(|kick| kick.kick_type == kick_type).collect();
         let path = match kick_type {
-            KickType::Own(name) => format!("kicks.own.{name}.max_distance_m"),
+            KickType::Custom(name) => format!("kicks.own.{name}.max_distance_m"),
             _ => format!("kicks.{kick_type}.max_distance_m"),
         };
         let reach = |kicks: &[Kick]| {

@@ -191,7 +191,7 @@ pub fn caption(canvas: &mut Canvas, letter: &str, words: &str, at: Vec2) {
     canvas.words(words, at + Vec2::X * (width + 8.0), 21.0, Anchor::Left, INK);
 }
 
-/// Ink of what is said beside.
+/// DrawColour of what is said beside.
 const REMARK: Colour = Colour([88, 92, 98]);
 
 /// A second line of a caption.

@@ -73,7 +73,7 @@ fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
     ];
     // Those of its own show what no other robot has: as many of them as have room.
     let own = settings.own.iter().filter_map(|(name, _)| {
-        let kick = KickType::Own(*name);
+        let kick = KickType::Custom(*name);
         let words = format!("Kick {}", kick.words());
         let ahead = shown(kick, &words, &best)?;
         let most = ahead.geometry.aims_within();

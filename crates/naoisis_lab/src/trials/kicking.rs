@@ -90,7 +90,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let Some(straight) = of_type(main)? else { return Ok(Vec::new()) };
     let mut own = Vec::new();
     for (name, model) in real.kicks.own.iter() {
-        if let Some(kicks) = of_type(KickType::Own(*name))? {
+        if let Some(kicks) = of_type(KickType::Custom(*name))? {
             own.push((*name, mean_of(&kicks.distances), model.max_distance_m));
         }
     }
@@ -127,11 +127,11 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         let path = "kicks.extension_s";
         quantity("command to a side kick's foot at the front", "s", mean_of(&extended.departures), real_s, path)
     });
-    let own = own.into_iter().filter(|(name, ..)| main != KickType::Own(*name)).map(|(name, measured, real)| {
+    let own = own.into_iter().filter(|(name, ..)| main != KickType::Custom(*name)).map(|(name, measured, real)| {
         quantity(&format!("kick {name}"), "m", measured, real, &format!("kicks.own.{name}"))
     });
     let (name, path) = match main {
-        KickType::Own(name) => (format!("kick {name}"), format!("kicks.own.{name}")),
+        KickType::Custom(name) => (format!("kick {name}"), format!("kicks.own.{name}")),
         KickType::LeftStraight | KickType::RightStraight => ("straight kick".to_owned(), format!("kicks.{main}")),
         KickType::LeftSide | KickType::RightSide => ("side kick".to_owned(), format!("kicks.{main}")),
     };

@@ -16,8 +16,6 @@ use naoisis_sim::scenario::Scenario;
 const CARRIED_M: f32 = 0.2;
 /// Cells of a heat map along the pitch.
 pub const CELLS_ALONG: usize = 28;
-/// The jersey number of the keeper.
-const KEEPER: u8 = 1;
 
 /// What a team did.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -230,7 +228,7 @@ impl MatchSummary {
             self.robots.entry(kick.robot).or_default().shots += 1;
             if let KickEnd::Touched(robot) = end
                 && robot.team != team
-                && robot.number == KEEPER
+                && robot.is_goalkeeper()
             {
                 self.numbers[robot.team].saves += 1;
             }

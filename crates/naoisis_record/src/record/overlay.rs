@@ -9,7 +9,7 @@ use core::str::FromStr;
 
 use super::canvas::{Anchor, Canvas, PAPER, ellipse};
 use super::marks::{arc, bright_arrow, bright_line, bright_words, confidence_ellipse, sector};
-use naoisis_core::behaviour::drawings::{Drawing, Drawings, DrawnShape, Frame, Ink};
+use naoisis_core::behaviour::drawings::{DrawColour, Drawing, Drawings, DrawnShape, Frame};
 use naoisis_core::game::{Game, Penalty};
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::{End, GoalColour};
@@ -145,15 +145,15 @@ fn draw_senses(world: &World, robot: Entity, pose: Pose, brush: &mut Brush) {
     if let Some((settings, head)) = looks.filter(|_| is_upright) {
         for (_, camera) in settings.views(*head).named().filter(|(name, _)| settings.which.includes(*name)) {
             let seen = camera.seen_ground(FURTHEST_M).into_iter().map(|corner| pose.transform_point(corner)).collect();
-            brush.area(seen, colour(Ink::Yellow), 0.08);
+            brush.area(seen, colour(DrawColour::Yellow), 0.08);
         }
     }
     if let Some((settings, reading)) = world.get::<SonarSettings>(robot).zip(world.get::<SonarReading>(robot)) {
         for (heading, distance) in [(settings.heading, reading.left), (-settings.heading, reading.right)] {
             let Some(distance) = distance else { continue };
             let heard = sector(pose, heading, settings.half_angle, [settings.min_m.min(distance), distance]);
-            brush.area(heard, colour(Ink::Sky), 0.1);
-            brush.path(arc(pose, heading, settings.half_angle, distance), colour(Ink::Vermilion));
+            brush.area(heard, colour(DrawColour::Sky), 0.1);
+            brush.path(arc(pose, heading, settings.half_angle, distance), colour(DrawColour::Vermilion));
         }
     }
     if let Some(percepts) = world.get::<Percepts>(robot) {
@@ -167,16 +167,16 @@ fn draw_percepts(pose: Pose, percepts: &Percepts, brush: &mut Brush) {
         let at = on_pitch(landmark.position_m);
         match landmark.kind {
             LandmarkKind::Line { end_position_m, .. } => {
-                brush.path(vec![at, on_pitch(end_position_m)], colour(Ink::White));
+                brush.path(vec![at, on_pitch(end_position_m)], colour(DrawColour::White));
             }
-            _ => brush.cross(at, 0.08, colour(Ink::White)),
+            _ => brush.cross(at, 0.08, colour(DrawColour::White)),
         }
     }
     for post in &percepts.goal_posts {
         let ink = match post.colour {
-            GoalColour::Yellow => Ink::Yellow,
-            GoalColour::Blue => Ink::Sky,
-            GoalColour::White => Ink::White,
+            GoalColour::Yellow => DrawColour::Yellow,
+            GoalColour::Blue => DrawColour::Sky,
+            GoalColour::White => DrawColour::White,
         };
         brush.circle(on_pitch(post.position_m), 0.1, colour(ink));
     }
@@ -184,7 +184,7 @@ fn draw_percepts(pose: Pose, percepts: &Percepts, brush: &mut Brush) {
         brush.circle(on_pitch(robot.position_m), ROBOT_RADIUS_M, colour(robot_ink(robot.team)));
     }
     if let Some(ball) = &percepts.ball {
-        brush.circle(on_pitch(ball.position_m), BALL_RADIUS_M, colour(Ink::Orange));
+        brush.circle(on_pitch(ball.position_m), BALL_RADIUS_M, colour(DrawColour::Orange));
     }
 }
 
@@ -192,9 +192,9 @@ fn draw_belief(id: RobotId, truth: Pose, belief: &Belief, own_end: End, brush: &
     let on_pitch = |place: Vec2| point_pitch_from_team(place, own_end);
     let own = belief.pose_in_pitch(own_end);
     let [xx, xy, yy, ..] = belief.pose_covariance;
-    brush.path(vec![own.position, truth.position], colour(Ink::White));
-    brush.outline(confidence_ellipse(own.position, [xx, xy, yy]), colour(Ink::Purple));
-    brush.arrow(own.position, own.transform_point(Vec2::X * 0.3), colour(Ink::Purple));
+    brush.path(vec![own.position, truth.position], colour(DrawColour::White));
+    brush.outline(confidence_ellipse(own.position, [xx, xy, yy]), colour(DrawColour::Purple));
+    brush.arrow(own.position, own.transform_point(Vec2::X * 0.3), colour(DrawColour::Purple));
     for (robots, team) in [(&belief.opponents, id.team.opponent()), (&belief.team_mates, id.team)] {
         for RobotBelief { position_m, covariance, .. } in robots {
             brush.cross(on_pitch(*position_m), 0.1, colour(robot_ink(team)));
@@ -203,11 +203,11 @@ fn draw_belief(id: RobotId, truth: Pose, belief: &Belief, own_end: End, brush: &
     }
     if let Some(ball) = &belief.ball {
         let at = on_pitch(ball.position_m);
-        brush.path(vec![own.position, at], colour(Ink::Orange));
-        brush.circle(at, BALL_RADIUS_M, colour(Ink::Orange));
-        brush.outline(confidence_ellipse(at, ball.position_covariance), colour(Ink::Orange));
+        brush.path(vec![own.position, at], colour(DrawColour::Orange));
+        brush.circle(at, BALL_RADIUS_M, colour(DrawColour::Orange));
+        brush.outline(confidence_ellipse(at, ball.position_covariance), colour(DrawColour::Orange));
         if ball.velocity_mps.length() > 0.05 {
-            brush.arrow(at, on_pitch(ball.position_m + ROLLS_FOR_S * ball.velocity_mps), colour(Ink::Orange));
+            brush.arrow(at, on_pitch(ball.position_m + ROLLS_FOR_S * ball.velocity_mps), colour(DrawColour::Orange));
         }
     }
 }
@@ -232,14 +232,14 @@ fn draw_drawing(robot: Pose, drawing: &Drawing, own_end: End, brush: &mut Brush)
 }
 
 /// The colour in which another robot of a team is drawn.
-fn robot_ink(team: Team) -> Ink {
+fn robot_ink(team: Team) -> DrawColour {
     match team {
-        Team::Blue => Ink::Sky,
-        Team::Pink => Ink::Vermilion,
+        Team::Blue => DrawColour::Sky,
+        Team::Pink => DrawColour::Vermilion,
     }
 }
 
-const fn colour(ink: Ink) -> Colour {
+const fn colour(ink: DrawColour) -> Colour {
     Colour(ink.rgb())
 }
 

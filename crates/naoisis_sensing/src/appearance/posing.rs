@@ -169,7 +169,7 @@ pub fn kick_pose(kick_type: KickType, age_s: f32, swing_s: f32) -> (Vec2, f32) {
     let struck = smooth((age_s + STRIKING_S) / STRIKING_S);
     let left = if age_s < 0.0 { 1.0 } else { smooth(1.0 - age_s / KICK_S) };
     let aside = match kick_type {
-        KickType::LeftStraight | KickType::RightStraight | KickType::Own(_) => {
+        KickType::LeftStraight | KickType::RightStraight | KickType::Custom(_) => {
             return ((begun * DRAWN_BACK_M).lerp(Vec2::new(0.11, 0.035), struck) * left, 0.0);
         }
         // The foot swings inwards.

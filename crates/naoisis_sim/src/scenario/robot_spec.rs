@@ -11,7 +11,7 @@ use naoisis_core::communication::MessageLimits;
 use naoisis_core::geometry::{Pose, file_units};
 use naoisis_core::named_values::NamedValues;
 use naoisis_core::robot::body::Body;
-use naoisis_core::robot::falls::Balance;
+use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
 use naoisis_core::robot::motion::MotionLimits;
@@ -51,7 +51,7 @@ pub struct RobotSpec {
     pub kicks: Option<KickSettings>,
     /// Its own sense of balance.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub falls: Option<Balance>,
+    pub falls: Option<FallModel>,
     /// Its own cameras.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cameras: Option<CameraSettings>,

@@ -10,7 +10,7 @@ use super::robot_spec::RobotSpec;
 use naoisis_core::communication::MessageLimits;
 use naoisis_core::named_values::NamedValues;
 use naoisis_core::robot::body::Body;
-use naoisis_core::robot::falls::Balance;
+use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
 use naoisis_core::robot::motion::MotionLimits;
@@ -113,7 +113,7 @@ entry_fields! {
     #[serde(skip_serializing_if = "Option::is_none")]
     kicks as "kicks": Option<KickSettings>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    falls as "falls": Option<Balance>,
+    falls as "falls": Option<FallModel>,
     #[serde(skip_serializing_if = "Option::is_none")]
     cameras as "cameras": Option<CameraSettings>,
     #[serde(skip_serializing_if = "Option::is_none")]

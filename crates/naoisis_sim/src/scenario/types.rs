@@ -15,7 +15,7 @@ use naoisis_core::knowledge::Knowledge;
 use naoisis_core::named_values::NamedValues;
 use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::body::Body;
-use naoisis_core::robot::falls::Balance;
+use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
 use naoisis_core::robot::motion::MotionLimits;
@@ -68,7 +68,7 @@ pub struct Scenario {
     /// How robots kick.
     pub kicks: KickSettings,
     /// How well robots keep their balance.
-    pub falls: Balance,
+    pub falls: FallModel,
     /// How robots turn their heads, unless they say otherwise.
     pub head: HeadLimits,
     /// How true the sensors are, in a word, unless a robot says otherwise.
@@ -124,7 +124,7 @@ impl Default for Scenario {
             body: Body::default(),
             motion: MotionLimits::default(),
             kicks: KickSettings::default(),
-            falls: Balance::default(),
+            falls: FallModel::default(),
             head: HeadLimits::default(),
             fidelity: Fidelities::default(),
             sonar: SonarSettings::default(),

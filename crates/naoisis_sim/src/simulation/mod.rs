@@ -65,7 +65,7 @@ impl PluginGroup for NaoisisPlugins {
             .add(CyclePlugin::default())
             .add(EventsPlugin)
             .add(MatchPlugin)
-            .add(rules::OwnRulesPlugin)
+            .add(rules::CustomRulesPlugin)
             .add(PitchPlugin)
             .add(RobotPlugin)
             .add(BallPlugin)

@@ -1,6 +1,6 @@
 //! Rules of a program's own: judged by the referee, with settings in scenario files.
 //!
-//! A rule is one type with its settings; [`OwnRule`] says when a robot breaks it, and by what evidence.
+//! A rule is one type with its settings; [`CustomRule`] says when a robot breaks it, and by what evidence.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -22,7 +22,7 @@
 //!     }
 //! }
 //!
-//! impl OwnRule for Loitering {
+//! impl CustomRule for Loitering {
 //!     fn advance(&self, cycles: u64, _seen: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
 //!         if robot.pose.position.x.abs() < 0.2 { cycles + 1 } else { 0 }
 //!     }
@@ -60,12 +60,12 @@ use std::collections::BTreeMap;
 use crate::scenario::{FieldPath, Scenario, ScenarioFault, read_settings, unknown_name};
 use naoisis_core::cycle::{BeginCycle, Cycle, CycleSystems};
 use naoisis_core::game::{Intervention, PenaltyReason, RuleName, Rules};
-use naoisis_core::referee::own_rules::{MOST_OWN_RULES, OwnRule, OwnRules};
+use naoisis_core::referee::custom_rules::{CustomRule, CustomRules, MOST_CUSTOM_RULES};
 
 /// Puts rules of the program's own into force, as the rules of the match say.
-pub struct OwnRulesPlugin;
+pub struct CustomRulesPlugin;
 
-impl Plugin for OwnRulesPlugin {
+impl Plugin for CustomRulesPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<RuleRegistry>().add_systems(
             Cycle,
@@ -85,7 +85,7 @@ pub enum RuleError {
     #[error("the rule `{0}` is refused: another rule has this name; give it a name of its own")]
     NameTaken(RuleName),
     /// There are too many.
-    #[error("the rule `{0}` is refused: a program can have {MOST_OWN_RULES} rules of its own")]
+    #[error("the rule `{0}` is refused: a program can have {MOST_CUSTOM_RULES} rules of its own")]
     TooMany(RuleName),
 }
 
@@ -95,13 +95,16 @@ pub trait RuleApp {
     ///
     /// # Errors
     /// [`RuleError`] when its name is none, or another rule's, or when there are too many.
-    fn try_add_rule<Rule: OwnRule + Default + DeserializeOwned>(&mut self, name: &str) -> Result<&mut Self, RuleError>;
+    fn try_add_rule<Rule: CustomRule + Default + DeserializeOwned>(
+        &mut self,
+        name: &str,
+    ) -> Result<&mut Self, RuleError>;
 
     /// As [`RuleApp::try_add_rule`], for a rule that is known to be right.
     ///
     /// # Panics
     /// When it is not.
-    fn add_rule<Rule: OwnRule + Default + DeserializeOwned>(&mut self, name: &str) -> &mut Self {
+    fn add_rule<Rule: CustomRule + Default + DeserializeOwned>(&mut self, name: &str) -> &mut Self {
         match self.try_add_rule::<Rule>(name) {
             Ok(app) => app,
             Err(error) => panic!("{error}"),
@@ -110,15 +113,18 @@ pub trait RuleApp {
 }
 
 impl RuleApp for App {
-    fn try_add_rule<Rule: OwnRule + Default + DeserializeOwned>(&mut self, name: &str) -> Result<&mut Self, RuleError> {
-        let name = RuleName::new(name).ok_or_else(|| RuleError::NotAName(name.to_owned()))?;
+    fn try_add_rule<Rule: CustomRule + Default + DeserializeOwned>(
+        &mut self,
+        name: &str,
+    ) -> Result<&mut Self, RuleError> {
+        let name = name.parse::<RuleName>().map_err(|_| RuleError::NotAName(name.to_owned()))?;
         let mut registry = self.world_mut().get_resource_or_init::<RuleRegistry>();
-        let is_built_in = PenaltyReason::BUILT_IN.iter().any(|reason| reason.name() == name.as_str());
+        let is_built_in = PenaltyReason::built_in_names().any(|built_in| built_in == name.as_str());
         if is_built_in || registry.rules.contains_key(&name) {
             return Err(RuleError::NameTaken(name));
         }
         let place = registry.rules.len();
-        if place >= MOST_OWN_RULES {
+        if place >= MOST_CUSTOM_RULES {
             return Err(RuleError::TooMany(name));
         }
         let settings = Box::new(SettingsOf::<Rule>(PhantomData));
@@ -141,13 +147,13 @@ struct RegisteredRule {
 
 /// How a rule is made of its settings.
 trait ReadRule: Send + Sync {
-    fn read(&self, settings: &Value, path: &FieldPath) -> Result<Box<dyn OwnRule>, ScenarioFault>;
+    fn read(&self, settings: &Value, path: &FieldPath) -> Result<Box<dyn CustomRule>, ScenarioFault>;
 }
 
 struct SettingsOf<Rule>(PhantomData<fn() -> Rule>);
 
-impl<Rule: OwnRule + DeserializeOwned> ReadRule for SettingsOf<Rule> {
-    fn read(&self, settings: &Value, path: &FieldPath) -> Result<Box<dyn OwnRule>, ScenarioFault> {
+impl<Rule: CustomRule + DeserializeOwned> ReadRule for SettingsOf<Rule> {
+    fn read(&self, settings: &Value, path: &FieldPath) -> Result<Box<dyn CustomRule>, ScenarioFault> {
         Ok(Box::new(read_settings::<Rule>(settings, path)?))
     }
 }
@@ -159,7 +165,7 @@ impl RuleRegistry {
     }
 
     fn get(&self, name: &str) -> Option<(RuleName, &RegisteredRule)> {
-        let name = RuleName::new(name)?;
+        let name: RuleName = name.parse().ok()?;
         Some((name, self.rules.get(&name)?))
     }
 
@@ -177,20 +183,20 @@ impl RuleRegistry {
         });
         let mut faults: Vec<ScenarioFault> = of_settings.collect();
         for (index, timed) in scenario.interventions.iter().enumerate() {
-            if let Intervention::Penalise { reason: PenaltyReason::Own(name), .. } = timed.intervention
+            if let Intervention::Penalise { reason: PenaltyReason::Custom(name), .. } = timed.intervention
                 && !self.rules.contains_key(&name)
             {
                 let path = FieldPath::from("interventions").index(index).field("do.penalise.reason");
-                let built_in = PenaltyReason::BUILT_IN.iter().map(PenaltyReason::name);
-                faults.push(unknown_name(&path, "penalty", name.as_str(), built_in.chain(self.names())));
+                let known = PenaltyReason::built_in_names().chain(self.names());
+                faults.push(unknown_name(&path, "penalty", name.as_str(), known));
             }
         }
         faults
     }
 }
 
-fn put_in_force(rules: Res<Rules>, registry: Res<RuleRegistry>, mut own: ResMut<OwnRules>) {
-    *own = OwnRules::default();
+fn put_in_force(rules: Res<Rules>, registry: Res<RuleRegistry>, mut own: ResMut<CustomRules>) {
+    *own = CustomRules::default();
     for (name, settings) in rules.own.0.iter().filter(|(_, settings)| !settings.is_null()) {
         let Some((name, rule)) = registry.get(name) else { continue };
         // What is wrong was found before the match started.

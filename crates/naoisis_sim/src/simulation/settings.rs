@@ -9,7 +9,7 @@ use naoisis_core::ball::BallPhysics;
 use naoisis_core::communication::MessageLimits;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
-use naoisis_core::robot::falls::Balance;
+use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
 use naoisis_core::robot::motion::MotionLimits;
@@ -61,7 +61,7 @@ pub(super) struct RobotSettings {
     pub motion: MotionLimits,
     pub head: HeadLimits,
     pub kicks: KickSettings,
-    pub balance: Balance,
+    pub balance: FallModel,
     pub sonar: SonarSettings,
     pub cameras: CameraSettings,
     pub vision: VisionSettings,

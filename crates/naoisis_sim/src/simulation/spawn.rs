@@ -13,7 +13,7 @@ use naoisis_core::behaviour::script::Script;
 use naoisis_core::behaviour::{BehaviourRegistry, Program, REMOTE};
 use naoisis_core::collision::Contacts;
 use naoisis_core::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
-use naoisis_core::cycle::{CycleClock, CyclePart};
+use naoisis_core::cycle::{CycleClock, PendingHalf};
 use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::game::Game;
 use naoisis_core::geometry::{Pose, wrap_angle};
@@ -65,7 +65,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(MessagesInFlight::default());
     world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
-    world.insert_resource(CyclePart::default());
+    world.insert_resource(PendingHalf::default());
     referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
     world.insert_resource(CycleEvents::default());
     world.resource_mut::<Messages<MatchEvent>>().clear();

@@ -39,7 +39,7 @@ pub use looking::{Head, look_at, search};
 pub use player::{Decision, Player, PlayerMemory};
 
 use naoisis_core::behaviour::BehaviourApp;
-use naoisis_core::behaviour::drawings::{Drawings, Frame, Ink};
+use naoisis_core::behaviour::drawings::{DrawColour, Drawings, Frame};
 use naoisis_core::behaviour::reasons::Reasons;
 use naoisis_core::communication::{Inbox, Outbox, TeamMessage};
 use naoisis_core::cycle::CycleClock;
@@ -285,12 +285,12 @@ fn draw(drawings: &mut Drawings, player: &Player, memory: &PlayerMemory, decisio
     /// Length of the line from the ball, m.
     const AIM_M: f32 = 1.0;
     if let Some(target) = decision.target {
-        drawings.target(Frame::Team, target, decision.intention, Ink::White);
+        drawings.target(Frame::Team, target, decision.intention, DrawColour::White);
     }
     if let (Some(ball), Some(aim), "attack" | "kick") = (player.ball(), memory.aim, decision.intention) {
-        drawings.line(Frame::Team, ball.position_m, ball.position_m + AIM_M * aim, Ink::Yellow);
+        drawings.line(Frame::Team, ball.position_m, ball.position_m + AIM_M * aim, DrawColour::Yellow);
         if let Some(kick) = memory.kick {
-            drawings.text(Frame::Team, ball.position_m + AIM_M * aim, kick.words(), Ink::Yellow);
+            drawings.text(Frame::Team, ball.position_m + AIM_M * aim, kick.words(), DrawColour::Yellow);
         }
     }
 }

@@ -13,8 +13,6 @@ use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::robot::posture::PostureRequest;
 use naoisis_sensing::sensing::status::BodyStatus;
 
-/// The jersey number of the one who may be in the own penalty area.
-const KEEPER: u8 = 1;
 /// How much further than it must a player keeps away from the opponents' free kick, m: what it thinks of its own place
 /// and of the ball's is not exact.
 const DISTANCE_MARGIN_M: f32 = 0.35;
@@ -150,7 +148,7 @@ fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
 
 /// Whether the player may not be at a place, team frame: in its own penalty area, or nearer to it than `margin` m.
 fn is_forbidden_area(player: &Player, place: Vec2, margin: f32) -> bool {
-    if player.id.number == KEEPER
+    if player.id.is_goalkeeper()
         || !player.rules.illegal_defender
         || player.rules.defender_limit != DefenderLimit::KeeperOnly
     {

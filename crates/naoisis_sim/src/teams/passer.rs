@@ -23,8 +23,6 @@ use naoisis_core::behaviour::reasons::Reasons;
 use naoisis_core::robot::kick::KickRequest;
 use naoisis_sensing::belief::{BallBelief, Belief, RobotBelief};
 
-/// The jersey number of the keeper, who has other things to do.
-const KEEPER: u8 = 1;
 /// What was heard or seen of a team-mate longer ago does not count, s: where messages are limited, nobody speaks more often.
 const FRESH_TEAM_MATE_S: f32 = 6.0;
 /// What team-mates told of opponents longer ago does not count, s.
@@ -121,7 +119,7 @@ fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
     let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
     let own_s = time_to_ball_s(player, ball, player.position()) - preference;
     let mates = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
-    mates.filter(|mate| mate.id.is_none_or(|id| id.number != KEEPER)).all(|mate| {
+    mates.filter(|mate| mate.id.is_none_or(|id| !id.is_goalkeeper())).all(|mate| {
         let time_s = time_to_ball_s(player, ball, mate.position_m);
         own_s < time_s || (own_s == time_s && mate.id.is_none_or(|id| player.id < id))
     })
@@ -130,7 +128,7 @@ fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
 /// The field players of the own team that the player knows of: numbers and places, m, team frame.
 fn mates(player: &Player) -> Vec<(u8, Vec2)> {
     let fresh = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
-    fresh.filter_map(|mate| Some((mate.id?.number, mate.position_m))).filter(|(number, _)| *number != KEEPER).collect()
+    fresh.filter_map(|mate| Some((mate.id.filter(|id| !id.is_goalkeeper())?.number, mate.position_m))).collect()
 }
 
 /// Whether the own team has a kick-off that is not over yet.

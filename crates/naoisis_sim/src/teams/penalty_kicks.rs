@@ -11,8 +11,6 @@ use naoisis_core::referee::formation;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::team::Team;
 
-/// The jersey number of the one who defends the goal.
-const KEEPER: u8 = 1;
 /// How far behind the ball the kicker waits, m.
 const BEHIND_BALL_M: f32 = 0.45;
 /// A ball believed farther than this from its mark has been played, m: what is believed is not exact.
@@ -37,10 +35,10 @@ fn is_kicker(player: &Player) -> bool {
     let mark = mark(player, true);
     let own = player.position().distance(mark);
     let mates = player.belief.team_mates.iter().filter_map(|mate| Some((mate.id?, mate.position_m.distance(mark))));
-    let is_keeper = player.id.number == KEEPER && player.rules.team_size > 1;
+    let is_keeper = player.id.is_goalkeeper() && player.rules.team_size > 1;
     !is_keeper
         && mates
-            .filter(|(mate, _)| mate.number != KEEPER)
+            .filter(|(mate, _)| !mate.is_goalkeeper())
             .all(|(mate, distance)| (own, player.id.number) < (distance, mate.number))
 }
 
@@ -50,7 +48,7 @@ pub fn place(player: &Player) -> Option<Pose> {
     let is_ours = team == Some(player.id.team);
     Some(if is_ours && is_kicker(player) {
         Pose { position: mark(player, true) - Vec2::new(BEHIND_BALL_M, 0.0), heading: 0.0 }
-    } else if player.id.number == KEEPER {
+    } else if player.id.is_goalkeeper() {
         Pose { position: player.own_goal(), heading: 0.0 }
     } else {
         formation(player.pitch, player.rules.team_size, player.id.number, End::NegativeX, false)
@@ -68,7 +66,7 @@ pub fn obey(player: &Player, decision: Decision) -> Decision {
     if !lies || (kick.is_none() && !in_shoot_out) {
         return decision;
     }
-    if player.id.number == KEEPER && !is_ours || in_shoot_out {
+    if player.id.is_goalkeeper() && !is_ours || in_shoot_out {
         return Decision { walk: WalkCommand::default(), kick: None, posture: None, ..decision };
     }
     let enters = |step: &WalkCommand| {
@@ -117,7 +115,7 @@ mod tests {
         assert!(place(&situation.player()).unwrap().position.x > 0.0);
         situation.belief.team_mates = vec![mate(0.5)];
         assert!(place(&situation.player()).unwrap().position.x < 0.0);
-        situation.id.number = KEEPER;
+        situation.id.number = 1;
         assert_eq!(place(&situation.player()).unwrap().position, Vec2::new(-3.0, 0.0));
     }
 
@@ -125,7 +123,7 @@ mod tests {
     fn until_the_ball_is_played_the_keeper_stands_and_the_others_stay_out_of_the_area() {
         let keeper = |ball| {
             let mut situation = at_penalty_kick(Some(Team::Pink), Pose::new(-3.0, 0.0, 0.0), ball);
-            situation.id.number = KEEPER;
+            situation.id.number = 1;
             situation
         };
         assert!(walk(&keeper(Vec2::new(-1.2, 0.1))).is_null());

@@ -7,6 +7,6 @@ use super::roles::{has_turn, support_and_defend};
 /// Decides for a striker.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
-    memory.attacks = has_turn(player, memory, ball, |id| id.is_none_or(|id| id.number != 1));
+    memory.attacks = has_turn(player, memory, ball, |id| id.is_none_or(|id| !id.is_goalkeeper()));
     if memory.attacks { attack(player, memory) } else { support_and_defend(player, ball) }
 }

@@ -8,7 +8,7 @@ use bevy::color::{Mix, Oklaba};
 use bevy::prelude::*;
 
 use super::palette;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours;
 
@@ -48,7 +48,7 @@ fn what_is_told_apart_by_colour_stays_apart_for_everybody() {
     let ink = palette::ink;
     // As lanes have them, on a dark panel.
     let panel = Color::srgb_u8(20, 24, 31);
-    let faded = panel.mix(&ink(Ink::Orange), 0.4);
+    let faded = panel.mix(&ink(DrawColour::Orange), 0.4);
     let by_colour = [
         ("blue and pink", team(Team::Blue), team(Team::Pink)),
         ("pink and the carpet", team(Team::Pink), carpet),
@@ -56,20 +56,20 @@ fn what_is_told_apart_by_colour_stays_apart_for_everybody() {
         ("the ball and lines", ball, chalk),
         ("the ball and blue", ball, team(Team::Blue)),
         ("lines and the carpet", chalk, carpet),
-        ("believed opponents and team-mates", ink(Ink::Sky), ink(Ink::Vermilion)),
-        ("a ball that is seen and one that is remembered", ink(Ink::Orange), faded),
-        ("a ball that is seen and one that was told of", ink(Ink::Orange), ink(Ink::Sky)),
+        ("believed opponents and team-mates", ink(DrawColour::Sky), ink(DrawColour::Vermilion)),
+        ("a ball that is seen and one that is remembered", ink(DrawColour::Orange), faded),
+        ("a ball that is seen and one that was told of", ink(DrawColour::Orange), ink(DrawColour::Sky)),
         ("a ball that is remembered and a lost one", faded, panel),
-        ("the pen's arrows and its zones", ink(Ink::Yellow), ink(Ink::Sky)),
-        ("the pen's arrows and the carpet", ink(Ink::Yellow), carpet),
-        ("the pen's zones and the carpet", ink(Ink::Sky), carpet),
+        ("the pen's arrows and its zones", ink(DrawColour::Yellow), ink(DrawColour::Sky)),
+        ("the pen's arrows and the carpet", ink(DrawColour::Yellow), carpet),
+        ("the pen's zones and the carpet", ink(DrawColour::Sky), carpet),
     ];
     let by_shape = [
         // A robot is white, and has a name; the ball is round, and has a ring where it is small.
         ("blue and the carpet", team(Team::Blue), carpet),
         ("the ball and pink", ball, team(Team::Pink)),
         // An arrow in a circle, and two circles.
-        ("oneself and the ball as believed", ink(Ink::Purple), ink(Ink::Orange)),
+        ("oneself and the ball as believed", ink(DrawColour::Purple), ink(DrawColour::Orange)),
     ];
     let pairs = by_colour.map(|pair| (pair, APART)).into_iter().chain(by_shape.map(|pair| (pair, APART_BESIDES)));
     let eyes = [("all", NONE), ("no red", PROTANOPIA), ("no green", DEUTERANOPIA), ("no blue", TRITANOPIA)];

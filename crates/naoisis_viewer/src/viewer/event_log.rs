@@ -218,7 +218,7 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
                 KickType::RightStraight => "kicks with the right foot".to_owned(),
                 KickType::LeftSide => "side-kicks to the right".to_owned(),
                 KickType::RightSide => "side-kicks to the left".to_owned(),
-                KickType::Own(_) => format!("kicks ({})", kick_type.words()),
+                KickType::Custom(_) => format!("kicks ({})", kick_type.words()),
             };
             let result = match result {
                 KickResult::Kicked => "",

@@ -16,7 +16,7 @@ use super::palette;
 use super::shared::{FindEvent, Playback, TimelineCommand};
 use super::theme::{dim, minutes, team_colour, text_size};
 use super::timeline::Timeline;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Evidence, Measurement, Penalty, RobotEvidence};
 use naoisis_core::robot::Roster;
@@ -105,7 +105,7 @@ fn place_in_record(entry: &LogEntry, clock: &CycleClock, history: &mut History) 
 /// Marks where the event was, and whoever and whatever the evidence speaks of.
 fn mark_place(shown: Res<ShownEvent>, time: Res<Time<Real>>, mut brush: Brush) {
     let Some((entry, place)) = &shown.0 else { return };
-    let colour = palette::ink(Ink::Yellow);
+    let colour = palette::ink(DrawColour::Yellow);
     if let Some(place) = *place {
         let breath = time.elapsed_secs().fract();
         for radius in [0.12, 0.15, 0.15 + 0.25 * breath] {
@@ -115,11 +115,11 @@ fn mark_place(shown: Res<ShownEvent>, time: Res<Time<Real>>, mut brush: Brush) {
     }
     let Some(evidence) = &entry.evidence else { return };
     if let Some(ball) = evidence.ball_m {
-        brush.circle(ball, 0.06, palette::ink(Ink::Orange));
+        brush.circle(ball, 0.06, palette::ink(DrawColour::Orange));
     }
     for robot in &evidence.robots {
         brush.circle(robot.position_m, 0.2, palette::team(robot.robot.team));
-        brush.words(robot.position_m, format!("{} then", robot.robot), palette::ink(Ink::White));
+        brush.words(robot.position_m, format!("{} then", robot.robot), palette::ink(DrawColour::White));
     }
 }
 

@@ -13,7 +13,7 @@ use super::robot_model::{RobotMeshes, add_limbs};
 use super::shared::{DisplayFraction, Notice};
 use super::stage::{PitchRoot, StageSystems, between, transform_of};
 use naoisis_core::ball::{Ball, BallPhysics};
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
@@ -187,8 +187,12 @@ fn draw_names(ghosts: Query<(&Ghost, &Transform, &Visibility)>, mut brush: Brush
     for (ghost, transform, visibility) in &ghosts {
         if let (Some(id), true) = (ghost.0, *visibility != Visibility::Hidden) {
             let place = transform.translation.truncate();
-            brush.circle(place, 0.14, palette::ink(Ink::White).with_alpha(0.5));
-            brush.words(place + Vec2::Y * 0.22, format!("{id}, ghost"), palette::ink(Ink::White).with_alpha(0.8));
+            brush.circle(place, 0.14, palette::ink(DrawColour::White).with_alpha(0.5));
+            brush.words(
+                place + Vec2::Y * 0.22,
+                format!("{id}, ghost"),
+                palette::ink(DrawColour::White).with_alpha(0.8),
+            );
         }
     }
 }

@@ -12,7 +12,7 @@ use super::palette;
 use super::shared::shows_truth;
 use super::theme::text_size;
 use naoisis_core::ball::BallPhysics;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Penalty;
 use naoisis_core::robot::body::Body;
@@ -124,7 +124,11 @@ fn ring_ball(
         if centre.distance(edge) < LEAST_BALL_PIXELS - 2.0 {
             let (middle, radius) = (Pos2::new(centre.x / zoom, centre.y / zoom), LEAST_BALL_PIXELS / zoom);
             painter.circle_stroke(middle, radius, Stroke::new(3.0, Color32::from_black_alpha(150)));
-            painter.circle_stroke(middle, radius, Stroke::new(1.5, palette::in_panel(palette::ink(Ink::Orange))));
+            painter.circle_stroke(
+                middle,
+                radius,
+                Stroke::new(1.5, palette::in_panel(palette::ink(DrawColour::Orange))),
+            );
         }
     }
     Ok(())

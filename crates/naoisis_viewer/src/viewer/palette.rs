@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use bevy_egui::egui::Color32;
 
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::pitch::GoalColour;
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours::{self, Colour};
@@ -31,7 +31,7 @@ pub const fn goal(colour: GoalColour) -> Color {
 }
 
 /// The colour of an overlay, or of what a behaviour draws.
-pub fn ink(ink: Ink) -> Color {
+pub fn ink(ink: DrawColour) -> Color {
     let [red, green, blue] = ink.rgb();
     Color::srgb_u8(red, green, blue)
 }

@@ -1,7 +1,7 @@
 //! How panels look: dark or light, colours, sizes of text.
 //!
 //! Colours say the same thing twice: whatever has a team's colour also has its name, and the colours of overlays
-//! ([`Ink`](naoisis_core::behaviour::drawings::Ink)) are Okabe and Ito's, which people with any kind of colour blindness tell apart.
+//! ([`DrawColour`](naoisis_core::behaviour::drawings::DrawColour)) are Okabe and Ito's, which people with any kind of colour blindness tell apart.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText, Stroke, Theme, Visuals};

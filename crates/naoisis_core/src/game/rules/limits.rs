@@ -1,29 +1,29 @@
-//! Which figures rules may have.
+//! Valid ranges of the rules.
 
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 
 use super::Rules;
 
-/// What is wrong with rules.
+/// Error of [`Rules::validate`]: a field is out of range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{message}: expected {expected}")]
 pub struct RulesError {
-    /// The field of [`Rules`] at fault.
+    /// The field of [`Rules`].
     pub field: &'static str,
-    /// What is wrong.
+    /// The field and its value.
     pub message: String,
-    /// What would be right.
+    /// The valid range.
     pub expected: String,
-    /// The field that the limit comes from, if it is not the same for all rules.
+    /// The field that the range depends on, if any.
     pub limited_by: Option<&'static str>,
 }
 
-/// The longest duration that rules may have, s.
+/// Longest duration in the rules, s.
 const LONGEST_S: f32 = 1e5;
 
 impl Rules {
-    /// Checks that the rules do not contradict themselves.
+    /// Checks that all fields are in range.
     ///
     /// # Errors
     /// The first of the [errors](Rules::errors).
@@ -95,7 +95,7 @@ impl Rules {
     }
 }
 
-/// Collects what is out of its limits. A value that is no number is within none.
+/// Collects the fields that are out of range. NaN always is.
 #[derive(Default)]
 struct Limits {
     errors: Vec<RulesError>,
@@ -114,7 +114,7 @@ impl Limits {
         }
     }
 
-    /// That a speed at which everybody falls is none at which nobody does.
+    /// Checks that `fall_certain_mps` is not below `fall_from_mps`.
     fn fall_certain(&mut self, rules: &Rules) {
         let known = self.errors.len();
         self.range("fall_certain_mps", rules.fall_certain_mps, rules.fall_from_mps..=100.0, " m/s");

@@ -1,9 +1,8 @@
-//! Kicks: the four types of the paper's section 3.2 and a robot's own, the place of the ball that each needs, and their course in
-//! time.
+//! Kicks: the four types of the paper's section 3.2 and the custom kicks of a robot, and their phases in time.
 
 mod settings;
 
-pub use settings::{KickModel, KickSettings, OwnKicks, UnknownKick};
+pub use settings::{CustomKicks, KickModel, KickSettings, UnknownKick};
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -21,7 +20,7 @@ use crate::robot::Roster;
 use crate::robot::posture::Posture;
 use crate::team::RobotId;
 
-/// Takes over kick commands in [`ActSystems::Kick`] and strikes the ball in [`CycleSystems::Kick`].
+/// Executes kick commands in [`ActSystems::Kick`] and strikes the ball in [`CycleSystems::Kick`].
 pub struct KickPlugin;
 
 impl Plugin for KickPlugin {
@@ -34,25 +33,25 @@ impl Plugin for KickPlugin {
     }
 }
 
-/// A kick that a behaviour wants.
+/// A requested kick.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KickRequest {
-    /// The kind of kick, and with which foot.
+    /// The type of the kick.
     #[serde(rename = "type")]
     pub kick_type: KickType,
-    /// 0 to 1: the share of the type's greatest launch speed. Clamped outside; a kick of NaN is refused.
+    /// Share of the type's greatest launch speed, clamped to 0..1. NaN is refused.
     #[serde(default = "full_speed")]
     pub speed: f32,
-    /// Where the ball should go, radians (degrees in files) to the left of straight ahead: kicks that can be aimed heed it within
-    /// their limits, others do not. What is not finite counts as straight ahead.
+    /// Direction for the ball, radians (degrees in files) to the left of straight ahead. Kicks that can be aimed follow it within
+    /// their limits; others ignore it. A direction that is not finite is straight ahead.
     #[serde(default, rename = "direction_deg", with = "file_units::degrees", skip_serializing_if = "is_ahead")]
     #[schemars(with = "f32")]
     pub direction: f32,
 }
 
 impl KickRequest {
-    /// A kick straight ahead, or wherever the foot sends the ball.
+    /// A kick with direction 0.
     pub fn new(kick_type: KickType, speed: f32) -> Self {
         Self { kick_type, speed, direction: 0.0 }
     }
@@ -66,19 +65,19 @@ fn full_speed() -> f32 {
     1.0
 }
 
-/// The kick wanted in this cycle, if any. None again after every cycle.
+/// The request of this cycle, if any. Reset to none after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct KickCommand(pub Option<KickRequest>);
 
-/// Where a robot is in the course of a kick: it neither walks nor kicks again before it has recovered.
+/// The phase of a robot's kick. The robot neither walks nor kicks again before it has recovered.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub enum KickPhase {
-    /// Does not kick, and may begin to.
+    /// No kick under way.
     #[default]
     Ready,
-    /// The leg swings, that of a side kick to the front first; the ball is struck when the time is over.
+    /// The leg swings, for a side kick first to the front; the ball is struck at the end.
     WindUp {
         /// The kick under way.
         request: KickRequest,
@@ -92,7 +91,7 @@ pub enum KickPhase {
     },
 }
 
-/// The speed at which the ball leaves, m/s: so that it rolls the kick's greatest distance at speed 1.
+/// The launch speed of the ball, m/s. At speed 1 the ball rolls the kick's greatest distance.
 pub fn launch_speed(
     strike: Strike,
     speed: f32,
@@ -223,15 +222,14 @@ fn missed(robot: RobotId, request: KickRequest, reason: KickMiss) -> MatchEvent 
     }
 }
 
-/// Cycles that are left of a kick's wind-up when the foot of a side kick is extended to the front.
+/// Remaining cycles of the wind-up when the foot of a side kick is extended to the front.
 fn cycles_after_extension(kick_type: KickType, settings: &KickSettings, clock: &CycleClock) -> u32 {
     let [wind_up, extension] =
         [settings.wind_up_of_s(kick_type), settings.extension_of_s(kick_type)].map(|time_s| clock.cycles_in(time_s));
     wind_up.saturating_sub(extension)
 }
 
-/// A phase one cycle later. The foot meets the ball in the cycle in which nothing is left of the wind-up, which is the first of the
-/// recovery.
+/// The phase one cycle later. The foot strikes the ball in the last cycle of the wind-up, which is the first of the recovery.
 pub fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> KickPhase {
     match phase {
         KickPhase::Ready => KickPhase::Ready,
@@ -241,7 +239,7 @@ pub fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> KickPhase {
     }
 }
 
-/// Regaining balance, for so many cycles more.
+/// The recovery with `cycles_left`, or ready if there are none.
 fn recovering(cycles_left: u32) -> KickPhase {
     match cycles_left {
         0 => KickPhase::Ready,

@@ -1,10 +1,10 @@
-//! What kicks a robot has: how far each sends the ball, from where, when, and how exactly.
+//! The kicks of a robot: their distances, geometry, timing and accuracy.
 
 use bevy::prelude::*;
-use core::fmt;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
+use tinyvec::ArrayVec;
 
 use crate::geometry::file_units;
 use crate::kick_geometry::{KickGeometry, KickName, KickType, Strike, strike_by};
@@ -14,28 +14,27 @@ use crate::knowledge::Knowledge;
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct KickModel {
-    /// Distance that the ball rolls at speed 1 with nothing in its way, m; nought of a kick that the robot does not have.
+    /// Distance that the ball rolls at speed 1, m; zero for a kick that the robot does not have.
     pub max_distance_m: f32,
-    /// Distance that the ball rolls at least: a weaker kick than that is made as strong, m.
+    /// Least distance that the ball rolls, m. Weaker kicks are as strong as this.
     #[serde(skip_serializing_if = "is_zero")]
     pub min_distance_m: f32,
-    /// Where the ball must lie, and where it goes: where nothing is said, as in the paper's Table 2. A kick that the paper does not
-    /// have says it.
+    /// The geometry of the kick; none: that of the paper's Table 2. Custom kicks must have one.
     pub region: Option<KickGeometry>,
-    /// From the command until the foot meets the ball, s, where that is another time than the robot's other kicks take.
+    /// Time from the command until the foot strikes the ball, s; none: that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wind_up_s: Option<f32>,
-    /// From then until the robot can walk or kick again, s, where that is another time than after its other kicks.
+    /// Time from the strike until the robot can walk or kick again, s; none: that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recovery_s: Option<f32>,
-    /// Standard deviation of the direction, radians (degrees in files), where it is another than the other kicks'.
+    /// Standard deviation of the direction, radians (degrees in files); none: that of [`KickSettings`].
     #[serde(
         rename = "direction_sd_deg",
         with = "file_units::optional_degrees",
         skip_serializing_if = "Option::is_none"
     )]
     pub direction_sd: Option<f32>,
-    /// Standard deviation of the launch speed, as a share of it, where it is another than the other kicks'.
+    /// Standard deviation of the launch speed, as a share of it; none: that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_sd: Option<f32>,
 }
@@ -45,7 +44,7 @@ fn is_zero(number: &f32) -> bool {
 }
 
 impl KickModel {
-    /// A kick with the paper's geometry.
+    /// A kick of this distance with the paper's geometry.
     pub const fn of(max_distance_m: f32) -> Self {
         Self {
             max_distance_m,
@@ -65,31 +64,20 @@ impl Default for KickModel {
     }
 }
 
-/// The kicks that a robot has beside the paper's four, by name, none to [`OwnKicks::MOST`]; a map in files.
-#[derive(Clone, Copy, PartialEq, Reflect, Default)]
+/// The kicks of a robot beside the paper's four, in the order of their names. In files a map by name.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deref, Reflect)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct OwnKicks {
-    /// In the order of their names; what is free is at the end.
-    kicks: [Option<(KickName, KickModel)>; OwnKicks::MOST],
-}
+pub struct CustomKicks(ArrayVec<[(KickName, KickModel); CustomKicks::MOST]>);
 
-impl OwnKicks {
+impl CustomKicks {
     /// The most that a robot may have.
     pub const MOST: usize = 6;
 
-    /// These kicks. None if there are too many.
+    /// These kicks; none if there are more than [`MOST`](Self::MOST).
     pub fn new(kicks: impl IntoIterator<Item = (KickName, KickModel)>) -> Option<Self> {
-        let mut own = Self::default();
-        for (index, kick) in kicks.into_iter().collect::<BTreeMap<_, _>>().into_iter().enumerate() {
-            *own.kicks.get_mut(index)? = Some(kick);
-        }
-        Some(own)
-    }
-
-    /// Each with its name, in the order of the names.
-    pub fn iter(&self) -> impl Iterator<Item = &(KickName, KickModel)> {
-        self.kicks.iter().flatten()
+        let sorted: Vec<_> = kicks.into_iter().collect::<BTreeMap<_, _>>().into_iter().collect();
+        ArrayVec::try_from(sorted.as_slice()).ok().map(Self)
     }
 
     /// The kick of this name.
@@ -97,25 +85,19 @@ impl OwnKicks {
         self.iter().find(|(own, _)| *own == name).map(|(_, kick)| kick)
     }
 
-    /// Whether there are none.
+    /// Whether there are no custom kicks.
     pub fn is_empty(&self) -> bool {
-        self.kicks[0].is_none()
+        self.0.is_empty()
     }
 }
 
-impl fmt::Debug for OwnKicks {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_map().entries(self.iter().map(|(name, kick)| (name, kick))).finish()
-    }
-}
-
-impl Serialize for OwnKicks {
+impl Serialize for CustomKicks {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.iter().map(|(name, kick)| (name, kick)))
     }
 }
 
-impl<'de> Deserialize<'de> for OwnKicks {
+impl<'de> Deserialize<'de> for CustomKicks {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let kicks = BTreeMap::<KickName, KickModel>::deserialize(deserializer)?;
         if let Some(kick) = KickType::ALL.iter().find(|kick| kicks.keys().any(|name| name.as_str() == kick.name())) {
@@ -127,7 +109,7 @@ impl<'de> Deserialize<'de> for OwnKicks {
     }
 }
 
-/// The kicks that a robot has, and what they have in common.
+/// The kicks of a robot and their common parameters.
 ///
 /// Distances: rUNSWift's forward kick of 2010 reached 4.0 to 5.8 m at full power, its side kick 2 to 3 m.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -142,18 +124,17 @@ pub struct KickSettings {
     pub left_side: KickModel,
     /// The right side kick; 2 m by default.
     pub right_side: KickModel,
-    /// Others, by name.
-    #[serde(skip_serializing_if = "OwnKicks::is_empty")]
-    pub own: OwnKicks,
+    /// Custom kicks by name.
+    #[serde(skip_serializing_if = "CustomKicks::is_empty")]
+    pub own: CustomKicks,
     /// A side kick from the wrong side is a straight kick at this share of the speed (paper, section 3.2).
     pub wrong_side_speed_factor: f32,
-    /// From the command until the foot meets the ball, s; a side kick takes at least [`extension_s`](Self::extension_s).
+    /// Time from the command until the foot strikes the ball, s; for side kicks at least [`extension_s`](Self::extension_s).
     pub wind_up_s: f32,
-    /// How long the foot of a side kick extends to the front before it moves aside, s (paper, section 3.2): the first part of the
-    /// wind-up, which takes at least as long, unless the kick has a shorter one of its own. A ball that is on the wrong side then is
-    /// struck by it.
+    /// Time in which the foot of a side kick extends to the front before it moves aside, s (paper, section 3.2): the first part of
+    /// the wind-up. The extending foot strikes a ball that is on the wrong side.
     pub extension_s: f32,
-    /// From then until the robot can walk or kick again, s.
+    /// Time from the strike until the robot can walk or kick again, s.
     pub recovery_s: f32,
     /// Standard deviation of the direction, radians (degrees in files).
     #[serde(rename = "direction_sd_deg", with = "file_units::degrees")]
@@ -169,7 +150,7 @@ impl Default for KickSettings {
             right_straight: KickModel::of(4.0),
             left_side: KickModel::of(2.0),
             right_side: KickModel::of(2.0),
-            own: OwnKicks::default(),
+            own: CustomKicks::default(),
             wrong_side_speed_factor: 0.5,
             wind_up_s: 0.0,
             extension_s: 0.3,
@@ -181,7 +162,7 @@ impl Default for KickSettings {
 }
 
 impl KickSettings {
-    /// All kicks that are described, those of no reach included: the paper's four, then others by name.
+    /// All described kicks, including those with distance zero: the paper's four, then custom kicks by name.
     pub fn models(&self) -> impl Iterator<Item = (KickType, &KickModel)> {
         let of_paper = KickType::ALL.into_iter().zip([
             &self.left_straight,
@@ -189,7 +170,7 @@ impl KickSettings {
             &self.left_side,
             &self.right_side,
         ]);
-        of_paper.chain(self.own.iter().map(|(name, kick)| (KickType::Own(*name), kick)))
+        of_paper.chain(self.own.iter().map(|(name, kick)| (KickType::Custom(*name), kick)))
     }
 
     /// The types of kick that the robot has.
@@ -197,7 +178,7 @@ impl KickSettings {
         self.models().filter(|(_, kick)| kick.max_distance_m > 0.0).map(|(kick_type, _)| kick_type)
     }
 
-    /// The kick that reaches furthest, of equals the first.
+    /// The kick with the greatest distance; of equals the first.
     pub fn strongest(&self) -> Option<KickType> {
         let further = |best: KickType, next: KickType| {
             if self.max_distance_m(next) > self.max_distance_m(best) { next } else { best }
@@ -205,40 +186,40 @@ impl KickSettings {
         self.types().reduce(further)
     }
 
-    /// A kick that the robot has.
+    /// The model of a kick; none if the robot does not have it.
     pub fn get(&self, kick_type: KickType) -> Option<&KickModel> {
         let kick = match kick_type {
             KickType::LeftStraight => &self.left_straight,
             KickType::RightStraight => &self.right_straight,
             KickType::LeftSide => &self.left_side,
             KickType::RightSide => &self.right_side,
-            KickType::Own(name) => self.own.get(name)?,
+            KickType::Custom(name) => self.own.get(name)?,
         };
         (kick.max_distance_m > 0.0).then_some(kick)
     }
 
-    /// How far a type of kick sends the ball, m; nought of one that the robot does not have.
+    /// Greatest distance of a type of kick, m; zero if the robot does not have it.
     pub fn max_distance_m(&self, kick_type: KickType) -> f32 {
         self.get(kick_type).map_or(0.0, |kick| kick.max_distance_m)
     }
 
-    /// How far a type of kick sends the ball at least, m.
+    /// Least distance of a type of kick, m.
     pub fn min_distance_m(&self, kick_type: KickType) -> f32 {
         self.get(kick_type).map_or(0.0, |kick| kick.min_distance_m)
     }
 
-    /// From the command of a kick until the foot meets the ball, s.
+    /// Time from the command of a kick until the foot strikes the ball, s.
     pub fn wind_up_of_s(&self, kick_type: KickType) -> f32 {
         let least_s = if kick_type.is_side_kick() { self.extension_s } else { 0.0 };
         self.get(kick_type).and_then(|kick| kick.wind_up_s).unwrap_or(self.wind_up_s.max(least_s))
     }
 
-    /// How much of a kick's wind-up the foot needs to extend to the front, s: none of a kick that is not to the side.
+    /// The part of the wind-up in which the foot extends to the front, s; zero unless it is a side kick.
     pub fn extension_of_s(&self, kick_type: KickType) -> f32 {
         if kick_type.is_side_kick() { self.extension_s.min(self.wind_up_of_s(kick_type)) } else { 0.0 }
     }
 
-    /// From when the foot meets the ball until the robot can walk or kick again, s.
+    /// Time from the strike of a kick until the robot can walk or kick again, s.
     pub fn recovery_of_s(&self, kick_type: KickType) -> f32 {
         self.get(kick_type).and_then(|kick| kick.recovery_s).unwrap_or(self.recovery_s)
     }
@@ -253,25 +234,24 @@ impl KickSettings {
         self.get(kick_type).and_then(|kick| kick.speed_sd).unwrap_or(self.speed_sd)
     }
 
-    /// Where the ball must lie for a type of kick, and where it goes; none if the robot does not have it.
+    /// The geometry of a type of kick; none if the robot does not have it.
     pub fn geometry(&self, kick_type: KickType) -> Option<KickGeometry> {
         self.get(kick_type)?.region.or_else(|| KickGeometry::of_paper(kick_type))
     }
 
-    /// What this robot's kick does to a ball at this place in its frame, if anything. `wanted` is the direction that whoever kicks
-    /// wants, radians, robot frame; only kicks that can be aimed heed it.
+    /// The strike of a kick of this robot on a ball at `ball_in_robot`; none if the ball is out of reach. `wanted` is the requested
+    /// direction, radians, robot frame, which only kicks that can be aimed follow.
     pub fn strike(&self, kick_type: KickType, ball_in_robot: Vec2, wanted: f32) -> Option<Strike> {
         strike_by(kick_type, ball_in_robot, wanted, |kick| self.geometry(kick))
     }
 
-    /// What is wrong with wanting this type of kick of this robot: that it describes none of this name. A kick of no reach is
-    /// described, and misses.
+    /// Checks that the robot describes this type of kick, even with distance zero.
     ///
     /// # Errors
-    /// [`UnknownKick`], which names those that there are.
+    /// [`UnknownKick`] otherwise.
     pub fn check(&self, kick_type: KickType) -> Result<(), UnknownKick> {
         match kick_type {
-            KickType::Own(name) if self.own.get(name).is_none() => Err(UnknownKick {
+            KickType::Custom(name) if self.own.get(name).is_none() => Err(UnknownKick {
                 wanted: name.to_string(),
                 known: self.models().map(|(kick_type, _)| kick_type.name().to_owned()).collect(),
             }),
@@ -280,13 +260,13 @@ impl KickSettings {
     }
 }
 
-/// A kick that a robot does not have.
+/// Error of [`KickSettings::check`]: the robot has no kick of this name.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("there is no kick `{wanted}`; expected {}", known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "))]
 pub struct UnknownKick {
-    /// What was wanted.
+    /// The name.
     pub wanted: String,
-    /// The names of those that the robot has.
+    /// The names of the robot's kicks.
     pub known: Vec<String>,
 }
 
@@ -341,7 +321,7 @@ mod tests {
 
     #[test]
     fn the_papers_kicks_are_not_ones_own_and_ones_own_are_few() {
-        let read = |text: &str| serde_json::from_str::<OwnKicks>(text);
+        let read = |text: &str| serde_json::from_str::<CustomKicks>(text);
         assert!(read(r#"{ "left_side": {} }"#).unwrap_err().to_string().contains("beside `own`"));
         let seven: Vec<String> = (0..7).map(|index| format!("\"kick_{index}\": {{}}")).collect();
         assert!(read(&format!("{{ {} }}", seven.join(", "))).unwrap_err().to_string().contains("at most 6"));

@@ -40,8 +40,6 @@ const TOWARDS_MPS: f32 = 0.05;
 const SAME_S: f64 = 2.0;
 /// A kick is at the goal that passes no further beside a post, m.
 const BESIDE_GOAL_M: f32 = 0.5;
-/// The jersey number of the keeper.
-const KEEPER: u8 = 1;
 
 /// A mistake of a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -158,7 +156,7 @@ impl MistakeFinder {
             }
             let goes = |robot: &&RobotRecord| {
                 let towards = (ball - robot.pose.position).normalize_or_zero();
-                robot.id.number != KEEPER
+                !robot.id.is_goalkeeper()
                     && distance(robot) < SAME_BALL_M
                     && robot.velocity.linear.dot(towards) > TOWARDS_MPS
             };

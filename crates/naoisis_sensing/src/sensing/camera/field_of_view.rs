@@ -43,7 +43,7 @@ impl FieldOfView {
         let common = if is_as_naos { Vec2::ONE } else { half_size(CameraIntrinsics::from(cameras)) / *nao_half_size };
         let mounts = cameras.mounts.as_slice();
         let mut view = Self {
-            lens_height_m: NAO_LENS_HEIGHT_M * (mean_height(mounts) / mean_height(CameraMounts::NAO.as_slice())),
+            lens_height_m: NAO_LENS_HEIGHT_M * (mean_height(mounts) / mean_height(CameraMounts::default().as_slice())),
             tilts: [0.0; CameraMounts::MOST],
             sizes: [Vec2::ONE; CameraMounts::MOST],
             pans: [0.0; CameraMounts::MOST],

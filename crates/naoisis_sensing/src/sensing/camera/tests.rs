@@ -74,7 +74,7 @@ fn which_cameras_and_how_often_can_be_chosen() {
 #[test]
 fn a_camera_may_have_a_rate_and_a_lens_of_its_own() {
     let (mut app, robot, _) = world();
-    let mut mounts = CameraMounts::NAO.as_slice().to_vec();
+    let mut mounts = CameraMounts::default().as_slice().to_vec();
     mounts[1].every_cycles = Some(2);
     mounts[1].distortion = Some([-0.3, 0.0]);
     let settings = CameraSettings { mounts: CameraMounts::new(&mounts).unwrap(), ..small() };

@@ -237,7 +237,7 @@ impl Checks {
         self.range(path.field("min_distance_m"), kick.min_distance_m, 0.0..=kick.max_distance_m.max(0.0), " m");
         match (&kick.region, kick_type) {
             (Some(region), _) => self.kick_region(&path.field("region"), region),
-            (None, KickType::Own(name)) => {
+            (None, KickType::Custom(name)) => {
                 let expected = "`region`, with `x_m`, `y_m`, `foot_m` and `best_m`: where the ball must lie";
                 self.fault(path.clone(), format!("the kick `{name}` does not say where the ball must lie"), expected);
             }

@@ -10,7 +10,7 @@ use naoisis_core::communication::{MessageLimits, MessageSettings};
 use naoisis_core::game::Rules;
 use naoisis_core::geometry::to_degrees;
 use naoisis_core::kick_geometry::KickType;
-use naoisis_core::robot::falls::{Balance, CollisionFalls};
+use naoisis_core::robot::falls::{CollisionFalls, FallModel};
 use naoisis_core::robot::gait::{Gait, StepNoise};
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
@@ -102,7 +102,7 @@ impl Checks {
     pub(super) fn kicks(&mut self, path: &FieldPath, kicks: &KickSettings) {
         for (kick_type, kick) in kicks.models() {
             let path = match kick_type {
-                KickType::Own(_) => path.field("own").field(kick_type.name()),
+                KickType::Custom(_) => path.field("own").field(kick_type.name()),
                 _ => path.field(kick_type.name()),
             };
             self.kick(&path, kick_type, kick);
@@ -115,7 +115,7 @@ impl Checks {
         self.range(path.field("speed_sd"), kicks.speed_sd, 0.0..=10.0, ", a share of the speed");
     }
 
-    pub(super) fn falls(&mut self, path: &FieldPath, falls: &Balance) {
+    pub(super) fn falls(&mut self, path: &FieldPath, falls: &FallModel) {
         self.range(path.field("falls_per_min"), falls.falls_per_min, 0.0..=1000.0, " a minute");
         self.range(path.field("kick_probability"), falls.kick_probability, 0.0..=1.0, "");
         if let Some(CollisionFalls { from_mps, certain_mps }) = falls.collisions {

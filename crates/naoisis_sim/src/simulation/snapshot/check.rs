@@ -26,7 +26,7 @@ use naoisis_core::pitch::{Pitch, Post};
 use naoisis_core::random::RandomStreams;
 use naoisis_core::referee::RefereeMemory;
 use naoisis_core::robot::body::{Body, BodyBox};
-use naoisis_core::robot::falls::Balance;
+use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::{HeadAngles, HeadLimits};
 use naoisis_core::robot::kick::{KickCommand, KickPhase, KickSettings};
 use naoisis_core::robot::motion::{ExecutedStep, MotionLimits, WalkCommand};
@@ -130,7 +130,7 @@ fn check_robot(
     seen.ids.push(id);
     let own = Scenario {
         kicks: parts.copy_or::<KickSettings>(settings.kicks),
-        falls: parts.copy_or::<Balance>(settings.falls),
+        falls: parts.copy_or::<FallModel>(settings.falls),
         latency: parts.copy_or::<Latency>(settings.latency),
         cameras: parts.copy_or::<CameraSettings>(settings.cameras),
         body: *parts.need::<Body>()?,

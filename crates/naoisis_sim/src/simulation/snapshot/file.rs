@@ -84,6 +84,12 @@ fn registration_by_name<'a>(name: &str, registry: &'a TypeRegistry) -> Option<&'
     if !name.starts_with(OWN) {
         return registry.get_with_type_path(name);
     }
+    // The names of these types in older files.
+    let name = match name {
+        "naoisis::Balance" => "naoisis::FallModel",
+        "naoisis::CyclePart" => "naoisis::PendingHalf",
+        name => name,
+    };
     saved_types(registry).find(|registration| saved_name(registration.type_info().type_path_table()) == name)
 }
 

@@ -202,7 +202,7 @@ impl Snapshot {
         for (id, mut streams) in robots.iter_mut(world) {
             *streams = RandomStreams::new(seed, *id);
         }
-        referee::toss_anew(world, seed);
+        referee::reseed(world, seed);
         Ok(())
     }
 }

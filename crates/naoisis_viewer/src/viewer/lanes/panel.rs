@@ -14,7 +14,7 @@ use crate::viewer::shared::{Action, FindEvent, Notice, Selection, SelectionComma
 use crate::viewer::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
 use crate::viewer::time_axis::{Axis, ShownPart, upright};
 use crate::viewer::timeline::Timeline;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::RobotId;
 use naoisis_record::record::history::{History, MarkKind};
@@ -35,7 +35,8 @@ const MISTAKE: f32 = 5.0;
 const WIDE_ENOUGH: f32 = 46.0;
 
 /// The colours of the words that robots say, in the order in which they are said first.
-const WORD_INKS: [Ink; 6] = [Ink::Sky, Ink::Yellow, Ink::Purple, Ink::White, Ink::Green, Ink::Blue];
+const WORD_INKS: [DrawColour; 6] =
+    [DrawColour::Sky, DrawColour::Yellow, DrawColour::Purple, DrawColour::White, DrawColour::Green, DrawColour::Blue];
 
 pub(super) fn show(
     mut contexts: EguiContexts,
@@ -190,10 +191,10 @@ fn show_lane(
     for span in shown(&track.conditions, &axis).filter(|span| span.what != Condition::Up) {
         let block = block(span.first, span.last, lane.top(), lane.bottom());
         let colour =
-            if span.what == Condition::Penalised { Color32::from_black_alpha(190) } else { ink(Ink::Vermilion) };
+            if span.what == Condition::Penalised { Color32::from_black_alpha(190) } else { ink(DrawColour::Vermilion) };
         painter.rect_filled(block, 0.0, colour);
         if span.what == Condition::Penalised {
-            painter.rect_stroke(block, 0.0, Stroke::new(1.0, ink(Ink::Vermilion)), egui::StrokeKind::Inside);
+            painter.rect_stroke(block, 0.0, Stroke::new(1.0, ink(DrawColour::Vermilion)), egui::StrokeKind::Inside);
         }
     }
     for (cycle, struck) in &track.kicks {
@@ -216,7 +217,7 @@ fn mark_mistakes(ui: &egui::Ui, lane: Area, cycles: impl Iterator<Item = u64>, a
         let tip = Pos2::new(axis.x(cycle as f64), lane.top() + 6.0);
         let corners = vec![tip, tip + egui::vec2(-3.5, -6.0), tip + egui::vec2(3.5, -6.0)];
         let edge = Stroke::new(0.8, Color32::BLACK);
-        painter.add(egui::Shape::convex_polygon(corners, ink(Ink::Vermilion), edge));
+        painter.add(egui::Shape::convex_polygon(corners, ink(DrawColour::Vermilion), edge));
     }
 }
 
@@ -227,7 +228,7 @@ fn shown<'a, T>(spans: &'a [Span<T>], axis: &Axis) -> impl Iterator<Item = &'a S
     spans[from..].iter().take_while(move |span| span.first as f64 <= last)
 }
 
-fn ink(ink: Ink) -> Color32 {
+fn ink(ink: DrawColour) -> Color32 {
     palette::in_panel(palette::ink(ink))
 }
 
@@ -237,9 +238,9 @@ fn word_colour(word: usize) -> Color32 {
 
 fn ball_colour(source: BallSource) -> Color32 {
     match source {
-        BallSource::Seen => ink(Ink::Orange),
-        BallSource::Remembered => ink(Ink::Orange).gamma_multiply(0.4),
-        BallSource::Told => ink(Ink::Sky),
+        BallSource::Seen => ink(DrawColour::Orange),
+        BallSource::Remembered => ink(DrawColour::Orange).gamma_multiply(0.4),
+        BallSource::Told => ink(DrawColour::Sky),
         BallSource::Lost => Color32::from_black_alpha(120),
     }
 }
@@ -301,7 +302,7 @@ fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
         let sources = [BallSource::Seen, BallSource::Remembered, BallSource::Told, BallSource::Lost];
         let sources = sources.map(|source| (ball_colour(source), ball_words(source)));
         let others = [
-            (ink(Ink::Vermilion), "down, or off the pitch"),
+            (ink(DrawColour::Vermilion), "down, or off the pitch"),
             (ui.visuals().strong_text_color(), "disc: kick, ring: missed; triangle: mistake"),
         ];
         let words: Vec<(Color32, &str)> = words.collect();

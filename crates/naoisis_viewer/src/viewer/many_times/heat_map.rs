@@ -7,7 +7,7 @@ use super::{ManyTimes, Run};
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::overlays::Brush;
 use crate::viewer::palette;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::whatif::Continuation;
 
@@ -22,7 +22,7 @@ pub(super) fn draw(many: Res<ManyTimes>, clock: Res<CycleClock>, keyframes: Res<
     let Some(run) = many.run.as_ref().filter(is_of_moment) else { return };
     for (cell, lines) in hatching(&run.rows) {
         let corner = CELL_M * cell.as_vec2();
-        let colour = palette::ink(Ink::Orange).with_alpha(0.3 + 0.6 * lines as f32 / MOST_LINES as f32);
+        let colour = palette::ink(DrawColour::Orange).with_alpha(0.3 + 0.6 * lines as f32 / MOST_LINES as f32);
         for line in 0..lines {
             let up = CELL_M * (line as f32 + 0.5) / lines as f32;
             brush.line(corner + Vec2::new(0.0, up), corner + Vec2::new(CELL_M, up), colour);

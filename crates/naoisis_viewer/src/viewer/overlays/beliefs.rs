@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::{Brush, Overlay, Showing};
 use crate::viewer::palette;
 use naoisis_core::ball::Ball;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::game::{Game, Penalty};
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;
@@ -48,7 +48,7 @@ fn draw_belief(
     brush: &mut Brush,
 ) {
     draw_believed(id, radius, belief, own_end, brush);
-    let white = palette::ink(Ink::White);
+    let white = palette::ink(DrawColour::White);
     brush.line(belief.pose_in_pitch(own_end).position, truth.position, white);
     if let (Some(believed), Some(ball)) = (&belief.ball, ball) {
         brush.line(point_pitch_from_team(believed.position_m, own_end), ball, white);
@@ -64,13 +64,13 @@ fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush:
     let on_pitch = |place: Vec2| point_pitch_from_team(place, own_end);
     // Half a turn leaves a covariance as it is.
     let own = belief.pose_in_pitch(own_end);
-    let colour = palette::ink(Ink::Purple);
+    let colour = palette::ink(DrawColour::Purple);
     let [xx, xy, yy, ..] = belief.pose_covariance;
     brush.pose(own, radius, colour);
     brush.ellipse(own.position, [xx, xy, yy], colour);
     if let Some(believed) = &belief.ball {
         let (at, rolls) = (on_pitch(believed.position_m), on_pitch(believed.velocity_mps));
-        let colour = palette::ink(Ink::Orange).with_alpha(faded(believed.age_s));
+        let colour = palette::ink(DrawColour::Orange).with_alpha(faded(believed.age_s));
         brush.circle(at, 0.05, colour);
         brush.circle(at, 0.035, colour);
         brush.ellipse(at, believed.position_covariance, colour);
@@ -97,10 +97,10 @@ fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush:
 }
 
 /// The colour in which a believed robot of a team is drawn.
-fn robot_ink(team: Team) -> Ink {
+fn robot_ink(team: Team) -> DrawColour {
     match team {
-        Team::Blue => Ink::Sky,
-        Team::Pink => Ink::Vermilion,
+        Team::Blue => DrawColour::Sky,
+        Team::Pink => DrawColour::Vermilion,
     }
 }
 

@@ -7,7 +7,7 @@ use super::{Brush, Overlay, Showing};
 use crate::viewer::cycle_samples::{CycleSample, CycleSamples};
 use crate::viewer::palette;
 use naoisis_core::ball::{Ball, BallPhysics};
-use naoisis_core::behaviour::drawings::{Drawings, DrawnShape, Frame, Ink};
+use naoisis_core::behaviour::drawings::{DrawColour, Drawings, DrawnShape, Frame};
 use naoisis_core::game::{Game, Penalty};
 use naoisis_core::geometry::{Pose, unit};
 use naoisis_core::robot::PreviousPose;
@@ -42,12 +42,12 @@ pub(super) fn draw_bounds(
     for (id, pose, previous, penalty, bounds) in &robots {
         if showing.shows(Overlay::Bounds, *id, penalty) {
             let place = showing.place(pose, previous);
-            draw_box(bounds.base, place, palette::ink(Ink::Yellow), &mut brush);
-            draw_box(bounds.torso, place, palette::ink(Ink::Sky), &mut brush);
+            draw_box(bounds.base, place, palette::ink(DrawColour::Yellow), &mut brush);
+            draw_box(bounds.torso, place, palette::ink(DrawColour::Sky), &mut brush);
         }
     }
     for (pose, previous, physics) in &balls {
-        brush.circle(showing.place(pose, previous).position, physics.radius_m, palette::ink(Ink::White));
+        brush.circle(showing.place(pose, previous).position, physics.radius_m, palette::ink(DrawColour::White));
     }
 }
 
@@ -80,16 +80,16 @@ pub(super) fn draw_kick_areas(
             let Some(geometry) = kicks.geometry(kick_type) else { continue };
             let strike = ball.and_then(|ball| kicks.strike(kick_type, pose.inverse_transform_point(ball), 0.0));
             let ink = match (kick_type, strike) {
-                (_, Some(_)) => Ink::Vermilion,
-                (kick, None) if kick.is_side_kick() => Ink::Sky,
-                (_, None) => Ink::White,
+                (_, Some(_)) => DrawColour::Vermilion,
+                (kick, None) if kick.is_side_kick() => DrawColour::Sky,
+                (_, None) => DrawColour::White,
             };
             let area = corners(geometry.rectangle());
             brush.outline(area.map(|corner| place.transform_point(corner)), palette::ink(ink));
             // Where the ball would go.
             if let (Some(strike), Some(ball)) = (strike, ball) {
                 let way = place.transform_point(KICK_M * strike.direction) - place.position;
-                brush.arrow(ball, ball + way, palette::ink(Ink::Vermilion));
+                brush.arrow(ball, ball + way, palette::ink(DrawColour::Vermilion));
             }
         }
     }
@@ -128,7 +128,7 @@ pub(super) fn draw_trails(
             trail(&place, palette::team(id.team), &mut brush);
         }
     }
-    trail(&|sample| sample.ball, palette::ink(Ink::Orange), &mut brush);
+    trail(&|sample| sample.ball, palette::ink(DrawColour::Orange), &mut brush);
 }
 
 pub(super) fn draw_targets(
@@ -168,15 +168,18 @@ pub(super) fn draw_targets(
         let cycles = AHEAD_S / showing.clock.period();
         if let Some(walk) = command.walk {
             let end = place.transform_point(cycles * walk.translation());
-            brush.arrow(place.position, end, palette::ink(Ink::White));
+            brush.arrow(place.position, end, palette::ink(DrawColour::White));
             let turn = (cycles * walk.dtheta).clamp(-3.0, 3.0);
             let from = place.heading;
             let around = body.torso.half_width_m + AROUND_BODY_M;
-            brush.path(super::geometry::arc(place.position, around, [from, from + turn]), palette::ink(Ink::White));
+            brush.path(
+                super::geometry::arc(place.position, around, [from, from + turn]),
+                palette::ink(DrawColour::White),
+            );
         }
         if let Some(head) = command.head {
             let gaze = unit(place.heading + head.yaw);
-            brush.line(place.position + 0.1 * gaze, place.position + LOOK_M * gaze, palette::ink(Ink::Sky));
+            brush.line(place.position + 0.1 * gaze, place.position + LOOK_M * gaze, palette::ink(DrawColour::Sky));
         }
     }
 }

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::geometry::{arc, sector};
 use super::{Brush, Overlay, Showing};
 use crate::viewer::palette;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::game::Penalty;
 use naoisis_core::geometry::{Pose, angle_of, unit};
@@ -22,8 +22,8 @@ use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 const FURTHEST_M: f32 = 4.0;
 
 /// The colour of a camera's field of view: that of a robot's lower camera is another.
-pub fn camera_ink(camera: CameraName) -> Ink {
-    if camera == CameraName::BOTTOM { Ink::Orange } else { Ink::Yellow }
+pub fn camera_ink(camera: CameraName) -> DrawColour {
+    if camera == CameraName::BOTTOM { DrawColour::Orange } else { DrawColour::Yellow }
 }
 
 pub(super) fn draw_fields_of_view(
@@ -66,15 +66,15 @@ pub(super) fn draw_sonars(
             let middle = place.heading + heading;
             let edges = [middle - settings.half_angle, middle + settings.half_angle];
             let range = [settings.min_m, settings.max_m];
-            let quiet = palette::ink(Ink::Sky).with_alpha(if distance.is_some() { 1.0 } else { 0.6 });
+            let quiet = palette::ink(DrawColour::Sky).with_alpha(if distance.is_some() { 1.0 } else { 0.6 });
             brush.outline(sector(place.position, range, edges), quiet);
             if let Some(distance) = distance {
-                let loud = palette::ink(Ink::Vermilion);
+                let loud = palette::ink(DrawColour::Vermilion);
                 for offset in [-0.008, 0.0, 0.008] {
                     brush.path(arc(place.position, distance + offset, edges), loud);
                 }
                 let label = place.position + distance * unit(middle);
-                brush.words(label, format!("{distance:.2} m"), palette::ink(Ink::Sky));
+                brush.words(label, format!("{distance:.2} m"), palette::ink(DrawColour::Sky));
             }
         }
     }
@@ -100,7 +100,7 @@ fn draw_percepts_of(place: Pose, percepts: &Percepts, brush: &mut Brush) {
     let sight = |brush: &mut Brush, end: Vec2, colour: Color| brush.line(place.position, end, colour.with_alpha(0.35));
     for landmark in &percepts.landmarks {
         let at = on_pitch(landmark.position_m);
-        let colour = palette::ink(Ink::White);
+        let colour = palette::ink(DrawColour::White);
         match landmark.kind {
             LandmarkKind::Line { end_position_m, .. } => brush.line(at, on_pitch(end_position_m), colour),
             LandmarkKind::Junction { shape } => {
@@ -131,7 +131,7 @@ fn draw_percepts_of(place: Pose, percepts: &Percepts, brush: &mut Brush) {
     }
     if let Some(ball) = &percepts.ball {
         let at = on_pitch(ball.position_m);
-        let colour = palette::ink(Ink::Orange);
+        let colour = palette::ink(DrawColour::Orange);
         sight(brush, at, colour);
         brush.circle(at, 0.07, colour);
     }

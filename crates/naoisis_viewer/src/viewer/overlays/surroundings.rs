@@ -7,7 +7,7 @@ use super::{Brush, Overlays};
 use crate::viewer::event_log::EventLog;
 use crate::viewer::palette;
 use naoisis_core::ball::Ball;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, Rules};
 use naoisis_core::geometry::Pose;
@@ -29,13 +29,13 @@ pub(super) fn draw_areas(
     }
     let field = pitch.outer_half_extents();
     if rules.ball_out {
-        brush.outline(corners(Rect { min: -field, max: field }), palette::ink(Ink::Yellow));
-        brush.words(Vec2::new(0.0, -field.y), "out beyond", palette::ink(Ink::Yellow));
+        brush.outline(corners(Rect { min: -field, max: field }), palette::ink(DrawColour::Yellow));
+        brush.words(Vec2::new(0.0, -field.y), "out beyond", palette::ink(DrawColour::Yellow));
     }
     if rules.leaving_field {
         let carpet = pitch.carpet_half_extents();
-        brush.outline(corners(Rect { min: -carpet, max: carpet }), palette::ink(Ink::Vermilion));
-        brush.words(Vec2::new(0.0, -carpet.y), "robots stay inside", palette::ink(Ink::Vermilion));
+        brush.outline(corners(Rect { min: -carpet, max: carpet }), palette::ink(DrawColour::Vermilion));
+        brush.words(Vec2::new(0.0, -carpet.y), "robots stay inside", palette::ink(DrawColour::Vermilion));
     }
     for end in End::BOTH {
         let (colour, sign) = (palette::team(game.defender_of(end)), end.sign());
@@ -46,20 +46,20 @@ pub(super) fn draw_areas(
             Vec2::new(sign * field.x, -pitch.goal.width_m / 2.0),
             Vec2::new(sign * (pitch.goal_post_x() + pitch.goal.depth_m), pitch.goal.width_m / 2.0),
         );
-        brush.outline(corners(goal), palette::ink(Ink::White));
-        brush.cross(goal.center(), 0.3, palette::ink(Ink::White));
+        brush.outline(corners(goal), palette::ink(DrawColour::White));
+        brush.cross(goal.center(), 0.3, palette::ink(DrawColour::White));
     }
     let Some(ball) = balls.iter().next().map(|ball| ball.translation.truncate()) else { return };
     if rules.stalling {
-        brush.circle(ball, rules.stall_radius_m, palette::ink(Ink::Sky));
-        brush.words(ball - Vec2::Y * rules.stall_radius_m, "stalling", palette::ink(Ink::Sky));
+        brush.circle(ball, rules.stall_radius_m, palette::ink(DrawColour::Sky));
+        brush.words(ball - Vec2::Y * rules.stall_radius_m, "stalling", palette::ink(DrawColour::Sky));
     }
     if game.set_play.is_some() {
-        brush.circle(ball, rules.free_kick_distance_m, palette::ink(Ink::Vermilion));
+        brush.circle(ball, rules.free_kick_distance_m, palette::ink(DrawColour::Vermilion));
         brush.words(
             ball + Vec2::Y * rules.free_kick_distance_m,
             "opponents stay outside",
-            palette::ink(Ink::Vermilion),
+            palette::ink(DrawColour::Vermilion),
         );
     }
 }
@@ -91,7 +91,7 @@ pub(super) fn draw_last_touch(
     let Some(robot) = roster.get(touch.robot).filter(|robot| poses.contains(*robot)) else { return };
     let Ok((transform, body)) = robots.get(robot) else { return };
     let (place, around) = (transform.translation.truncate(), body.torso.half_width_m + 0.1);
-    let colour = palette::ink(Ink::White);
+    let colour = palette::ink(DrawColour::White);
     brush.circle(place, around - 0.01, colour);
     brush.circle(place, around + 0.01, colour);
     if let Some(ball) = balls.iter().next() {

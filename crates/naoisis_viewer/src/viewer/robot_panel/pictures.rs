@@ -16,7 +16,7 @@ use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
 use crate::viewer::palette;
 use crate::viewer::shared::Selection;
 use crate::viewer::theme::text_size;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};
@@ -162,18 +162,18 @@ fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName,
     };
     for landmark in percepts.landmarks.iter().filter(|landmark| landmark.camera == side) {
         let at = place(landmark.pixel);
-        let colour = palette::ink(Ink::Sky);
+        let colour = palette::ink(DrawColour::Sky);
         match landmark.kind {
             LandmarkKind::Line { end_pixel, .. } => {
                 painter.line_segment([at, place(end_pixel)], stroke(colour));
             }
             LandmarkKind::Junction { shape } => {
-                cross(at, 3.0, stroke(palette::ink(Ink::Vermilion)));
-                write(at - egui::vec2(0.0, 3.0), junction_letter(shape), palette::ink(Ink::White));
+                cross(at, 3.0, stroke(palette::ink(DrawColour::Vermilion)));
+                write(at - egui::vec2(0.0, 3.0), junction_letter(shape), palette::ink(DrawColour::White));
             }
-            LandmarkKind::PenaltyCross => cross(at, 4.0, stroke(palette::ink(Ink::Vermilion))),
+            LandmarkKind::PenaltyCross => cross(at, 4.0, stroke(palette::ink(DrawColour::Vermilion))),
             LandmarkKind::CentreCircle | LandmarkKind::CornerArc => {
-                painter.circle_stroke(at, 5.0, stroke(palette::ink(Ink::Vermilion)));
+                painter.circle_stroke(at, 5.0, stroke(palette::ink(DrawColour::Vermilion)));
             }
         }
     }
@@ -183,7 +183,7 @@ fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName,
             [at, at - egui::vec2(0.0, 22.0)],
             Stroke::new(2.5, palette::in_panel(palette::goal(post.colour))),
         );
-        cross(at, 4.0, stroke(palette::ink(Ink::White)));
+        cross(at, 4.0, stroke(palette::ink(DrawColour::White)));
     }
     for robot in percepts.robots.iter().filter(|robot| robot.camera == side) {
         let at = place(robot.pixel);
@@ -191,11 +191,11 @@ fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName,
         let top = Area::from_min_max(at + egui::vec2(-9.0, -34.0), at + egui::vec2(9.0, 0.0));
         let rounding = if robot.team == Team::Blue { 0.0 } else { 8.0 };
         painter.rect_stroke(top, rounding, stroke(colour), egui::StrokeKind::Middle);
-        write(at + egui::vec2(0.0, 12.0), robot.team.name(), palette::ink(Ink::White));
+        write(at + egui::vec2(0.0, 12.0), robot.team.name(), palette::ink(DrawColour::White));
     }
     if let Some(ball) = percepts.ball.filter(|ball| ball.camera == side) {
         let at = place(ball.pixel);
-        painter.circle_stroke(at, 7.0, stroke(palette::ink(Ink::Yellow)));
-        write(at - egui::vec2(0.0, 7.0), "ball", palette::ink(Ink::Yellow));
+        painter.circle_stroke(at, 7.0, stroke(palette::ink(DrawColour::Yellow)));
+        write(at - egui::vec2(0.0, 7.0), "ball", palette::ink(DrawColour::Yellow));
     }
 }

@@ -10,7 +10,7 @@ pub use crate::viewer::pen_marks::{Pen, PenMark};
 use crate::viewer::shared::{Notice, TeachAction};
 use crate::viewer::stage::pitch_from_world;
 use bevy_egui::input::EguiWantsInput;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 
 /// Lines of the pen are as thick as three, this far from each other, m.
 const APART_M: f32 = 0.012;
@@ -76,11 +76,11 @@ pub(super) fn show(pen: Res<Pen>, mut brush: Brush) {
             PenMark::Arrow(start, end) => {
                 let aside = APART_M * (end - start).normalize_or_zero().perp();
                 for step in [-1.0, 0.0, 1.0] {
-                    brush.arrow(start + step * aside, end + step * aside, palette::ink(Ink::Yellow));
+                    brush.arrow(start + step * aside, end + step * aside, palette::ink(DrawColour::Yellow));
                 }
             }
             PenMark::Zone(centre, edge) => {
-                let (radius, colour) = (centre.distance(edge), palette::ink(Ink::Sky));
+                let (radius, colour) = (centre.distance(edge), palette::ink(DrawColour::Sky));
                 for step in [-1.0, 0.0, 1.0] {
                     brush.circle(centre, radius + step * APART_M, colour);
                 }

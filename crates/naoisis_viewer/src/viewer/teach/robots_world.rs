@@ -6,7 +6,7 @@ use crate::viewer::overlays::{Brush, draw_world_of};
 use crate::viewer::palette;
 use crate::viewer::shared::{Notice, RobotsWorld, Selection, SelectionCommand, TeachAction};
 use naoisis_core::ball::Ball;
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::game::Game;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
@@ -57,8 +57,8 @@ pub(super) fn draw(
             let own_end = game.own_end(id.team);
             draw_world_of(*id, body, belief, own_end, &mut brush);
             let here = belief.pose_in_pitch(own_end).position;
-            brush.words(here + 0.25 * Vec2::Y, format!("{id} believes to be here"), palette::ink(Ink::White));
+            brush.words(here + 0.25 * Vec2::Y, format!("{id} believes to be here"), palette::ink(DrawColour::White));
         }
-        None => brush.words(Vec2::ZERO, format!("{id} keeps no belief"), palette::ink(Ink::White)),
+        None => brush.words(Vec2::ZERO, format!("{id} keeps no belief"), palette::ink(DrawColour::White)),
     }
 }

@@ -141,7 +141,7 @@ fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut
             ui.horizontal(|ui| {
                 let PerTeam { blue, pink } = &summary.places;
                 let team = |team| palette::in_panel(palette::team(team));
-                let ball = palette::in_panel(palette::ink(naoisis_core::behaviour::drawings::Ink::Orange));
+                let ball = palette::in_panel(palette::ink(naoisis_core::behaviour::drawings::DrawColour::Orange));
                 let maps = [
                     ("the ball", &summary.ball, ball),
                     ("blue", blue, team(Team::Blue)),

@@ -1,5 +1,5 @@
-//! A referee that carries out what a [referee outside the match](OutsideReferee) says, and judges nothing itself: goals, outs,
-//! fouls and restarts are what that one whistles. The ball is put where a free kick of that kind is taken, as an assistant would.
+//! Applies the decisions of a [referee outside the match](OutsideReferee): goals, outs, fouls and restarts. The ball is placed
+//! where a free kick of that kind is taken.
 
 use bevy::prelude::*;
 
@@ -11,23 +11,23 @@ use crate::events::MatchEvent;
 use crate::game::{GameState, OutsideReferee, SetPlay, SetPlayKind};
 use crate::team::Team;
 
-/// Why whatever happens does.
+/// The rule in the evidence of these decisions.
 const RULE: &str = "A referee outside the match decides.";
 
 impl Referee<'_, '_> {
-    /// A cycle under a referee outside the match.
-    pub(super) fn obey(&mut self, outside: &OutsideReferee) {
-        self.obey_half(outside);
-        self.obey_score(outside);
-        self.obey_penalties(outside);
-        self.obey_state(outside);
+    /// Applies the decisions of a cycle.
+    pub(super) fn apply_outside(&mut self, outside: &OutsideReferee) {
+        self.apply_half(outside);
+        self.apply_score(outside);
+        self.apply_penalties(outside);
+        self.apply_state(outside);
         if self.decisions.game.state == GameState::Playing {
-            self.obey_set_play(outside);
+            self.apply_set_play(outside);
         }
         self.decisions.game.cycles_left = Some(self.seen.cycles(outside.time_left_s.max(0.0)));
     }
 
-    fn obey_half(&mut self, outside: &OutsideReferee) {
+    fn apply_half(&mut self, outside: &OutsideReferee) {
         let game = &mut self.decisions.game;
         if game.half != outside.half {
             game.half = outside.half;
@@ -41,7 +41,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    fn obey_score(&mut self, outside: &OutsideReferee) {
+    fn apply_score(&mut self, outside: &OutsideReferee) {
         let before = core::mem::replace(&mut self.decisions.game.score, outside.score);
         for team in Team::BOTH {
             for _ in before[team]..outside.score[team] {
@@ -54,7 +54,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    fn obey_penalties(&mut self, outside: &OutsideReferee) {
+    fn apply_penalties(&mut self, outside: &OutsideReferee) {
         for index in 0..self.decisions.robots.len() {
             let id = self.decisions.robots[index].id;
             let wanted = outside.penalties.iter().find(|(robot, ..)| *robot == id);
@@ -66,7 +66,7 @@ impl Referee<'_, '_> {
                 }
                 Some((_, _, seconds)) => {
                     if let Some(penalty) = &mut self.decisions.robots[index].penalty.0 {
-                        // It ends when it is said, not when its time is over.
+                        // It ends by decision, not by time.
                         penalty.cycles_left = self.seen.cycles(seconds.max(0.0)).max(1);
                     }
                 }
@@ -76,7 +76,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    fn obey_state(&mut self, outside: &OutsideReferee) {
+    fn apply_state(&mut self, outside: &OutsideReferee) {
         if self.decisions.game.state == outside.state {
             return;
         }
@@ -104,25 +104,25 @@ impl Referee<'_, '_> {
         }
     }
 
-    fn obey_set_play(&mut self, outside: &OutsideReferee) {
+    fn apply_set_play(&mut self, outside: &OutsideReferee) {
         let left = self.seen.cycles(outside.secondary_time_left_s.max(0.0));
         match (self.decisions.game.set_play, outside.set_play.zip(outside.kicking_team)) {
             (Some(under_way), Some((kind, team))) if (under_way.kind, under_way.team) == (kind, team) => {
                 self.decisions.game.set_play = Some(SetPlay { cycles_left: left, ..under_way.later(true) });
             }
             (_, Some((kind, team))) => self.begin_free_kick(kind, team, self.place_of(kind, team)),
-            // Of a kick-off nothing is said but that play begins.
+            // A kick-off is not announced as a set play.
             (Some(under_way), None) if under_way.kind == SetPlayKind::KickOff => self.follow_set_play(),
             (Some(under_way), None) if outside.set_play.is_none() => {
                 self.decisions.game.set_play = None;
                 self.decisions.events.push(MatchEvent::FreeKickOver { team: under_way.team, taken: true });
             }
-            // Whose it is will be said.
+            // The kicking team is not known yet.
             (_, None) => {}
         }
     }
 
-    /// Where a free kick of `team` is taken, when the ball is where it is.
+    /// Where a free kick of `team` is taken, given the position of the ball.
     fn place_of(&self, kind: SetPlayKind, team: Team) -> Vec2 {
         let pitch = self.seen.pitch;
         let corner = Vec2::new(pitch.half_length(), pitch.half_width());
@@ -152,7 +152,7 @@ mod tests {
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
     /// A match in play under a referee outside it, who says what it is already.
-    fn obeying() -> (MatchFixture, OutsideReferee) {
+    fn with_outside_referee() -> (MatchFixture, OutsideReferee) {
         let outside = OutsideReferee { state: GameState::Playing, half: 1, time_left_s: 300.0, ..default() };
         let fixture = MatchFixture { outside: Some(outside.clone()), ..MatchFixture::three_a_side() };
         (fixture, outside)
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn nothing_is_judged_but_by_the_referee_outside() {
-        let (fixture, outside) = obeying();
+        let (fixture, outside) = with_outside_referee();
         let mut fixture = fixture.touched_by(BLUE2).ball_rolled([2.9, 0.0], [3.2, 0.0]);
         let decided = fixture.decide();
         assert_eq!((decided.events.len(), decided.game.score.blue), (0, 0));
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_robot_is_off_the_pitch_for_as_long_as_the_referee_outside_says() {
-        let (mut fixture, outside) = obeying();
+        let (mut fixture, outside) = with_outside_referee();
         fixture.outside =
             Some(OutsideReferee { penalties: vec![(BLUE2, PenaltyReason::Pushing, 0.0)], ..outside.clone() });
         for _ in 0..100 {
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_kick_off_is_whistled_from_outside() {
-        let (mut fixture, outside) = obeying();
+        let (mut fixture, outside) = with_outside_referee();
         let kicking_team = Some(Team::Pink);
         for (state, whistles) in [(GameState::Ready, 1), (GameState::Set, 1), (GameState::Playing, 2)] {
             fixture.outside = Some(OutsideReferee { state, kicking_team, ..outside.clone() });
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn the_ball_of_a_free_kick_is_put_where_it_is_taken() {
         let place = |kind, team| {
-            let (fixture, outside) = obeying();
+            let (fixture, outside) = with_outside_referee();
             let (set_play, kicking_team) = (Some(kind), Some(team));
             let outside = Some(OutsideReferee { set_play, kicking_team, secondary_time_left_s: 30.0, ..outside });
             let fixture = MatchFixture { outside, ..fixture }.ball_rolled([3.3, 1.0], [3.4, 1.0]);
@@ -214,13 +214,13 @@ mod tests {
         assert_eq!(place(SetPlayKind::KickIn, Team::Blue), [3.0, 2.0]);
         let [x, y] = place(SetPlayKind::GoalKick, Team::Pink);
         assert!(x > 2.0 && x < 3.0 && y > 0.0, "{x}, {y}");
-        let over = MatchFixture { outside: Some(obeying().1), ..obeying().0 };
+        let over = MatchFixture { outside: Some(with_outside_referee().1), ..with_outside_referee().0 };
         assert_eq!(over.decide().game.set_play, None);
     }
 
     #[test]
     fn in_the_second_half_the_robots_are_carried_over() {
-        let (mut fixture, outside) = obeying();
+        let (mut fixture, outside) = with_outside_referee();
         let (state, half, blue_end) = (GameState::Initial, 2, End::PositiveX);
         fixture.outside = Some(OutsideReferee { state, half, blue_end, ..outside });
         let decided = fixture.pass();
