@@ -93,13 +93,6 @@ pub fn wrap_angle(angle: f32) -> f32 {
     if turned <= -PI { turned + TAU } else { turned.min(PI) }
 }
 
-/// `angle`, radians, in degrees wrapped to (-180, 180], as in traces. Computed in double precision, so that whole degrees are
-/// preserved.
-pub fn wrapped_degrees(angle: f32) -> f32 {
-    let degrees = to_degrees(wrap_angle(angle));
-    if degrees <= -180.0 { degrees + 360.0 } else { degrees }
-}
-
 /// `radians` in degrees: a round number if that is the same angle in single precision.
 pub fn to_degrees(radians: f32) -> f32 {
     let degrees = f64::from(radians).to_degrees();
@@ -341,7 +334,6 @@ mod tests {
     #[test]
     fn angles_wrap_into_the_half_open_turn() {
         assert_eq!(wrap_angle(PI), PI);
-        assert_eq!(wrapped_degrees(-PI), 180.0);
         assert_abs_diff_eq!(wrap_angle(3.0 * PI), PI, epsilon = 1e-6);
         assert_abs_diff_eq!(wrap_angle(-0.5 - TAU), -0.5, epsilon = 1e-6);
         for step in -1000..1000 {

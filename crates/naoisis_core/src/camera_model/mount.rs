@@ -155,7 +155,7 @@ impl From<CameraMount> for MountFields {
 #[derive(Clone, Copy, PartialEq, Debug, Deref, Reflect, Serialize, Deserialize)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[serde(try_from = "Vec<CameraMount>")]
+#[serde(try_from = "Vec<CameraMount>", into = "Vec<CameraMount>")]
 pub struct CameraMounts(ArrayVec<[CameraMount; CameraMounts::MOST]>);
 
 impl TryFrom<Vec<CameraMount>> for CameraMounts {
@@ -164,6 +164,12 @@ impl TryFrom<Vec<CameraMount>> for CameraMounts {
     fn try_from(cameras: Vec<CameraMount>) -> Result<Self, String> {
         let too_many = || format!("{} cameras; expected at most {}", cameras.len(), Self::MOST);
         Self::new(&cameras).ok_or_else(too_many)
+    }
+}
+
+impl From<CameraMounts> for Vec<CameraMount> {
+    fn from(mounts: CameraMounts) -> Self {
+        mounts.0.to_vec()
     }
 }
 

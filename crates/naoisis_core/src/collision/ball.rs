@@ -43,7 +43,7 @@ pub struct BallContact {
 ///
 /// A ball that overlaps an obstacle at the start may stay where it is (a NAO kicks a ball that lies over its toes),
 /// but does not get deeper. Returns none if the ball is wedged between obstacles that close in on it.
-pub fn roll_ball(
+pub(crate) fn roll_ball(
     ball: RollingBall,
     obstacles: &[BallObstacle],
     duration: f32,

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use crate::robot::body::Footprint;
 
 /// Least depth of an overlap, m.
-pub const TOUCH_DEPTH: f32 = 1e-6;
+const TOUCH_DEPTH: f32 = 1e-6;
 
 /// The overlap of two shapes.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -32,7 +32,7 @@ impl Footprint {
     }
 
     /// Radius of the circle about the centre that holds the rectangle, m.
-    pub fn bounding_radius(&self) -> f32 {
+    pub(crate) fn bounding_radius(&self) -> f32 {
         self.half_extents.length()
     }
 
@@ -91,7 +91,7 @@ impl Footprint {
 }
 
 /// The distance of a point from a straight segment, and the unit vector from the segment to the point.
-pub fn distance_from_segment(start: Vec2, end: Vec2, point: Vec2) -> (f32, Vec2) {
+pub(crate) fn distance_from_segment(start: Vec2, end: Vec2, point: Vec2) -> (f32, Vec2) {
     let along = end - start;
     let share = ((point - start).dot(along) / along.length_squared()).clamp(0.0, 1.0);
     let offset = point - (start + along * share);

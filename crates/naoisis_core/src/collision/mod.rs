@@ -50,12 +50,12 @@ pub struct Contacts {
 
 impl Contacts {
     /// The robots whose bases the ball touched in the last cycle, in the order in which it touched them.
-    pub fn robots_at_ball(&self) -> impl DoubleEndedIterator<Item = RobotId> + '_ {
+    pub(crate) fn robots_at_ball(&self) -> impl DoubleEndedIterator<Item = RobotId> + '_ {
         self.touching.iter().filter(|(_, with)| *with == CollisionPartner::Ball).filter_map(|(robot, _)| *robot)
     }
 
     /// The pairs of robots that touched in the last cycle, in the order of their ids.
-    pub fn robots_in_contact(&self) -> impl Iterator<Item = (RobotId, RobotId)> + '_ {
+    pub(crate) fn robots_in_contact(&self) -> impl Iterator<Item = (RobotId, RobotId)> + '_ {
         self.touching.iter().filter_map(|(robot, with)| match with {
             CollisionPartner::Robot(other) => robot.map(|robot| (robot, *other)),
             _ => None,

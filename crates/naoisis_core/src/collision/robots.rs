@@ -212,7 +212,7 @@ fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut Separ
 }
 
 /// Returns robots that are `held` for another reason to their start, and then those that would overlap them.
-pub fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder], held: &mut [bool]) {
+pub(crate) fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder], held: &mut [bool]) {
     loop {
         for (robot, held) in robots.iter_mut().zip(held.iter()) {
             if *held {

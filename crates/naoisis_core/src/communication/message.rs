@@ -59,7 +59,7 @@ impl TeamMessage {
     }
 
     /// Whether every position is within [`FARTHEST_M`] along both axes, and there are at most [`MOST_ROBOTS`].
-    pub fn is_in_range(&self) -> bool {
+    pub(crate) fn is_in_range(&self) -> bool {
         let places = self.pose.iter().map(|pose| pose.position).chain(self.ball_m).chain(self.robots_m.iter().copied());
         self.robots_m.len() <= MOST_ROBOTS && places.map(Vec2::abs).all(|place| place.max_element() <= FARTHEST_M)
     }

@@ -120,14 +120,14 @@ pub struct Interventions {
 
 impl Interventions {
     /// The interventions of a scenario. Interventions for the same time keep their order.
-    pub fn scheduled(list: &[TimedIntervention]) -> Self {
+    pub(crate) fn scheduled(list: &[TimedIntervention]) -> Self {
         let mut scheduled: Vec<_> = list.iter().rev().copied().collect();
         scheduled.sort_by(|a, b| b.at_s.total_cmp(&a.at_s));
         Self { queue: Vec::new(), scheduled }
     }
 
     /// Moves the interventions that are due at `time_s` to the queue.
-    pub fn fall_due(&mut self, time_s: f64) {
+    pub(crate) fn fall_due(&mut self, time_s: f64) {
         // Half a microsecond for the rounding of times in files.
         while let Some(next) = self.scheduled.pop_if(|next| next.at_s <= time_s + 5e-7) {
             self.queue.push(next.intervention);

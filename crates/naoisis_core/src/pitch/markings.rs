@@ -161,7 +161,7 @@ impl Pitch {
     }
 
     /// `count` points on the centre circle's line, for drawing.
-    pub fn centre_circle_points(&self, count: usize) -> impl Iterator<Item = Vec2> {
+    fn centre_circle_points(&self, count: usize) -> impl Iterator<Item = Vec2> {
         let radius = self.centre_circle_diameter_m / 2.0;
         (0..count).map(move |index| radius * unit(TAU * index as f32 / count as f32))
     }

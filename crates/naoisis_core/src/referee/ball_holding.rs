@@ -23,7 +23,7 @@ fn holds_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
 }
 
 /// Whether `place`, robot frame, is within the convex hull of the robot's two boxes, seen from above.
-pub fn is_in_hull(bounds: &Body, place: Vec2) -> bool {
+fn is_in_hull(bounds: &Body, place: Vec2) -> bool {
     // Both boxes are symmetric about the x axis: so is the hull, and its half above the axis decides.
     let corners = |part: &BodyBox| part.x_m.map(|x| Vec2::new(x, part.half_width_m));
     let [a, b] = corners(&bounds.torso);

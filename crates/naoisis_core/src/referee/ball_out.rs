@@ -83,7 +83,7 @@ pub fn evidence(snapshot: &MatchSnapshot, out: &BallOut) -> Evidence {
 /// - Over the other goal line: 1 m back from the robot, or the halfway line, whichever is farther back.
 ///
 /// Where nobody touched it, it comes back where it went out, or at the near end of the line.
-pub fn throw_in_place(snapshot: &MatchSnapshot, out: &BallOut) -> Vec2 {
+pub(crate) fn throw_in_place(snapshot: &MatchSnapshot, out: &BallOut) -> Vec2 {
     let most = throw_in_half_length(snapshot.pitch);
     let y = (snapshot.pitch.half_width() - THROW_IN_INSET).copysign(out.position.y);
     let Some(touch) = snapshot.last_touch else {

@@ -7,7 +7,7 @@ use super::snapshot::MatchSnapshot;
 const STOPPED_MPS: f32 = 0.05;
 
 /// Whether a half whose time is over continues after this cycle.
-pub fn attack_goes_on(snapshot: &MatchSnapshot) -> bool {
+pub(crate) fn attack_goes_on(snapshot: &MatchSnapshot) -> bool {
     let (Some(ball), Some(touch)) = (&snapshot.ball, snapshot.last_touch) else { return false };
     let attacker = touch.robot.team;
     let time_was_over = snapshot.game.cycles_left == Some(0);

@@ -25,7 +25,7 @@ const FACING_COSINE: f32 = 0.5;
 const HAND_M: f32 = 0.1;
 
 /// Which of the robots with the indices `pair` are responsible for their collision.
-pub fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 2] {
+pub(crate) fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 2] {
     let [a, b] = pair.map(|index| &snapshot.robots[index]);
     if a.id.team == b.id.team && !snapshot.rules.collisions_between_team_mates {
         return [false; 2];
@@ -64,7 +64,7 @@ fn has_at_its_side(robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
 
 /// The speed at which `robot` intends to approach `other`, along the line between their positions at the start of the cycle,
 /// m/s.
-pub fn approach_speed(robot: &RobotSnapshot, other: &RobotSnapshot) -> f32 {
+pub(crate) fn approach_speed(robot: &RobotSnapshot, other: &RobotSnapshot) -> f32 {
     let line = (other.previous.position - robot.previous.position).normalize_or_zero();
     robot.wanted_velocity.dot(line)
 }

@@ -16,7 +16,7 @@ pub struct ScoredGoal {
 
 impl ScoredGoal {
     /// Whether the scorer is of the team that defends the goal.
-    pub fn is_own_goal(&self) -> bool {
+    pub(crate) fn is_own_goal(&self) -> bool {
         self.scorer.is_some_and(|scorer| scorer.team != self.team)
     }
 }

@@ -7,7 +7,7 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{DefenderLimit, Evidence};
 
 /// Whether a robot counts as being in the area with limited defenders.
-pub fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+pub(crate) fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     match snapshot.rules.defender_limit {
         DefenderLimit::KeeperOnly => {
             let (pitch, area) = (snapshot.pitch, snapshot.pitch.penalty_area);
@@ -22,7 +22,7 @@ pub fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
 }
 
 /// Whether any part of a robot's base touches its own goal area, or its penalty area on a pitch without goal areas.
-pub fn is_in_goal_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+pub(crate) fn is_in_goal_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     let area = snapshot.pitch.goal_area.unwrap_or(snapshot.pitch.penalty_area);
     let own_end = snapshot.game.own_end(robot.id.team);
     touches_area(snapshot.pitch, area, own_end, robot)

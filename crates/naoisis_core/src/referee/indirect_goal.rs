@@ -51,7 +51,7 @@ impl Plays {
     }
 
     /// The state after a free kick that was not taken in time: `team`, the other one, may score directly.
-    pub fn direct_for(team: Team) -> Self {
+    pub(crate) fn direct_for(team: Team) -> Self {
         Self { direct: Some(Direct { team, robot: None }), ..Self::default() }
     }
 

@@ -16,7 +16,7 @@ const ASIDE_MPS: f32 = 0.03;
 const ACROSS_COSINE: f32 = 0.866;
 
 /// Whether `robot` steps into the way to the ball of `other`.
-pub fn steps_into_way(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
+pub(crate) fn steps_into_way(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
     let Some(ball) = &snapshot.ball else { return false };
     let way = ball.position - other.pose.position;
     let Some(direction) = way.try_normalize() else { return false };

@@ -18,7 +18,7 @@ pub fn end(snapshot: &MatchSnapshot, team: Team) -> End {
 }
 
 /// Whether any part of a robot is in the penalty area of a penalty kick of `team`.
-pub fn is_in_area(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
+pub(crate) fn is_in_area(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
     touches_area(snapshot.pitch, snapshot.pitch.penalty_area, end(snapshot, team), robot)
 }
 
@@ -44,7 +44,7 @@ fn blocks(snapshot: &MatchSnapshot, mark: Vec2, robot: &RobotSnapshot) -> bool {
 
 /// The illegal position of each robot when the `set` of a penalty kick of `team` begins: one entry for each robot, none if it is
 /// legal or the robot is penalised. A goalkeeper ahead of its line is put back instead.
-pub fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl Iterator<Item = Option<IllegalPosition>> {
+pub(crate) fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl Iterator<Item = Option<IllegalPosition>> {
     let mark = penalty_mark(snapshot.pitch, end(snapshot, team));
     snapshot.robots.iter().map(move |robot| {
         if !robot.is_present() {
@@ -67,7 +67,7 @@ pub fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl Iterator<
 }
 
 /// Whether a robot is at an illegal position while the ball belongs to the attackers.
-pub fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+pub(crate) fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     let team = set_play.team;
     is_in_area(snapshot, team, robot)
         && if robot.id.team == team {
@@ -78,6 +78,6 @@ pub fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSna
 }
 
 /// Whether the goalkeeper is upright and in contact with the goal line.
-pub fn keeps_its_line(snapshot: &MatchSnapshot, team: Team, keeper: &RobotSnapshot) -> bool {
+pub(crate) fn keeps_its_line(snapshot: &MatchSnapshot, team: Team, keeper: &RobotSnapshot) -> bool {
     keeper.posture.is_upright() && touches_goal_line(snapshot.pitch, end(snapshot, team), keeper)
 }

@@ -50,13 +50,13 @@ pub struct Occupied {
 
 impl Occupied {
     /// Only the posts and, if there is one, a ball at `ball`.
-    pub fn by_posts(pitch: &Pitch, posts: &[Disc], ball: Option<Disc>) -> Self {
+    pub(crate) fn by_posts(pitch: &Pitch, posts: &[Disc], ball: Option<Disc>) -> Self {
         let carpet = pitch.carpet_half_extents();
         Self { carpet, torsos: Vec::new(), bases: Vec::new(), posts: posts.to_vec(), ball }
     }
 
     /// The posts, the ball, and all robots on the pitch but the one of index `but`.
-    pub fn by_others(snapshot: &MatchSnapshot, but: Option<usize>) -> Self {
+    pub(crate) fn by_others(snapshot: &MatchSnapshot, but: Option<usize>) -> Self {
         let ball = snapshot.ball.map(|ball| Disc { centre: ball.position, radius: ball.radius });
         let mut occupied = Self::by_posts(snapshot.pitch, snapshot.posts, ball);
         for (index, robot) in snapshot.robots.iter().enumerate() {
@@ -68,7 +68,7 @@ impl Occupied {
     }
 
     /// The posts, and the robots that wait beside the pitch.
-    pub fn by_waiting(snapshot: &MatchSnapshot) -> Self {
+    pub(crate) fn by_waiting(snapshot: &MatchSnapshot) -> Self {
         let mut occupied = Self::by_posts(snapshot.pitch, snapshot.posts, None);
         for robot in snapshot.robots.iter().filter(|robot| !robot.is_present()) {
             occupied.add_robot(robot.pose, &robot.bounds);
@@ -77,13 +77,13 @@ impl Occupied {
     }
 
     /// Adds a robot.
-    pub fn add_robot(&mut self, pose: Pose, bounds: &Body) {
+    pub(crate) fn add_robot(&mut self, pose: Pose, bounds: &Body) {
         self.torsos.push(grown(bounds.torso.footprint(pose)));
         self.bases.push(grown(bounds.base.footprint(pose)));
     }
 
     /// Whether `pose` is free for a robot.
-    pub fn admits_robot(&self, pose: Pose, bounds: &Body) -> bool {
+    pub(crate) fn admits_robot(&self, pose: Pose, bounds: &Body) -> bool {
         let torso = bounds.torso.footprint(pose);
         let base = bounds.base.footprint(pose);
         self.torsos.iter().all(|other| other.overlap(&torso).is_none())
@@ -95,7 +95,7 @@ impl Occupied {
     }
 
     /// Whether `centre` is free for a ball.
-    pub fn admits_ball(&self, centre: Vec2, radius: f32) -> bool {
+    fn admits_ball(&self, centre: Vec2, radius: f32) -> bool {
         self.bases.iter().all(|base| base.overlap_disc(centre, radius).is_none())
             && self.posts.iter().all(|post| post.centre.distance(centre) > post.radius + radius + CLEARANCE)
     }
@@ -115,7 +115,7 @@ impl Occupied {
 
     /// The free place on the carpet for the ball nearest to the one wanted; one beside the carpet where nothing is free
     /// for metres.
-    pub fn free_ball_place(&self, wanted: Vec2, radius: f32) -> Vec2 {
+    pub(crate) fn free_ball_place(&self, wanted: Vec2, radius: f32) -> Vec2 {
         self.free_place_from(0, wanted, |place| self.admits_ball(place, radius)).1
     }
 

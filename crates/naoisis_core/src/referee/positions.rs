@@ -61,7 +61,7 @@ impl IllegalPosition {
 
 /// The illegal position of each robot at a kick-off of `kick_off_team`, or at a drop ball if there is none: one entry for each
 /// robot, none if it is legal or the robot is penalised.
-pub fn illegal_positions(
+pub(crate) fn illegal_positions(
     snapshot: &MatchSnapshot,
     kick_off_team: Option<Team>,
 ) -> impl Iterator<Item = Option<IllegalPosition>> {
@@ -102,7 +102,7 @@ fn nearest_in_circle(snapshot: &MatchSnapshot, team: Team) -> Option<usize> {
 
 /// The robot of a team that is outside its own half, the nearest to the centre mark if there are more: it must take the
 /// kick-off (2025).
-pub fn kick_off_player(snapshot: &MatchSnapshot, team: Team) -> Option<RobotId> {
+pub(crate) fn kick_off_player(snapshot: &MatchSnapshot, team: Team) -> Option<RobotId> {
     let outside = snapshot
         .robots
         .iter()

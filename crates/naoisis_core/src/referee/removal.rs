@@ -43,7 +43,13 @@ pub fn waiting_pose(snapshot: &MatchSnapshot, own_end: End, position: Vec2, boun
 }
 
 /// The pose at which a robot returns: at the halfway line, or by the rules of 2025 where it waited.
-pub fn return_pose(snapshot: &MatchSnapshot, own_end: End, waiting: Pose, bounds: &Body, occupied: &Occupied) -> Pose {
+pub(crate) fn return_pose(
+    snapshot: &MatchSnapshot,
+    own_end: End,
+    waiting: Pose,
+    bounds: &Body,
+    occupied: &Occupied,
+) -> Pose {
     match snapshot.rules.return_place {
         ReturnPlace::HalfwayLine => halfway_pose(snapshot, own_end, bounds, occupied),
         ReturnPlace::PenaltyMark => occupied.free_pose(waiting, bounds),
@@ -72,7 +78,7 @@ pub fn halfway_pose(snapshot: &MatchSnapshot, own_end: End, bounds: &Body, occup
 
 /// The pose to which a goalkeeper that is stuck at the ball in its own penalty area is moved: on its penalty mark, facing its goal
 /// (2010 rule book, section 3.10). None for any other robot.
-pub fn stuck_keeper_pose(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Pose> {
+pub(crate) fn stuck_keeper_pose(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Pose> {
     let own_end = snapshot.game.own_end(robot.id.team);
     let area = snapshot.pitch.penalty_area;
     let at_home = feet(robot).iter().all(|foot| in_area(snapshot.pitch, area, own_end, *foot));

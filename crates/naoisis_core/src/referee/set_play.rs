@@ -50,7 +50,7 @@ pub fn advance(set_play: SetPlay, snapshot: &MatchSnapshot) -> Course {
 }
 
 /// The kind of the free kick for a ball out, and the position of the ball.
-pub fn for_ball_out(snapshot: &MatchSnapshot, out: &BallOut) -> (SetPlayKind, Vec2) {
+pub(crate) fn for_ball_out(snapshot: &MatchSnapshot, out: &BallOut) -> (SetPlayKind, Vec2) {
     let pitch = snapshot.pitch;
     let side = if out.position.y < 0.0 { -1.0 } else { 1.0 };
     match out.line {
@@ -68,7 +68,7 @@ pub fn for_ball_out(snapshot: &MatchSnapshot, out: &BallOut) -> (SetPlayKind, Ve
 }
 
 /// The corner of the goal area (or penalty area) of `team`, on the side given by the sign of `y`.
-pub fn goal_kick_place(snapshot: &MatchSnapshot, team: Team, y: f32) -> Vec2 {
+pub(crate) fn goal_kick_place(snapshot: &MatchSnapshot, team: Team, y: f32) -> Vec2 {
     let pitch = snapshot.pitch;
     let area = pitch.goal_area.unwrap_or(pitch.penalty_area);
     let side = if y < 0.0 { -1.0 } else { 1.0 };
@@ -78,7 +78,12 @@ pub fn goal_kick_place(snapshot: &MatchSnapshot, team: Team, y: f32) -> Vec2 {
 
 /// The number of cycles for which a robot of the other team has been at an illegal position in a free kick, including this one.
 /// During the time to leave none count.
-pub fn advance_encroachment(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
+pub(crate) fn advance_encroachment(
+    cycles: u64,
+    set_play: &SetPlay,
+    snapshot: &MatchSnapshot,
+    robot: &RobotSnapshot,
+) -> u64 {
     let leave_s = match set_play.kind {
         SetPlayKind::KickOff | SetPlayKind::PenaltyKick => 0.0,
         _ => snapshot.rules.free_kick_leave_s,

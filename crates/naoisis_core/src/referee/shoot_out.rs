@@ -30,7 +30,7 @@ const STOPPED_MPS: f32 = 0.05;
 const AT_POST_M: f32 = 0.01;
 
 /// The result of a shot after a cycle: scored or failed, and why; none while it continues.
-pub fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(bool, Evidence)> {
+fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(bool, Evidence)> {
     let ball = snapshot.ball.as_ref()?;
     let case = |scored: bool, rule: &'static str| Some((scored, snapshot.evidence(rule, ball.position)));
     let fault = match snapshot.rules.shoot_out_procedure {

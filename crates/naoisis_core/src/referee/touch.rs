@@ -27,7 +27,7 @@ pub struct Touch {
 ///
 /// Of robots that kick in the same cycle, the one that gives the ball the greater speed has the last touch; of equal ones the
 /// first in order. A robot that kicks and is hit by the ball has kicked it.
-pub fn touches_of_cycle(
+pub(crate) fn touches_of_cycle(
     events: &[MatchEvent],
     contacts: impl Iterator<Item = RobotId>,
     touches: &mut Vec<(RobotId, bool)>,

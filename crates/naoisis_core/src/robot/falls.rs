@@ -93,7 +93,7 @@ pub fn fall_probability(speed: f32, least: f32, certain: f32) -> f32 {
 
 /// The probability that a robot falls within `period` seconds of walking at `speed_share` of its full speed: falls are a Poisson
 /// process with the rate of `balance`.
-pub fn walking_probability(balance: &FallModel, speed_share: f32, period: f32) -> f32 {
+fn walking_probability(balance: &FallModel, speed_share: f32, period: f32) -> f32 {
     let per_s = balance.falls_per_min / 60.0 * speed_share * speed_share;
     1.0 - ops::exp(-per_s * period)
 }

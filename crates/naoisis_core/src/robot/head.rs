@@ -145,7 +145,7 @@ impl From<PitchLimit> for DegreeTriple {
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deref, Reflect, Serialize, Deserialize)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[serde(try_from = "Vec<PitchLimit>")]
+#[serde(try_from = "Vec<PitchLimit>", into = "Vec<PitchLimit>")]
 pub struct PitchAtYaw(ArrayVec<[PitchLimit; PitchAtYaw::MOST]>);
 
 impl TryFrom<Vec<PitchLimit>> for PitchAtYaw {
@@ -154,6 +154,12 @@ impl TryFrom<Vec<PitchLimit>> for PitchAtYaw {
     fn try_from(limits: Vec<PitchLimit>) -> Result<Self, String> {
         let too_many = |_| format!("{} yaws; expected at most {}", limits.len(), Self::MOST);
         ArrayVec::try_from(limits.as_slice()).map(Self).map_err(too_many)
+    }
+}
+
+impl From<PitchAtYaw> for Vec<PitchLimit> {
+    fn from(limits: PitchAtYaw) -> Self {
+        limits.0.to_vec()
     }
 }
 

@@ -112,12 +112,7 @@ fn walk(mut robots: Query<(&GroundStep, &mut Pose)>) {
 /// The displacement that the robot executes in a cycle of `period` seconds with `command`: the translation is scaled as a vector
 /// to the linear limit, which keeps its direction, the turn separately; then the error is added. A zero command is executed
 /// exactly.
-pub fn executed_step(
-    command: WalkCommand,
-    limits: &MotionLimits,
-    period: f32,
-    stream: &mut RandomStream,
-) -> WalkCommand {
+fn executed_step(command: WalkCommand, limits: &MotionLimits, period: f32, stream: &mut RandomStream) -> WalkCommand {
     if command.is_null() {
         return command;
     }

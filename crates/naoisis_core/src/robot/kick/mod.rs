@@ -92,7 +92,7 @@ pub enum KickPhase {
 }
 
 /// The launch speed of the ball, m/s. At speed 1 the ball rolls the kick's greatest distance.
-pub fn launch_speed(
+pub(crate) fn launch_speed(
     strike: Strike,
     speed: f32,
     settings: &KickSettings,
@@ -230,7 +230,7 @@ fn cycles_after_extension(kick_type: KickType, settings: &KickSettings, clock: &
 }
 
 /// The phase one cycle later. The foot strikes the ball in the last cycle of the wind-up, which is the first of the recovery.
-pub fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> KickPhase {
+fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> KickPhase {
     match phase {
         KickPhase::Ready => KickPhase::Ready,
         KickPhase::WindUp { cycles_left: 0, .. } => recovering(recovery_cycles.saturating_sub(1)),
