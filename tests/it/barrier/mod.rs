@@ -322,10 +322,10 @@ fn the_error_reads_well() {
     fn peeks(_: Query<&Pose, With<Mine>>) {}
     let message = register(peeks).unwrap_err().to_string();
     assert!(message.starts_with("behaviour `under test` is refused: its system `"), "{message}");
-    assert!(message.contains("peeks") && message.contains("reads `naoisis::geometry::Pose`, which is ground truth"));
+    assert!(message.contains("peeks") && message.contains("reads `naoisis_core::geometry::Pose`, which is ground truth"));
     let message = register(|_: Query<&mut WalkCommand>| {}).unwrap_err().to_string();
     assert!(
-        message.contains("finds `naoisis::robot::walk_command::WalkCommand` of entities that need not be"),
+        message.contains("finds `naoisis_core::robot::walk_command::WalkCommand` of entities that need not be"),
         "{message}"
     );
     assert!(message.contains("add `With<it::barrier::Mine>` to the query's filter"), "{message}");
@@ -350,12 +350,13 @@ fn every_component_and_resource_of_the_simulation_says_what_it_is() {
         })
         .map(|info| info.name().to_string())
         .collect();
-    // These are no part of a match's state. The registries hold functions, which cannot be reflected; the number of
-    // threads is the machine's.
+    // These are no part of a match's state. The registries hold functions, which cannot be reflected; the graphics card
+    // and the number of threads are the machine's.
     unmarked.sort();
     let expected = [
         "naoisis_core::behaviour::BehaviourRegistry",
         "naoisis_core::referee::custom_rules::CustomRules",
+        "naoisis_sensing::sensing::camera::GpuCameras",
         "naoisis_sensing::sensing::jobs::SensingThreads",
         "naoisis_sim::simulation::rules::RuleRegistry",
         "naoisis_sim::simulation::sensors::SensorRegistry",
