@@ -1,7 +1,7 @@
 //! Values between Rust and Python: dictionaries, lists and numbers in the words of traces and scenario files.
 
 use core::fmt;
-use naoisis::record::{lean_double, lean_single};
+use naoisis::record::{shortest_double, shortest_single};
 use pyo3::BoundObject;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -199,7 +199,7 @@ impl<'py> Serializer for ToPython<'py> {
             return self.serialize_none();
         }
         let number = match self.digits {
-            Digits::Lean => lean_single(value),
+            Digits::Lean => shortest_single(value),
             // The shortest number in decimal digits that is this one in single precision.
             Digits::All => value.to_string().parse().unwrap_or_else(|_| value.into()),
         };
@@ -210,7 +210,7 @@ impl<'py> Serializer for ToPython<'py> {
         if !value.is_finite() {
             return self.serialize_none();
         }
-        self.any(if self.digits == Digits::Lean { lean_double(value) } else { value })
+        self.any(if self.digits == Digits::Lean { shortest_double(value) } else { value })
     }
 
     fn serialize_char(self, value: char) -> Made<'py> {

@@ -8,8 +8,8 @@ use bevy::prelude::*;
 use core::fmt::Write;
 use naoisis::prelude::*;
 use naoisis::scenario::LIBRARY;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use naoisis::simulation::play_in_order;
+use std::sync::atomic::AtomicBool;
 
 use crate::determinism::trace_of;
 use crate::support::headless_app;
@@ -28,24 +28,11 @@ fn built_in_scenarios_play_as_they_did() {
         .map(|entry| Scenario::named(entry.name).unwrap())
         .flat_map(|scenario| SEEDS.map(|seed| Scenario { seed, ..scenario.clone() }))
         .collect();
-    let lines = Mutex::new(vec![String::new(); matches.len()]);
-    let next = AtomicUsize::new(0);
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(scenario) = matches.get(index) else { break };
-                    let line = digest_line(scenario);
-                    lines.lock().unwrap()[index] = line;
-                }
-            });
-        }
-    });
     let mut played = String::from("# scenario, seed, lines of the trace, digest of the trace, digest of the truth\n");
-    for line in lines.into_inner().unwrap() {
-        writeln!(played, "{line}").unwrap();
-    }
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let line = |(): &mut (), index: usize| digest_line(&matches[index]);
+    play_in_order(0..matches.len(), threads, &AtomicBool::new(false), || (), line, |line| writeln!(played, "{line}"))
+        .unwrap();
     if std::env::var_os("NAOISIS_WRITE_GOLDEN").is_some() {
         std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/digests.txt"), &played).unwrap();
         return;

@@ -13,6 +13,7 @@ mod clients;
 mod collisions;
 mod commands;
 mod completeness;
+mod counts;
 mod damaged_saves;
 mod determinism;
 mod event_messages;

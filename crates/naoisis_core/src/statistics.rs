@@ -91,6 +91,19 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     Some(if values.len() % 2 == 1 { upper } else { (values[middle - 1] + upper) / 2.0 })
 }
 
+/// The value below which a `share` of the values lies (0 to 1): the nearest rank. None without values.
+pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let rank = ((values.len() as f64 * share).ceil() as usize).clamp(1, values.len().max(1));
+    values.get(rank - 1).copied()
+}
+
+/// `value` with `digits` decimal places at most.
+pub fn rounded(value: f64, digits: u32) -> f64 {
+    let unit = (0..digits).fold(1.0, |unit, _| 10.0 * unit);
+    (value * unit).round() / unit
+}
+
 /// Student's two-sided quantile for 95 %: exact for 1 and 2 degrees of freedom, else by Fisher's expansion (Abramowitz
 /// and Stegun, 26.7.5), which is good to 0.2 % from 3 on.
 fn student_quantile_95(degrees: f64) -> f64 {
@@ -161,6 +174,15 @@ mod tests {
         {
             assert!((student_quantile_95(degrees) / quantile - 1.0).abs() < 0.002, "{degrees}");
         }
+    }
+
+    #[test]
+    fn quantiles_are_values_of_the_sample() {
+        let values = (1..=10).map(f64::from).rev().collect::<Vec<_>>();
+        for (share, value) in [(0.0, 1.0), (0.05, 1.0), (0.9, 9.0), (0.91, 10.0), (1.0, 10.0)] {
+            assert_eq!(quantile(values.clone(), share), Some(value));
+        }
+        assert_eq!(quantile(Vec::new(), 0.5), None);
     }
 
     #[test]

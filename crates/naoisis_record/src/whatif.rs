@@ -5,17 +5,14 @@
 
 use bevy::prelude::*;
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
-use std::thread;
+use std::sync::atomic::AtomicBool;
 
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::statistics::{self, Estimate};
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_sensing::sensing::jobs::SensingThreads;
-use naoisis_sim::simulation::{MatchApp, Snapshot};
+use naoisis_sim::simulation::{MatchApp, Snapshot, play_in_order};
 
 /// A match between two cycles, as bytes: each thread makes its own of it.
 #[derive(Clone, PartialEq, Debug)]
@@ -114,42 +111,17 @@ pub fn play_branches(
     stop: &AtomicBool,
     mut finished: impl FnMut(Continuation),
 ) -> Result<(), String> {
-    let next = AtomicUsize::new(0);
-    let (sender, receiver) = mpsc::channel();
-    thread::scope(|scope| {
-        for _ in 0..branches.threads.clamp(1, branches.times.max(1)) {
-            let (sender, next, simulator) = (sender.clone(), &next, &simulator);
-            scope.spawn(move || {
-                let mut app = simulator();
-                // The branches have the cores.
-                app.insert_resource(SensingThreads(1));
-                while !stop.load(Ordering::Relaxed) {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= branches.times {
-                        break;
-                    }
-                    let seed = branches.first_seed.wrapping_add(index as u64);
-                    let branch = play(&mut app, moment, branches.for_s, index, seed);
-                    let failed = branch.is_err();
-                    if sender.send(branch).is_err() || failed {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(sender);
-        let mut waiting = BTreeMap::new();
-        let mut expected = 0;
-        for branch in receiver {
-            let branch = branch?;
-            waiting.insert(branch.index, branch);
-            while let Some(branch) = waiting.remove(&expected) {
-                expected += 1;
-                finished(branch);
-            }
-        }
-        Ok(())
-    })
+    let worker = || {
+        let mut app = simulator();
+        // The branches have the cores.
+        app.insert_resource(SensingThreads(1));
+        app
+    };
+    let play = |app: &mut App, index: usize| {
+        let seed = branches.first_seed.wrapping_add(index as u64);
+        play(app, moment, branches.for_s, index, seed)
+    };
+    play_in_order(0..branches.times, branches.threads, stop, worker, play, |branch| branch.map(&mut finished))
 }
 
 fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Result<Continuation, String> {

@@ -28,11 +28,8 @@ use core::fmt;
 use core::str::FromStr;
 use rand::RngExt;
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
-use std::thread;
+use std::sync::atomic::AtomicBool;
 
 use super::action::ActionKind;
 use super::challenge::{Challenge, ChallengeError, SuccessRate};
@@ -46,7 +43,7 @@ use naoisis_core::statistics;
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::scenario::wording::did_you_mean;
 use naoisis_sim::scenario::{BehaviourSpec, Scenario};
-use naoisis_sim::simulation::resolved;
+use naoisis_sim::simulation::{play_in_order, resolved};
 
 /// Who plays the robots of a challenge.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -149,42 +146,16 @@ pub fn play_attempts(
     mut finished: impl FnMut(Attempt),
 ) -> Result<(), AttemptError> {
     let settings = settings(challenge, player, simulator().world())?;
-    let next = AtomicUsize::new(0);
-    let (sender, receiver) = mpsc::channel();
-    thread::scope(|scope| {
-        for _ in 0..attempts.threads.clamp(1, attempts.episodes.max(1)) {
-            let (sender, next, simulator, settings) = (sender.clone(), &next, &simulator, &settings);
-            scope.spawn(move || {
-                let mut app = simulator();
-                // The episodes have the cores.
-                app.insert_resource(SensingThreads(1));
-                let mut episode = Episode::new(core::mem::take(app.world_mut()), 0);
-                while !stop.load(Ordering::Relaxed) {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= attempts.episodes {
-                        break;
-                    }
-                    let seed = attempts.first_seed.wrapping_add(index as u64);
-                    let attempt = play(&mut episode, settings, player, seed);
-                    let failed = attempt.is_err();
-                    if sender.send((index, attempt)).is_err() || failed {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(sender);
-        let mut waiting = BTreeMap::new();
-        let mut expected = 0;
-        for (index, attempt) in receiver {
-            waiting.insert(index, attempt?);
-            while let Some(attempt) = waiting.remove(&expected) {
-                expected += 1;
-                finished(attempt);
-            }
-        }
-        Ok(())
-    })
+    let worker = || {
+        let mut app = simulator();
+        // The episodes have the cores.
+        app.insert_resource(SensingThreads(1));
+        Episode::new(core::mem::take(app.world_mut()), 0)
+    };
+    let play = |episode: &mut Episode, index: usize| {
+        play(episode, &settings, player, attempts.first_seed.wrapping_add(index as u64))
+    };
+    play_in_order(0..attempts.episodes, attempts.threads, stop, worker, play, |attempt| attempt.map(&mut finished))
 }
 
 fn settings(

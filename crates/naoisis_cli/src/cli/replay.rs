@@ -11,8 +11,9 @@ use super::play::display;
 use super::terminal::Printer;
 use super::window::WindowArguments;
 use super::{Program, report};
-use naoisis_record::record::history::{MarkKind, ReadTrace};
+use naoisis_record::record::match_marks::MarkKind;
 use naoisis_record::record::read::Ending;
+use naoisis_record::record::read_trace::ReadTrace;
 use naoisis_record::record::recorder::EndReason;
 
 /// Arguments of `naoisis replay`.

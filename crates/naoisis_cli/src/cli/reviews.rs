@@ -16,8 +16,8 @@ pub struct ReviewArguments {
     /// Find what robots did wrong (lost balls and poses, missed kicks, balls given away, ...): a .json file, and a table at the end
     #[arg(long, value_name = "FILE")]
     pub mistakes: Option<PathBuf>,
-    /// Write the match in numbers: shots, saves, possession, passes, distances, heat maps, penalties, mistakes; an .html file, or a
-    /// picture: a .png file
+    /// Write the match in numbers (possession, shots, passes, distances, heat maps, penalties, mistakes): an .html file, or a picture
+    /// in a .png file
     #[arg(long, value_name = "FILE.html|FILE.png")]
     pub summary: Option<PathBuf>,
 }

@@ -1,5 +1,6 @@
 //! Lines of comma-separated values, and their cells.
 
+use serde::Serialize;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 
@@ -46,6 +47,14 @@ pub(super) fn line_of<'a>(cells: impl Iterator<Item = &'a str>) -> String {
     let written = writer.write_record(cells).is_ok();
     let bytes = writer.into_inner().unwrap_or_default();
     if written { String::from_utf8(bytes).unwrap_or_default() } else { String::new() }
+}
+
+/// The cells of a serialisable row, field by field.
+pub(super) fn cells_of_row(row: &impl Serialize) -> Vec<String> {
+    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    // Into memory, nothing can fail.
+    let _written = writer.serialize(row);
+    cells_of(&String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default())
 }
 
 /// The cells of a line.

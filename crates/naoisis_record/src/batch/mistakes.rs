@@ -14,7 +14,7 @@ use super::table::setting_columns;
 use super::table_file::{TableError, TableFile};
 use super::{Batch, Variants};
 use crate::record::mistakes::{Mistake, MistakeKind};
-use crate::record::{RecordPlugin, lean_double, lean_single};
+use crate::record::{RecordPlugin, shortest_double, shortest_single};
 use naoisis_core::team::RobotId;
 
 /// Lets the matches of a batch whose apps have it note their [mistakes](crate::record::mistakes) in
@@ -179,8 +179,8 @@ fn match_cells<V: Variants>(batch: &Batch<V>, index: usize) -> Vec<String> {
 
 fn line<V: Variants>(batch: &Batch<V>, row: &MatchRow, mistake: &Mistake) -> String {
     let mut cells = match_cells(batch, row.index);
-    let seconds = |time_s: f64| lean_double(time_s).to_string();
-    let metres = |length_m: f32| lean_single(length_m).to_string();
+    let seconds = |time_s: f64| shortest_double(time_s).to_string();
+    let metres = |length_m: f32| shortest_single(length_m).to_string();
     cells.extend([
         mistake.kind.key(),
         mistake.robot.to_string(),

@@ -24,12 +24,10 @@
 //! ```
 
 use bevy::prelude::*;
+use core::convert::Infallible;
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::collections::BTreeMap;
+use core::sync::atomic::AtomicBool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc;
-use std::thread;
 
 mod csv_lines;
 pub mod merge;
@@ -54,7 +52,7 @@ use naoisis_core::game::{Game, GameState};
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::interface::gather::{CurrentRecord, gather_start};
 use naoisis_sim::scenario::Scenario;
-use naoisis_sim::simulation::MatchApp;
+use naoisis_sim::simulation::{MatchApp, play_in_order};
 
 /// The matches to be played: with every seed, one of every variant.
 #[derive(Clone, Debug)]
@@ -118,41 +116,25 @@ pub fn run_part<V: Variants>(
     stop: &AtomicBool,
     mut finished: impl FnMut(MatchRow),
 ) {
-    let next = AtomicUsize::new(indices.start);
-    let (sender, receiver) = mpsc::channel();
-    thread::scope(|scope| {
-        for _ in 0..batch.threads.clamp(1, indices.len().max(1)) {
-            let (sender, next, simulator, indices) = (sender.clone(), &next, &simulator, &indices);
-            scope.spawn(move || {
-                while !stop.load(Ordering::Relaxed) {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= indices.end {
-                        break;
-                    }
-                    let (variant, seed) = batch.job(index);
-                    let row = match batch.variants.scenario(variant) {
-                        Ok(scenario) => play(simulator, &Scenario { seed, ..scenario }),
-                        Err(message) => MatchRow::failed(seed, MatchOutcome::Refused, message),
-                    };
-                    let row = MatchRow { index, variant, ..row };
-                    if sender.send(row).is_err() {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(sender);
-        // Whoever is ahead waits for those before it.
-        let mut waiting = BTreeMap::new();
-        let mut expected = indices.start;
-        for row in receiver {
-            waiting.insert(row.index, row);
-            while let Some(row) = waiting.remove(&expected) {
-                expected += 1;
-                finished(row);
-            }
-        }
-    });
+    let play = |(): &mut (), index: usize| {
+        let (variant, seed) = batch.job(index);
+        let row = match batch.variants.scenario(variant) {
+            Ok(scenario) => play(&simulator, &Scenario { seed, ..scenario }),
+            Err(message) => MatchRow::failed(seed, MatchOutcome::Refused, message),
+        };
+        MatchRow { index, variant, ..row }
+    };
+    let Ok(()) = play_in_order(
+        indices,
+        batch.threads,
+        stop,
+        || (),
+        play,
+        |row| {
+            finished(row);
+            Ok::<(), Infallible>(())
+        },
+    );
 }
 
 /// Plays one match to its end.
@@ -208,6 +190,7 @@ fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use core::sync::atomic::Ordering;
     use naoisis_sim::simulation::NaoisisPlugins;
 
     fn simulator() -> App {

@@ -1,24 +1,16 @@
-//! What is noted of a match of a batch.
+//! What a batch notes of each of its matches.
 
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 
+use super::csv_lines::as_text;
+use crate::record::match_counts::MatchCounter;
 use crate::record::mistakes::Mistake;
-use naoisis_core::ball::Ball;
 use naoisis_core::communication::MessageStatistics;
-use naoisis_core::cycle::CycleClock;
-use naoisis_core::events::{CollisionPartner, CycleEvents, KickResult, MatchEvent};
-use naoisis_core::game::{Game, GameState, Penalty};
-use naoisis_core::geometry::Pose;
-use naoisis_core::pitch::End;
-use naoisis_core::referee::RefereeMemory;
-use naoisis_core::statistics::median;
-use naoisis_core::team::{PerTeam, RobotId, Team};
-use naoisis_sensing::belief::{Belief, pitch_from_team};
-
-/// Cycles between two looks at the beliefs; one look a cycle would tell hardly more.
-const CYCLES_PER_BELIEF: u64 = 30;
+use naoisis_core::events::{CycleEvents, MatchEvent};
+use naoisis_core::statistics::rounded;
+use naoisis_core::team::{PerTeam, Team};
 
 /// How a match ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -44,46 +36,61 @@ impl MatchOutcome {
     }
 }
 
-/// What came of one match: a row of a batch's table.
-#[derive(Clone, PartialEq, Debug)]
+/// The result of one match: a row of a batch's table. Everything is counted by the [one counter](crate::record::match_counts).
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MatchRow {
     /// Its place in the batch, from 0.
+    #[serde(skip)]
     pub index: usize,
-    /// Which variant of the scenario was played, from 0.
+    /// The variant of the scenario, from 0.
+    #[serde(skip)]
     pub variant: usize,
-    /// The seed that it was played with.
+    /// The seed.
+    #[serde(skip)]
     pub seed: u64,
     /// How it ended.
     pub outcome: MatchOutcome,
     /// How long it was, s of the match's time.
+    #[serde(serialize_with = "milliseconds")]
     pub duration_s: f64,
     /// Goals that count for the team.
     pub goals: PerTeam<u32>,
-    /// Goals against itself, which count for the other team.
+    /// Goals of the team that count for the other team.
     pub own_goals: PerTeam<u32>,
-    /// Balls that it struck.
+    /// Kicks that struck the ball.
     pub kicks: PerTeam<u32>,
-    /// Balls that it kicked without scoring and of which the next touch was a team-mate's.
+    /// Passes completed.
     pub kept: PerTeam<u32>,
-    /// Balls that it kicked without scoring and that an opponent touched next, or that left the pitch.
+    /// Passes that an opponent touched next, or that left the pitch.
     pub given_away: PerTeam<u32>,
-    /// Penalties against it.
+    /// Penalties.
     pub penalties: PerTeam<u32>,
     /// Balls that left the pitch.
     pub outs: u32,
-    /// Blue's share of the time of play in which it had touched the ball last. None if nobody touched it.
+    /// Blue's share in the possession. `None` if no robot touched the ball.
+    #[serde(serialize_with = "digits")]
     pub blue_possession: Option<f64>,
-    /// Share of the time of play in which the ball was in blue's half. None without a ball.
+    /// Share of the time in play with the ball in blue's half. `None` without a ball.
+    #[serde(serialize_with = "digits")]
     pub ball_in_blue_half: Option<f64>,
-    /// Messages lost on the way, out of those that should have reached somebody. None if there were none.
+    /// Share of the messages that were lost, of those that should have reached a robot. `None` if there were none.
+    #[serde(serialize_with = "digits")]
     pub messages_lost: Option<f64>,
-    /// The median distance of the place where a robot of the team believes to be from where it is, m. None without
-    /// beliefs.
+    /// The median of the robots' pose errors, m. `None` without beliefs.
+    #[serde(serialize_with = "digits_of_teams")]
     pub belief_error_m: PerTeam<Option<f64>>,
+    /// The share of the time in which a robot's pose error is over 0.5 m. `None` without beliefs.
+    #[serde(serialize_with = "digits_of_teams")]
+    pub belief_over_half_m: PerTeam<Option<f64>>,
+    /// The share of the time in which a robot's pose error is over 1 m. `None` without beliefs.
+    #[serde(serialize_with = "digits_of_teams")]
+    pub belief_over_1_m: PerTeam<Option<f64>>,
     /// What went wrong.
+    #[serde(serialize_with = "one_line")]
     pub note: String,
-    /// What robots did wrong, where [that is looked for](super::mistakes::FindMistakes). It stands in a table of its own.
+    /// The robots' mistakes, where [they are looked for](super::mistakes::FindMistakes). They have a table of their own.
+    #[serde(skip)]
     pub mistakes: Vec<Mistake>,
 }
 
@@ -120,146 +127,85 @@ impl MatchRow {
             ball_in_blue_half: None,
             messages_lost: None,
             belief_error_m: PerTeam::default(),
+            belief_over_half_m: PerTeam::default(),
+            belief_over_1_m: PerTeam::default(),
             note,
             mistakes: Vec::new(),
         }
     }
 }
 
+/// Writes a time with three decimal places.
+fn milliseconds<S: Serializer>(time_s: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{time_s:.3}"))
+}
+
+/// Writes a value with four decimal places.
+fn digits<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map(|value| format!("{value:.4}")).serialize(serializer)
+}
+
+/// Writes a value of each team with four decimal places.
+fn digits_of_teams<S: Serializer>(values: &PerTeam<Option<f64>>, serializer: S) -> Result<S::Ok, S::Error> {
+    PerTeam::new(|team| values[team].map(|value| format!("{value:.4}"))).serialize(serializer)
+}
+
+/// Writes a text in one line, and such that no spreadsheet takes it for a formula.
+fn one_line<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&as_text(text.replace(['\n', '\r'], " ")))
+}
+
 /// Watches a match, cycle by cycle.
-#[derive(Clone, Debug, Default)]
 pub struct MatchObserver {
-    /// The score when it began, and when that was, s since the start of the match.
-    before: (PerTeam<u32>, f64),
-    own_goals: PerTeam<u32>,
-    kicks: PerTeam<u32>,
-    kept: PerTeam<u32>,
-    given_away: PerTeam<u32>,
-    /// Who kicked the ball that nobody else has touched since.
-    kicker: Option<RobotId>,
-    penalties: PerTeam<u32>,
-    outs: u32,
-    /// Cycles of play in which the team had touched the ball last.
-    possession: PerTeam<u64>,
-    /// Cycles of play with the ball in the team's half.
-    ball_in_half: PerTeam<u64>,
-    belief_errors: PerTeam<Vec<f64>>,
+    counter: MatchCounter,
     first_broken_invariant: Option<String>,
-    /// Robots whose programs were lost.
-    agents_lost: PerTeam<u32>,
 }
 
 impl MatchObserver {
-    /// Begins to watch a match where it is: what was before does not count.
-    pub fn begin(world: &World) -> Self {
-        let before = (world.resource::<Game>().score, world.resource::<CycleClock>().end_time_s());
-        Self { before, ..Self::default() }
+    /// Begins to watch the match in `world` as it is: what happened before does not count.
+    pub fn begin(world: &mut World) -> Self {
+        Self { counter: MatchCounter::begin(world), first_broken_invariant: None }
     }
 
-    /// Notes what happened in the last cycle.
-    pub fn observe(&mut self, world: &mut World) {
-        for event in world.resource::<CycleEvents>().iter() {
-            self.count(event);
-        }
-        let game = world.resource::<Game>();
-        if game.state != GameState::Playing {
-            self.kicker = None;
-            return;
-        }
-        let own_ends = PerTeam::new(|team| game.own_end(team));
-        if let Some(touch) = world.resource::<RefereeMemory>().last_touch {
-            self.possession[touch.robot.team] += 1;
-        }
-        let ball =
-            world.try_query_filtered::<&Pose, With<Ball>>().and_then(|mut balls| balls.iter(world).next().copied());
-        if let Some(ball) = ball
-            && ball.position.x != 0.0
-        {
-            let end = if ball.position.x < 0.0 { End::NegativeX } else { End::PositiveX };
-            let team = if own_ends.blue == end { Team::Blue } else { Team::Pink };
-            self.ball_in_half[team] += 1;
-        }
-        if world.resource::<CycleClock>().cycle.is_multiple_of(CYCLES_PER_BELIEF) {
-            self.compare_beliefs(world, own_ends);
-        }
-    }
-
-    fn count(&mut self, event: &MatchEvent) {
-        match event {
-            MatchEvent::Goal { team, own_goal, .. } => {
-                self.own_goals[team.opponent()] += u32::from(*own_goal);
-                self.kicker = None;
-            }
-            MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, .. } => {
-                self.kicks[robot.team] += 1;
-                self.touched(*robot);
-                self.kicker = Some(*robot);
-            }
-            MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Ball, .. } => self.touched(*robot),
-            MatchEvent::Penalty { robot, .. } => self.penalties[robot.team] += 1,
-            MatchEvent::BallOut { .. } => {
-                self.outs += 1;
-                if let Some(kicker) = self.kicker.take() {
-                    self.given_away[kicker.team] += 1;
-                }
-            }
-            MatchEvent::AgentLost { robot, .. } => self.agents_lost[robot.team] += 1,
-            MatchEvent::InvariantBroken { message } if self.first_broken_invariant.is_none() => {
-                self.first_broken_invariant = Some(message.clone());
-            }
-            _ => {}
-        }
-    }
-
-    /// A robot touched the ball: whose it was after a kick is known now, unless it was the kicker again.
-    fn touched(&mut self, robot: RobotId) {
-        let Some(kicker) = self.kicker.take_if(|kicker| *kicker != robot) else { return };
-        if robot.team == kicker.team {
-            self.kept[kicker.team] += 1;
-        } else {
-            self.given_away[kicker.team] += 1;
-        }
-    }
-
-    fn compare_beliefs(&mut self, world: &World, own_ends: PerTeam<End>) {
-        let Some(mut robots) = world.try_query::<(&RobotId, &Pose, &Belief, Option<&Penalty>)>() else { return };
-        for (id, pose, belief, penalty) in robots.iter(world) {
-            if !penalty.is_some_and(Penalty::is_active) {
-                let believed = pitch_from_team(belief.pose, own_ends[id.team]);
-                let error = believed.position.distance(pose.position);
-                self.belief_errors[id.team].push(f64::from(error));
-            }
+    /// Reads the cycle that ended last.
+    pub fn observe(&mut self, world: &World) {
+        self.counter.observe(world);
+        if self.first_broken_invariant.is_none() {
+            self.first_broken_invariant = world.resource::<CycleEvents>().iter().find_map(|event| match event {
+                MatchEvent::InvariantBroken { message } => Some(message.clone()),
+                _ => None,
+            });
         }
     }
 
     /// The row of the match that was watched.
     pub(super) fn row(self, world: &World, seed: u64, outcome: MatchOutcome) -> MatchRow {
-        let (score_before, began_s) = self.before;
-        let score = world.resource::<Game>().score;
-        let goals = PerTeam::new(|team| score[team].saturating_sub(score_before[team]));
+        let counts = self.counter.counts();
+        let teams = PerTeam::new(|team| counts.team(team));
         let messages = world.resource::<MessageStatistics>();
         let [delivered, lost] = [&messages.blue, &messages.pink].into_iter().fold([0, 0], |[delivered, lost], team| {
             [delivered + u64::from(team.delivered), lost + u64::from(team.lost)]
         });
-        let share = |part: u64, other: u64| (part + other > 0).then(|| rounded(part as f64 / (part + other) as f64));
-        let [blue_errors, pink_errors] =
-            [self.belief_errors.blue, self.belief_errors.pink].map(|errors| median(errors).map(rounded));
+        // With the digits of the table, so that a batch that goes on with one comes to the same to the last digit.
+        let digits = |value: Option<f64>| value.map(|value| rounded(value, 4));
         MatchRow {
-            duration_s: world.resource::<CycleClock>().end_time_s() - began_s,
-            goals,
-            own_goals: self.own_goals,
-            kicks: self.kicks,
-            kept: self.kept,
-            given_away: self.given_away,
-            penalties: self.penalties,
-            outs: self.outs,
-            blue_possession: share(self.possession.blue, self.possession.pink),
-            ball_in_blue_half: share(self.ball_in_half.blue, self.ball_in_half.pink),
-            messages_lost: share(lost, delivered),
-            belief_error_m: PerTeam { blue: blue_errors, pink: pink_errors },
+            duration_s: counts.duration_s,
+            goals: counts.goals,
+            own_goals: counts.own_goals,
+            kicks: PerTeam::new(|team| teams[team].kicks),
+            kept: PerTeam::new(|team| teams[team].passes_completed),
+            given_away: PerTeam::new(|team| teams[team].passes - teams[team].passes_completed),
+            penalties: PerTeam::new(|team| teams[team].penalty_count()),
+            outs: counts.outs,
+            blue_possession: digits(counts.possession(Team::Blue)),
+            ball_in_blue_half: digits(counts.ball_in_half(Team::Blue)),
+            messages_lost: digits((delivered + lost > 0).then(|| lost as f64 / (delivered + lost) as f64)),
+            belief_error_m: PerTeam::new(|team| digits(counts.median_pose_error_m(team))),
+            belief_over_half_m: PerTeam::new(|team| digits(teams[team].pose_errors.over_half_m())),
+            belief_over_1_m: PerTeam::new(|team| digits(teams[team].pose_errors.over_1_m())),
             ..match self.first_broken_invariant {
                 Some(message) => MatchRow::failed(seed, MatchOutcome::InvariantBroken, message),
-                None => MatchRow::failed(seed, outcome, programs_lost(self.agents_lost)),
+                None => MatchRow::failed(seed, outcome, programs_lost(PerTeam::new(|team| teams[team].programs_lost))),
             }
         }
     }
@@ -269,46 +215,5 @@ fn programs_lost(lost: PerTeam<u32>) -> String {
     match lost {
         PerTeam { blue: 0, pink: 0 } => String::new(),
         PerTeam { blue, pink } => format!("programs lost: blue {blue}, pink {pink}"),
-    }
-}
-
-/// With the digits of a batch's table, so that a batch that goes on with one comes to the same to the last digit.
-fn rounded(value: f64) -> f64 {
-    (value * 1e4).round() / 1e4
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use naoisis_core::kick_geometry::KickType;
-
-    fn kick(robot: RobotId) -> MatchEvent {
-        MatchEvent::Kick {
-            robot,
-            kick_type: KickType::LeftStraight,
-            speed: Some(1.0),
-            result: KickResult::Kicked,
-            reason: None,
-            direction: Some(0.0),
-            launch_speed_mps: Some(2.0),
-        }
-    }
-
-    #[test]
-    fn a_kicked_ball_is_kept_by_a_team_mate_and_given_away_to_an_opponent_or_over_a_line() {
-        const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
-        const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
-        const PINK1: RobotId = RobotId::new(Team::Pink, 1);
-        let mut observer = MatchObserver::default();
-        // A dribble, a pass, a ball for the opponents, and theirs back.
-        for robot in [BLUE2, BLUE2, BLUE3, PINK1, BLUE2] {
-            observer.count(&kick(robot));
-        }
-        assert_eq!((observer.kept, observer.given_away), (PerTeam { blue: 1, pink: 0 }, PerTeam { blue: 1, pink: 1 }));
-        let scorer = Some(BLUE2);
-        let goal = MatchEvent::Goal { team: Team::Blue, scorer, own_goal: false, evidence: default() };
-        observer.count(&goal);
-        observer.count(&kick(PINK1));
-        assert_eq!((observer.kept.blue, observer.given_away.blue), (1, 1), "a goal is neither");
     }
 }

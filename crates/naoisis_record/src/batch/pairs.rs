@@ -30,7 +30,7 @@ pub struct PairSummary {
     pub goals_against: Option<Estimate>,
     /// The first team's goals less the second's.
     pub goal_difference: Option<Estimate>,
-    /// Of the balls that each team kicked without scoring, those of which the next touch was a team-mate's, as a share: the first
+    /// The share of each team's passes that were completed: the first
     /// team's and the second's.
     pub kept: [Option<Estimate>; 2],
 }
@@ -237,7 +237,7 @@ impl fmt::Display for PairTable {
                 }
             }
             if let [Some(own), Some(other)] = summary.kept.map(|kept| kept.map(|kept| 100.0 * kept.value)) {
-                write!(line, "; balls kept {own:.0} % : {other:.0} %")?;
+                write!(line, "; passes completed {own:.0} % : {other:.0} %")?;
             }
             if summary.failed > 0 {
                 write!(line, "; {} failed", summary.failed)?;

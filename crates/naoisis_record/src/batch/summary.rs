@@ -29,9 +29,9 @@ pub struct Summary {
     pub pink_goals: Option<Estimate>,
     /// Blue's goals less pink's.
     pub goal_difference: Option<Estimate>,
-    /// Of the balls that blue kicked without scoring, those of which the next touch was a team-mate's, as a share.
+    /// The share of blue's passes that were completed.
     pub blue_kept: Option<Estimate>,
-    /// The same of pink's.
+    /// The share of pink's passes that were completed.
     pub pink_kept: Option<Estimate>,
     /// Penalties against blue in a match.
     pub blue_penalties: Option<Estimate>,
@@ -41,10 +41,18 @@ pub struct Summary {
     pub blue_possession: Option<Estimate>,
     /// Share of the time with the ball in blue's half.
     pub ball_in_blue_half: Option<Estimate>,
-    /// The error of blue's robots' own places, m.
+    /// The median pose error of blue's robots, m.
     pub blue_belief_error_m: Option<Estimate>,
-    /// The error of pink's robots' own places, m.
+    /// The median pose error of pink's robots, m.
     pub pink_belief_error_m: Option<Estimate>,
+    /// The share of the time in which the pose error of a robot of blue is over 0.5 m.
+    pub blue_belief_over_half_m: Option<Estimate>,
+    /// The share of the time in which the pose error of a robot of pink is over 0.5 m.
+    pub pink_belief_over_half_m: Option<Estimate>,
+    /// The share of the time in which the pose error of a robot of blue is over 1 m.
+    pub blue_belief_over_1_m: Option<Estimate>,
+    /// The share of the time in which the pose error of a robot of pink is over 1 m.
+    pub pink_belief_over_1_m: Option<Estimate>,
 }
 
 impl Summary {
@@ -56,6 +64,7 @@ impl Summary {
         let mean_of = |value: &dyn Fn(&MatchRow) -> Option<f64>| {
             mean(&valid.iter().filter_map(|row| value(row)).collect::<Vec<f64>>())
         };
+        let share_of = |value: &dyn Fn(&MatchRow) -> Option<f64>| mean_of(value).map(Estimate::of_share);
         Self {
             matches: valid.len(),
             failed: failed.len(),
@@ -71,10 +80,14 @@ impl Summary {
             pink_kept: kept_share(&valid, Team::Pink),
             blue_penalties: mean_of(&|row| Some(f64::from(row.penalties.blue))),
             pink_penalties: mean_of(&|row| Some(f64::from(row.penalties.pink))),
-            blue_possession: mean_of(&|row| row.blue_possession).map(Estimate::of_share),
-            ball_in_blue_half: mean_of(&|row| row.ball_in_blue_half).map(Estimate::of_share),
+            blue_possession: share_of(&|row| row.blue_possession),
+            ball_in_blue_half: share_of(&|row| row.ball_in_blue_half),
             blue_belief_error_m: mean_of(&|row| row.belief_error_m.blue),
             pink_belief_error_m: mean_of(&|row| row.belief_error_m.pink),
+            blue_belief_over_half_m: share_of(&|row| row.belief_over_half_m.blue),
+            pink_belief_over_half_m: share_of(&|row| row.belief_over_half_m.pink),
+            blue_belief_over_1_m: share_of(&|row| row.belief_over_1_m.blue),
+            pink_belief_over_1_m: share_of(&|row| row.belief_over_1_m.pink),
         }
     }
 
@@ -100,8 +113,8 @@ impl Summary {
             ("blue's goals", number(&self.blue_goals, 2, "")),
             ("pink's goals", number(&self.pink_goals, 2, "")),
             ("goal difference", number(&self.goal_difference, 2, "")),
-            ("balls that blue kept", percent(&self.blue_kept)),
-            ("balls that pink kept", percent(&self.pink_kept)),
+            ("passes completed, blue", percent(&self.blue_kept)),
+            ("passes completed, pink", percent(&self.pink_kept)),
             ("penalties of blue", number(&self.blue_penalties, 2, "")),
             ("penalties of pink", number(&self.pink_penalties, 2, "")),
             ("possession of blue", percent(&self.blue_possession)),
@@ -114,6 +127,16 @@ impl Summary {
                 lines.push((name, number(error, 3, " m")));
             }
         }
+        for (name, share) in [
+            ("... over 0.5 m, blue", &self.blue_belief_over_half_m),
+            ("... over 0.5 m, pink", &self.pink_belief_over_half_m),
+            ("... over 1 m, blue", &self.blue_belief_over_1_m),
+            ("... over 1 m, pink", &self.pink_belief_over_1_m),
+        ] {
+            if share.is_some() {
+                lines.push((name, percent(share)));
+            }
+        }
         if self.repeated {
             lines.push(("every seed", "plays the same match: the intervals say nothing".to_owned()));
         }
@@ -121,7 +144,7 @@ impl Summary {
     }
 }
 
-/// Of the balls that a team kicked without scoring, those of which the next touch was a team-mate's, as a share.
+/// The share of the passes of `team` that were completed.
 fn kept_share(rows: &[&MatchRow], team: Team) -> Option<Estimate> {
     let sum = |counts: fn(&MatchRow) -> PerTeam<u32>| rows.iter().map(|row| counts(row)[team] as usize).sum::<usize>();
     let kept = sum(|row| row.kept);

@@ -11,20 +11,19 @@ use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
-use super::observer::{MatchOutcome, MatchRow};
+use super::csv_lines::{Line, Lines, as_text, cells_of, cells_of_row, line_of};
+use super::observer::MatchRow;
 pub use super::table_file::TableError;
 use super::table_file::TableFile;
 use super::variants::fingerprint;
 use super::{Batch, Variants};
-use naoisis_core::team::PerTeam;
 use naoisis_sim::scenario::Scenario;
 
 /// The columns before those of the settings.
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
-/// The columns after those of the settings.
-const COLUMNS: [&str; 23] = [
+/// The columns after those of the settings: first those of a row, in the order of its fields.
+const COLUMNS: [&str; 27] = [
     "outcome",
     "duration_s",
     "blue_goals",
@@ -45,11 +44,17 @@ const COLUMNS: [&str; 23] = [
     "messages_lost",
     "blue_belief_error_m",
     "pink_belief_error_m",
+    "blue_belief_over_0_5_m",
+    "pink_belief_over_0_5_m",
+    "blue_belief_over_1_m",
+    "pink_belief_over_1_m",
     "note",
     "realism",
     SCENARIO,
 ];
 
+/// The last columns, which are those of the scenario.
+const COLUMNS_OF_SCENARIO: usize = 2;
 /// The column of the fingerprint.
 const SCENARIO: &str = "scenario";
 
@@ -195,34 +200,9 @@ impl Table {
 
     fn row_of(&self, cells: &[String], index: usize, variant: usize) -> Option<MatchRow> {
         let first = LEADING_COLUMNS.len() + self.columns.len();
-        let cell = |column: usize| cells.get(first + column).map(String::as_str);
-        let count = |column: usize| cell(column)?.parse::<u32>().ok();
-        let counts = |column: usize| Some(PerTeam { blue: count(column)?, pink: count(column + 1)? });
-        let share = |column: usize| match cell(column)? {
-            "" => Some(None),
-            number => number.parse::<f64>().ok().map(Some),
-        };
-        let outcome: MatchOutcome = serde_json::from_value(cell(0)?.into()).ok()?;
-        Some(MatchRow {
-            index,
-            variant,
-            seed: cells.get(1)?.parse().ok()?,
-            outcome,
-            duration_s: cell(1)?.parse().ok()?,
-            goals: counts(2)?,
-            own_goals: counts(4)?,
-            kicks: counts(6)?,
-            kept: counts(8)?,
-            given_away: counts(10)?,
-            penalties: counts(12)?,
-            outs: count(14)?,
-            blue_possession: share(15)?,
-            ball_in_blue_half: share(16)?,
-            messages_lost: share(17)?,
-            belief_error_m: PerTeam { blue: share(18)?, pink: share(19)? },
-            note: cell(20)?.to_owned(),
-            mistakes: Vec::new(),
-        })
+        let own = cells.get(first..first + COLUMNS.len() - COLUMNS_OF_SCENARIO)?;
+        let row: MatchRow = csv::StringRecord::from(own).deserialize(None).ok()?;
+        Some(MatchRow { index, variant, seed: cells.get(1)?.parse().ok()?, ..row })
     }
 }
 
@@ -249,27 +229,18 @@ fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs
 
 /// The cells of a match of this batch.
 fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
-    let outcome = serde_json::to_value(row.outcome).ok();
-    let outcome = outcome.as_ref().and_then(|outcome| outcome.as_str()).unwrap_or_default().to_owned();
-    let share = |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
     let mut cells = vec![(row.index + 1).to_string(), row.seed.to_string()];
     cells.extend(batch.variants.values(row.variant).into_iter().map(as_text));
-    cells.extend([outcome, format!("{:.3}", row.duration_s)]);
-    for counts in [row.goals, row.own_goals, row.kicks, row.kept, row.given_away, row.penalties] {
-        cells.extend([counts.blue.to_string(), counts.pink.to_string()]);
-    }
-    cells.push(row.outs.to_string());
-    let PerTeam { blue, pink } = row.belief_error_m;
-    cells.extend([row.blue_possession, row.ball_in_blue_half, row.messages_lost, blue, pink].map(share));
-    // A row is a line.
-    let note = as_text(row.note.replace(['\n', '\r'], " "));
-    cells.extend([note, batch.variants.realism(row.variant), batch.variants.fingerprint(row.variant)]);
+    cells.extend(cells_of_row(row));
+    cells.extend([batch.variants.realism(row.variant), batch.variants.fingerprint(row.variant)]);
     cells
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::batch::MatchOutcome;
+    use naoisis_core::team::PerTeam;
     use std::fs;
 
     /// Two variants, of which the second has values that spreadsheets would take for formulas.

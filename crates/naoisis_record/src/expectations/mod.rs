@@ -23,5 +23,5 @@ mod measure;
 mod verdict;
 
 pub use junit::junit;
-pub use measure::MatchMeasurement;
+
 pub use verdict::{Verdict, Watch, judge, play, play_all};

@@ -2,19 +2,19 @@
 
 use bevy::prelude::*;
 use core::fmt;
-use core::sync::atomic::{AtomicU32, Ordering};
-use std::sync::Mutex;
-use std::thread;
+use core::sync::atomic::AtomicBool;
 
-use super::measure::MatchMeasurement;
+use super::measure;
+use crate::record::match_counts::MatchCounter;
 use crate::record::mistakes::{Mistake, MistakeFinder, MistakeKind};
 use naoisis_agents::agents;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
+use naoisis_core::statistics::rounded;
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::interface::gather::{CurrentRecord, gather_on_demand, record_now};
 use naoisis_sim::scenario::{Expectation, Frequency, Quantity, RobotQuantity, Scenario, TeamQuantity};
-use naoisis_sim::simulation::MatchApp;
+use naoisis_sim::simulation::{MatchApp, play_in_order};
 
 /// What became of an expectation.
 #[derive(Clone, PartialEq, Debug)]
@@ -33,20 +33,21 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// What is to be judged of a match that is being played: what was measured of it when the time of each expectation was over.
-#[derive(Clone, Debug, Default)]
+/// A match that is watched for its expectations: the value of each when its time was over.
+#[derive(Default)]
 pub struct Watch {
-    measurement: MatchMeasurement,
+    /// Counts the match. `None` before it begins.
+    counter: Option<MatchCounter>,
     /// Finds mistakes, if any are expected.
     finder: Option<MistakeFinder>,
-    /// When it began, s since the start of the match.
+    /// When watching began, s since the start of the match.
     began_s: f64,
-    /// What each expectation came to, once its time was over.
+    /// The value for each expectation, once its time was over.
     values: Vec<Option<Option<f64>>>,
 }
 
 impl Watch {
-    /// Begins to watch a match where it is: what was before does not count.
+    /// Begins to watch the match in `world` as it is: what happened before does not count.
     pub fn begin(world: &mut World, expected: &[Expectation]) -> Self {
         let began_s = world.resource::<CycleClock>().end_time_s();
         let finder = looks_for_mistakes(expected).then(|| {
@@ -58,12 +59,14 @@ impl Watch {
             finder.look(record_now(world));
             finder
         });
-        Self { measurement: MatchMeasurement::begin(world), finder, began_s, values: Vec::new() }
+        Self { counter: Some(MatchCounter::begin(world)), finder, began_s, values: Vec::new() }
     }
 
-    /// Measures the cycle that has just ended.
+    /// Reads the cycle that ended last.
     pub fn observe(&mut self, world: &mut World, expected: &[Expectation]) {
-        self.measurement.observe(world);
+        if let Some(counter) = &mut self.counter {
+            counter.observe(world);
+        }
         if let Some(finder) = &mut self.finder {
             finder.look(record_now(world));
         }
@@ -77,7 +80,7 @@ impl Watch {
         }
     }
 
-    /// What a quantity comes to until now.
+    /// The value of `quantity` up to now.
     fn value(&self, quantity: Quantity) -> Option<f64> {
         let count = |is_meant: &dyn Fn(&Mistake) -> bool, kind: Option<MistakeKind>| {
             let is_of_kind = |mistake: &&Mistake| kind.is_none_or(|kind| mistake.kind == kind) && is_meant(mistake);
@@ -86,7 +89,7 @@ impl Watch {
         match quantity {
             Quantity::OfTeam(team, TeamQuantity::Mistakes(kind)) => count(&|mistake| mistake.robot.team == team, kind),
             Quantity::OfRobot(robot, RobotQuantity::Mistakes(kind)) => count(&|mistake| mistake.robot == robot, kind),
-            quantity => self.measurement.value(quantity),
+            quantity => measure::value(self.counter.as_ref()?.counts(), quantity),
         }
     }
 
@@ -109,18 +112,13 @@ pub fn judge(watch: &Watch, expected: &[Expectation]) -> Vec<Verdict> {
         expectation: *expectation,
         holds: holds(expectation, value),
         found: value
-            .map_or_else(|| "there was nothing to measure".to_owned(), |value| format!("it was {}", rounded(value))),
+            .map_or_else(|| "there was nothing to measure".to_owned(), |value| format!("it was {}", rounded(value, 3))),
     };
     expected.iter().zip(watch.values(expected)).map(verdict).collect()
 }
 
 fn holds(expectation: &Expectation, value: Option<f64>) -> bool {
     value.is_some_and(|value| expectation.comparison.holds(value, expectation.number))
-}
-
-/// With three decimal places at most.
-fn rounded(value: f64) -> f64 {
-    (value * 1e3).round() / 1e3
 }
 
 /// Plays a match to its end, and judges it.
@@ -167,37 +165,26 @@ pub fn play_all(
 ) -> Result<Vec<Verdict>, String> {
     let of_all = |expectation: &Expectation| expectation.frequency.map_or(1, |frequency| frequency.matches);
     let matches = expected.iter().map(of_all).max().unwrap_or(0);
-    let next = AtomicU32::new(0);
-    let results = Mutex::new(vec![None; matches as usize]);
-    thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, matches.max(1) as usize) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= matches {
-                        break;
-                    }
-                    let scenario = Scenario { seed: scenario.seed.wrapping_add(index.into()), ..scenario.clone() };
-                    let alone = || {
-                        let mut app = simulator();
-                        // The matches have the cores.
-                        app.insert_resource(SensingThreads(1));
-                        app
-                    };
-                    let values = watched(&alone, &scenario, expected)
-                        .map(|watch| watch.values(expected).collect::<Vec<Option<f64>>>());
-                    if let Ok(mut results) = results.lock() {
-                        results[index as usize] = Some(values);
-                    }
-                }
-            });
-        }
-    });
-    let results = results.into_inner().map_err(|_| "a match panicked".to_owned())?;
-    let values: Vec<Vec<Option<f64>>> = results
-        .into_iter()
-        .map(|result| result.unwrap_or_else(|| Err("a match was not played".to_owned())))
-        .collect::<Result<_, _>>()?;
+    let alone = || {
+        let mut app = simulator();
+        // The matches have the cores.
+        app.insert_resource(SensingThreads(1));
+        app
+    };
+    let play = |(): &mut (), index: usize| {
+        let scenario = Scenario { seed: scenario.seed.wrapping_add(index as u64), ..scenario.clone() };
+        watched(&alone, &scenario, expected).map(|watch| watch.values(expected).collect::<Vec<Option<f64>>>())
+    };
+    let mut values = Vec::new();
+    let never = AtomicBool::new(false);
+    play_in_order(
+        0..matches as usize,
+        threads,
+        &never,
+        || (),
+        play,
+        |result| result.map(|of_one| values.push(of_one)),
+    )?;
     let verdict = |(index, expectation): (usize, &Expectation)| {
         let values = values.iter().take(of_all(expectation) as usize).map(|values| values[index]);
         judge_all(expectation, &values.collect::<Vec<_>>())
@@ -216,7 +203,7 @@ fn judge_all(expectation: &Expectation, values: &[Option<f64>]) -> Verdict {
     Verdict {
         expectation: *expectation,
         holds: share >= percent,
-        found: format!("it was so in {} % ({count} of {})", rounded(share), values.len()),
+        found: format!("it was so in {} % ({count} of {})", rounded(share, 3), values.len()),
     }
 }
 

@@ -9,7 +9,7 @@ use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
 use naoisis_core::geometry::{Pose, to_degrees};
 use naoisis_core::pitch::End;
-use naoisis_core::statistics::median;
+use naoisis_core::statistics::{median, quantile};
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::covariance::{ELLIPSE_95, ELLIPSOID_95};
 use naoisis_sensing::belief::error::{BeliefError, Truth};
@@ -227,18 +227,20 @@ impl Recorder for BeliefRecorder {
         if self.robots.len() > 1 {
             self.robots.push(RobotErrors::of_all(&self.robots));
         }
-        let cells = self.robots.iter_mut().map(RobotErrors::cells);
+        let cells = self.robots.iter().map(RobotErrors::cells);
         Ok(Some(aligned(core::iter::once(COLUMNS.map(str::to_owned)).chain(cells))))
     }
 }
 
-/// The columns of the summary: medians, but for how often the truth is within the ellipse of 95 %, and the mean number of false
-/// tracks.
-const COLUMNS: [&str; 15] = [
+/// The columns of the summary: medians and quantiles, the share of the time in which a robot is more than 0.5 m and more than 1 m
+/// from where it believes to be, how often the truth is within the ellipse of 95 %, and the mean number of false tracks.
+const COLUMNS: [&str; 17] = [
     "robot",
     "position m",
     "90 %",
     "most",
+    "over 0.5 m",
+    "over 1 m",
     "heading deg",
     "90 %",
     "in 95 %",
@@ -291,20 +293,29 @@ impl RobotErrors {
         all
     }
 
-    fn cells(&mut self) -> [String; COLUMNS.len()] {
+    fn cells(&self) -> [String; COLUMNS.len()] {
         let number = |values: &[f64]| median(values.to_vec()).map_or("-".to_owned(), |value| format!("{value:.3}"));
         let share = |[inside, all]: [u32; 2]| match all {
             0 => "-".to_owned(),
             all => format!("{:.0} %", 100.0 * f64::from(inside) / f64::from(all)),
         };
+        let at = |values: &[f64], share: f64, digits: usize| {
+            format!("{:.digits$}", quantile(values.to_vec(), share).unwrap_or_default())
+        };
+        let over = |limit_m: f64| {
+            let over = self.position_m.iter().filter(|error_m| **error_m > limit_m).count();
+            format!("{:.1} %", 100.0 * over as f64 / self.position_m.len().max(1) as f64)
+        };
         let rows = self.position_m.len().max(1) as f64;
         [
             self.id.map_or_else(|| "all".to_owned(), |id| id.to_string()),
             number(&self.position_m),
-            format!("{:.3}", quantile(&mut self.position_m, 0.9)),
-            format!("{:.2}", quantile(&mut self.position_m, 1.0)),
+            at(&self.position_m, 0.9, 3),
+            at(&self.position_m, 1.0, 2),
+            over(0.5),
+            over(1.0),
             number(&self.heading_deg),
-            format!("{:.2}", quantile(&mut self.heading_deg, 0.9)),
+            at(&self.heading_deg, 0.9, 2),
             share(self.pose_within),
             number(&self.ball_m),
             number(&self.ball_velocity_mps),
@@ -332,11 +343,4 @@ fn count([inside, all]: &mut [u32; 2], nees: Option<f32>, edge: f32) {
         *all += 1;
         *inside += u32::from(nees <= edge);
     }
-}
-
-/// The value below which this share of the values lies.
-fn quantile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let index = ((values.len() as f64 * share).ceil() as usize).clamp(1, values.len().max(1)) - 1;
-    values.get(index).copied().unwrap_or_default()
 }

@@ -1,159 +1,28 @@
-//! What has happened in a match so far, to look at it again.
+//! The records of a match in memory.
 //!
-//! A [`History`] keeps a record of every cycle: that of a trace's line, whether the match is being played here or was
-//! read from a file. Records are kept compressed in blocks; one block at a time is unpacked to be looked at.
+//! A [`History`] has the record of every cycle, whether the match is played or was read from a trace. Records are compressed in
+//! blocks, of which one at a time is unpacked.
 
 use bevy::prelude::*;
-use core::ops::ControlFlow;
 use std::collections::VecDeque;
-use std::io;
 use std::ops::{Range, RangeInclusive};
-use std::path::Path;
 
-use super::read::{Ending, TraceError, TraceReader};
-use naoisis_core::events::{KickResult, MatchEvent};
-use naoisis_core::kick_geometry::KickType;
+use super::match_marks::{KickMark, Mark};
 use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::team::RobotId;
 use naoisis_sensing::appearance::stride::Swing;
 use naoisis_sim::interface::cycle_record::CycleRecord;
-use naoisis_sim::interface::fields::Fields;
-use naoisis_sim::scenario::Scenario;
 
 /// Records in a block.
 const BLOCK: usize = 64;
-/// A block is full at this many bytes, whatever the number of records.
+/// A block with this many bytes is full, whatever its number of records.
 const LARGEST_BLOCK_BYTES: usize = 8 << 20;
 /// Beyond this many bytes the oldest blocks are forgotten.
 const MOST_BYTES: usize = 400 << 20;
-/// A trace with more cycles is not read: they would be more than a day at 30 a second.
-const MOST_CYCLES: u64 = 3_000_000;
-/// A trace whose events have more bytes is not read: those of a match have less than one of a hundred parts of it.
-const MOST_EVENT_BYTES: usize = 64 << 20;
 /// How well blocks are compressed: the fastest of zstd's levels.
 const LEVEL: i32 = 1;
 
-/// A whole trace, to look at.
-pub struct ReadTrace {
-    /// What the match started from; its seed is in it.
-    pub scenario: Scenario,
-    /// The records of its cycles.
-    pub history: History,
-    /// Everything that happened, with its time, s.
-    pub events: Vec<(f64, MatchEvent)>,
-    /// The last of its records.
-    pub last: Option<CycleRecord>,
-    /// Every so many cycles have a record.
-    pub every: u64,
-    /// The parts that records have.
-    pub fields: Fields,
-    /// How it ends.
-    pub ending: Ending,
-}
-
-impl ReadTrace {
-    /// Reads a trace to its end.
-    ///
-    /// # Errors
-    /// What is wrong with it, and where.
-    pub fn open(path: &Path) -> Result<ReadTrace, TraceError> {
-        Self::open_told(path, |_| ControlFlow::Continue(()))
-    }
-
-    /// Reads a trace to its end, and tells after each cycle until when, in s, it is read: whoever is told may break it off there.
-    ///
-    /// # Errors
-    /// What is wrong with it, and where.
-    pub fn open_told(path: &Path, mut told: impl FnMut(f64) -> ControlFlow<()>) -> Result<ReadTrace, TraceError> {
-        let mut reader = TraceReader::open(path)?;
-        let mut read = ReadTrace {
-            scenario: reader.scenario().clone(),
-            history: History::of_every(reader.every()),
-            events: Vec::new(),
-            last: None,
-            every: reader.every(),
-            fields: reader.fields().clone(),
-            ending: Ending::NotYet,
-        };
-        let (mut cycles, mut event_bytes) = (0, 0);
-        while let Some(record) = reader.next_cycle()? {
-            if let Err(error) = read.history.push(&record) {
-                return Err(TraceError::Io { path: path.to_owned(), error: io::Error::other(error) });
-            }
-            read.events.extend(record.events.iter().map(|event| (record.time_s, event.clone())));
-            cycles += 1;
-            if !record.events.is_empty() {
-                event_bytes += serde_json::to_string(&record.events).map_or(0, |text| text.len());
-            }
-            if cycles > MOST_CYCLES || event_bytes > MOST_EVENT_BYTES {
-                let error = io::Error::other(format!(
-                    "the trace is too large to be shown: it ends nowhere near {:.0} s",
-                    record.time_s
-                ));
-                return Err(TraceError::Io { path: path.to_owned(), error });
-            }
-            let time_s = record.time_s;
-            read.last = Some(record);
-            if told(time_s).is_break() {
-                return Ok(read);
-            }
-        }
-        read.ending = reader.ending();
-        Ok(read)
-    }
-}
-
-/// What a mark on the timeline stands for.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum MarkKind {
-    /// A goal.
-    Goal,
-    /// The ball left the pitch.
-    Out,
-    /// A robot was penalised.
-    Penalty,
-    /// A half began, or the match ended.
-    Whistle,
-}
-
-/// A moment that is worth finding again.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Mark {
-    /// The cycle in which it was.
-    pub cycle: u64,
-    /// What it was.
-    pub kind: MarkKind,
-    /// The team that it is to be credited to or blamed on.
-    pub team: Option<Team>,
-}
-
-impl Mark {
-    fn of(event: &MatchEvent, cycle: u64) -> Option<Mark> {
-        let (kind, team) = match event {
-            MatchEvent::Goal { team, .. } => (MarkKind::Goal, Some(*team)),
-            MatchEvent::BallOut { last_touch, .. } => (MarkKind::Out, *last_touch),
-            MatchEvent::Penalty { robot, .. } => (MarkKind::Penalty, Some(robot.team)),
-            MatchEvent::HalfBegins { .. } | MatchEvent::FinalWhistle => (MarkKind::Whistle, None),
-            _ => return None,
-        };
-        Some(Mark { cycle, kind, team })
-    }
-}
-
-/// A kick, for the leg to swing.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct KickMark {
-    /// The cycle in which it was.
-    pub cycle: u64,
-    /// Who kicked.
-    pub robot: RobotId,
-    /// Which kick.
-    pub kick_type: KickType,
-    /// Whether it struck the ball on the wrong side.
-    pub is_reduced: bool,
-}
-
-/// Some records in a row, as bytes.
+/// Consecutive records as bytes.
 #[derive(Clone, Default, Debug)]
 struct Block {
     /// The records one after another; compressed but in the last block.
@@ -167,14 +36,14 @@ impl Block {
         self.ends.last().map(|(cycle, _)| *cycle)
     }
 
-    /// The records until a cycle, of a block that is not compressed.
+    /// Returns the records up to `cycle`, of a block that is not compressed.
     fn until(mut self, cycle: u64) -> Block {
         self.ends.retain(|(earlier, _)| *earlier <= cycle);
         self.bytes.truncate(self.ends.last().map_or(0, |(_, end)| *end));
         self
     }
 
-    /// Where in the unpacked bytes the first record is that is not before a cycle.
+    /// Returns the range, in the unpacked bytes, of the first record that is not before `cycle`.
     fn find(&self, cycle: u64) -> Option<Range<usize>> {
         let place = self.ends.partition_point(|(earlier, _)| *earlier < cycle);
         let start = place.checked_sub(1).map_or(0, |previous| self.ends[previous].1);
@@ -182,19 +51,19 @@ impl Block {
     }
 }
 
-/// The records of all cycles so far, or of every so many.
+/// The records of a match: of every cycle, or of every few.
 #[derive(Resource, Clone, Debug)]
 pub struct History {
-    /// From one record to the next are at most so many cycles.
+    /// The most cycles from one record to the next.
     every: u64,
-    /// Whole blocks, compressed.
+    /// Full blocks, compressed.
     packed: VecDeque<Block>,
     packed_bytes: usize,
     /// The records since then.
     open: Block,
     marks: Vec<Mark>,
     kicks: Vec<KickMark>,
-    /// The block that was looked at last, unpacked, and the cycle of its last record.
+    /// The cycle of the last record of the block that was unpacked last, and that block's bytes.
     unpacked: Option<(u64, Vec<u8>)>,
 }
 
@@ -204,13 +73,13 @@ impl Default for History {
     }
 }
 
-/// A record that cannot be kept or read. It is the program's own, so that this does not happen.
+/// A record that cannot be encoded or decoded. Records are the program's own, so this does not happen.
 #[derive(Debug, thiserror::Error)]
 #[error("a record of the match cannot be kept: {0}")]
 pub struct HistoryError(String);
 
 impl History {
-    /// An empty history of every so many cycles, at least.
+    /// Creates an empty history whose records are at most `every` cycles apart.
     pub fn of_every(every: u64) -> Self {
         Self {
             every: every.max(1),
@@ -223,40 +92,40 @@ impl History {
         }
     }
 
-    /// Forgets everything.
+    /// Removes all records.
     pub fn clear(&mut self) {
         *self = Self::of_every(self.every);
     }
 
-    /// Whether there is no record.
+    /// Returns whether there is no record.
     pub fn is_empty(&self) -> bool {
         self.last_cycle().is_none()
     }
 
-    /// The first and last cycle that there is a record of.
+    /// The first and the last cycle with a record.
     pub fn cycles(&self) -> Option<RangeInclusive<u64>> {
         let (first, _) = self.blocks().next()?.ends.first()?;
         Some(*first..=self.last_cycle()?)
     }
 
-    /// The last cycle that there is a record of.
+    /// The last cycle with a record.
     pub fn last_cycle(&self) -> Option<u64> {
         self.open.last_cycle().or_else(|| self.packed.back().and_then(Block::last_cycle))
     }
 
-    /// The moments that are worth finding again, in their order.
+    /// The marks, in the order of their cycles.
     pub fn marks(&self) -> &[Mark] {
         &self.marks
     }
 
-    /// The last kick of a robot until the end of a cycle.
+    /// The last kick of `robot` up to the end of `cycle`.
     pub fn last_kick(&self, robot: RobotId, cycle: u64) -> Option<KickMark> {
         let until = self.kicks.partition_point(|kick| kick.cycle <= cycle);
         self.kicks[..until].iter().rev().find(|kick| kick.robot == robot).copied()
     }
 
-    /// How the leg of a robot with these kicks swings at the end of a cycle of so many seconds: for the next kick if it has begun, or else
-    /// as of the last.
+    /// How the leg of `robot` swings at the end of `cycle`, which lasts `period_s`: for its next kick if the swing has begun, or for
+    /// its last one.
     pub fn swing(&self, robot: RobotId, cycle: u64, period_s: f64, kicks: &KickSettings) -> Option<Swing> {
         let until = self.kicks.partition_point(|kick| kick.cycle <= cycle);
         let swing = |kick: &KickMark| {
@@ -268,12 +137,12 @@ impl History {
         begun.or_else(|| self.last_kick(robot, cycle).as_ref().map(swing))
     }
 
-    /// Bytes of memory that the records take.
+    /// The memory that the records take, bytes.
     pub fn size_bytes(&self) -> usize {
         self.packed_bytes + self.open.bytes.len()
     }
 
-    /// Keeps the record of a cycle. If it does not follow the last one, those before it are forgotten.
+    /// Adds the record of a cycle. If it does not follow the last one, those before it are removed.
     ///
     /// # Errors
     /// When the record cannot be encoded.
@@ -285,20 +154,14 @@ impl History {
         serde_json::to_writer(&mut self.open.bytes, record).map_err(|error| HistoryError(error.to_string()))?;
         self.open.ends.push((cycle, self.open.bytes.len()));
         self.marks.extend(events.iter().filter_map(|event| Mark::of(event, cycle)));
-        self.kicks.extend(events.iter().filter_map(|event| match event {
-            MatchEvent::Kick { robot, kick_type, result, reason, .. } if result.swings(*reason) => {
-                let is_reduced = *result == KickResult::Reduced;
-                Some(KickMark { cycle, robot: *robot, kick_type: *kick_type, is_reduced })
-            }
-            _ => None,
-        }));
+        self.kicks.extend(events.iter().filter_map(|event| KickMark::of(event, cycle)));
         if self.open.ends.len() == BLOCK || self.open.bytes.len() > LARGEST_BLOCK_BYTES {
             self.pack()?;
         }
         Ok(())
     }
 
-    /// The record of a cycle, or the first one after it; none where there is neither.
+    /// The record of `cycle`, or the first one after it. `None` if there is neither.
     ///
     /// # Errors
     /// When it cannot be decoded.
@@ -323,10 +186,10 @@ impl History {
         serde_json::from_slice(&bytes[range]).map(Some).map_err(|error| HistoryError(error.to_string()))
     }
 
-    /// What there was until the end of a cycle, for a match that goes on from there in another way.
+    /// The history up to the end of `cycle`, for a match that goes on from there in another way.
     ///
     /// # Errors
-    /// When the records around that cycle cannot be decoded.
+    /// When the records around `cycle` cannot be decoded.
     pub fn until(&self, cycle: u64) -> Result<History, HistoryError> {
         let whole = self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last <= cycle));
         let part = match self.packed.get(whole) {
@@ -350,8 +213,7 @@ impl History {
         })
     }
 
-    /// The cycle of the first record that is not before a cycle, and that of the record before it. Of a cycle after the last
-    /// record, the last.
+    /// The cycle of the record before `cycle`, and that of the first record that is not before it. After the last record: the last.
     pub fn around(&self, cycle: u64) -> (Option<u64>, u64) {
         let index = self.block_of(cycle);
         let block = self.packed.get(index).unwrap_or(&self.open);
@@ -364,7 +226,7 @@ impl History {
         }
     }
 
-    /// Which block has the first record that is not before a cycle; beyond the packed ones, the open one.
+    /// The index of the block with the first record that is not before `cycle`; that of the open block is the number of packed ones.
     fn block_of(&self, cycle: u64) -> usize {
         self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last < cycle))
     }
@@ -393,13 +255,17 @@ impl History {
 
 #[cfg(test)]
 mod tests {
+    use super::super::match_marks::MarkKind;
     use super::*;
     use crate::record::RecordPlugin;
+    use naoisis_core::events::MatchEvent;
     use naoisis_core::robot::Roster;
     use naoisis_core::robot::body::Body;
     use naoisis_core::robot::head::HeadAngles;
+    use naoisis_core::team::Team;
     use naoisis_sensing::appearance::stride::Stride;
     use naoisis_sim::interface::gather::{CurrentRecord, gather_start};
+    use naoisis_sim::scenario::Scenario;
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
     #[test]

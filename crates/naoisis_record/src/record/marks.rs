@@ -3,21 +3,22 @@
 use bevy::math::Vec2;
 
 use super::canvas::{Anchor, Canvas, INK, PAPER, arrow_head, ellipse, width_of_words};
+use naoisis_core::behaviour::drawings::Ink;
 use naoisis_core::geometry::{Pose, unit};
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::belief::PlaceCovariance;
 use naoisis_sensing::belief::covariance::half_axes_95;
 
-/// Colours that the colour-blind can tell apart (Okabe and Ito).
-pub const ORANGE: Colour = Colour([230, 159, 0]);
+/// Orange, of the [palette](Ink) that people with any colour vision can tell apart.
+pub const ORANGE: Colour = Colour(Ink::Orange.rgb());
 /// Blue.
-pub const BLUE: Colour = Colour([0, 114, 178]);
+pub const BLUE: Colour = Colour(Ink::Blue.rgb());
 /// Light blue.
-pub const SKY_BLUE: Colour = Colour([86, 180, 233]);
+pub const SKY_BLUE: Colour = Colour(Ink::Sky.rgb());
 /// Red.
-pub const VERMILION: Colour = Colour([213, 94, 0]);
+pub const VERMILION: Colour = Colour(Ink::Vermilion.rgb());
 /// Yellow.
-pub const YELLOW: Colour = Colour([240, 228, 66]);
+pub const YELLOW: Colour = Colour(Ink::Yellow.rgb());
 
 /// A measured distance between two places, with words in its middle or, where they would not fit, beside it.
 pub fn measure(canvas: &mut Canvas, [from, to]: [Vec2; 2], words: &str, colour: Colour, patch: Option<Colour>) {

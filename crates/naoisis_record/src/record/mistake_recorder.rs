@@ -6,10 +6,10 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
 
-use super::lean::lean_double;
 use super::mistakes::{Mistake, MistakeFinder, MistakeKind};
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
+use super::shortest_float::shortest_double;
 use naoisis_core::team::RobotId;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
@@ -72,12 +72,12 @@ impl Recorder for MistakeRecorder {
     fn finish(self: Box<Self>, _: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
         let mistakes = self.finder.map(|finder| finder.mistakes()).unwrap_or_default();
         let table = table(&mistakes);
-        let lean = |mistake: Mistake| Mistake {
-            from_s: lean_double(mistake.from_s),
-            until_s: lean_double(mistake.until_s),
+        let shortest = |mistake: Mistake| Mistake {
+            from_s: shortest_double(mistake.from_s),
+            until_s: shortest_double(mistake.until_s),
             ..mistake
         };
-        let mistakes = mistakes.into_iter().map(|mistake| Entry { mistake: lean(mistake), unit: mistake.unit() });
+        let mistakes = mistakes.into_iter().map(|mistake| Entry { mistake: shortest(mistake), unit: mistake.unit() });
         let mistakes = mistakes.collect();
         let (scenario, realism) = (&self.scenario, &self.realism);
         let report = Report { scenario, realism, seed: self.seed, duration_s: last.time_s, mistakes };

@@ -1,8 +1,8 @@
-//! What is written down of a match: its trace, what robots believe against what is true, and pictures of it; and how a trace
-//! is read again.
+//! Everything that is written of a match, and how traces are read: traces, [counts](match_counts), summaries, mistakes, beliefs
+//! against the truth, pictures and films.
 //!
-//! Everything begins with one [record of each cycle](cycle_record::CycleRecord), in the [words](vocabulary) of all doors. It
-//! is [gathered](gather) once, and every [`Recorder`](recorder::Recorder) makes of it what it likes.
+//! All of it is made from one [record of each cycle](naoisis_sim::interface::cycle_record::CycleRecord), which is
+//! [gathered](naoisis_sim::interface::gather) once and handed to every [`Recorder`](recorder::Recorder).
 
 pub mod beliefs;
 pub mod canvas;
@@ -13,9 +13,9 @@ pub mod film;
 pub mod formats;
 pub mod frames;
 pub mod history;
-pub mod kick_outcomes;
-mod lean;
 pub mod marks;
+pub mod match_counts;
+pub mod match_marks;
 pub mod match_renderer;
 pub mod match_summary;
 pub mod mistake_recorder;
@@ -27,9 +27,11 @@ pub mod picture_recorder;
 mod plugin;
 pub mod png_file;
 pub mod read;
+pub mod read_trace;
 pub mod recorder;
 mod scaling;
 pub mod sheet;
+mod shortest_float;
 pub mod summary_page;
 pub mod summary_picture;
 pub mod summary_recorder;
@@ -37,5 +39,5 @@ pub mod trace;
 pub mod video;
 mod video_file;
 
-pub use lean::{lean_double, lean_single};
 pub use plugin::RecordPlugin;
+pub use shortest_float::{shortest_double, shortest_single};

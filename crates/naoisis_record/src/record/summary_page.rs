@@ -6,7 +6,7 @@ use core::fmt::Write as _;
 use super::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
 use super::mistakes::MistakeKind;
 use naoisis_core::pitch::Pitch;
-use naoisis_core::team::{PerTeam, Team};
+use naoisis_core::team::Team;
 
 const STYLE: &str = "body{font-family:system-ui,sans-serif;margin:2em auto;max-width:70em;padding:0 1em;color:#202226}\
 h1{font-size:1.5em}h2{font-size:1.1em;margin:1.6em 0 .4em}.score{font-size:3em;font-weight:300}\
@@ -32,7 +32,7 @@ pub fn page(summary: &MatchSummary) -> String {
         summary.score.pink,
         team_name(summary, Team::Pink),
         minutes(summary.duration_s),
-        minutes(summary.play_s),
+        minutes(summary.counts.play_s()),
         escaped(&summary.realism),
         seed = summary.seed,
     );
@@ -55,7 +55,7 @@ pub fn page(summary: &MatchSummary) -> String {
         _ = write!(html, "<figure>{}<figcaption>{words}</figcaption></figure>", svg(&summary.pitch, map, colour));
     }
     html += "</div><h2>Robots</h2>";
-    let columns = ["", "kicks", "shots", "goals", "passes that arrived", "walked", "falls", "penalties"];
+    let columns = ["", "kicks", "shots", "goals", "passes completed", "walked", "falls", "penalties"];
     table(&mut html, &columns, &robot_rows(summary));
     let mistakes = summary.mistakes();
     if !mistakes.is_empty() {
@@ -71,32 +71,50 @@ pub fn page(summary: &MatchSummary) -> String {
     html + "</body></html>\n"
 }
 
-/// What the teams did: a line for each thing, in words, blue, pink.
+/// What the teams did: a row for each quantity, in words, blue, pink.
 pub fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
-    let PerTeam { blue, pink } = &summary.numbers;
-    let held_s = (blue.possession_s + pink.possession_s).max(1e-9);
-    let row = |words: &str, of: &dyn Fn(&super::match_summary::TeamNumbers) -> String| {
-        vec![words.to_owned(), of(blue), of(pink)]
-    };
-    vec![
-        row("possession", &|team| format!("{:.0} %", 100.0 * team.possession_s / held_s)),
-        row("kicks", &|team| team.kicks.to_string()),
-        row("shots at the goal", &|team| team.shots.to_string()),
-        row("saves", &|team| team.saves.to_string()),
-        row("passes that arrived", &|team| format!("{} of {}", team.passes_arrived, team.passes)),
-        row("walked", &|team| format!("{:.0} m", team.distance_m)),
-    ]
+    let counts = &summary.counts;
+    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+    let columns = Team::BOTH.map(|team| {
+        let own = counts.team(team);
+        let passes = match own.passes {
+            0 => "0".to_owned(),
+            all => format!(
+                "{} of {all} ({:.0} %)",
+                own.passes_completed,
+                100.0 * f64::from(own.passes_completed) / f64::from(all)
+            ),
+        };
+        let mut rows = vec![
+            ("possession", percent(counts.possession(team))),
+            ("kicks", own.kicks.to_string()),
+            ("shots", own.shots.to_string()),
+            ("shots on target", own.shots_on_target.to_string()),
+            ("saves", own.saves.to_string()),
+            ("passes completed", passes),
+            ("duels won", counts.duels_won[team].to_string()),
+            ("walked", format!("{:.0} m", own.distance_m)),
+            ("falls", own.falls.to_string()),
+            ("penalties", own.penalty_count().to_string()),
+        ];
+        if Team::BOTH.iter().any(|team| counts.median_pose_error_m(*team).is_some()) {
+            let median = counts.median_pose_error_m(team);
+            rows.push((
+                "pose error, median",
+                median.map_or_else(|| "-".to_owned(), |error_m| format!("{error_m:.3} m")),
+            ));
+            rows.push(("pose error over 0.5 m", percent(own.pose_errors.over_half_m())));
+            rows.push(("pose error over 1 m", percent(own.pose_errors.over_1_m())));
+        }
+        rows
+    });
+    let [blue, pink] = columns;
+    blue.into_iter().zip(pink).map(|((words, blue), (_, pink))| vec![words.to_owned(), blue, pink]).collect()
 }
 
-/// How many penalties the robots of a team had.
-pub fn penalty_count(summary: &MatchSummary, team: Team) -> u32 {
-    let robots = summary.robots.iter().filter(|(id, _)| id.team == team);
-    robots.flat_map(|(_, robot)| robot.penalties.values()).sum()
-}
-
-/// What the robots did: a line for each.
+/// What the robots did: a row for each.
 pub fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
-    let rows = summary.robots.iter().map(|(id, robot)| {
+    let rows = summary.counts.robots.iter().map(|(id, robot)| {
         let penalties = robot.penalties.iter().map(|(reason, count)| match count {
             1 => reason.words().into_owned(),
             count => format!("{count} x {}", reason.words()),
@@ -106,7 +124,7 @@ pub fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
             robot.kicks.to_string(),
             robot.shots.to_string(),
             robot.goals.to_string(),
-            robot.passes_arrived.to_string(),
+            robot.passes_completed.to_string(),
             format!("{:.0} m", robot.distance_m),
             robot.falls.to_string(),
             penalties.collect::<Vec<_>>().join(", "),

@@ -9,9 +9,9 @@ use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use super::lean::LeanNumbers;
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
+use super::shortest_float::ShortestFloats;
 use naoisis_core::behaviour::reasons::ask_for_reasons;
 use naoisis_core::events::MatchEvent;
 use naoisis_sim::interface::cycle_record::CycleRecord;
@@ -103,17 +103,17 @@ impl TraceRecorder {
     fn write_record(&mut self, record: &CycleRecord) {
         self.last_cycle = Some(record.cycle);
         if self.events.is_empty() {
-            self.write_lean(record);
+            self.write_line(record);
         } else {
             let mut events = core::mem::take(&mut self.events);
             events.extend_from_slice(&record.events);
-            self.write_lean(&CycleRecord { events, ..record.clone() });
+            self.write_line(&CycleRecord { events, ..record.clone() });
         }
     }
 
-    fn write_lean(&mut self, record: &CycleRecord) {
+    fn write_line(&mut self, record: &CycleRecord) {
         self.line.clear();
-        let mut serializer = serde_json::Serializer::with_formatter(&mut self.line, LeanNumbers);
+        let mut serializer = serde_json::Serializer::with_formatter(&mut self.line, ShortestFloats);
         let written = if self.fields.is_all() {
             record.serialize(&mut serializer)
         } else {

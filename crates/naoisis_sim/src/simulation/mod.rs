@@ -23,6 +23,7 @@ use bevy::prelude::*;
 mod going_on;
 pub mod invariants;
 pub mod names;
+mod parallel;
 pub mod rules;
 pub mod sensors;
 mod settings;
@@ -31,6 +32,7 @@ pub mod snapshot;
 mod spawn;
 
 pub use going_on::start as start_match;
+pub use parallel::play_in_order;
 pub use rules::{RuleApp, RuleRegistry};
 pub use sensors::{SensorApp, SensorRegistry};
 pub use settings::{CHANGEABLE, change_settings, is_changeable};

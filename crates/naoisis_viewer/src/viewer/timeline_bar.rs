@@ -12,7 +12,8 @@ use super::shared::{Action, Playback, TimelineCommand};
 use super::theme::{bright, dim, minutes, problem_colour, team_colour};
 use super::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
-use naoisis_record::record::history::{History, Mark, MarkKind};
+use naoisis_record::record::history::History;
+use naoisis_record::record::match_marks::{Mark, MarkKind};
 
 /// The bar's least width, and the width of what is beside it, logical pixels.
 const LEAST_WIDTH: f32 = 120.0;

@@ -8,7 +8,7 @@
 //! | `ball_not_seen` | the robot of its team that is nearest to the ball, within 2 m, has not seen it for 3 s |
 //! | `kick_missed` | a kick did not reach the ball |
 //! | `kick_at_own_goal` | the ball left towards the own goal, fast enough to get there |
-//! | `ball_given_away` | a kick that was not at the goal: an opponent touched the ball next, or it was out |
+//! | `ball_given_away` | a [pass](super::match_counts) that was not completed: an opponent touched the ball next, or it was out |
 //! | `team_mates_collide` | two robots of a team ran into each other |
 //! | `same_ball` | for a second two robots of a team, neither its keeper, walked to the ball within 0.75 m of it |
 //!
@@ -17,7 +17,7 @@
 use bevy::prelude::*;
 use serde::Serialize;
 
-use super::kick_outcomes::{KickEnd, KickFollower, StruckKick};
+use super::match_counts::kicks::{KickEnd, KickFollower, KickOutcome, StruckKick};
 pub use naoisis_core::events::MistakeKind;
 use naoisis_core::events::{CollisionPartner, KickMiss, KickResult, MatchEvent};
 use naoisis_core::game::GameState;
@@ -38,8 +38,6 @@ const SAME_BALL_M: f32 = 0.75;
 const TOWARDS_MPS: f32 = 0.05;
 /// What happens again so soon is the same mistake still, s.
 const SAME_S: f64 = 2.0;
-/// A kick is at the goal that passes no further beside a post, m.
-const BESIDE_GOAL_M: f32 = 0.5;
 
 /// A mistake of a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -93,7 +91,7 @@ impl MistakeFinder {
 
     /// Looks at the next cycle.
     pub fn look(&mut self, record: &CycleRecord) {
-        for (kick, end) in self.kicks.look(record) {
+        for (kick, end) in self.kicks.look(&record.into()) {
             self.judge_kick(kick, end, record.time_s);
         }
         if record.game.state != GameState::Playing {
@@ -197,16 +195,9 @@ impl MistakeFinder {
         let pitch = self.kicks.pitch();
         if kick.is_at_own_goal(pitch) {
             self.found.push(mistake(MistakeKind::KickAtOwnGoal, None, Some(kick.speed_mps)));
-            return;
         }
-        let is_given_away = match end {
-            KickEnd::Touched(robot) => robot.team != kick.robot.team,
-            KickEnd::Out => true,
-            KickEnd::Goal(_) | KickEnd::Stopped => false,
-        };
-        if is_given_away && !kick.is_at_goal(pitch, BESIDE_GOAL_M) {
-            let other = if let KickEnd::Touched(robot) = end { Some(robot) } else { None };
-            self.found.push(mistake(MistakeKind::BallGivenAway, other, None));
+        if let KickOutcome::PassFailed { to } = kick.outcome(end, pitch) {
+            self.found.push(mistake(MistakeKind::BallGivenAway, to, None));
         }
     }
 

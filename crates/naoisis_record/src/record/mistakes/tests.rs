@@ -1,4 +1,4 @@
-use super::super::kick_outcomes::kick;
+use super::super::match_counts::kicks::kick;
 use super::*;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::events::CollisionType;

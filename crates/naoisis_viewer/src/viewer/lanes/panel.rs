@@ -17,7 +17,8 @@ use crate::viewer::timeline::Timeline;
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::RobotId;
-use naoisis_record::record::history::{History, MarkKind};
+use naoisis_record::record::history::History;
+use naoisis_record::record::match_marks::MarkKind;
 use naoisis_record::record::mistake_recorder::table;
 use naoisis_record::record::mistakes::Mistake;
 

@@ -18,7 +18,7 @@ use super::shared::{Playback, ViewerCommand};
 use super::teach::bookmark_file::OpenedTrace;
 use super::timeline;
 use choice::MatchChoice;
-use naoisis_record::record::history::ReadTrace;
+use naoisis_record::record::read_trace::ReadTrace;
 use naoisis_sim::scenario::{Scenario, ScenarioFile, TeamsSpec};
 use naoisis_sim::simulation;
 use trace_reading::{TraceReading, is_reading};

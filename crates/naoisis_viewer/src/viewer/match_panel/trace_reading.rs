@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use crate::viewer::shared::{Notice, Playback};
-use naoisis_record::record::history::ReadTrace;
+use naoisis_record::record::read_trace::ReadTrace;
 
 /// The trace that is being read, if any.
 #[derive(Resource, Default)]

@@ -21,7 +21,8 @@ use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
-use naoisis_record::record::history::{History, MarkKind};
+use naoisis_record::record::history::History;
+use naoisis_record::record::match_marks::MarkKind;
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sim::scenario::Scenario;
 

@@ -8,7 +8,7 @@ use crate::viewer::timeline::start_replay;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis_core::team::Team;
-use naoisis_record::record::history::ReadTrace;
+use naoisis_record::record::read_trace::ReadTrace;
 use naoisis_record::record::recorder::{self, EndReason};
 use naoisis_record::record::trace::TraceRecorder;
 use naoisis_sim::scenario::Scenario;

@@ -15,7 +15,8 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Game;
 use naoisis_core::pitch::End;
 use naoisis_core::team::Team;
-use naoisis_record::record::history::{History, Mark, MarkKind};
+use naoisis_record::record::history::History;
+use naoisis_record::record::match_marks::{Mark, MarkKind};
 
 /// So long after a goal it is shown again, from so long before it, s of the match.
 const AFTER_S: f64 = 1.0;

@@ -1,8 +1,8 @@
-//! Numbers with as many digits as mean something.
+//! The numbers of a trace's lines, with the digits that are significant.
 //!
-//! A number of a line has at most five decimal places: a hundredth of a millimetre, a hundred-thousandth of a degree or second.
-//! One in single precision has at most six digits besides, for it knows no more; a small one at least three, for variances are
-//! small. Nothing that a robot measures is as exact. The header is as it is, digit for digit: it is the match.
+//! A number has at most five decimal places: a hundredth of a millimetre, a hundred-thousandth of a degree or second. Single
+//! precision has at most six digits, small numbers at least three, since variances are small. No sensor of a robot is as exact.
+//! The header of a trace keeps all digits, because the match is played again from it.
 
 use serde_json::ser::{CompactFormatter, Formatter};
 use std::io::{self, Write};
@@ -13,24 +13,24 @@ const PLACES: usize = 5;
 const DIGITS: usize = 6;
 /// Digits of a small number.
 const LEAST_DIGITS: usize = 3;
-/// Larger numbers have no places.
+/// Numbers from here on are written without decimal places.
 const LARGEST: f64 = 1e10;
-/// A small number has at most so many places: what is smaller is nothing.
+/// Most decimal places of a small number: smaller ones are written as 0.
 const MOST_PLACES: usize = 12;
-/// Long enough for the largest number with all its places, a point and a sign.
+/// Bytes of the largest number with all its places, a point and a sign.
 const LONGEST: usize = 32;
 
-/// The number that a trace has of one in single precision.
-pub fn lean_single(number: f32) -> f64 {
-    parsed(number.into(), |text| LeanNumbers.write_f32(text, number))
+/// Returns `number` as a reader of a trace gets it.
+pub fn shortest_single(number: f32) -> f64 {
+    parsed(number.into(), |text| ShortestFloats.write_f32(text, number))
 }
 
-/// The number that a trace has of one in double precision.
-pub fn lean_double(number: f64) -> f64 {
-    parsed(number, |text| LeanNumbers.write_f64(text, number))
+/// Returns `number` as a reader of a trace gets it.
+pub fn shortest_double(number: f64) -> f64 {
+    parsed(number, |text| ShortestFloats.write_f64(text, number))
 }
 
-/// What is read of what is written; the number itself where that is nothing.
+/// Returns what is read back after `write`, or `number` if that fails.
 fn parsed(number: f64, write: impl FnOnce(&mut &mut [u8]) -> io::Result<()>) -> f64 {
     let mut text = [0; LONGEST];
     let mut rest = &mut text[..];
@@ -50,11 +50,11 @@ const POWERS: [u64; MOST_PLACES + 1] = {
     powers
 };
 
-/// Writes JSON without blanks, and with lean numbers.
+/// Writes JSON without blanks, and numbers in their shortest form.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct LeanNumbers;
+pub(super) struct ShortestFloats;
 
-impl Formatter for LeanNumbers {
+impl Formatter for ShortestFloats {
     fn write_f32<W: ?Sized + Write>(&mut self, writer: &mut W, number: f32) -> io::Result<()> {
         let size = f64::from(number.abs());
         if size >= LARGEST {
@@ -70,7 +70,7 @@ impl Formatter for LeanNumbers {
     }
 }
 
-/// Writes a number with so many places at most, or more if it is small.
+/// Writes `number` with at most `places` decimal places, or more if it is small.
 fn write_number<W: ?Sized + Write>(writer: &mut W, number: f64, places: usize) -> io::Result<()> {
     let size = number.abs();
     if size >= LARGEST {
@@ -121,9 +121,9 @@ mod tests {
     use proptest::prelude::*;
     use serde::Serialize;
 
-    fn lean(value: impl Serialize) -> String {
+    fn written(value: impl Serialize) -> String {
         let mut text = Vec::new();
-        value.serialize(&mut serde_json::Serializer::with_formatter(&mut text, LeanNumbers)).unwrap();
+        value.serialize(&mut serde_json::Serializer::with_formatter(&mut text, ShortestFloats)).unwrap();
         String::from_utf8(text).unwrap()
     }
 
@@ -131,29 +131,29 @@ mod tests {
     fn numbers_have_the_digits_that_mean_something() {
         let single = [0.0_f32, -0.0, 1.0, -0.1, 2.718_301_8, 12.345_678, -160.234_56, 123_456.78, 9_876_543.0, 1e20];
         assert_eq!(
-            single.map(lean),
+            single.map(written),
             ["0.0", "0.0", "1.0", "-0.1", "2.7183", "12.3457", "-160.235", "123457.0", "9876543.0", "1e+20"]
         );
         assert_eq!(
-            [0.009_876_54_f32, 1.234_5e-5, -1.234_5e-9, 1e-15].map(lean),
+            [0.009_876_54_f32, 1.234_5e-5, -1.234_5e-9, 1e-15].map(written),
             ["0.00988", "0.0000123", "-0.00000000123", "0.0"]
         );
-        assert_eq!([1_199.966_666_666, 179.999_994, 1.0 / 3.0].map(lean), ["1199.96667", "179.99999", "0.33333"]);
-        assert_eq!(lean(f32::NAN), "null");
-        assert_eq!(lean((7_u64, "1.2345678")), r#"[7,"1.2345678"]"#);
+        assert_eq!([1_199.966_666_666, 179.999_994, 1.0 / 3.0].map(written), ["1199.96667", "179.99999", "0.33333"]);
+        assert_eq!(written(f32::NAN), "null");
+        assert_eq!(written((7_u64, "1.2345678")), r#"[7,"1.2345678"]"#);
     }
 
     proptest! {
         #[test]
-        fn a_lean_number_is_near_and_stays_as_it_is(number in -2000.0_f32..2000.0, exponent in -8..1_i32) {
+        fn a_shortest_number_is_near_and_stays_as_it_is(number in -2000.0_f32..2000.0, exponent in -8..1_i32) {
             let number = number * 10.0_f32.powi(exponent);
-            let text = lean(number);
+            let text = written(number);
             let read: f32 = text.parse().unwrap();
             prop_assert!((read - number).abs() <= 0.6e-5_f32.max(0.6e-5 * number.abs()).min(0.6e-2 * number.abs() + 1e-12));
-            prop_assert_eq!(lean(read), text.clone());
-            prop_assert_eq!(lean(f64::from(number)).parse::<f64>().map(lean).unwrap(), lean(f64::from(number)));
+            prop_assert_eq!(written(read), text.clone());
+            prop_assert_eq!(written(f64::from(number)).parse::<f64>().map(written).unwrap(), written(f64::from(number)));
             prop_assert!(text.len() <= 15);
-            prop_assert_eq!((lean_single(number), lean_double(number.into())), (text.parse().unwrap(), lean(f64::from(number)).parse().unwrap()));
+            prop_assert_eq!((shortest_single(number), shortest_double(number.into())), (text.parse().unwrap(), written(f64::from(number)).parse().unwrap()));
         }
     }
 }

@@ -1,0 +1,295 @@
+//! The one counter of a match. Batches, expectations, summaries and the viewer read [`MatchCounts`]; found mistakes use the same
+//! [kicks](kicks).
+//!
+//! Definitions are those of football where there are any: [Opta's event definitions](https://www.statsperform.com/opta-event-definitions/)
+//! and [FIFA's football language](https://www.fifatrainingcentre.com/en/game/performance-analysis/football-language-analysis/the-fifa-football-language.php).
+//! Both judge what a player meant to do. A simulator cannot know that, and takes what became of the ball instead.
+//!
+//! | counted | definition | source |
+//! |---|---|---|
+//! | goal | counts for the team, own goals of the opponents included; a robot's goals are those that it touched last | Opta "Goal/Own Goal" |
+//! | own goal | a goal that counts for the other team | Opta "Goal/Own Goal" |
+//! | kick | a kick that struck the ball, in any state of the game | |
+//! | pass | a kick that another robot touched next, or that left the pitch, and that was no shot. A ball that the kicker touches again after 0.5 s is a dribble, and one that is stopped by the referee no pass | Opta "Pass": the attempted delivery of the ball from one player to another |
+//! | pass completed | a team-mate touched the ball next, wherever the kick was aimed | Opta "Successful Pass" |
+//! | shot | a kick that no team-mate touched next and that scored, or would have rolled over the opponents' goal line at most 0.5 m outside a post | Opta "Shot": any goal attempt |
+//! | shot on target | a shot that scored, or would have between the posts | Opta "Shot on Target": goals, and shots that a save or the last defender kept out |
+//! | save | a shot on target that the goalkeeper (robot 1) touched next | Opta "Save" |
+//! | possession | time in play in which the team touched the ball last since the ball was put down or thrown in; until then it is nobody's, and out of play it is not counted | FIFA EFI "Possession control", which leaves out the time out of play; there, a third share is "in contest" |
+//! | duel | in play, upright robots of both teams are within 0.5 m of the ball, until one team has none within 0.75 m. The team that touched the ball last during it has won; a duel without a touch, or that a dead ball ends, is not counted | Opta "Duel": a 50-50 contest between two players of opposing sides, one of whom wins |
+//! | ball in a half | time in play with the ball on that side of the halfway line | |
+//! | out | the ball left the pitch; of the team that touched it last | |
+//! | fall, penalty, program lost | each such event, in any state of the game | |
+//! | distance | the way that the robot went in play, m, by its true speed; robots that are carried do not walk | FIFA "Total distance", in play |
+//! | ball seen | share of the time in which the robot recognised the ball | |
+//! | pose error | distance of the place where the robot believes itself to be from its true place at the end of the cycle, m; its mean, its median (a value a second), and the share of the time in which it is over 0.5 m and over 1 m | |
+//! | ball error | the same of the ball, while the robot believes to know where it is: the mean | |
+//!
+//! "In play" is the state `playing` of the game. What takes time (distance, ball seen, errors) counts in play and without a
+//! penalty.
+
+pub mod kicks;
+mod observed;
+mod robot_counts;
+
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+use kicks::{KickEnd, KickFollower, KickOutcome, StruckKick};
+pub use observed::{MatchCounter, Observed, ObservedRobot};
+pub use robot_counts::{ErrorCounts, RobotCounts};
+
+use naoisis_core::events::{CollisionPartner, KickResult, MatchEvent};
+use naoisis_core::game::{GameState, Intervention, Score};
+use naoisis_core::pitch::End;
+use naoisis_core::statistics::median;
+use naoisis_core::team::{PerTeam, RobotId, Team};
+use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::scenario::Scenario;
+
+/// A pose error enters the median every so many cycles: a value a second.
+const CYCLES_PER_POSE_ERROR: u64 = 30;
+/// A duel begins when robots of both teams are this near to the ball, m.
+const DUEL_BEGINS_M: f32 = 0.5;
+/// A duel ends when one team has no robot this near to the ball, m.
+const DUEL_ENDS_M: f32 = 0.75;
+
+/// Everything that is counted of a match.
+#[derive(Clone, Debug)]
+pub struct MatchCounts {
+    /// Goals that count for the team.
+    pub goals: PerTeam<u32>,
+    /// Goals of the team that count for the other team.
+    pub own_goals: PerTeam<u32>,
+    /// Balls that left the pitch.
+    pub outs: u32,
+    /// Balls that left the pitch and that the team touched last.
+    pub outs_of: PerTeam<u32>,
+    /// Duels that the team won.
+    pub duels_won: PerTeam<u32>,
+    /// The duration of what was counted, s.
+    pub duration_s: f64,
+    /// The robots' counts.
+    pub robots: BTreeMap<RobotId, RobotCounts>,
+    period_s: f64,
+    play_cycles: u64,
+    possession_cycles: PerTeam<u64>,
+    ball_in_half_cycles: PerTeam<u64>,
+    /// Pose errors of each team's robots, m: one a second.
+    pose_errors_m: PerTeam<Vec<f64>>,
+    kicks: KickFollower,
+    /// The robot that touched the ball last since it was put down.
+    last_touch: Option<RobotId>,
+    duel: Option<Duel>,
+    /// Cycle, time and score where counting began and where it stands.
+    began: Option<(f64, Score)>,
+    last_cycle: u64,
+}
+
+/// A duel that goes on.
+#[derive(Clone, Copy, Debug, Default)]
+struct Duel {
+    /// The team that has touched the ball last in it.
+    touched_by: Option<Team>,
+}
+
+impl MatchCounts {
+    /// Creates a counter for matches of `scenario`. The first cycle that it [reads](Self::look) is where counting begins.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self {
+            goals: default(),
+            own_goals: default(),
+            outs: 0,
+            outs_of: default(),
+            duels_won: default(),
+            duration_s: 0.0,
+            robots: BTreeMap::new(),
+            period_s: scenario.cycle_s,
+            play_cycles: 0,
+            possession_cycles: default(),
+            ball_in_half_cycles: default(),
+            pose_errors_m: default(),
+            kicks: KickFollower::new(scenario),
+            last_touch: None,
+            duel: None,
+            began: None,
+            last_cycle: 0,
+        }
+    }
+
+    /// Counts the cycle of `record`. Returns the time in play that it stands for, s.
+    pub fn look_at_record(&mut self, record: &CycleRecord) -> f64 {
+        self.look(&record.into(), record.robots.iter().map(ObservedRobot::from))
+    }
+
+    /// Counts `cycle`, after which `robots` are as given. Returns the time in play that it stands for, s: more than one cycle if
+    /// cycles before it were left out.
+    pub fn look<'a>(&mut self, cycle: &Observed, robots: impl Iterator<Item = ObservedRobot<'a>>) -> f64 {
+        let cycles = cycle.cycle.saturating_sub(self.last_cycle);
+        self.last_cycle = cycle.cycle;
+        let Some((began_s, score)) = self.began else {
+            self.began = Some((cycle.time_s, cycle.score));
+            self.robots.extend(robots.map(|robot| (robot.id, RobotCounts::default())));
+            return 0.0;
+        };
+        self.duration_s = cycle.time_s - began_s;
+        self.goals = PerTeam::new(|team| cycle.score[team].saturating_sub(score[team]));
+        for event in cycle.events {
+            self.count(event);
+        }
+        for (kick, end) in self.kicks.look(cycle) {
+            self.count_kick(kick, end);
+        }
+        if cycle.state != GameState::Playing {
+            self.dead_ball();
+            return 0.0;
+        }
+        self.play_cycles += cycles;
+        if let Some(robot) = self.last_touch {
+            self.possession_cycles[robot.team] += cycles;
+        }
+        if let Some(ball) = cycle.ball_m.filter(|ball| ball.x != 0.0) {
+            let end = if ball.x < 0.0 { End::NegativeX } else { End::PositiveX };
+            let team = if cycle.blue_end == end { Team::Blue } else { Team::Pink };
+            self.ball_in_half_cycles[team] += cycles;
+        }
+        let mut nearest_m = PerTeam { blue: f32::INFINITY, pink: f32::INFINITY };
+        for robot in robots.filter(|robot| !robot.is_penalised) {
+            self.robots.entry(robot.id).or_default().play(&robot, cycle, cycles, self.period_s);
+            if cycle.cycle.is_multiple_of(CYCLES_PER_POSE_ERROR)
+                && let Some(error_m) = robot_counts::pose_error_m(&robot, cycle)
+            {
+                self.pose_errors_m[robot.id.team].push(error_m);
+            }
+            if let Some(ball) = cycle.ball_m.filter(|_| robot.is_upright) {
+                let nearest_m = &mut nearest_m[robot.id.team];
+                *nearest_m = nearest_m.min(robot.pose.position.distance(ball));
+            }
+        }
+        self.count_duel(nearest_m.blue.max(nearest_m.pink));
+        cycles as f64 * self.period_s
+    }
+
+    fn robot(&mut self, id: RobotId) -> &mut RobotCounts {
+        self.robots.entry(id).or_default()
+    }
+
+    fn count(&mut self, event: &MatchEvent) {
+        match event {
+            MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, .. } => {
+                self.robot(*robot).kicks += 1;
+                self.touched(*robot);
+            }
+            MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Ball, .. } => self.touched(*robot),
+            MatchEvent::Goal { team, scorer, own_goal, .. } => {
+                self.own_goals[team.opponent()] += u32::from(*own_goal);
+                if let Some(scorer) = scorer.filter(|_| !own_goal) {
+                    self.robot(scorer).goals += 1;
+                }
+                self.dead_ball();
+            }
+            MatchEvent::BallOut { last_touch, .. } => {
+                self.outs += 1;
+                if let Some(team) = last_touch {
+                    self.outs_of[*team] += 1;
+                }
+                self.dead_ball();
+            }
+            MatchEvent::KickOff { .. }
+            | MatchEvent::DropBall { .. }
+            | MatchEvent::FreeKick { .. }
+            | MatchEvent::ThrowIn { .. }
+            | MatchEvent::Shot { .. }
+            | MatchEvent::Intervention { intervention: Intervention::PlaceBall { .. } } => self.dead_ball(),
+            MatchEvent::Fall { robot, .. } => self.robot(*robot).falls += 1,
+            MatchEvent::Penalty { robot, reason, .. } => {
+                *self.robot(*robot).penalties.entry(*reason).or_default() += 1;
+            }
+            MatchEvent::AgentLost { robot, .. } => self.robot(*robot).programs_lost += 1,
+            _ => {}
+        }
+    }
+
+    fn touched(&mut self, robot: RobotId) {
+        self.last_touch = Some(robot);
+        if let Some(duel) = &mut self.duel {
+            duel.touched_by = Some(robot.team);
+        }
+    }
+
+    /// Notes that the ball is dead, or was put down for a restart.
+    fn dead_ball(&mut self) {
+        self.last_touch = None;
+        self.duel = None;
+    }
+
+    fn count_kick(&mut self, kick: StruckKick, end: KickEnd) {
+        let outcome = kick.outcome(end, self.kicks.pitch());
+        let robot = self.robot(kick.robot);
+        match outcome {
+            KickOutcome::PassCompleted => {
+                (robot.passes, robot.passes_completed) = (robot.passes + 1, robot.passes_completed + 1)
+            }
+            KickOutcome::PassFailed { .. } => robot.passes += 1,
+            KickOutcome::ShotOffTarget => robot.shots += 1,
+            KickOutcome::ShotOnTarget { saved_by } => {
+                (robot.shots, robot.shots_on_target) = (robot.shots + 1, robot.shots_on_target + 1);
+                if let Some(keeper) = saved_by {
+                    self.robot(keeper).saves += 1;
+                }
+            }
+            KickOutcome::Neither => {}
+        }
+    }
+
+    /// Begins or ends a duel: of the teams' robots that are nearest to the ball, the further one is `further_m` away.
+    fn count_duel(&mut self, further_m: f32) {
+        match self.duel {
+            None if further_m <= DUEL_BEGINS_M => self.duel = Some(Duel::default()),
+            Some(Duel { touched_by }) if further_m > DUEL_ENDS_M => {
+                self.duel = None;
+                if let Some(team) = touched_by {
+                    self.duels_won[team] += 1;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The counts of all robots of `team` together.
+    pub fn team(&self, team: Team) -> RobotCounts {
+        let mut sum = RobotCounts::default();
+        for (_, robot) in self.robots.iter().filter(|(id, _)| id.team == team) {
+            sum.add(robot);
+        }
+        sum
+    }
+
+    /// The time in play, s.
+    pub fn play_s(&self) -> f64 {
+        self.play_cycles as f64 * self.period_s
+    }
+
+    /// The share of `team` in the possession, from 0 to 1. `None` if no robot touched the ball.
+    pub fn possession(&self, team: Team) -> Option<f64> {
+        share_of_team(self.possession_cycles, team)
+    }
+
+    /// The share of the time in play with the ball in the half of `team`, from 0 to 1. `None` without a ball.
+    pub fn ball_in_half(&self, team: Team) -> Option<f64> {
+        share_of_team(self.ball_in_half_cycles, team)
+    }
+
+    /// The median of the pose errors of `team`, m. `None` without beliefs.
+    pub fn median_pose_error_m(&self, team: Team) -> Option<f64> {
+        median(self.pose_errors_m[team].clone())
+    }
+}
+
+fn share_of_team(cycles: PerTeam<u64>, team: Team) -> Option<f64> {
+    let all = cycles.blue + cycles.pink;
+    (all > 0).then(|| cycles[team] as f64 / all as f64)
+}
+
+#[cfg(test)]
+mod tests;
