@@ -6,7 +6,7 @@ use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::prelude::*;
 use naoisis::record::match_summary::MatchSummary;
 use naoisis::record::mistakes::{MistakeFinder, MistakeKind};
-use naoisis::record::summary_page::team_rows;
+use naoisis::record::summary_rows::team_rows;
 use naoisis::scenario::Expectation;
 
 use crate::support::headless_app;

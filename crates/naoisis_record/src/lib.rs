@@ -1,4 +1,4 @@
-//! What is written of matches (traces, pictures, films, summaries), many matches at a time, and expectations of them.
+//! Recording matches (traces, counts, pictures, films, summaries), batches of matches, and expectations of their results.
 #![cfg_attr(
     test,
     expect(

@@ -1,7 +1,7 @@
-//! What if: one moment of a match, played on many times with other chance.
+//! What if: one moment of a match, continued many times with different random numbers.
 //!
-//! A [`Moment`] is a match between two cycles. A [branch](play_branches) goes on from it with random numbers of its own: what chance
-//! has decided already, such as how a robot's cameras hang, stays as it was. [`Outcomes`] says how often what came of it.
+//! A [`Moment`] is a match between two cycles. A [branch](play_branches) continues it with random numbers of its own; what was drawn
+//! before, such as the mounting errors of a robot's cameras, stays. [`Outcomes`] has the shares of their results.
 
 use bevy::prelude::*;
 use serde::Serialize;
@@ -14,11 +14,11 @@ use naoisis_core::team::{PerTeam, Team};
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::simulation::{MatchApp, Snapshot, play_in_order};
 
-/// A match between two cycles, as bytes: each thread makes its own of it.
+/// A match between two cycles as bytes, which each thread restores into a world of its own.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Moment {
     bytes: Vec<u8>,
-    /// When it is, s since the start of the match.
+    /// Its time, s since the start of the match.
     pub time_s: f64,
     /// The score at that time.
     pub score: PerTeam<u32>,
@@ -35,7 +35,7 @@ impl Moment {
         Ok(Moment { bytes, time_s: world.resource::<CycleClock>().end_time_s(), score: score(world) })
     }
 
-    /// Puts the match into `world` as it was, to go on as it did.
+    /// Restores the match in `world`, to continue as it did.
     ///
     /// # Errors
     /// When it is the state of no match that `world` can have.
@@ -49,12 +49,12 @@ impl Moment {
         &self.bytes
     }
 
-    /// Bytes of memory that it takes.
+    /// The memory that it takes, bytes.
     pub fn size_bytes(&self) -> usize {
         self.bytes.len()
     }
 
-    /// Puts the match into `world` as it was, but with other chance to come: that of `seed`.
+    /// Restores the match in `world`, to continue with the random numbers of `seed`.
     ///
     /// # Errors
     /// When it is the state of no match that `world` can have.
@@ -68,30 +68,30 @@ fn score(world: &World) -> PerTeam<u32> {
     world.resource::<Game>().score
 }
 
-/// What came of a moment, once.
+/// The result of one branch.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Continuation {
     /// Its number, from 0.
     pub index: usize,
-    /// The seed of the chance that it was played with.
+    /// The seed of its random numbers.
     pub seed: u64,
     /// The goals of both teams since the moment.
     pub goals: PerTeam<u32>,
-    /// Who scored first, and how long after the moment, s.
+    /// The team that scored first, and the time after the moment, s.
     pub first_goal: Option<(Team, f64)>,
-    /// Where the ball is in the end, m, pitch frame; none where there is none.
+    /// The place of the ball at the end, m, pitch frame. `None` without a ball.
     pub ball_m: Option<Vec2>,
-    /// When it ends, s since the start of the match.
+    /// The time at the end, s since the start of the match.
     pub end_s: f64,
 }
 
-/// How often, how far and by how much a moment is played on.
+/// The number, length and seeds of branches.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Continuations {
     /// Continuations to play.
     pub times: usize,
-    /// How long after the moment they end, s; at the final whistle at the latest.
+    /// Their length, s. They end earlier at the final whistle.
     pub for_s: f64,
     /// The seed of the first; the next has the next.
     pub first_seed: u64,
@@ -99,8 +99,8 @@ pub struct Continuations {
     pub threads: usize,
 }
 
-/// Plays a moment on, each time with another seed, and hands over what came of it, in the order of the seeds. When `stop` turns
-/// true, the branches under way are finished, and no others begin.
+/// Plays branches of `moment`, each with the next seed, and hands their results to `finished` in the order of the seeds. When `stop`
+/// becomes true, the branches under way are finished and no others begin.
 ///
 /// # Errors
 /// When the moment cannot be put into an app that `simulator` makes.
@@ -147,7 +147,7 @@ fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> 
     Ok(Continuation { index, seed, goals, first_goal, ball_m, end_s })
 }
 
-/// How often what came of a moment, with intervals of 95 % confidence.
+/// What the branches of a moment come to, with intervals of 95 % confidence.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Outcomes {
@@ -157,18 +157,18 @@ pub struct Outcomes {
     pub scores: PerTeam<Option<Estimate>>,
     /// The share in which each team scores first.
     pub scores_first: PerTeam<Option<Estimate>>,
-    /// The share in which nobody scores.
+    /// The share without a goal.
     pub nobody_scores: Option<Estimate>,
-    /// Blue's goals less pink's, on average.
+    /// Blue's goals minus pink's: the mean.
     pub goal_difference: Option<Estimate>,
-    /// When the first goal falls, s after the moment, where one does: the middle of them.
+    /// The median time of the first goal, s after the moment, of the branches that have one.
     pub first_goal_s: Option<f64>,
-    /// Where the ball is in the end, m, pitch frame, on average.
+    /// The mean place of the ball at the end, m, pitch frame.
     pub ball_m: Option<[Estimate; 2]>,
 }
 
 impl Outcomes {
-    /// Those of some branches.
+    /// Computes the outcomes of `branches`.
     pub fn of(branches: &[Continuation]) -> Self {
         let share = |holds: &dyn Fn(&Continuation) -> bool| {
             statistics::share(branches.iter().filter(|branch| holds(branch)).count(), branches.len())

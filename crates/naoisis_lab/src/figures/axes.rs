@@ -1,8 +1,9 @@
 //! Axes with ticks and labels, and plans of the pitch within them.
 
-use bevy::math::{Vec2, Vec2Swizzles, ops};
+use bevy::math::{Vec2, Vec2Swizzles};
 
 use super::figure_match::view_from_above;
+use naoisis_record::record::axis;
 use naoisis_record::record::canvas::{Anchor, Canvas, INK, PAPER, width_of_words};
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::appearance::scene::Scene;
@@ -73,29 +74,14 @@ impl Axes {
 /// Light lines behind what is drawn.
 const GRID: Colour = Colour([222, 224, 228]);
 
-/// The multiples of `step` between two values, from the smallest.
-pub fn ticks([from, to]: [f32; 2], step: f32) -> Vec<f32> {
-    let (least, most) = (from.min(to), from.max(to));
-    // Give or take rounding.
-    let first = ops::floor(least / step + 1.0 - 1e-3) as i32;
-    let last = ops::floor(most / step + 1e-3) as i32;
-    (first..=last).map(|index| index as f32 * step).collect()
+/// The ticks `step` apart on an axis.
+fn ticks(range: [f32; 2], step: f32) -> impl Iterator<Item = f32> {
+    axis::ticks(range.map(f64::from), step.into()).map(|value| value as f32)
 }
 
-/// A value with as many digits as its step has.
+/// Writes `value` with the decimal places of `step`.
 pub fn number(value: f32, step: f32) -> String {
-    let digits = (0..4).find(|&digits| {
-        let scaled = step * [1.0, 10.0, 100.0, 1000.0][digits];
-        (scaled - scaled.round()).abs() < 1e-3 * scaled
-    });
-    let digits = digits.unwrap_or(3);
-    let text = format!("{value:.digits$}");
-    // There is no negative zero on an axis, and a minus is longer than a hyphen.
-    if text.trim_start_matches('-').chars().all(|letter| matches!(letter, '0' | '.')) {
-        text.trim_start_matches('-').to_owned()
-    } else {
-        text.replace('-', "\u{2212}")
-    }
+    axis::number(value.into(), step.into())
 }
 
 /// A plan of a piece of the pitch from above.
@@ -202,22 +188,6 @@ pub fn remark(canvas: &mut Canvas, words: &str, at: Vec2) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ticks_are_multiples_of_the_step_ends_included() {
-        assert_eq!(ticks([0.0, 1.0], 0.25), [0.0, 0.25, 0.5, 0.75, 1.0]);
-        assert_eq!(ticks([1.2, -1.2], 0.5), [-1.0, -0.5, 0.0, 0.5, 1.0]);
-        assert_eq!(ticks([-0.3, 0.3], 0.1).len(), 7);
-        assert!(ticks([0.1, 0.4], 0.5).is_empty());
-    }
-
-    #[test]
-    fn numbers_have_the_digits_of_their_step() {
-        assert_eq!(number(-0.5, 0.5), "\u{2212}0.5");
-        assert_eq!(number(2.0, 1.0), "2");
-        assert_eq!(number(-0.0, 0.05), "0.00");
-        assert_eq!(number(30.0, 10.0), "30");
-    }
 
     #[test]
     fn a_plan_puts_places_where_its_axes_do() {

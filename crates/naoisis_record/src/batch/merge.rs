@@ -1,4 +1,4 @@
-//! Tables of parts of a batch, played on several machines, as the table of one.
+//! Merging the tables of the parts of a batch, which were played on several machines.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -10,7 +10,7 @@ use super::observer::MatchRow;
 use super::table::{Table, TableError};
 use super::{Batch, Variants};
 
-/// So many gaps are named.
+/// Most gaps that an error names.
 const MOST_GAPS: usize = 5;
 
 /// Why tables do not make up a batch.
@@ -42,8 +42,8 @@ pub enum MergeError {
     },
 }
 
-/// The rows of a batch, in the order of its matches, out of the tables of its parts, in any order. A last line that is cut
-/// off is as good as none.
+/// Returns the rows of a batch, in the order of its matches, from the tables of its parts in any order. A last line that is cut off
+/// is ignored.
 ///
 /// # Errors
 /// When a table is of another batch, and when a match is there twice, or not at all.
@@ -100,7 +100,7 @@ fn rows_of<V: Variants>(batch: &Batch<V>, path: &Path) -> Result<Vec<MatchRow>, 
     Ok(rows)
 }
 
-/// The numbers, from 1 to `count`, that are not there, as first and last of each gap. What is there is in order, from 0.
+/// Returns the first and the last number, from 1 to `count`, of each gap between the sorted indices (from 0) in `there`.
 fn gaps(there: impl Iterator<Item = usize>, count: usize) -> Vec<(usize, usize)> {
     let mut gaps = Vec::new();
     let mut expected = 0;

@@ -1,5 +1,4 @@
-//! The mistakes of all matches of a batch: found while they are played, a row each in a table beside that of the matches, and
-//! counted.
+//! The mistakes in the matches of a batch: found while they are played, counted, and written to a table of their own.
 
 use bevy::prelude::*;
 use core::fmt::{self, Write as _};
@@ -17,8 +16,8 @@ use crate::record::mistakes::{Mistake, MistakeKind};
 use crate::record::{RecordPlugin, shortest_double, shortest_single};
 use naoisis_core::team::RobotId;
 
-/// Lets the matches of a batch whose apps have it note their [mistakes](crate::record::mistakes) in
-/// [`MatchRow::mistakes`]. Matches are the same with it, and take a little longer.
+/// Finds the [mistakes](crate::record::mistakes) in the matches of a batch, for [`MatchRow::mistakes`]. The matches are the same with
+/// it and take a little longer.
 pub struct FindMistakes;
 
 impl Plugin for FindMistakes {
@@ -30,7 +29,7 @@ impl Plugin for FindMistakes {
     }
 }
 
-/// That a match's mistakes are found while it is played.
+/// Present where a match's mistakes are found while it is played.
 #[derive(Resource, Default)]
 pub(super) struct MistakesAreFound;
 
@@ -40,14 +39,14 @@ const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 /// The columns after those of the settings.
 const COLUMNS: [&str; 10] = ["kind", "robot", "other", "from_s", "until_s", "x_m", "y_m", "worst", "unit", "realism"];
 
-/// How many mistakes of each kind somebody made, and in how many matches, by the name of who it is.
+/// The number of mistakes of each kind, and the number of matches, by the name of a robot or team.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct MistakeCounts {
     counts: BTreeMap<String, ([u32; MistakeKind::ALL.len()], usize)>,
 }
 
 impl MistakeCounts {
-    /// Those that these made, in so many matches as `matches` says of each.
+    /// Counts mistakes by name. `matches` returns the number of matches of a name.
     pub fn of(mistakes: impl IntoIterator<Item = (String, MistakeKind, u32)>, matches: impl Fn(&str) -> usize) -> Self {
         let mut counts = BTreeMap::<String, ([u32; MistakeKind::ALL.len()], usize)>::new();
         for (who, kind, count) in mistakes {
@@ -60,7 +59,7 @@ impl MistakeCounts {
     }
 }
 
-/// A line for each who made some and a column for each kind that there was: how many there were in a match.
+/// Shows the mistakes in a match: a line for each name, a column for each kind that occurred.
 impl fmt::Display for MistakeCounts {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_there = |kind: &MistakeKind| self.counts.values().any(|(counts, _)| counts[*kind as usize] > 0);
@@ -91,8 +90,8 @@ pub struct MistakeTable {
 }
 
 impl MistakeTable {
-    /// The table of a batch whose matches from the index `first` up to `next` were played earlier: new if there are none, or else
-    /// the one that was written along with them. What it has of later matches, which were not finished, is cut off.
+    /// Opens the table of a batch whose matches from index `first` up to `next` were played earlier: a new file if there are none, or
+    /// the one that was written with them. Rows of later matches, which were not finished, are removed.
     ///
     /// # Errors
     /// When the file cannot be written, or holds something else.
@@ -201,7 +200,7 @@ fn is_of_played(part: &str, next: usize) -> bool {
     part.split_once(',').and_then(|(number, _)| number.parse::<usize>().ok()).is_some_and(|number| number <= next)
 }
 
-/// The match of a line, who made the mistake, and of which kind it is; none if it is of no such batch.
+/// Returns the match, the robot and the kind of a line. `None` if it is not of this batch.
 fn read_row<V: Variants>(batch: &Batch<V>, line: &str) -> Option<(usize, RobotId, MistakeKind)> {
     let cells = cells_of(line);
     let index = cells.first()?.parse::<usize>().ok()?.checked_sub(1).filter(|index| *index < batch.len())?;

@@ -1,8 +1,7 @@
-//! Many seeded matches on many threads, and what they come to.
+//! Many seeded matches on many threads.
 //!
-//! One match is one `World` on one thread; threads take the next match when they are done with one. What comes out is
-//! the same whatever the number of threads: each match depends on its scenario and seed only, and the [`MatchRow`]s
-//! come in the order of the matches.
+//! A match is a `World` on one thread, and each thread takes the next match when it is done with one. The results are the same for any
+//! number of threads: each match depends on its scenario and seed only, and the [`MatchRow`]s come in the order of the matches.
 //!
 //! ```
 //! use core::sync::atomic::AtomicBool;
@@ -73,7 +72,7 @@ impl<V: Variants> Batch<V> {
         self.matches.saturating_mul(self.variants.count())
     }
 
-    /// Whether there is nothing to be played.
+    /// Returns whether there are no matches.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -85,15 +84,15 @@ impl<V: Variants> Batch<V> {
         until(shard.saturating_sub(1))..until(shard)
     }
 
-    /// Variant and seed of a match. The variants of one seed are neighbours, so that a batch with more matches begins
-    /// with those of the smaller one.
+    /// The variant and the seed of match `index`. The variants of one seed are neighbours, so that a larger batch begins with the matches
+    /// of a smaller one.
     pub fn job(&self, index: usize) -> (usize, u64) {
         let variants = self.variants.count().max(1);
         (index % variants, self.first_seed.wrapping_add((index / variants) as u64))
     }
 }
 
-/// Plays the matches of a batch from the one with index `first` on: [`run_part`] to its end.
+/// Plays the matches of a batch from index `first` on, as [`run_part`] does.
 pub fn run_batch<V: Variants>(
     batch: &Batch<V>,
     first: usize,
@@ -104,11 +103,10 @@ pub fn run_batch<V: Variants>(
     run_part(batch, first..batch.len(), simulator, stop, finished);
 }
 
-/// Plays the matches of a batch with these indices, each in a fresh app, and hands over a row for each, in their order. When
-/// `stop` turns true, the matches under way are finished, and no others begin.
+/// Plays the matches of a batch with these indices, each in a new app, and hands their rows to `finished` in the order of the indices.
+/// When `stop` becomes true, the matches under way are finished and no others begin.
 ///
-/// A match whose behaviour panics, or that cannot be started, is a row with that
-/// [outcome](MatchRow::outcome), and the others go on.
+/// A match whose behaviour panics, or that cannot be started, has that [outcome](MatchRow::outcome) in its row; the others are played.
 pub fn run_part<V: Variants>(
     batch: &Batch<V>,
     indices: Range<usize>,

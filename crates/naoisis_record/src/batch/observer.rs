@@ -17,20 +17,20 @@ use naoisis_core::team::{PerTeam, Team};
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum MatchOutcome {
-    /// With the final whistle.
+    /// The final whistle.
     FinalWhistle,
-    /// At the end of the scenario's duration.
+    /// The end of the scenario's duration.
     Duration,
-    /// At its end, but something that must always hold did not.
+    /// It was played to its end, but an invariant was broken.
     InvariantBroken,
-    /// With a panic, of a behaviour for instance.
+    /// A panic, such as of a behaviour.
     Panicked,
     /// It could not be started.
     Refused,
 }
 
 impl MatchOutcome {
-    /// Whether the match was played as it should be.
+    /// Returns whether the match is valid.
     pub fn is_valid(self) -> bool {
         matches!(self, MatchOutcome::FinalWhistle | MatchOutcome::Duration)
     }
@@ -95,8 +95,8 @@ pub struct MatchRow {
 }
 
 impl MatchRow {
-    /// Whether the matches of each variant were one and the same whatever their seeds, as where nothing is left to chance: they are
-    /// one sample each, and no interval can be told. False unless a variant was played twice.
+    /// Returns whether all seeds of each variant played the same match, as where nothing is random. Then each variant is one sample, and
+    /// intervals mean nothing. False unless a variant was played twice.
     pub(super) fn are_repetitions(rows: &[&Self]) -> bool {
         let mut first_of: BTreeMap<usize, &Self> = BTreeMap::new();
         for row in rows {
@@ -108,7 +108,7 @@ impl MatchRow {
         first_of.len() < rows.len()
     }
 
-    /// The row of a match that did not come to its end.
+    /// The row of a match that was not played to its end.
     pub(super) fn failed(seed: u64, outcome: MatchOutcome, note: String) -> Self {
         Self {
             index: 0,

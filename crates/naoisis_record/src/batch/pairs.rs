@@ -1,4 +1,4 @@
-//! Every team against every other, with changed sides, and who beats whom.
+//! Every team against every other, with changed sides.
 
 use core::fmt::{self, Write};
 
@@ -6,37 +6,35 @@ use super::observer::MatchRow;
 use naoisis_core::statistics::{Estimate, mean, share};
 use naoisis_core::team::{PerTeam, Team};
 
-/// What the matches of two teams come to, as the first of them sees it, with 95 % confidence.
+/// The result of the matches of two teams from the first one's side, with 95 % confidence.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PairSummary {
-    /// Matches that were played as they should be.
+    /// Valid matches.
     pub matches: usize,
-    /// Matches that were not.
+    /// Matches that failed.
     pub failed: usize,
-    /// Whether those in each colour were one and the same match whatever their seeds: nothing was left to chance, and the intervals
-    /// say nothing.
+    /// Whether all seeds played the same match in each colour: then nothing was random, and the intervals mean nothing.
     pub repeated: bool,
-    /// Matches that the first team won, as a share.
+    /// The share of matches that the first team won.
     pub wins: Option<Estimate>,
-    /// Matches that nobody won, as a share.
+    /// The share of draws.
     pub draws: Option<Estimate>,
-    /// Matches that the second team won, as a share.
+    /// The share of matches that the second team won.
     pub losses: Option<Estimate>,
-    /// Of the matches that somebody won, those that the first team did, as a share.
+    /// The first team's share of the wins.
     pub share_of_wins: Option<Estimate>,
     /// The first team's goals in a match.
     pub goals: Option<Estimate>,
     /// The second team's goals in a match.
     pub goals_against: Option<Estimate>,
-    /// The first team's goals less the second's.
+    /// The first team's goals minus the second's.
     pub goal_difference: Option<Estimate>,
-    /// The share of each team's passes that were completed: the first
-    /// team's and the second's.
+    /// The share of passes completed, of the first team and of the second.
     pub kept: [Option<Estimate>; 2],
 }
 
 impl PairSummary {
-    /// Of matches, each with the colour in which the first team played it.
+    /// Sums up matches, each with the colour in which the first team played it.
     pub fn of<'a>(rows: impl Iterator<Item = (&'a MatchRow, Team)>) -> Self {
         let (valid, failed): (Vec<_>, Vec<_>) = rows.partition(|(row, _)| row.outcome.is_valid());
         let goals: Vec<[f64; 2]> = valid
@@ -68,8 +66,8 @@ impl PairSummary {
         }
     }
 
-    /// Whether one of the two is the better with 95 % confidence: of the matches that somebody won, more than half are
-    /// the first team's (true), or fewer are (false). None while that cannot be told, as of a match that is repeated.
+    /// Whether the first team is better (true) or worse (false) with 95 % confidence: it has more, or less, than half of the wins.
+    /// `None` if that is not certain, as for repetitions of one match.
     pub fn is_first_better(&self) -> Option<bool> {
         let share = self.share_of_wins?;
         if self.repeated {
@@ -131,7 +129,7 @@ impl Pairs {
         self.pairs().flat_map(|teams| Team::BOTH.map(|first| Pairing { teams, first }))
     }
 
-    /// The names of who plays in blue and of who plays in pink.
+    /// The names of the teams in blue and in pink.
     pub fn names(&self, pairing: Pairing) -> [&str; 2] {
         let [first, second] = pairing.teams.map(|team| self.teams[team].as_str());
         match pairing.first {
@@ -156,7 +154,7 @@ impl Pairs {
     }
 }
 
-/// Who beats whom, as a text: a table of the teams, and a line for each pair.
+/// Shows which team beats which: a table of the teams, and a line for each pair.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PairTable {
     teams: Vec<String>,
@@ -164,7 +162,7 @@ pub struct PairTable {
 }
 
 impl PairTable {
-    /// What the matches of two teams came to, as the first of them sees it. None if they did not play each other.
+    /// The result of the matches of two teams from the side of `first`. `None` if they did not play each other.
     pub fn summary(&self, first: &str, second: &str) -> Option<PairSummary> {
         self.pairs.iter().find_map(|([one, other], summary)| {
             let names = [self.teams[*one].as_str(), self.teams[*other].as_str()];

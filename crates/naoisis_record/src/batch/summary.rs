@@ -1,4 +1,4 @@
-//! What the matches of a batch come to, variant by variant.
+//! The results of a batch, variant by variant.
 
 use serde::Serialize;
 
@@ -6,28 +6,28 @@ use super::observer::MatchRow;
 use naoisis_core::statistics::{Estimate, mean, share};
 use naoisis_core::team::{PerTeam, Team};
 
-/// What the valid matches of one variant come to, with 95 % confidence.
+/// The result of the valid matches of one variant, with 95 % confidence.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Summary {
-    /// Matches that were played as they should be.
+    /// Valid matches.
     pub matches: usize,
-    /// Matches that were not.
+    /// Matches that failed.
     pub failed: usize,
-    /// Whether they were one and the same match whatever their seeds: nothing was left to chance, and the intervals say nothing.
+    /// Whether all seeds played the same match: then nothing was random, and the intervals mean nothing.
     pub repeated: bool,
-    /// Matches that blue won, as a share.
+    /// The share of matches that blue won.
     pub blue_wins: Option<Estimate>,
-    /// Matches that nobody won, as a share.
+    /// The share of draws.
     pub draws: Option<Estimate>,
-    /// Matches that pink won, as a share.
+    /// The share of matches that pink won.
     pub pink_wins: Option<Estimate>,
-    /// Of the matches that somebody won, those that blue did, as a share.
+    /// Blue's share of the wins.
     pub blue_share_of_wins: Option<Estimate>,
     /// Blue's goals in a match.
     pub blue_goals: Option<Estimate>,
     /// Pink's goals in a match.
     pub pink_goals: Option<Estimate>,
-    /// Blue's goals less pink's.
+    /// Blue's goals minus pink's.
     pub goal_difference: Option<Estimate>,
     /// The share of blue's passes that were completed.
     pub blue_kept: Option<Estimate>,
@@ -56,7 +56,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of the rows of one variant.
+    /// Sums up the rows of one variant.
     pub fn of<'a>(rows: impl Iterator<Item = &'a MatchRow>) -> Self {
         let (valid, failed): (Vec<&MatchRow>, Vec<&MatchRow>) = rows.partition(|row| row.outcome.is_valid());
         let wins = |team: Team| valid.iter().filter(|row| row.goals[team] > row.goals[team.opponent()]).count();
@@ -91,7 +91,7 @@ impl Summary {
         }
     }
 
-    /// The lines of the summary: what is measured, and its value with its interval.
+    /// The lines of the summary: a name, and a value with its interval.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let percent = |estimate: &Option<Estimate>| match estimate {
             Some(Estimate { value, low, high }) => {

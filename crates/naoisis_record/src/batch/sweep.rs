@@ -9,7 +9,7 @@ use naoisis_sim::scenario::{Scenario, ScenarioError, ScenarioFile, Setting};
 /// The fields in which the teams of a pairing are set.
 const TEAMS: [&str; 2] = ["teams.blue", "teams.pink"];
 
-/// Of so many combinations, what was found out once is remembered.
+/// The number of combinations whose fingerprints are cached.
 const MOST_REMEMBERED: usize = 1000;
 
 /// Variants of a scenario: all combinations of the values of its settings, the last setting changing fastest, and each of
@@ -29,8 +29,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// That of a scenario. `settings` has the values of each setting, and each match stops after `duration_s`, if that is
-    /// given.
+    /// Creates the variants of a scenario. `settings` has the values of each setting; each match stops after `duration_s`, if given.
     ///
     /// # Errors
     /// What is wrong with the first of the variants.
@@ -69,7 +68,7 @@ impl Sweep {
         self.pairs.as_ref()
     }
 
-    /// Who plays in a variant, where teams play each other.
+    /// The teams of `variant`, if teams play each other.
     pub fn pairing(&self, variant: usize) -> Option<Pairing> {
         self.pairings.get(variant % self.variants_of_combination()).copied()
     }
@@ -127,7 +126,7 @@ impl Sweep {
         settings
     }
 
-    /// The names of who plays in blue and in pink.
+    /// The names of the teams in blue and in pink.
     fn teams_of(&self, variant: usize) -> Vec<&str> {
         match (&self.pairs, self.pairing(variant)) {
             (Some(pairs), Some(pairing)) => pairs.names(pairing).to_vec(),

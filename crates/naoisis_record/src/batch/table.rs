@@ -1,8 +1,8 @@
 //! The table of a batch: comma-separated values, a row a match, in the order of the matches.
 //!
-//! Behind the match's number and seed come the settings of its variant, then what came of it, and at last a
-//! fingerprint of the scenario, by which a later batch knows whether the table is its own and goes on where it ends. A setting that
-//! is called like another column, such as `realism` and `duration_s`, has `set.` before its name.
+//! The columns are the number of the match, its seed, the settings of its variant, its [`MatchRow`], its realism, and a fingerprint of
+//! the scenario, by which a later batch knows its own table and continues it. A setting with the name of another column, such as
+//! `realism` and `duration_s`, has `set.` before its name.
 //!
 //! A text that a spreadsheet would take for a formula has an apostrophe before it.
 
@@ -58,7 +58,7 @@ const COLUMNS_OF_SCENARIO: usize = 2;
 /// The column of the fingerprint.
 const SCENARIO: &str = "scenario";
 
-/// What is said of a file that is something else.
+/// The error for a file that is something else.
 const NO_TABLE: &str = "this is no table of matches";
 
 /// The table of a batch, as a file or in memory only.
@@ -213,8 +213,7 @@ pub fn table_text<'a, V: Variants>(batch: &Batch<V>, rows: impl IntoIterator<Ite
     core::iter::once(header).chain(lines).collect()
 }
 
-/// How the scenario of a row differs from this batch's, as far as its fingerprint tells: whether it is but for its duration the
-/// same.
+/// Returns how the scenario of a row differs from this batch's: in its duration alone, or otherwise.
 fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs: &str) -> String {
     let duration = |duration_s: Option<f32>| duration_s.map_or("not given".to_owned(), |s| format!("{s} s"));
     let difference = batch.variants.scenario(row.variant).ok().and_then(|ours| {

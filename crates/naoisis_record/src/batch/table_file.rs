@@ -36,7 +36,7 @@ pub enum TableError {
         /// The table's file.
         path: PathBuf,
     },
-    /// Matches were played earlier whose mistakes are nowhere.
+    /// Matches were played earlier, and the table of their mistakes is missing.
     #[error(
         "{path}: there is no such file, and {matches} of the matches were played earlier; expected the table of mistakes that was \
              written along with them, or a new table of matches"

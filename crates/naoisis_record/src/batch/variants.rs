@@ -1,34 +1,34 @@
-//! The variants of a scenario that a batch plays.
+//! The variants of a scenario in a batch.
 
 use naoisis_sim::scenario::Scenario;
 
-/// Scenarios by their places, each made when it is played: however many there are, they take no memory.
+/// Scenarios by index, each made when it is played, so that any number of them takes no memory.
 pub trait Variants: Sync {
-    /// How many there are.
+    /// The number of variants.
     fn count(&self) -> usize;
 
-    /// The one at this place, from 0. Its seed does not matter.
+    /// The scenario of variant `index`, from 0. Its seed does not matter.
     ///
     /// # Errors
     /// Why it cannot be played, in words.
     fn scenario(&self, index: usize) -> Result<Scenario, String>;
 
-    /// The names of the settings that distinguish them, such as `messages.loss`: columns of a table.
+    /// The names of the settings that differ, such as `messages.loss`: columns of a table.
     fn columns(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// The values of these settings, in their order.
+    /// The values of these settings in variant `index`, in the order of the names.
     fn values(&self, _index: usize) -> Vec<String> {
         Vec::new()
     }
 
-    /// How much of a real robot it has, in words.
+    /// How realistic variant `index` is, in words.
     fn realism(&self, index: usize) -> String {
         self.scenario(index).map(|scenario| scenario.realism_in_words()).unwrap_or_default()
     }
 
-    /// What tells a scenario from others whose values are the same, whatever its seed.
+    /// A fingerprint of the scenario of variant `index`, which does not depend on its seed.
     fn fingerprint(&self, index: usize) -> String {
         self.scenario(index).map(|scenario| fingerprint(&scenario)).unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! Whether a match was what is [expected](naoisis_sim::scenario::Expectation) of it: a test of a team, in a line.
+//! Tests of matches by [expectations](naoisis_sim::scenario::Expectation), such as `blue.goals >= 1`.
 //!
 //! ```
 //! use bevy::prelude::*;

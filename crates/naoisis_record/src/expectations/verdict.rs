@@ -1,4 +1,4 @@
-//! What became of expectations: of one match, and of many.
+//! Judging expectations, by one match and by many.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -16,14 +16,14 @@ use naoisis_sim::interface::gather::{CurrentRecord, gather_on_demand, record_now
 use naoisis_sim::scenario::{Expectation, Frequency, Quantity, RobotQuantity, Scenario, TeamQuantity};
 use naoisis_sim::simulation::{MatchApp, play_in_order};
 
-/// What became of an expectation.
+/// The verdict on an expectation.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Verdict {
-    /// What was expected.
+    /// The expectation.
     pub expectation: Expectation,
-    /// Whether it was so.
+    /// Whether it holds.
     pub holds: bool,
-    /// What was, in words.
+    /// The value or the share of matches that was found, in words.
     pub found: String,
 }
 
@@ -93,7 +93,7 @@ impl Watch {
         }
     }
 
-    /// What each quantity came to, at the end of its time or of the match.
+    /// The value for each expectation, at the end of its time or of the match.
     fn values<'a>(&'a self, expected: &'a [Expectation]) -> impl Iterator<Item = Option<f64>> + 'a {
         expected.iter().enumerate().map(|(index, expectation)| {
             let at_its_time = self.values.get(index).copied().flatten();
@@ -106,7 +106,7 @@ fn looks_for_mistakes(expected: &[Expectation]) -> bool {
     expected.iter().any(|expectation| expectation.quantity.is_of_mistakes())
 }
 
-/// Judges what is expected of one match that was watched to its end.
+/// Judges expectations by one match, which was watched to its end.
 pub fn judge(watch: &Watch, expected: &[Expectation]) -> Vec<Verdict> {
     let verdict = |(expectation, value): (&Expectation, Option<f64>)| Verdict {
         expectation: *expectation,
@@ -121,7 +121,7 @@ fn holds(expectation: &Expectation, value: Option<f64>) -> bool {
     value.is_some_and(|value| expectation.comparison.holds(value, expectation.number))
 }
 
-/// Plays a match to its end, and judges it.
+/// Plays a match to its end and judges `expected` by it.
 ///
 /// # Errors
 /// Why it cannot be started.
@@ -152,8 +152,8 @@ fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expect
     Ok(watch)
 }
 
-/// Plays the matches that expectations are about, each with the next seed, on so many threads, and judges them. Those that are
-/// about one match are judged by that of the scenario's own seed.
+/// Plays the matches that `expected` asks for, each with the next seed, on `threads` threads, and judges them. Expectations about one
+/// match are judged by the match with the scenario's own seed.
 ///
 /// # Errors
 /// Why one cannot be started.
@@ -192,7 +192,7 @@ pub fn play_all(
     Ok(expected.iter().enumerate().map(verdict).collect())
 }
 
-/// Judges an expectation by what its quantity came to in each match.
+/// Judges an expectation by its `values`, one of each match.
 fn judge_all(expectation: &Expectation, values: &[Option<f64>]) -> Verdict {
     let Some(Frequency { percent, .. }) = expectation.frequency else {
         let watch = Watch { values: vec![values.first().copied()], ..Watch::default() };

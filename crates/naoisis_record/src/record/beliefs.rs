@@ -28,17 +28,17 @@ const HEADER: &str = "cycle,time_s,robot,position_error_m,heading_error_deg,pose
 pub struct BeliefRecorder {
     output: OutputFile,
     file: BufWriter<File>,
-    /// Every so many cycles there are rows.
+    /// The cycles from row to row.
     every: u64,
-    /// How everything was when the robots sensed: at the end of the cycle before.
+    /// The truth when the robots sensed: at the end of the cycle before.
     sensed: Sensed,
-    /// How real the match is, in words.
+    /// How realistic the match is, in words.
     realism: String,
     robots: Vec<RobotErrors>,
     error: Option<io::Error>,
 }
 
-/// What is true at the end of a cycle: what robots sense in the next one, and what their beliefs in that are about.
+/// The truth at the end of a cycle, which the robots sense in the next one. Their beliefs of that cycle are compared with it.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Sensed {
     /// Place (m) and velocity (m/s) of the ball, pitch frame.
@@ -47,7 +47,7 @@ pub struct Sensed {
 }
 
 impl Sensed {
-    /// What a record says.
+    /// Takes the truth from `record`.
     pub fn of(record: &CycleRecord) -> Self {
         Self {
             ball: record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(Vec3::truncate)),
@@ -55,19 +55,19 @@ impl Sensed {
         }
     }
 
-    /// Where a robot was, pitch frame.
+    /// The pose of robot `id`, pitch frame.
     pub fn pose(&self, id: RobotId) -> Option<Pose> {
         self.poses.iter().find(|(other, _)| *other == id).map(|(_, pose)| *pose)
     }
 }
 
-/// What is remembered of one robot's errors, or of all robots' if it is nobody's.
+/// The errors of one robot, or of all robots if `id` is `None`.
 #[derive(Default)]
 struct RobotErrors {
     id: Option<RobotId>,
     position_m: Vec<f64>,
     heading_deg: Vec<f64>,
-    /// How often the truth was within the ellipse of 95 %, and how often there was one: of the pose, of the ball, of opponents.
+    /// How often the truth was within the 95 % ellipse, and how often there was an ellipse: for the pose, the ball, the opponents.
     pose_within: [u32; 2],
     ball_m: Vec<f64>,
     ball_velocity_mps: Vec<f64>,

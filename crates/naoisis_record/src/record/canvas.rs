@@ -20,7 +20,7 @@ pub const PAPER: Colour = Colour([255, 255, 255]);
 static FONT: LazyLock<Option<FontRef<'static>>> =
     LazyLock::new(|| FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok());
 
-/// Where words stand by their place.
+/// Where words stand relative to their place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Anchor {
     /// They begin there.
@@ -31,7 +31,7 @@ pub enum Anchor {
     Right,
 }
 
-/// A picture under way. Places are points from the top left corner: pixels, unless the canvas is [scaled](Canvas::scaled).
+/// A picture that is being drawn. Places are points from the top left corner: pixels, unless the canvas is [scaled](Canvas::scaled).
 pub struct Canvas {
     pixmap: Pixmap,
     /// Pixels in a point.
@@ -39,7 +39,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// An even area of this size, pixels. Sizes are at least one pixel.
+    /// Creates a canvas of one colour, of a size in pixels. Sizes are at least one pixel.
     pub fn new([width, height]: [u32; 2], colour: Colour) -> Canvas {
         let [width, height] = [width.clamp(1, MOST_PIXELS), height.clamp(1, MOST_PIXELS)];
         let Some(mut pixmap) = Pixmap::new(width, height) else { unreachable!("sizes are positive and small") };
@@ -47,7 +47,7 @@ impl Canvas {
         Canvas { pixmap, scale: 1.0 }
     }
 
-    /// An even area of this size in points, each of which is `scale` pixels wide and high: the same drawing in any size.
+    /// Creates a canvas of one colour, of a size in points. A point is `scale` pixels wide and high, so that one drawing has any size.
     pub fn scaled(size: Vec2, scale: f32, colour: Colour) -> Canvas {
         let [width, height] = (size * scale).round().to_array();
         Canvas { scale, ..Canvas::new([width as u32, height as u32], colour) }
@@ -68,7 +68,7 @@ impl Canvas {
         self.image()
     }
 
-    /// The picture as it is by now.
+    /// The picture up to now.
     pub fn image(&self) -> Image {
         let [width, height] = self.size();
         let pixels = self.pixmap.data().as_chunks::<4>().0;
@@ -79,7 +79,7 @@ impl Canvas {
         Image { width, height, rgb, ..Image::default() }
     }
 
-    /// Puts a picture with its top left corner at a place, `scale` times as large.
+    /// Draws a picture with its top left corner at `at`, `scale` times as large.
     pub fn picture(&mut self, image: &Image, at: Vec2, scale: f32) {
         let scale = scale * self.scale;
         if scale == 1.0 {
@@ -90,7 +90,7 @@ impl Canvas {
         scaled(image, at, scale, size, |row, column, colours| self.put_row(row, column, colours));
     }
 
-    /// Puts a picture with its top left corner at a place, pixel by pixel.
+    /// Draws a picture with its top left corner at `at`, pixel by pixel.
     pub fn pixels(&mut self, image: &Image, at: Vec2) {
         let [left, top] = (at * self.scale).round().to_array().map(|pixel| pixel as i64);
         let [width, height] = self.size().map(i64::from);
@@ -116,17 +116,17 @@ impl Canvas {
         }
     }
 
-    /// A line through places.
+    /// Draws a line through `places`.
     pub fn line(&mut self, places: &[Vec2], colour: Colour, width: f32) {
         self.stroke(places, colour, width, None, false);
     }
 
-    /// A dashed line through places.
+    /// Draws a dashed line through `places`.
     pub fn dashes(&mut self, places: &[Vec2], colour: Colour, width: f32) {
         self.stroke(places, colour, width, StrokeDash::new(vec![5.0 * width, 4.0 * width], 0.0), false);
     }
 
-    /// The outline of an area.
+    /// Draws the outline of an area.
     pub fn outline(&mut self, places: &[Vec2], colour: Colour, width: f32) {
         self.stroke(places, colour, width, None, true);
     }
@@ -137,7 +137,7 @@ impl Canvas {
         self.pixmap.stroke_path(&path, &paint(colour, 1.0), &stroke, self.transform(), None);
     }
 
-    /// Fills an area, covering what is behind by so much, from 0 to 1.
+    /// Fills an area with an opacity from 0 to 1.
     pub fn fill(&mut self, places: &[Vec2], colour: Colour, cover: f32) {
         let Some(path) = path(places, true) else { return };
         self.pixmap.fill_path(&path, &paint(colour, cover), FillRule::Winding, self.transform(), None);
@@ -164,13 +164,13 @@ impl Canvas {
         self.fill(&[tip, left, right], colour, 1.0);
     }
 
-    /// Words of this height whose base line is at a place.
+    /// Writes words of a height with their base line at a place.
     pub fn words(&mut self, words: &str, at: Vec2, height: f32, anchor: Anchor, colour: Colour) {
         let at = at * self.scale;
         self.write(words, height, anchor, colour, |along, down| at + Vec2::new(along, down));
     }
 
-    /// Words of this height that are read from below upwards, whose base line is at a place.
+    /// Writes words that are read upwards, with their base line at a place.
     pub fn words_upwards(&mut self, words: &str, at: Vec2, height: f32, anchor: Anchor, colour: Colour) {
         let at = (at * self.scale).round();
         self.write(words, height, anchor, colour, |along, down| at + Vec2::new(down, -along));
@@ -216,7 +216,7 @@ impl Canvas {
     }
 }
 
-/// The tip and the corners of the head of an arrow whose line is so wide.
+/// Returns the tip and the corners of the head of an arrow with a line of `width`.
 pub fn arrow_head(from: Vec2, to: Vec2, width: f32) -> [Vec2; 3] {
     let along = 5.6 * width * (to - from).normalize_or(Vec2::X);
     let side = 0.44 * along.perp();

@@ -1,8 +1,7 @@
-//! Pictures into files, beside the simulation: PNG files, and H.264 video in MP4.
+//! Encoding pictures on threads of their own: PNG files, and H.264 video in MP4.
 //!
-//! Encoders have threads of their own and a bounded queue: a simulation that is faster waits for them. Whatever was written
-//! is whole, whenever the program ends: a PNG file has another name until it is complete, and a video grows by fragments of
-//! a second that can each be played.
+//! The queue of an encoder is bounded: a simulation that is faster waits. Files are complete whenever the program ends: a PNG file has
+//! another name until it is complete, and a video grows by fragments of a second, each of which can be played.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -33,7 +32,7 @@ pub(super) struct Work<T> {
 }
 
 impl<T> Work<T> {
-    /// Does what comes, until nothing more does; after a failure, nothing.
+    /// Encodes everything in the queue until it is closed. After a failure it only empties the queue.
     fn carry_out(&self, mut encode: impl FnMut(T) -> Result<(), RecordError>) {
         loop {
             let next = match self.queue.lock() {
@@ -126,7 +125,7 @@ impl EncoderThreads<PngWork> {
 pub(super) type VideoWork = (Arc<Image>, u64);
 
 impl EncoderThreads<VideoWork> {
-    /// Writes pictures into a video with so many seconds between them.
+    /// Creates the thread of a video with `frame_s` seconds from picture to picture.
     pub(super) fn for_video(path: &Path, file: File, frame_s: f64) -> Self {
         let (path, file) = (path.to_owned(), Arc::new(file));
         Self::start(1, move |work| {

@@ -51,12 +51,12 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    /// Whether whoever was to read it has seen enough, and closed the pipe.
+    /// Returns whether the reader closed the pipe.
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, RecordError::Io { error, .. } if error.kind() == io::ErrorKind::BrokenPipe)
     }
 
-    /// What comes of an error while this file is made, or written to.
+    /// Converts errors of creating or writing the file at `path`.
     pub fn io(path: &Path) -> impl FnOnce(io::Error) -> RecordError {
         move |error| RecordError::Io { path: path.to_owned(), error }
     }

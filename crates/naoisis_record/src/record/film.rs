@@ -14,7 +14,7 @@ use naoisis_sensing::sensing::camera::image::Image;
 
 /// Time between the pictures of a film, s.
 pub const FRAME_S: f64 = 1.0 / 30.0;
-/// Where nothing comes for longer, the film goes on as if it had been so many pictures.
+/// Longest pause in a film, in pictures: longer pauses are cut.
 const LONGEST_GAP: u64 = 150;
 
 /// A film that is being written.
@@ -85,8 +85,8 @@ impl Film {
         true
     }
 
-    /// How many times of those that a picture is due it will be written: who shows pictures does not wait for who writes
-    /// them, and a picture that found no place is made up for by a later one.
+    /// How many times a picture will be written, of the times that it is due. The display does not wait for the encoder: a picture
+    /// for which the queue had no room is replaced by a later one.
     fn offer(&self, picture: &Arc<Image>, times: u64) -> u64 {
         match &self.encoders {
             Encoders::Video(encoder) => {
@@ -120,7 +120,7 @@ impl Film {
     /// Waits for the last pictures. How many there are; of a film without any, nothing remains.
     ///
     /// # Errors
-    /// The first error that occurred while writing; what was written before is whole.
+    /// The first error that occurred while writing. Fragments written before can be played.
     pub fn finish(mut self) -> Result<u64, RecordError> {
         let is_empty = self.is_empty();
         if let Some(last) = self.last.take() {

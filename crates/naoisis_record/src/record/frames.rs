@@ -19,7 +19,7 @@ use naoisis_sensing::sensing::camera::image::Image;
 pub struct FrameRecorder {
     folder: PathBuf,
     every: u64,
-    /// What is recorded; if nothing is said, the field and the images that robots have.
+    /// The pictures that are recorded. Without any: the field and the robots' camera images.
     pictures: Vec<Picture>,
     encoders: EncoderThreads<PngWork>,
     folders: Vec<PathBuf>,
@@ -29,8 +29,8 @@ pub struct FrameRecorder {
 }
 
 impl FrameRecorder {
-    /// Frames into a folder, every so many cycles: of these pictures, or if there are none, of the field and of the camera
-    /// images that robots have.
+    /// Creates a recorder that writes frames into a folder every few cycles: of these pictures, or without any, of the field and the
+    /// robots' camera images.
     ///
     /// # Errors
     /// When the folder cannot be made or is not empty.
@@ -84,10 +84,10 @@ impl FrameRecorder {
         self.encoders.has_failed()
     }
 
-    /// Waits for the last frames. How many there are.
+    /// Waits for the last frames and returns their number.
     ///
     /// # Errors
-    /// The first error that occurred while writing; what was written before is whole.
+    /// The first error that occurred while writing. Frames written before are complete.
     pub fn finish(self) -> Result<u64, RecordError> {
         self.encoders.finish().map(|()| self.written)
     }

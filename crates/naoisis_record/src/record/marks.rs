@@ -1,24 +1,24 @@
-//! What is drawn over pictures: measures, sectors, confidence ellipses, paths.
+//! Marks on pictures: measures, sectors, confidence ellipses, paths.
 
 use bevy::math::Vec2;
 
 use super::canvas::{Anchor, Canvas, INK, PAPER, arrow_head, ellipse, width_of_words};
-use naoisis_core::behaviour::drawings::Ink;
+use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::geometry::{Pose, unit};
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::belief::PlaceCovariance;
 use naoisis_sensing::belief::covariance::half_axes_95;
 
-/// Orange, of the [palette](Ink) that people with any colour vision can tell apart.
-pub const ORANGE: Colour = Colour(Ink::Orange.rgb());
+/// Orange, of the [palette](DrawColour) that people with any colour vision can tell apart.
+pub const ORANGE: Colour = Colour(DrawColour::Orange.rgb());
 /// Blue.
-pub const BLUE: Colour = Colour(Ink::Blue.rgb());
+pub const BLUE: Colour = Colour(DrawColour::Blue.rgb());
 /// Light blue.
-pub const SKY_BLUE: Colour = Colour(Ink::Sky.rgb());
+pub const SKY_BLUE: Colour = Colour(DrawColour::Sky.rgb());
 /// Red.
-pub const VERMILION: Colour = Colour(Ink::Vermilion.rgb());
+pub const VERMILION: Colour = Colour(DrawColour::Vermilion.rgb());
 /// Yellow.
-pub const YELLOW: Colour = Colour(Ink::Yellow.rgb());
+pub const YELLOW: Colour = Colour(DrawColour::Yellow.rgb());
 
 /// A measured distance between two places, with words in its middle or, where they would not fit, beside it.
 pub fn measure(canvas: &mut Canvas, [from, to]: [Vec2; 2], words: &str, colour: Colour, patch: Option<Colour>) {
@@ -45,7 +45,7 @@ pub fn measure(canvas: &mut Canvas, [from, to]: [Vec2; 2], words: &str, colour: 
     }
 }
 
-/// The outline of what is between two distances, m, and within an angle to either side of a direction, seen from a pose.
+/// The outline of the sector between distances `near` and `far`, m, within `half_angle` of `direction`, seen from `pose`.
 pub fn sector(pose: Pose, direction: f32, half_angle: f32, [near, far]: [f32; 2]) -> Vec<Vec2> {
     let mut outline = arc(pose, direction, half_angle, far);
     outline.extend(arc(pose, direction, half_angle, near).into_iter().rev());
@@ -59,7 +59,7 @@ pub fn arc(pose: Pose, direction: f32, half_angle: f32, distance: f32) -> Vec<Ve
     (0..=STEPS).map(|step| pose.transform_point(distance * unit(angle(step)))).collect()
 }
 
-/// The outline of the ellipse within which a place is with a probability of 95 %; nothing of what is no covariance.
+/// The outline of the ellipse of 95 % confidence. Empty if `covariance` is none.
 pub fn confidence_ellipse(mean: Vec2, covariance: PlaceCovariance) -> Vec<Vec2> {
     half_axes_95(covariance).map(|[long, short]| ellipse(mean, long, short)).unwrap_or_default()
 }

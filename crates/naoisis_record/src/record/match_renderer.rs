@@ -1,6 +1,6 @@
-//! Draws a match as it is: the field, and what each robot's cameras see.
+//! Draws a match: the field, and the views of the robots' cameras.
 //!
-//! Recording changes nothing of the match: what is drawn here is drawn beside the match's own images.
+//! Recording does not change the match: these pictures are drawn in addition to the match's own images.
 //! It draws on the graphics card where the match's camera images are drawn there, in software otherwise.
 
 use bevy::math::ops;
@@ -27,12 +27,12 @@ const SEGMENTS: usize = 20;
 #[derive(Default)]
 pub struct MatchRenderer {
     scene: Scene,
-    /// One a design, and whether it is of what was last looked at.
+    /// A scene for each design, and whether it is up to date.
     prepared: [PreparedScene; 2],
     is_prepared: [bool; 2],
     renderer: Renderer,
     still_renderer: StillRenderer,
-    /// What is drawn over pictures of the field.
+    /// The overlays on pictures of the field.
     pub overlays: Vec<OverlayOf>,
 }
 
@@ -138,7 +138,7 @@ pub fn view_of_field(pitch: &Pitch, size: [u32; 2]) -> View {
     /// How far the eye looks down, and its field of view from top to bottom, rad.
     const DOWN: f32 = 0.80;
     const VERTICAL_FOV: f32 = 0.61;
-    /// What is left free on every side, as a share of the picture.
+    /// The margin on every side, as a share of the picture.
     const MARGIN: f32 = 0.025;
 
     let corner = pitch.outer_half_extents();

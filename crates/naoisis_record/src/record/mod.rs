@@ -4,6 +4,7 @@
 //! All of it is made from one [record of each cycle](naoisis_sim::interface::cycle_record::CycleRecord), which is
 //! [gathered](naoisis_sim::interface::gather) once and handed to every [`Recorder`](recorder::Recorder).
 
+pub mod axis;
 pub mod beliefs;
 pub mod canvas;
 mod colour_description;
@@ -35,6 +36,7 @@ mod shortest_float;
 pub mod summary_page;
 pub mod summary_picture;
 pub mod summary_recorder;
+pub mod summary_rows;
 pub mod trace;
 pub mod video;
 mod video_file;

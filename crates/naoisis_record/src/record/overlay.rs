@@ -1,7 +1,7 @@
-//! What is drawn over pictures of the field for people: what robots sense, what they believe, and what their behaviours draw.
+//! Overlays on pictures of the field: what robots sense, what they believe, and what their behaviours draw.
 //!
-//! The colours are those of the window: what a robot believes of itself is purple, of the ball orange, of robots its team's; where
-//! it is sure is small, and the ellipses hold the truth 95 times out of 100.
+//! Colours are those of the window: a robot's own believed pose is purple, the ball orange, other robots have their team's colour.
+//! Ellipses are those of 95 % confidence.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -33,17 +33,17 @@ const LINE: f32 = 1.6;
 const ROBOT_RADIUS_M: f32 = 0.14;
 /// Radius at which a ball is drawn that is believed or seen, m.
 const BALL_RADIUS_M: f32 = 0.07;
-/// The way that a believed ball rolls in this time is drawn, s.
+/// The time for which the way of a believed ball is drawn, s.
 const ROLLS_FOR_S: f32 = 1.0;
 
 /// Something that can be drawn over pictures of the field.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FilmOverlay {
-    /// Fields of view, what is seen in them, and what sonars hear.
+    /// Fields of view, percepts, and sonar readings.
     Senses,
-    /// Where robots think that they, the ball and other robots are, and how sure they are of it.
+    /// Believed poses of robots and ball, with their uncertainty.
     Beliefs,
-    /// What behaviours [draw](Drawings).
+    /// The [drawings](Drawings) of behaviours.
     Drawings,
 }
 
@@ -78,12 +78,12 @@ impl FromStr for FilmOverlay {
     }
 }
 
-/// What is drawn over pictures of the field, of whom: in words, `beliefs` or `blue2.beliefs`.
+/// An overlay and its robot: in words, `beliefs` or `blue2.beliefs`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct OverlayOf {
-    /// What is drawn of a robot.
+    /// The overlay.
     pub overlay: FilmOverlay,
-    /// Of this robot; none for all.
+    /// The robot. `None` for all.
     pub robot: Option<RobotId>,
 }
 

@@ -7,14 +7,14 @@ use naoisis_core::replace_file::replace_file;
 use naoisis_sensing::appearance::Label;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// What a PNG file shows of an image.
+/// The layer of an image that a PNG file has.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Layer {
     /// Its colours.
     Colours,
-    /// What each pixel is: the number of its [`Label`] as an index into a palette in which they can be told apart.
+    /// The [`Label`] of each pixel, as an index into a palette of distinct colours.
     Labels,
-    /// How far away each pixel is, in millimetres of 16 bits: 65535 where that is more, 0 for the sky.
+    /// The distance of each pixel, mm in 16 bits: at most 65535, and 0 for the sky.
     Depth,
 }
 
@@ -29,7 +29,7 @@ pub fn write_png(path: &Path, layer: Layer, image: &Image) -> io::Result<()> {
 /// Writes a layer of an image as PNG.
 ///
 /// # Errors
-/// Those of what is written to.
+/// Those of the writer.
 pub fn encode_png(out: impl io::Write, layer: Layer, image: &Image) -> io::Result<()> {
     let mut encoder = png::Encoder::new(out, image.width, image.height);
     encoder.set_compression(png::Compression::Fast);

@@ -1,7 +1,7 @@
-//! Reading traces: plain or compressed, whole or broken off.
+//! Reading traces, plain or compressed, whole or cut off.
 //!
-//! Whatever is wrong is a [`TraceError`] with the file, line and column, and what was expected. A trace whose program was
-//! killed lacks its last line, or has a part of it: what it has until there is read, and [`TraceReader::ending`] says so.
+//! Errors are [`TraceError`]s with file, line and column, and what was expected. A trace whose program was killed lacks its last line
+//! or has a part of it: it is read up to there, and [`TraceReader::ending`] tells.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -160,22 +160,22 @@ impl TraceReader {
         })
     }
 
-    /// What the match started from; its seed is in it.
+    /// The scenario of the match, with its seed.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    /// Every so many cycles have a line.
+    /// The cycles from one line to the next.
     pub fn every(&self) -> u64 {
         self.every
     }
 
-    /// The parts that its lines have.
+    /// The fields that its lines have.
     pub fn fields(&self) -> &Fields {
         &self.fields
     }
 
-    /// Bytes that the line which was read last has in the file, before any compression.
+    /// The length of the line that was read last, bytes, uncompressed.
     pub fn line_bytes(&self) -> usize {
         self.text.len()
     }
@@ -185,7 +185,7 @@ impl TraceReader {
         self.ending
     }
 
-    /// The next cycle; none after the last.
+    /// Reads the next cycle. `None` after the last.
     ///
     /// # Errors
     /// What is wrong with its line, and where.

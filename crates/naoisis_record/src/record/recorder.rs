@@ -1,5 +1,4 @@
-//! Recorders: whatever writes a match down. All have one shape, so that a new format is a file with a [`Recorder`] and a line
-//! that adds it.
+//! Recorders, which write matches. A new format is a [`Recorder`] in a file of its own and a line that adds it.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -57,16 +56,15 @@ pub trait Recorder: Send + Sync + 'static {
         self.record(record, world);
     }
 
-    /// A cycle is over. The world is that of the match, for what the record lacks; pictures may be taken of it, and nothing
-    /// may be changed in it.
+    /// Records a cycle that ended. The world is that of the match, for what the record lacks: it must not be changed.
     fn record(&mut self, record: &CycleRecord, world: &mut World);
 
-    /// Whether something went wrong, so that nothing more can be written.
+    /// Returns whether an error occurred, after which nothing more is written.
     fn has_failed(&self) -> bool {
         false
     }
 
-    /// The match is over, and `last` is its last record: closes what is written. What is to be said of it, if anything.
+    /// Ends recording with the `last` record of the match. Returns a text to print, if there is one.
     ///
     /// # Errors
     /// The first thing that went wrong.

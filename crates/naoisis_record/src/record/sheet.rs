@@ -18,22 +18,22 @@ use naoisis_sensing::sensing::camera::image::Image;
 
 /// Moments on a sheet, and in a row of it.
 const MOMENTS: usize = 8;
-/// Moments that are kept under way, at most: of so many, those on the sheet are evenly apart whenever the match ends.
+/// Most moments that are kept while the match is played. Those on the sheet are spread evenly among them.
 const KEPT: usize = 8 * MOMENTS;
 const COLUMNS: usize = 4;
-/// Width of a moment, heights of its field and of its robot's view, and what is between moments, pixels.
+/// Width of a moment, heights of its field and of its robot's view, and the gap between moments, pixels.
 const WIDTH: u32 = 440;
 const FIELD_HEIGHT: u32 = 248;
 const VIEW_HEIGHT: u32 = 330;
 const GAP: u32 = 14;
 const CAPTION: u32 = 30;
 
-/// A contact sheet under way.
+/// A contact sheet that is being made.
 pub struct SheetRecorder {
     path: PathBuf,
     robot: RobotId,
     side: CameraName,
-    /// A moment every so many cycles: the more, the longer the match.
+    /// The cycles from one moment to the next. It grows with the match.
     interval: u64,
     moments: Vec<Moment>,
 }

@@ -4,15 +4,16 @@ use bevy::prelude::*;
 use core::fmt::Write as _;
 
 use super::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
-use super::mistakes::MistakeKind;
+use super::summary_rows::{BLUE, PINK, ROBOT_COLUMNS, TEAM_COLUMNS, maps, mistake_rows, robot_rows, team_rows};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::team::Team;
+use naoisis_sensing::appearance::colours::Colour;
 
 const STYLE: &str = "body{font-family:system-ui,sans-serif;margin:2em auto;max-width:70em;padding:0 1em;color:#202226}\
 h1{font-size:1.5em}h2{font-size:1.1em;margin:1.6em 0 .4em}.score{font-size:3em;font-weight:300}\
 table{border-collapse:collapse}td,th{padding:.25em .8em;text-align:right;border-bottom:1px solid #ddd;font-weight:400}\
 th{color:#666}td:first-child,th:first-child{text-align:left}.maps{display:flex;flex-wrap:wrap;gap:1.5em}\
-figure{margin:0}figcaption{color:#666;margin-top:.3em}.blue{color:#2458b8}.pink{color:#c02f78}";
+figure{margin:0}figcaption{color:#666;margin-top:.3em}";
 /// Pixels to a metre of a map of the pitch that is this long; others are as large.
 const MAP_WIDTH: f32 = 340.0;
 
@@ -24,7 +25,7 @@ pub fn page(summary: &MatchSummary) -> String {
     _ = write!(
         html,
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}, seed {seed}</title>\
-         <style>{STYLE}</style></head><body><h1>{title}, seed {seed}</h1>\
+         <style>{STYLE}.blue{{color:{blue}}}.pink{{color:{pink}}}</style></head><body><h1>{title}, seed {seed}</h1>\
          <div class=\"score\"><span class=\"blue\">{} {}</span> : <span class=\"pink\">{} {}</span></div>\
          <p>{} min played, {} min of them in play, realism {}.</p>",
         team_name(summary, Team::Blue),
@@ -35,6 +36,8 @@ pub fn page(summary: &MatchSummary) -> String {
         minutes(summary.counts.play_s()),
         escaped(&summary.realism),
         seed = summary.seed,
+        blue = hex(BLUE),
+        pink = hex(PINK),
     );
     if !summary.goals.is_empty() {
         html += "<h2>Goals</h2><ul>";
@@ -44,93 +47,19 @@ pub fn page(summary: &MatchSummary) -> String {
         html += "</ul>";
     }
     html += "<h2>Teams</h2>";
-    table(&mut html, &["", "blue", "pink"], &team_rows(summary));
+    table(&mut html, &TEAM_COLUMNS, &team_rows(summary));
     html += "<h2>Where they were</h2><div class=\"maps\">";
-    let maps = [
-        ("the ball", &summary.ball, "#d2691e"),
-        ("blue", &summary.places.blue, "#2458b8"),
-        ("pink", &summary.places.pink, "#c02f78"),
-    ];
-    for (words, map, colour) in maps {
-        _ = write!(html, "<figure>{}<figcaption>{words}</figcaption></figure>", svg(&summary.pitch, map, colour));
+    for (words, map, colour) in maps(summary) {
+        _ = write!(html, "<figure>{}<figcaption>{words}</figcaption></figure>", svg(&summary.pitch, map, &hex(colour)));
     }
     html += "</div><h2>Robots</h2>";
-    let columns = ["", "kicks", "shots", "goals", "passes completed", "walked", "falls", "penalties"];
-    table(&mut html, &columns, &robot_rows(summary));
+    table(&mut html, &ROBOT_COLUMNS, &robot_rows(summary));
     let mistakes = summary.mistakes();
     if !mistakes.is_empty() {
         html += "<h2>Mistakes</h2>";
-        let count = |team: Team, kind: MistakeKind| {
-            let is_it = |mistake: &&super::mistakes::Mistake| mistake.robot.team == team && mistake.kind == kind;
-            mistakes.iter().filter(is_it).count().to_string()
-        };
-        let row = |kind: MistakeKind| vec![kind.to_string(), count(Team::Blue, kind), count(Team::Pink, kind)];
-        let rows: Vec<Vec<String>> = MistakeKind::ALL.into_iter().map(row).collect();
-        table(&mut html, &["", "blue", "pink"], &rows);
+        table(&mut html, &TEAM_COLUMNS, &mistake_rows(&mistakes));
     }
     html + "</body></html>\n"
-}
-
-/// What the teams did: a row for each quantity, in words, blue, pink.
-pub fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
-    let counts = &summary.counts;
-    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
-    let columns = Team::BOTH.map(|team| {
-        let own = counts.team(team);
-        let passes = match own.passes {
-            0 => "0".to_owned(),
-            all => format!(
-                "{} of {all} ({:.0} %)",
-                own.passes_completed,
-                100.0 * f64::from(own.passes_completed) / f64::from(all)
-            ),
-        };
-        let mut rows = vec![
-            ("possession", percent(counts.possession(team))),
-            ("kicks", own.kicks.to_string()),
-            ("shots", own.shots.to_string()),
-            ("shots on target", own.shots_on_target.to_string()),
-            ("saves", own.saves.to_string()),
-            ("passes completed", passes),
-            ("duels won", counts.duels_won[team].to_string()),
-            ("walked", format!("{:.0} m", own.distance_m)),
-            ("falls", own.falls.to_string()),
-            ("penalties", own.penalty_count().to_string()),
-        ];
-        if Team::BOTH.iter().any(|team| counts.median_pose_error_m(*team).is_some()) {
-            let median = counts.median_pose_error_m(team);
-            rows.push((
-                "pose error, median",
-                median.map_or_else(|| "-".to_owned(), |error_m| format!("{error_m:.3} m")),
-            ));
-            rows.push(("pose error over 0.5 m", percent(own.pose_errors.over_half_m())));
-            rows.push(("pose error over 1 m", percent(own.pose_errors.over_1_m())));
-        }
-        rows
-    });
-    let [blue, pink] = columns;
-    blue.into_iter().zip(pink).map(|((words, blue), (_, pink))| vec![words.to_owned(), blue, pink]).collect()
-}
-
-/// What the robots did: a row for each.
-pub fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
-    let rows = summary.counts.robots.iter().map(|(id, robot)| {
-        let penalties = robot.penalties.iter().map(|(reason, count)| match count {
-            1 => reason.words().into_owned(),
-            count => format!("{count} x {}", reason.words()),
-        });
-        vec![
-            id.to_string(),
-            robot.kicks.to_string(),
-            robot.shots.to_string(),
-            robot.goals.to_string(),
-            robot.passes_completed.to_string(),
-            format!("{:.0} m", robot.distance_m),
-            robot.falls.to_string(),
-            penalties.collect::<Vec<_>>().join(", "),
-        ]
-    });
-    rows.collect()
 }
 
 /// A table; cells are escaped.
@@ -208,6 +137,11 @@ fn team_name(summary: &MatchSummary, team: Team) -> String {
 pub fn minutes(time_s: f64) -> String {
     let seconds = time_s.round() as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
+}
+
+/// A colour as CSS has it.
+fn hex(Colour([red, green, blue]): Colour) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 /// Words as HTML has them.

@@ -4,17 +4,13 @@ use bevy::prelude::*;
 
 use super::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse, shortened, width_of_words};
 use super::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
-use super::mistakes::{Mistake, MistakeKind};
-use super::summary_page::{minutes, robot_rows, team_rows};
+use super::summary_page::minutes;
+use super::summary_rows::{BLUE, PINK, ROBOT_COLUMNS, TEAM_COLUMNS, maps, mistake_rows, robot_rows, team_rows};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// The colours of the teams and of the ball, on paper.
-const BLUE: Colour = Colour([36, 88, 184]);
-const PINK: Colour = Colour([192, 47, 120]);
-const BALL: Colour = Colour([210, 105, 30]);
 /// Light lines.
 const LINE: Colour = Colour([222, 224, 228]);
 /// Width of the picture, what is left at its edges, and the height of a line, points.
@@ -43,18 +39,17 @@ pub fn picture(summary: &MatchSummary) -> Image {
     let mistakes = summary.mistakes();
     let numbers = Table {
         headline: "Teams",
-        rows: [vec![["", "blue", "pink"].map(str::to_owned).to_vec()], team_rows(summary)].concat(),
-        columns: vec![EDGE, EDGE + 290.0, EDGE + 390.0],
+        rows: [vec![TEAM_COLUMNS.map(str::to_owned).to_vec()], team_rows(summary)].concat(),
+        columns: vec![EDGE, EDGE + 255.0, EDGE + 400.0],
     };
     let found = Table {
         headline: "Mistakes",
-        rows: [vec![["", "blue", "pink"].map(str::to_owned).to_vec()], mistake_rows(&mistakes)].concat(),
+        rows: [vec![TEAM_COLUMNS.map(str::to_owned).to_vec()], mistake_rows(&mistakes)].concat(),
         columns: vec![EDGE + 480.0, EDGE + 770.0, EDGE + 870.0],
     };
-    let names = ["", "kicks", "shots", "goals", "passes", "walked", "falls", "penalties"].map(str::to_owned).to_vec();
     let robots = Table {
         headline: "Robots",
-        rows: [vec![names], robot_rows(summary)].concat(),
+        rows: [vec![ROBOT_COLUMNS.map(str::to_owned).to_vec()], robot_rows(summary)].concat(),
         columns: [0.0, 160.0, 240.0, 320.0, 410.0, 500.0, 570.0, 900.0].map(|column| EDGE + column).to_vec(),
     };
     let map_width = (WIDTH - 2.0 * EDGE - 40.0) / 3.0;
@@ -83,9 +78,7 @@ pub fn picture(summary: &MatchSummary) -> Image {
     draw_table(&mut canvas, &found, top);
     top += beside;
     canvas.words("Where they were", Vec2::new(EDGE, top), LETTERS * 1.15, Anchor::Left, INK);
-    let maps =
-        [("the ball", &summary.ball, BALL), ("blue", &summary.places.blue, BLUE), ("pink", &summary.places.pink, PINK)];
-    for (index, (words, map, colour)) in maps.into_iter().enumerate() {
+    for (index, (words, map, colour)) in maps(summary).into_iter().enumerate() {
         let at = Vec2::new(EDGE + (map_width + 20.0) * index as f32, top + 0.6 * ROW);
         draw_map(&mut canvas, &summary.pitch, (map, colour), at, map_width);
         let below = at + Vec2::new(0.0, map_height + 0.8 * ROW);
@@ -158,18 +151,9 @@ fn draw_map(canvas: &mut Canvas, pitch: &Pitch, (map, colour): (&HeatMap, Colour
     canvas.outline(&ellipse(place(0.0, 0.0), radius * Vec2::X, radius * Vec2::Y), GREY, stroke);
 }
 
-/// How many mistakes of each kind the teams made.
-fn mistake_rows(mistakes: &[Mistake]) -> Vec<Vec<String>> {
-    let count = |team: Team, kind: MistakeKind| {
-        let is_it = |mistake: &&Mistake| mistake.robot.team == team && mistake.kind == kind;
-        mistakes.iter().filter(is_it).count().to_string()
-    };
-    let row = |kind: MistakeKind| vec![kind.to_string(), count(Team::Blue, kind), count(Team::Pink, kind)];
-    MistakeKind::ALL.into_iter().map(row).collect()
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::summary_rows::BALL;
     use super::*;
     use naoisis_sim::interface::cycle_record::{BallRecord, CycleRecord};
     use naoisis_sim::scenario::Scenario;

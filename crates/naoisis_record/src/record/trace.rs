@@ -25,10 +25,10 @@ pub const VERSION: u32 = 1;
 /// How hard a compressed trace is compressed. Lines that are much alike need no more: level 3 takes twice the time, and
 /// the file is larger.
 const COMPRESSION_LEVEL: i32 = 1;
-/// Of a plain trace that is larger it is said that it could be compressed.
+/// From this size on, the end of a plain trace suggests compressing it.
 const LARGE_BYTES: u64 = 64 << 20;
 
-/// What a compressed trace's name ends in.
+/// The end of a compressed trace's name.
 const COMPRESSED: &str = "zst";
 
 /// Whether a trace of this name is compressed.
@@ -47,7 +47,7 @@ pub struct TraceRecorder {
     /// What errors call it.
     name: PathBuf,
     sink: Sink,
-    /// Every so many cycles have a line.
+    /// The cycles from one line to the next.
     every: u64,
     fields: Fields,
     line: Vec<u8>,
@@ -87,8 +87,7 @@ impl TraceRecorder {
         Self { name, sink, every, fields, line, events, last_cycle: None, output: None, error: None }
     }
 
-    /// With a line for every so many cycles only, the first and the last besides. What happened in between is in the next
-    /// line.
+    /// Writes a line only every few cycles, and of the first and the last one. Events in between are in the next line.
     #[must_use]
     pub fn every(self, cycles: u64) -> Self {
         Self { every: cycles.max(1), ..self }

@@ -35,8 +35,8 @@ pub struct VideoRecorder {
 }
 
 impl VideoRecorder {
-    /// A video of these pictures side by side (of the field, if there are none), with a picture every so many cycles of
-    /// `cycle_s` seconds, in real time. It replaces any file that is there when the match is over.
+    /// Creates a video of these pictures side by side, or of the field without any, in real time: one picture every few cycles of
+    /// `cycle_s` seconds. It replaces an existing file when the match is over.
     ///
     /// # Errors
     /// When the file's name does not end in `.mp4`, or it cannot be written.
@@ -95,7 +95,7 @@ pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<()
     }
 }
 
-/// Where each of so many pictures is put, left and top and width and height, and the size of the whole, pixels.
+/// Returns the place of each picture (left, top, width, height) and the size of the whole, pixels.
 fn layout(pictures: &[Picture]) -> (Vec<[u32; 4]>, [u32; 2]) {
     let [field_width, field_height] = FIELD_SIZE;
     let cameras = pictures.iter().filter(|picture| **picture != Picture::Field).count() as u32;

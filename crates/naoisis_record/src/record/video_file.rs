@@ -25,7 +25,7 @@ const QUANTISER: u8 = 22;
 pub(super) struct VideoFile {
     path: PathBuf,
     file: Arc<File>,
-    /// What is written of it, bytes: whole fragments.
+    /// The length of the fragments written, bytes.
     length: u64,
     encoder: Encoder,
     muxer: Option<FragmentedMuxer>,
@@ -100,7 +100,7 @@ impl VideoFile {
     }
 }
 
-/// Adds to a file that is so long. What can be written of it only in part is taken back: no player likes half a fragment.
+/// Appends `bytes` to a file of `length` bytes. If only a part can be written, the file is cut back: players reject half a fragment.
 fn append(mut file: &File, length: &mut u64, bytes: &[u8]) -> io::Result<()> {
     file.write_all(bytes).inspect_err(|_| {
         // If not even that can be done, the first error says enough.

@@ -1,5 +1,5 @@
-//! Mistakes that are found by themselves: what a team would want to look at after a match, from the
-//! [records of its cycles](CycleRecord), those of a running match and of a trace alike.
+//! Mistakes of robots that a team wants to look at after a match, found in the [records of its cycles](CycleRecord), whether they come
+//! from a running match or from a trace.
 //!
 //! | mistake | when |
 //! |---|---|
@@ -12,7 +12,7 @@
 //! | `team_mates_collide` | two robots of a team ran into each other |
 //! | `same_ball` | for a second two robots of a team, neither its keeper, walked to the ball within 0.75 m of it |
 //!
-//! Only play counts. A mistake that goes on is one, from when it began until it was over, with the worst of what was measured.
+//! Mistakes are found in play only. A mistake that lasts is one mistake, with its begin, its end and its worst value.
 
 use bevy::prelude::*;
 use serde::Serialize;
@@ -33,20 +33,20 @@ const MISPLACED_M: f32 = 0.5;
 const TURNED: f32 = core::f32::consts::FRAC_PI_6;
 /// How near a robot must be to the ball that it should see, m.
 const OWN_BALL_M: f32 = 2.0;
-/// How near two robots go for the same ball, m, and how fast towards it, m/s.
+/// Two robots go for the same ball within this distance, m, and at this speed towards it, m/s.
 const SAME_BALL_M: f32 = 0.75;
 const TOWARDS_MPS: f32 = 0.05;
-/// What happens again so soon is the same mistake still, s.
+/// A mistake that happens again within this time is the same mistake, s.
 const SAME_S: f64 = 2.0;
 
 /// A mistake of a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Mistake {
-    /// What went wrong.
+    /// Its kind.
     pub kind: MistakeKind,
-    /// Whose mistake it is.
+    /// The robot that made it.
     pub robot: RobotId,
-    /// The other robot that was in it, if any: the team-mate, or the opponent that got the ball.
+    /// The other robot involved: the team-mate, or the opponent that got the ball.
     pub other: Option<RobotId>,
     /// When it began, s since the start of the match.
     pub from_s: f64,
@@ -54,13 +54,13 @@ pub struct Mistake {
     pub until_s: f64,
     /// Where the robot was when it began, m, pitch frame.
     pub position_m: Vec2,
-    /// The greatest of what was measured, if anything was, in its [unit](Mistake::unit): how far away ball or place were, how
-    /// fast the two met or the ball was.
+    /// The largest value, in the [unit](Mistake::unit) of its kind: the distance of ball or place, the speed at which the two met, or
+    /// that of the ball. `None` for kinds without a value.
     pub worst: Option<f32>,
 }
 
 impl Mistake {
-    /// What [`Mistake::worst`] is in.
+    /// The unit of [`Mistake::worst`].
     pub fn unit(&self) -> &'static str {
         match self.kind {
             MistakeKind::BallMisplaced | MistakeKind::OwnPoseLost | MistakeKind::BallNotSeen => "m",
@@ -78,18 +78,18 @@ impl Mistake {
 #[derive(Clone, Debug)]
 pub struct MistakeFinder {
     kicks: KickFollower,
-    /// What lasts, and may become a mistake.
+    /// Mistakes that last, and do not count yet.
     under_way: Vec<Mistake>,
     found: Vec<Mistake>,
 }
 
 impl MistakeFinder {
-    /// A finder for the matches of a scenario.
+    /// Creates a finder for matches of `scenario`.
     pub fn new(scenario: &Scenario) -> Self {
         Self { kicks: KickFollower::new(scenario), under_way: Vec::new(), found: Vec::new() }
     }
 
-    /// Looks at the next cycle.
+    /// Reads the next cycle.
     pub fn look(&mut self, record: &CycleRecord) {
         for (kick, end) in self.kicks.look(&record.into()) {
             self.judge_kick(kick, end, record.time_s);
@@ -109,7 +109,7 @@ impl MistakeFinder {
         self.end(|mistake| mistake.until_s < record.time_s);
     }
 
-    /// All mistakes in the order in which they began, when the match is over, or until now.
+    /// The mistakes up to now, in the order in which they began.
     pub fn mistakes(&self) -> Vec<Mistake> {
         let mut whole = self.clone();
         if let Some((kick, end)) = whole.kicks.finish() {
@@ -121,7 +121,7 @@ impl MistakeFinder {
         all
     }
 
-    /// What robots believe, against what is.
+    /// Compares a robot's beliefs with the truth.
     fn look_at_beliefs(&mut self, record: &CycleRecord, robot: &RobotRecord) {
         let Some(belief) = &robot.belief else { return };
         let own_end = record.game.own_end(robot.id.team);
@@ -140,7 +140,7 @@ impl MistakeFinder {
         }
     }
 
-    /// What the robots of each team do with respect to each other.
+    /// Compares what the robots of each team do.
     fn look_at_teams(&mut self, record: &CycleRecord) {
         let Some(ball) = record.ball.map(|ball| ball.position_m.truncate()) else { return };
         for team in Team::BOTH {
@@ -181,7 +181,7 @@ impl MistakeFinder {
         }
     }
 
-    /// Whether a kick was a mistake, now that it is known what became of it.
+    /// Notes the mistakes of a kick, now that its end is known.
     fn judge_kick(&mut self, kick: StruckKick, end: KickEnd, until_s: f64) {
         let mistake = |kind, other, worst| Mistake {
             kind,
@@ -201,7 +201,7 @@ impl MistakeFinder {
         }
     }
 
-    /// Something lasts: it is so in this cycle, too.
+    /// Notes that a mistake lasts in this cycle.
     fn goes_on(
         &mut self,
         kind: MistakeKind,
@@ -228,7 +228,7 @@ impl MistakeFinder {
         }
     }
 
-    /// Something happened in an instant; soon after the last time it is the same still.
+    /// Notes a mistake of an instant. Soon after the last one it is the same mistake.
     fn happened(
         &mut self,
         kind: MistakeKind,
@@ -248,7 +248,7 @@ impl MistakeFinder {
         self.found.push(Mistake { kind, robot, other, from_s, until_s, position_m, worst: measured });
     }
 
-    /// Ends what lasts no more: it becomes a mistake if it lasted long enough.
+    /// Ends the mistakes for which `is_over` holds. They count if they lasted long enough.
     fn end(&mut self, is_over: impl Fn(&Mistake) -> bool) {
         let found = &mut self.found;
         self.under_way.retain(|mistake| {
@@ -270,7 +270,7 @@ impl MistakeFinder {
     }
 }
 
-/// How long it must last to be one, s; none of what happens in an instant.
+/// The least duration of a mistake, s. `None` for those of an instant.
 fn least_s(kind: MistakeKind) -> Option<f64> {
     match kind {
         MistakeKind::BallMisplaced => Some(0.5),

@@ -1,8 +1,7 @@
 //! A plot without a screen: curves, round ticks, and what is written beside them. The window and files show the same.
 
-use bevy::math::ops;
-
 use super::wording::Unit;
+use naoisis_record::record::axis::{number, round_step, ticks};
 use naoisis_sensing::appearance::colours::Colour;
 
 /// The colours of curves on dark ground and on light: people with any colour vision can tell them apart (Okabe and Ito 2008).
@@ -83,8 +82,8 @@ impl Chart {
         }
         let step = round_step((high - low) / most.max(1) as f64);
         let [from, to] = [(low / step + 1e-6).floor(), (high / step - 1e-6).ceil()];
-        let at = (0..=(to - from) as usize).map(|index| (from + index as f64) * step);
-        Ticks { range: [from * step, to * step], at: at.map(|value| (value, number(value, step))).collect() }
+        let range = [from, to].map(|end| end * step);
+        Ticks { range, at: ticks(range, step).map(|value| (value, number(value, step))).collect() }
     }
 
     /// Ticks of the time, at most so many.
@@ -94,13 +93,7 @@ impl Chart {
         let range = self.cycles.map(|cycle| cycle * self.period_s);
         let least = (range[1] - range[0]) / most.max(1) as f64;
         let step = STEPS_S.into_iter().find(|step| *step >= least).unwrap_or(7200.0);
-        let first = (range[0] / step - 1e-6).ceil() as i64;
-        let last = (range[1] / step + 1e-6).floor() as i64;
-        let at = (first..=last).map(|index| {
-            let time_s = index as f64 * step;
-            (time_s, time_words(time_s, step))
-        });
-        Ticks { range, at: at.collect() }
+        Ticks { range, at: ticks(range, step).map(|time_s| (time_s, time_words(time_s, step))).collect() }
     }
 
     /// By how much the curve at a place in the legend is drawn higher: what stands for words would lie on top of each other.
@@ -135,30 +128,6 @@ fn word_ticks(unit: &Unit, extremes: [f64; 2]) -> Ticks {
     let words = (low as usize..=high as usize).map(|value| value as f64);
     let at = words.filter_map(|value| Some((value, unit.word(value)?.to_owned()))).collect();
     Ticks { range: [low - 0.2, high + 0.2], at }
-}
-
-/// The least of 1, 2 and 5 times powers of ten that is not less.
-pub fn round_step(least: f64) -> f64 {
-    let least = least.max(1e-9);
-    let power = 10_f64.powi((ops::log10(least as f32)).floor() as i32);
-    // One power lower, since its logarithm was rounded.
-    [0.5, 1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|factor| factor * power)
-        .find(|step| *step >= 0.999 * least)
-        .unwrap_or(10.0 * power)
-}
-
-/// A value with as many digits as its step has.
-pub fn number(value: f64, step: f64) -> String {
-    let digits = (0..9).find(|digits| {
-        let scaled = step * 10_f64.powi(*digits);
-        (scaled - scaled.round()).abs() < 1e-3 * scaled
-    });
-    let text = format!("{value:.*}", digits.unwrap_or(3) as usize);
-    // There is no negative nought, and a minus is longer than a hyphen.
-    let bare = text.trim_start_matches('-');
-    if bare.chars().all(|letter| matches!(letter, '0' | '.')) { bare.to_owned() } else { text.replace('-', "\u{2212}") }
 }
 
 /// A time since the start of the match, with tenths where ticks are closer than seconds.
@@ -199,13 +168,6 @@ mod tests {
         assert!(same.range[0] < 3.0 && same.range[1] > 3.0 && same.at.len() >= 2, "{same:?}");
         let nothing = Chart { lines: Vec::new(), ..chart(&[], Unit::Plain) }.value_ticks(4);
         assert_eq!(nothing.range, [0.0, 1.0]);
-    }
-
-    #[test]
-    fn steps_are_one_two_or_five_times_a_power_of_ten() {
-        for (least, step) in [(0.03, 0.05), (0.1, 0.1), (0.11, 0.2), (3.0, 5.0), (7.0, 10.0), (1000.0, 1000.0)] {
-            assert!((round_step(least) / step - 1.0).abs() < 1e-6, "{least}: {}", round_step(least));
-        }
     }
 
     #[test]

@@ -24,9 +24,9 @@ use naoisis_core::game::Game;
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_record::record::history::History;
 use naoisis_record::record::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
-use naoisis_record::record::summary_page::team_rows;
 use naoisis_record::record::summary_picture::picture;
 use naoisis_record::record::summary_recorder::png;
+use naoisis_record::record::summary_rows::team_rows;
 use naoisis_sim::scenario::Scenario;
 
 /// Shows a match in numbers.

@@ -1,0 +1,94 @@
+//! The tables and maps of a [summary](MatchSummary), which its page, its picture and the viewer show.
+
+use super::match_summary::{HeatMap, MatchSummary};
+use super::mistakes::{Mistake, MistakeKind};
+use naoisis_core::team::Team;
+use naoisis_sensing::appearance::colours::Colour;
+
+/// The colour of the blue team, on paper.
+pub const BLUE: Colour = Colour([36, 88, 184]);
+/// The colour of the pink team, on paper.
+pub const PINK: Colour = Colour([192, 47, 120]);
+/// The colour of the ball, on paper.
+pub const BALL: Colour = Colour([210, 105, 30]);
+/// The columns of tables of teams.
+pub const TEAM_COLUMNS: [&str; 3] = ["", "blue", "pink"];
+/// The columns of the table of robots.
+pub const ROBOT_COLUMNS: [&str; 8] = ["", "kicks", "shots", "goals", "passes", "walked", "falls", "penalties"];
+
+/// The heat maps, each with its words and its colour.
+pub fn maps(summary: &MatchSummary) -> [(&'static str, &HeatMap, Colour); 3] {
+    [("the ball", &summary.ball, BALL), ("blue", &summary.places.blue, BLUE), ("pink", &summary.places.pink, PINK)]
+}
+
+/// What the teams did: a row for each quantity, in words, blue, pink.
+pub fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
+    let counts = &summary.counts;
+    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+    let columns = Team::BOTH.map(|team| {
+        let own = counts.team(team);
+        let passes = match own.passes {
+            0 => "0".to_owned(),
+            all => format!(
+                "{} of {all} ({:.0} %)",
+                own.passes_completed,
+                100.0 * f64::from(own.passes_completed) / f64::from(all)
+            ),
+        };
+        let mut rows = vec![
+            ("possession", percent(counts.possession(team))),
+            ("kicks", own.kicks.to_string()),
+            ("shots", own.shots.to_string()),
+            ("shots on target", own.shots_on_target.to_string()),
+            ("saves", own.saves.to_string()),
+            ("passes completed", passes),
+            ("duels won", counts.duels_won[team].to_string()),
+            ("walked", format!("{:.0} m", own.distance_m)),
+            ("falls", own.falls.to_string()),
+            ("penalties", own.penalty_count().to_string()),
+        ];
+        if Team::BOTH.iter().any(|team| counts.median_pose_error_m(*team).is_some()) {
+            let median = counts.median_pose_error_m(team);
+            rows.push((
+                "pose error, median",
+                median.map_or_else(|| "-".to_owned(), |error_m| format!("{error_m:.3} m")),
+            ));
+            rows.push(("pose error over 0.5 m", percent(own.pose_errors.over_half_m())));
+            rows.push(("pose error over 1 m", percent(own.pose_errors.over_1_m())));
+        }
+        rows
+    });
+    let [blue, pink] = columns;
+    blue.into_iter().zip(pink).map(|((words, blue), (_, pink))| vec![words.to_owned(), blue, pink]).collect()
+}
+
+/// What the robots did: a row for each.
+pub fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
+    let rows = summary.counts.robots.iter().map(|(id, robot)| {
+        let penalties = robot.penalties.iter().map(|(reason, count)| match count {
+            1 => reason.words().into_owned(),
+            count => format!("{count} x {}", reason.words()),
+        });
+        vec![
+            id.to_string(),
+            robot.kicks.to_string(),
+            robot.shots.to_string(),
+            robot.goals.to_string(),
+            robot.passes_completed.to_string(),
+            format!("{:.0} m", robot.distance_m),
+            robot.falls.to_string(),
+            penalties.collect::<Vec<_>>().join(", "),
+        ]
+    });
+    rows.collect()
+}
+
+/// The number of mistakes of each kind: a row for each kind, in words, blue, pink.
+pub fn mistake_rows(mistakes: &[Mistake]) -> Vec<Vec<String>> {
+    let count = |team: Team, kind: MistakeKind| {
+        let is_it = |mistake: &&Mistake| mistake.robot.team == team && mistake.kind == kind;
+        mistakes.iter().filter(is_it).count().to_string()
+    };
+    let row = |kind: MistakeKind| vec![kind.to_string(), count(Team::Blue, kind), count(Team::Pink, kind)];
+    MistakeKind::ALL.into_iter().map(row).collect()
+}
