@@ -1,4 +1,5 @@
-//! Robots that programs outside decide for, the league's GameController protocol, and matches as environments for learning.
+//! Robots controlled by external programs, the protocol of the league's GameController, and matches as learning
+//! environments.
 #![cfg_attr(
     test,
     expect(

@@ -17,25 +17,25 @@ use super::protocol::Encoding;
 use super::settings::{BreakOff, LOOK};
 use naoisis_core::events::AgentLoss;
 
-/// What is read at once, bytes.
+/// The number of bytes that one read asks for.
 const CHUNK: usize = 4 << 10;
-/// What is said of who is silent too long.
+/// The error message of a program that misses a deadline.
 const TOO_LATE: &str = "it did not answer in time";
 
-/// The bytes to and from a program.
+/// A stream of bytes to and from a program.
 #[derive(Debug)]
 pub enum Stream {
-    /// Of a process.
+    /// The pipes of a process.
     #[cfg(unix)]
     Pipes(Pipes),
-    /// Of a Unix socket.
+    /// A Unix socket.
     #[cfg(unix)]
     Unix(UnixStream),
-    /// Of a TCP socket.
+    /// A TCP socket.
     Tcp(TcpStream),
 }
 
-/// Does the same with every kind of socket, and something else with pipes.
+/// Runs the first expression for either kind of socket, the second for pipes.
 macro_rules! with_stream {
     ($stream:expr, $pipes:ident => $act_on_pipes:expr, $socket:ident => $act:expr) => {
         match $stream {
@@ -49,14 +49,14 @@ macro_rules! with_stream {
 }
 
 impl Stream {
-    /// Lets reads and writes of sockets end after this time, as those of pipes do.
+    /// Sets the longest time that a read or write of a socket waits. Pipes have a limit of their own.
     fn set_timeouts(&self, time: Duration) -> io::Result<()> {
         let time = Some(time);
         with_stream!(self, _pipes => Ok(()),
             socket => socket.set_read_timeout(time).and_then(|()| socket.set_write_timeout(time)))
     }
 
-    /// Whether reads of sockets end at once.
+    /// Sets whether reads of sockets return at once.
     fn set_nonblocking(&self, nonblocking: bool) -> io::Result<()> {
         with_stream!(self, _pipes => Ok(()), socket => socket.set_nonblocking(nonblocking))
     }
@@ -69,7 +69,7 @@ impl Stream {
         with_stream!(self, pipes => pipes.write(bytes), socket => socket.write(bytes))
     }
 
-    /// Tells the program everything that it will be told.
+    /// Closes the direction to the program: nothing more will be sent.
     fn end_writing(&mut self) {
         // Whoever has hung up already will not mind.
         let _ =
@@ -82,26 +82,27 @@ impl Stream {
 pub struct Connection {
     stream: Stream,
     encoding: Encoding,
-    /// The longest message that is taken, bytes.
+    /// The longest message that is accepted, bytes.
     longest: usize,
-    /// What was received and is not read yet.
+    /// Bytes that were received and not yet read as messages.
     received: Vec<u8>,
-    /// So much of it has no end of a line.
+    /// The length of the part of `received` that is known to have no end of line.
     searched: usize,
     outgoing: Vec<u8>,
-    /// Whether reads and writes end to look at the clock.
+    /// Whether reads and writes return now and then, so that the clock can be checked.
     looks: bool,
     break_off: Option<BreakOff>,
 }
 
 impl Connection {
-    /// A connection over a stream, which begins with lines of JSON. Nothing is waited for when the match is broken off.
+    /// Creates a connection over `stream`, which starts with lines of JSON. Waiting ends when `break_off` says that the
+    /// match is broken off.
     pub fn new(stream: Stream, longest: usize, break_off: Option<BreakOff>) -> Self {
         let (encoding, received, outgoing) = (Encoding::Json, Vec::new(), Vec::new());
         Self { stream, encoding, longest, received, searched: 0, outgoing, looks: false, break_off }
     }
 
-    /// How messages are written from now on.
+    /// Sets the encoding of all further messages.
     pub fn set_encoding(&mut self, encoding: Encoding) {
         self.encoding = encoding;
     }
@@ -109,7 +110,7 @@ impl Connection {
     /// Sends a message.
     ///
     /// # Errors
-    /// When it is not taken by the deadline.
+    /// When the program does not accept it by the deadline.
     pub fn send(&mut self, message: &impl Serialize, deadline: Option<Instant>) -> Result<(), Loss> {
         self.outgoing.clear();
         write_message(self.encoding, message, &mut self.outgoing)?;
@@ -121,7 +122,7 @@ impl Connection {
                 Ok(count) => sent += count,
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) if is_silence(&error) => {
-                    self.wait_on(deadline, "it reads nothing of what it is sent")?;
+                    self.wait_on(deadline, "it does not read the messages that it is sent")?;
                 }
                 Err(_) => return Err(Loss::new(AgentLoss::Closed, "it has hung up")),
             }
@@ -132,7 +133,7 @@ impl Connection {
     /// Receives a message.
     ///
     /// # Errors
-    /// When there is none by the deadline, or it is none of this type.
+    /// When none arrives by the deadline, or it is not of type `T`.
     pub fn receive<T: DeserializeOwned>(&mut self, deadline: Option<Instant>) -> Result<T, Loss> {
         let mut may_have_more = true;
         loop {
@@ -151,14 +152,15 @@ impl Connection {
         }
     }
 
-    /// Whether receiving does not wait: a message is there, or there will be none. With a socket it does not wait itself.
+    /// Whether [`receive`](Self::receive) would return at once, with a message or with an error. Does not wait on
+    /// sockets.
     pub fn is_ready(&mut self) -> bool {
         let is_broken = self.stream.set_nonblocking(true).is_err();
         let is_ready = is_broken || self.has_message_or_end();
         self.stream.set_nonblocking(false).is_err() || is_ready
     }
 
-    /// Whether there will be nothing more from the program, which has nothing to say now.
+    /// Whether the program has closed the connection. Call it only while the program owes no message.
     pub fn has_hung_up(&mut self) -> bool {
         self.is_ready() && !matches!(self.next_message(), Ok(Some(_)))
     }
@@ -175,7 +177,7 @@ impl Connection {
         }
     }
 
-    /// Waits until the program hangs up, whatever else it says.
+    /// Waits until the program closes the connection. Ignores what it still sends.
     pub fn wait_for_end(&mut self, deadline: Option<Instant>) {
         self.stream.end_writing();
         loop {
@@ -186,7 +188,8 @@ impl Connection {
         }
     }
 
-    /// Where the first message begins and ends, and where the next begins; none if it is not whole yet.
+    /// The start and the end of the first message in `received`, and the start of the next. `None` if the message is
+    /// incomplete.
     fn next_message(&mut self) -> Result<Option<(usize, usize, usize)>, Loss> {
         let longest = self.longest;
         let too_long =
@@ -214,7 +217,8 @@ impl Connection {
         }
     }
 
-    /// Reads what there is, or what comes: so many bytes. What is there already is always taken.
+    /// Reads available bytes, or waits for some. Returns their number. Bytes that are available are read even after the
+    /// deadline.
     fn read_more(&mut self, deadline: Option<Instant>) -> Result<usize, Loss> {
         self.look()?;
         let before = self.received.len();
@@ -222,7 +226,7 @@ impl Connection {
         let read = loop {
             match self.stream.read(&mut self.received[before..]) {
                 Ok(0) if before > 0 => {
-                    break Err(Loss::new(AgentLoss::Closed, "it has hung up in the middle of a message"));
+                    break Err(Loss::new(AgentLoss::Closed, "it closed the connection in the middle of a message"));
                 }
                 Ok(0) => break Err(Loss::new(AgentLoss::Closed, "it has hung up")),
                 Ok(count) => break Ok(count),
@@ -239,7 +243,7 @@ impl Connection {
         read
     }
 
-    /// Lets reads and writes end now and then.
+    /// Makes reads and writes return now and then.
     fn look(&mut self) -> Result<(), Loss> {
         if !self.looks {
             self.stream.set_timeouts(LOOK).map_err(|_| Loss::new(AgentLoss::Closed, "it has hung up"))?;
@@ -248,24 +252,24 @@ impl Connection {
         Ok(())
     }
 
-    /// Whether to wait on for a program.
+    /// Checks whether to continue waiting for a program.
     ///
     /// # Errors
-    /// When its time is over, which means that it is lost for this, or the match is broken off.
+    /// With the message `too_late` after the deadline, or when the match is broken off.
     fn wait_on(&self, deadline: Option<Instant>, too_late: &str) -> Result<(), Loss> {
         if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
             return Err(Loss::new(AgentLoss::TimedOut, too_late));
         }
         match &self.break_off {
             Some(BreakOff(is_broken_off)) if is_broken_off() => {
-                Err(Loss::new(AgentLoss::TimedOut, "the match was broken off while it was waited for"))
+                Err(Loss::new(AgentLoss::TimedOut, "the match was broken off while it waited for the program"))
             }
             _ => Ok(()),
         }
     }
 }
 
-/// Whether nothing has happened for a while.
+/// Whether the error says that nothing happened for a while.
 fn is_silence(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
@@ -283,7 +287,7 @@ mod tests {
         (Connection::new(Stream::Unix(here), 1000, None), there)
     }
 
-    /// What comes of these bytes, sent by a program that then hangs up.
+    /// What is received from a program that sends these bytes and then closes the connection.
     fn received(encoding: Encoding, bytes: &[u8]) -> Result<Answer, Loss> {
         let (mut connection, mut program) = pair();
         connection.set_encoding(encoding);

@@ -1,14 +1,14 @@
-//! How a program is lost: in a word, and in a sentence.
+//! Why a program is lost: the kind and a message.
 
 use naoisis_core::events::AgentLoss;
 
-/// Why there will be nothing more from a program.
+/// The reason why a program no longer plays.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Loss {
-    /// In a word.
+    /// The kind of the reason.
     pub reason: AgentLoss,
-    /// In a sentence.
+    /// The reason in a sentence.
     pub message: String,
 }
 

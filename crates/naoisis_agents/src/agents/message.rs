@@ -1,4 +1,5 @@
-//! One message as bytes: a line of JSON, or MessagePack after its length. Whatever is sent, it is a message or a loss in words.
+//! Encoding and decoding of messages: lines of JSON, or MessagePack with a length prefix. Bytes that are no valid
+//! message become a [`Loss`] with an explanation.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -9,17 +10,17 @@ use super::protocol::Encoding;
 use naoisis_core::events::AgentLoss;
 use naoisis_sim::interface::command::read_value;
 
-/// How deep a message may be nested.
+/// The deepest nesting of a message.
 const DEEPEST: usize = 32;
-/// So much of what a program wrote is shown when it is no message, bytes.
+/// How many bytes of an invalid message are shown in its error.
 const SHOWN: usize = 100;
-/// So much is said of what is wrong with it, bytes: a word that there is not may be as long as a message.
+/// The longest explanation of an error, bytes. An unknown word in it may be as long as a message.
 const LONGEST: usize = 400;
 
-/// Adds a message to what is sent, with the end or the length that tells where the next begins.
+/// Appends a message to `outgoing`, with its end of line or its length prefix.
 ///
 /// # Errors
-/// When it cannot be written in this encoding.
+/// When the message cannot be written in this encoding.
 pub fn write_message(encoding: Encoding, message: &impl Serialize, outgoing: &mut Vec<u8>) -> Result<(), Loss> {
     let written = match encoding {
         Encoding::Json => {
@@ -37,13 +38,13 @@ pub fn write_message(encoding: Encoding, message: &impl Serialize, outgoing: &mu
             written
         }
     };
-    written.map_err(|error| Loss::new(AgentLoss::Refused, format!("it cannot be told what there is: {error}")))
+    written.map_err(|error| Loss::new(AgentLoss::Refused, format!("the message cannot be encoded: {error}")))
 }
 
-/// The message in these bytes, without the end of a line or the length.
+/// Reads a message from `bytes`, which are without the end of line or the length prefix.
 ///
 /// # Errors
-/// When they are no message of this type: what is wrong, and how they begin.
+/// When the bytes are no message of type `T`: what is wrong, and how they begin.
 pub fn read_message<T: DeserializeOwned>(encoding: Encoding, bytes: &[u8]) -> Result<T, Loss> {
     match encoding {
         Encoding::Json => read_json(bytes),
@@ -56,7 +57,8 @@ fn read_json<T: DeserializeOwned>(line: &[u8]) -> Result<T, Loss> {
     match serde_json::from_slice::<Value>(line) {
         Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), line)),
         Err(error) => {
-            let what = format!("this is no JSON ({error}); what a program prints for people belongs on standard error");
+            let what =
+                format!("this is not JSON ({error}); a program must print messages for people to standard error");
             Err(malformed(&what, line))
         }
     }
@@ -70,11 +72,11 @@ fn read_message_pack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Loss> {
     }
     match read(bytes) {
         Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), value.to_string().as_bytes())),
-        Err(error) => Err(malformed(&format!("this is no MessagePack ({error})"), bytes)),
+        Err(error) => Err(malformed(&format!("this is not MessagePack ({error})"), bytes)),
     }
 }
 
-/// The loss of a program that sent this.
+/// The loss of a program that sent `sent`; `what` says what is wrong with it.
 pub fn malformed(what: &str, sent: &[u8]) -> Loss {
     Loss::new(
         AgentLoss::Malformed,
@@ -82,7 +84,7 @@ pub fn malformed(what: &str, sent: &[u8]) -> Loss {
     )
 }
 
-/// The beginning of a text, on one line.
+/// The first `longest` bytes of a text, on one line.
 fn beginning(text: &[u8], longest: usize) -> String {
     let mut beginning = String::from_utf8_lossy(&text[..text.len().min(longest)]).into_owned();
     beginning.retain(|letter| !letter.is_control());
@@ -102,7 +104,7 @@ mod tests {
     use std::io::Write;
     use std::os::unix::net::UnixStream;
 
-    /// Changes some bytes of a message, doubles some, or cuts it.
+    /// Changes some bytes of a message, duplicates some, or cuts it.
     fn damage(bytes: &mut Vec<u8>, random: &mut RandomStream) {
         let mut any = |most: usize| ((random.uniform() * most as f32) as usize).min(most - 1);
         for _ in 0..=any(4) {

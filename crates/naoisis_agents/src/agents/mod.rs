@@ -1,8 +1,9 @@
-//! Robots that somebody outside the match decides for: a loop, a program, a policy.
+//! Robots that are controlled from outside the match: by a loop of your own, a program, or a policy.
 //!
-//! Such a robot has the behaviour `"remote"`. In each cycle, whoever plays it gets a [`Perception`], which is a trace's robot
-//! without what it cannot know, and gives a [`RobotCommand`], which is a trace's `"command"`. A loop of one's own stops each
-//! cycle between its halves, and so plays in lock-step:
+//! Such a robot has the behaviour `"remote"`. In each cycle its controller receives a [`Perception`], which is the
+//! robot of a trace without the parts that a robot cannot know, and returns a [`RobotCommand`], which is the
+//! `"command"` of a trace. A loop of your own stops each cycle between its halves, and so runs in lock-step with the
+//! match:
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -30,9 +31,9 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! With the `AgentsPlugin`, programs in any language play: a robot whose behaviour is `{ "program": [...] }`, or whose team
-//! is `exec:COMMAND`, has a process of its own, which is told what its robot perceives and answers what it shall do
-//! ([`protocol`]). The match waits for every answer, so that programs that answer the same way play the same match.
+//! With the `AgentsPlugin`, programs in any language can play: a robot whose behaviour is `{ "program": [...] }`, or
+//! whose team is `exec:COMMAND`, has a process of its own, which receives the perceptions of the robot and answers with
+//! commands ([`protocol`]). The match waits for every answer, so programs that answer the same way play the same match.
 
 pub mod connection;
 mod loss;
@@ -57,7 +58,7 @@ pub use remote::{AgentError, belief, believe, command, perception, remote_robots
 pub use server::Server;
 pub use settings::{AgentSettings, BreakOff, ErrorLines};
 
-/// Elsewhere than on Unix no program can be started.
+/// A stub for other systems than Unix, where programs cannot be started.
 #[cfg(not(unix))]
 mod process {
     use std::path::Path;

@@ -1,5 +1,5 @@
-//! The pipes of a process that plays a robot: its standard input and output. They behave like a socket with deadlines, in that reads
-//! and writes end now and then, so that somebody can look at the clock.
+//! The pipes to the standard input and output of a process that plays a robot. They behave like a socket with
+//! deadlines: reads and writes return now and then, so that the caller can check the clock.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::ioctl_fionbio;
@@ -10,24 +10,24 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::settings::LOOK;
 
-/// A process, which those who talk to it and those who end it share.
+/// A process that is shared by the code that talks to it and the code that ends it.
 pub type SharedChild = Arc<Mutex<Child>>;
 
-/// The ends of a process's pipes that are here.
+/// This side's ends of the pipes of a process.
 #[derive(Debug)]
 pub struct Pipes {
     output: PipeReader,
-    /// None when it has been told everything.
+    /// `None` after it was closed.
     input: Option<PipeWriter>,
-    /// Whose pipes they are, once it runs.
+    /// The process, once it runs.
     child: Option<SharedChild>,
 }
 
 impl Pipes {
-    /// New pipes, and the process's ends of them: its standard input and its standard output.
+    /// Creates pipes, and returns also the ends of the process: its standard input and its standard output.
     ///
     /// # Errors
-    /// When there are no more to be had.
+    /// When the system has no more pipes.
     pub fn new() -> io::Result<(Self, Stdio, Stdio)> {
         let (their_input, input) = io::pipe()?;
         let (output, their_output) = io::pipe()?;
@@ -37,13 +37,13 @@ impl Pipes {
         Ok((Self { output, input: Some(input), child: None }, their_input.into(), their_output.into()))
     }
 
-    /// Whose pipes they are.
+    /// Sets the process to which the pipes belong.
     pub fn belong_to(&mut self, child: SharedChild) {
         self.child = Some(child);
     }
 
-    /// Reads what there is, or comes soon. There is nothing more to come, as in a file that ends, once the process has ended, even
-    /// where something that it has started holds its output open.
+    /// Reads bytes that are available or arrive soon. Returns 0, as at the end of a file, once the process has ended,
+    /// even if another process that it started still holds its output open.
     pub fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         match self.output.read(bytes) {
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
@@ -57,7 +57,7 @@ impl Pipes {
         }
     }
 
-    /// Writes what fits now, or soon.
+    /// Writes the bytes that fit now, or soon.
     pub fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let input = self.input.as_mut().ok_or(io::ErrorKind::BrokenPipe)?;
         match input.write(bytes) {
@@ -70,13 +70,13 @@ impl Pipes {
         input.write(bytes)
     }
 
-    /// Tells the process everything that it will be told.
+    /// Closes the standard input of the process: nothing more will be sent.
     pub fn close_input(&mut self) {
         self.input = None;
     }
 }
 
-/// Waits until something can be done with a pipe, though not for long. Whether it can.
+/// Waits a short time until a pipe is ready for `what`. Returns whether it is.
 fn wait(pipe: &impl AsFd, what: PollFlags) -> io::Result<bool> {
     let time = Timespec { tv_sec: 0, tv_nsec: i64::from(LOOK.subsec_nanos()) };
     Ok(poll(&mut [PollFd::new(pipe, what)], Some(&time))? > 0)

@@ -1,4 +1,4 @@
-//! Whoever plays a robot from outside: the connection to it, its process if it has one, and what is said.
+//! A program that plays a robot: its connection, its process if it has one, and the conversation with it.
 
 use bevy::prelude::*;
 use core::time::Duration;
@@ -27,15 +27,15 @@ use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
 use naoisis_sim::scenario::Scenario;
 
-/// How long a program whose match is over may take to end.
+/// How long a program may take to end after its match.
 pub(super) const FAREWELL: Duration = Duration::from_secs(1);
 
-/// A robot is played by a program, or was.
+/// Marks a robot that a program plays. `None` if the program is lost.
 #[derive(Component, Debug)]
 pub struct AgentPlayer(pub(super) Option<Agent>);
 
 impl AgentPlayer {
-    /// What the program has said of itself, if it plays.
+    /// The hello of the program, if it plays.
     pub fn hello(&self) -> Option<&Hello> {
         self.0.as_ref()?.hello.as_ref()
     }
@@ -45,48 +45,48 @@ impl AgentPlayer {
 #[derive(Debug)]
 pub struct Agent {
     connection: Connection,
-    /// Dropped last: it ends the process.
+    /// Dropped last: this ends the process.
     process: Option<Process>,
-    /// What the program has said of itself.
+    /// The hello of the program.
     hello: Option<Hello>,
     /// The parts of perceptions that it wants.
     fields: Fields,
-    /// When it has to have answered.
+    /// When its answer is due.
     deadline: Option<Instant>,
 }
 
 impl Agent {
-    /// A program that has not said anything yet.
+    /// A program that has not said hello yet.
     pub(super) fn new(connection: Connection, process: Option<Process>) -> Self {
         Self { connection, process, hello: None, fields: Fields::default(), deadline: None }
     }
 
-    /// Whether the program has said hello, or never will.
+    /// Whether the program has said hello, or has closed the connection.
     pub(super) fn has_spoken(&mut self) -> bool {
         self.connection.is_ready()
     }
 
-    /// Whether the program is gone.
+    /// Whether the program has closed the connection.
     pub(super) fn has_hung_up(&mut self) -> bool {
         self.connection.has_hung_up()
     }
 
-    /// What the program says of itself. Whoever says something else is told what is wrong with it.
+    /// Receives the hello of the program. If the program sends anything else, it is told what is wrong.
     pub(super) fn hello(&mut self, deadline: Option<Instant>) -> Result<Hello, Loss> {
-        let said = self.connection.receive::<Value>(deadline).and_then(|said| {
-            // Looked at first: another version may have other fields.
-            match said.pointer("/hello/protocol").and_then(Value::as_u64) {
-                Some(protocol) if protocol != u64::from(PROTOCOL) => {
-                    Err(self.refuse(format!("it speaks protocol {protocol}; expected {PROTOCOL}"), deadline))
+        let said =
+            self.connection.receive::<Value>(deadline).and_then(|said| {
+                // Looked at first: another version may have other fields.
+                match said.pointer("/hello/protocol").and_then(Value::as_u64) {
+                    Some(protocol) if protocol != u64::from(PROTOCOL) => Err(self
+                        .refuse(format!("it uses version {protocol} of the protocol; expected {PROTOCOL}"), deadline)),
+                    _ => read_value::<HelloMessage>(&said)
+                        .map_err(|error| malformed(&error.to_string(), said.to_string().as_bytes())),
                 }
-                _ => read_value::<HelloMessage>(&said)
-                    .map_err(|error| malformed(&error.to_string(), said.to_string().as_bytes())),
-            }
-        });
+            });
         let hello = said.map_err(|mut loss| {
             loss.message = match loss.reason {
                 AgentLoss::Malformed => format!("{}; expected a hello at first, such as {EXAMPLE_HELLO}", loss.message),
-                AgentLoss::TimedOut => "it did not say hello in time".to_owned(),
+                AgentLoss::TimedOut => "it did not send a hello in time".to_owned(),
                 _ => loss.message,
             };
             if loss.reason == AgentLoss::Malformed {
@@ -98,7 +98,7 @@ impl Agent {
         Ok(hello.hello)
     }
 
-    /// Lets the program play a robot, if it asks for nothing that there is not.
+    /// Lets the program play a robot. Refuses it if it asks for something that does not exist.
     pub(super) fn welcome(
         &mut self,
         hello: &Hello,
@@ -110,9 +110,9 @@ impl Agent {
         let mounts = scenario.robot(robot).cameras.unwrap_or(scenario.cameras).mounts;
         let unknown = hello.images.iter().find(|camera| mounts.get(**camera).is_none());
         let refusal = if hello.robot.is_some_and(|wanted| wanted != robot) {
-            Some(format!("it wants to play another robot; expected `{robot}`, as NAOISIS_ROBOT says, or none"))
+            Some(format!("it wants to play another robot; expected `{robot}`, the value of NAOISIS_ROBOT, or none"))
         } else if !hello.images.is_empty() && !renders_images {
-            Some("it wants camera images, and none are rendered; expected a match with --cameras software".to_owned())
+            Some("it wants camera images, but none are rendered; expected a match with --cameras software".to_owned())
         } else if let Some(camera) = unknown {
             let names: Vec<String> = mounts.names().map(|name| format!("`{name}`")).collect();
             Some(format!("the robot has no camera `{camera}`; expected one of {}", names.join(", ")))
@@ -138,7 +138,7 @@ impl Agent {
         Loss::new(AgentLoss::Refused, reason)
     }
 
-    /// Tells the program what its robot perceives.
+    /// Sends the program the perception of its robot.
     pub(super) fn ask(
         &mut self,
         clock: &CycleClock,
@@ -158,7 +158,7 @@ impl Agent {
         self.connection.send(&turn, self.deadline).map_err(|loss| self.told(loss))
     }
 
-    /// The images that it wants, if they arrived in this cycle.
+    /// The images that the program wants and that arrived in this cycle.
     fn images_of<'a>(
         &self,
         clock: &CycleClock,
@@ -173,7 +173,7 @@ impl Agent {
         wanted.iter().map(|camera| (*camera, ImageMessage::of(images.of(*camera), time_s))).collect()
     }
 
-    /// What the program decides in this cycle.
+    /// Receives the command of the program for this cycle.
     pub(super) fn answer(&mut self, cycle: u64) -> Result<RobotCommand, Loss> {
         let answer = self.connection.receive::<Answer>(self.deadline).map_err(|loss| self.told(loss))?;
         if answer.cycle != cycle {
@@ -183,7 +183,7 @@ impl Agent {
         answer.command.checked().map_err(|error| Loss::new(AgentLoss::Malformed, error.to_string()))
     }
 
-    /// The loss with what is known of how the process ended.
+    /// Adds to a loss how the process ended, if that is known.
     fn told(&mut self, loss: Loss) -> Loss {
         let (AgentLoss::Closed, Some(process)) = (loss.reason, &mut self.process) else { return loss };
         match process.exit_status(Instant::now() + FAREWELL) {
@@ -198,7 +198,7 @@ impl Agent {
         let _ = self.connection.send(&Message::End { reason, score }, Some(Instant::now() + FAREWELL));
     }
 
-    /// Lets it end by itself until the deadline. Whether it did.
+    /// Waits until the program ends by itself. Returns whether it did before the deadline.
     pub(super) fn wait_for_end(mut self, deadline: Instant) -> bool {
         self.connection.wait_for_end(Some(deadline));
         self.process.as_mut().is_none_or(|process| process.exit_status(deadline).is_some())

@@ -1,4 +1,4 @@
-//! When in a cycle programs are asked: when the robots have perceived, and before behaviours decide.
+//! When in a cycle programs are asked: after the robots have perceived, and before behaviours decide.
 
 use bevy::prelude::*;
 use std::time::Instant;
@@ -23,7 +23,7 @@ use naoisis_sensing::sensing::camera::{CameraImages, CameraRendering, CameraSett
 use naoisis_sim::interface::vocabulary::Perceived;
 use naoisis_sim::scenario::Scenario;
 
-/// Lets programs play: starts those of robots that have one, and asks them in every cycle.
+/// Lets programs play: starts the programs of robots, and asks them in every cycle.
 pub struct AgentsPlugin;
 
 impl Plugin for AgentsPlugin {
@@ -41,7 +41,7 @@ impl Plugin for AgentsPlugin {
 #[derive(Resource, Default)]
 pub(super) struct LostAgents(pub Vec<(RobotId, Loss)>);
 
-/// A program that cannot be started.
+/// The error that a program cannot be started.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{robot}: {message}")]
 pub struct ProgramStartError {
@@ -51,13 +51,13 @@ pub struct ProgramStartError {
     pub message: String,
 }
 
-/// Starts the programs of all robots that have one and are not played yet, and lets them say hello. Without it they are
-/// started in the first cycle.
+/// Starts the programs of all robots that have one and are not played yet, and receives their hellos. Without a call of
+/// this function, programs are started in the first cycle.
 ///
-/// What goes wrong with a program that was started is an event of the next cycle.
+/// Errors of a program that was started are events of the next cycle.
 ///
 /// # Errors
-/// The first that cannot be started; none are running then.
+/// The first program that cannot be started; no program is running then.
 pub fn start_programs(world: &mut World) -> Result<(), ProgramStartError> {
     let settings = world.resource::<AgentSettings>().clone();
     let mut waiting = world.query_filtered::<(Entity, &RobotId, &Program), Without<AgentPlayer>>();
@@ -116,7 +116,7 @@ pub(super) fn begin(
     Ok(())
 }
 
-/// Starts programs in the middle of a match: after a restart, or in one that was saved.
+/// Starts programs in the middle of a match: after a restart, or in a match that was loaded.
 fn start_waiting(world: &mut World) {
     if let Err(ProgramStartError { robot, message }) = start_programs(world) {
         world.resource_mut::<LostAgents>().0.push((robot, Loss::new(AgentLoss::Refused, message)));
@@ -164,7 +164,8 @@ fn ask(
     events.extend(losses.into_iter().map(event));
 }
 
-/// Tells all programs that the match is over, and why in words, and lets them end. The robots whose programs had to be ended.
+/// Tells all programs that the match is over, with `reason`, and waits for them to end. Returns the robots whose
+/// programs had to be killed.
 pub fn dismiss(world: &mut World, reason: &str) -> Vec<RobotId> {
     let Some(score) = world.get_resource::<Game>().map(|game| game.score) else { return Vec::new() };
     let mut players = world.query::<(&RobotId, &mut AgentPlayer)>();

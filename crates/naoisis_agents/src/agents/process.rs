@@ -1,7 +1,8 @@
-//! The process of a program that plays a robot. Nothing of it outlives the match, however the match ends.
+//! The process of a program that plays a robot. It never outlives the match.
 //!
-//! It talks over the pipes of its standard input and output. It and what it starts are a process group of their own, and a guard
-//! stands by it: a shell that waits for this program to end, even by a signal that nobody can catch, and then ends the group.
+//! The match talks to it over the pipes of its standard input and output. The process and its children are a process
+//! group of their own. A guard, a shell that waits for the end of naoisis, then kills the group; this works also if a
+//! signal killed naoisis that no program can catch.
 
 use core::time::Duration;
 use std::io::{BufRead, BufReader, Read};
@@ -18,11 +19,11 @@ use super::settings::ErrorLines;
 use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::wording::quoted;
 
-/// Waits for its standard input to end, and then ends a process group.
+/// Waits for its standard input to end, and then kills a process group.
 const GUARD: &str = "read -r _; kill -s KILL -- \"-$1\"";
-/// Between two looks whether a process has ended.
+/// The time between two checks whether a process has ended.
 const LOOK: Duration = Duration::from_millis(2);
-/// How long to wait for the last lines of standard error, where somebody else has it, too.
+/// How long to wait for the last lines of standard error if another process holds it open, too.
 const LAST_LINES: Duration = Duration::from_secs(1);
 /// The longest line of standard error that is passed on in one piece, bytes.
 const LONGEST_LINE: u64 = 4096;
@@ -32,7 +33,7 @@ const LONGEST_LINE: u64 = 4096;
 pub struct Process {
     child: SharedChild,
     guard: Child,
-    /// Passes the lines of its standard error on.
+    /// The thread that passes on the lines of its standard error.
     lines: Option<JoinHandle<()>>,
 }
 
@@ -95,7 +96,7 @@ impl Process {
         self.child.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// How it ended; none if it has not by the deadline.
+    /// The exit status of the process; `None` if it has not ended by the deadline.
     pub fn exit_status(&mut self, deadline: Instant) -> Option<ExitStatus> {
         loop {
             let status = self.child().try_wait();
@@ -109,7 +110,7 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// Ends it, and whatever it has started.
+    /// Ends the process and its children.
     fn drop(&mut self) {
         drop(self.guard.stdin.take());
         // What cannot be waited for has ended.
@@ -122,7 +123,7 @@ impl Drop for Process {
     }
 }
 
-/// How a process ended, in words.
+/// The exit status of a process in words.
 pub fn ending(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("it ended with status {code}"),
@@ -131,7 +132,7 @@ pub fn ending(status: ExitStatus) -> String {
     }
 }
 
-/// Passes on each line that is written, in pieces if it is long.
+/// Passes on each line that is read, a long line in pieces.
 fn pass_lines_on(stderr: impl Read, mut pass_on: impl FnMut(&str)) {
     let mut reader = BufReader::new(stderr);
     let mut line = Vec::new();

@@ -1,7 +1,8 @@
-//! What is said between a match and a program that plays one of its robots.
+//! The messages between a match and a program that plays one of its robots.
 //!
-//! The program speaks first: a [`Hello`]. It is answered by a [`Welcome`], or by a reason why not. From then on there is one
-//! [`Turn`] a cycle, answered by one [`Answer`] each, until the match ends.
+//! The program starts with a [`Hello`]. The match answers with a [`Welcome`], or with a reason why the program may not
+//! play. From then on the match sends one [`Turn`] per cycle, and the program answers each with one [`Answer`], until
+//! the match ends.
 
 use base64::display::Base64Display;
 use base64::engine::general_purpose::STANDARD;
@@ -27,46 +28,46 @@ use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
 use naoisis_sim::scenario::{RobotModel, RobotSpec, Scenario};
 
-/// The version of the protocol that is spoken here.
+/// The version of the protocol that this library implements.
 pub const PROTOCOL: u32 = 1;
 
-/// How messages are written after the hello.
+/// The encoding of messages after the hello.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Encoding {
-    /// A JSON object a line.
+    /// One JSON object per line.
     #[default]
     Json,
-    /// MessagePack maps, each after its length: 4 bytes, big-endian.
+    /// MessagePack maps, each after its length in 4 bytes, big-endian.
     Msgpack,
 }
 
-/// What a program says of itself.
+/// The introduction of a program.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hello {
-    /// The version of the protocol that it speaks.
+    /// The version of the protocol that the program uses.
     pub protocol: u32,
-    /// What it is called.
+    /// The name of the program.
     #[serde(default)]
     pub name: String,
-    /// The robot that it wants to play; on a pipe it plays the robot that it was started for.
+    /// The robot that it wants to play. Ignored on a pipe, where the program plays the robot that it was started for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotId>,
-    /// The word that whoever serves the match has given to those who may connect.
+    /// The password of the match, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub token: Option<String>,
-    /// How it wants to talk from now on.
+    /// The encoding of all further messages.
     #[serde(default)]
     pub encoding: Encoding,
     /// The cameras of which it wants images.
     #[serde(default)]
     pub images: Vec<CameraName>,
-    /// Whether the built-in estimator shall run for it.
+    /// Whether it wants the belief of the built-in estimator.
     #[serde(default)]
     pub belief: bool,
-    /// The parts of the perception that it wants, such as `percepts.ball` or `game.state`; all, if none is named. What is sent
-    /// less takes less time.
+    /// The parts of the perception that it wants, such as `percepts.ball` or `game.state`; all, if empty. Fewer parts
+    /// take less time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<String>,
 }
@@ -75,37 +76,37 @@ pub struct Hello {
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HelloMessage {
-    /// What it says of itself.
+    /// The introduction.
     pub hello: Hello,
 }
 
-/// What a program decides in a cycle.
+/// The decision of a program in a cycle.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
-    /// The cycle that it decides for: that of the message that it answers.
+    /// The cycle of the message that this answers.
     pub cycle: u64,
-    /// What the robot shall do.
+    /// The command for the robot.
     #[serde(default)]
     pub command: RobotCommand,
 }
 
-/// What a match says to a program.
+/// A message from a match to a program.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Message<'a> {
-    /// It may play.
+    /// The program may play.
     Welcome(Box<Welcome<'a>>),
-    /// It may not.
+    /// The program may not play.
     Refused {
         /// Why not.
         reason: &'a str,
-        /// The version of the protocol that is spoken here, for programs that speak several.
+        /// The version of the protocol of the match, for programs that know several.
         protocol: u32,
     },
     /// The match is over.
     End {
-        /// What ended it, in words.
+        /// Why it ended, in words.
         reason: &'a str,
         /// Goals of both teams.
         score: Score,
@@ -115,57 +116,59 @@ pub enum Message<'a> {
 /// What a robot may know before the match.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Welcome<'a> {
-    /// The version of the protocol that is spoken.
+    /// The version of the protocol.
     pub protocol: u32,
     /// The robot that the program plays.
     pub robot: RobotId,
-    /// Duration of a cycle, s.
+    /// The duration of a cycle, s.
     pub cycle_s: f64,
-    /// Robots of a team.
+    /// The number of robots of a team.
     pub team_size: u8,
-    /// The sizes of pitch and goals.
+    /// The dimensions of pitch and goals.
     pub field: &'a Pitch,
-    /// The rules that are played by.
+    /// The rules of the match.
     pub rules: &'a Rules,
-    /// What the robot can do.
+    /// The model of the robot.
     pub model: Model,
-    /// How much of a real robot there is, in words.
+    /// The realism of the match, in words.
     pub realism: String,
 }
 
-/// What a robot can do, in the words of scenarios.
+/// The abilities of a robot, with the names that scenarios use.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Model {
-    /// What it is called.
+    /// The name of the model.
     pub name: String,
-    /// Its body: the boxes of trunk and base, its height, where its neck and feet are, limbs and colours.
+    /// The body: boxes of trunk and base, height, positions of neck and feet, limbs and colours.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub body: Body,
-    /// How it walks.
+    /// The limits of walking.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub motion: MotionLimits,
-    /// How it turns its head.
+    /// The limits of the head.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub head: HeadLimits,
-    /// How it kicks.
+    /// The kicks.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub kicks: KickSettings,
-    /// Its cameras.
+    /// The cameras.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub cameras: CameraSettings,
-    /// Its sonars.
+    /// The sonars.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub sonar: SonarSettings,
-    /// How late it is what it sees and does.
+    /// The delays of sensors and commands.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub latency: Latency,
-    /// How much it may send: `max_text_bytes`, and of its team in a match `max_messages` and `max_bytes` where they are limited.
+    /// The limits of messages: `max_text_bytes`, and for the team in the whole match `max_messages` and `max_bytes`
+    /// where they are limited.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub messages: MessageLimits,
 }
 
 impl Model {
-    /// What a robot of a scenario can do: what it, its team or its model says, and the scenario for the rest.
+    /// The abilities of a robot of a scenario: the settings of the robot, its team or its model, else those of the
+    /// scenario.
     fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
         Model {
             name: RobotModel::name_of(robot.model.as_ref().unwrap_or(&scenario.model)),
@@ -199,20 +202,20 @@ impl<'a> Welcome<'a> {
     }
 }
 
-/// What a robot perceives in a cycle.
+/// The perception of a robot in a cycle.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Turn<'a> {
-    /// The cycle under way, from 1.
+    /// The current cycle, from 1.
     pub cycle: u64,
-    /// The instant that is perceived, s since the start.
+    /// The time of the perception, s since the start.
     pub time_s: f64,
-    /// What the robot perceives, as a trace has it; of that the `fields` of the hello, if it names any.
+    /// The perception as in a trace; only the `fields` of the hello, if it names any.
     #[schemars(with = "Perception")]
     pub perception: PerceptionParts<'a>,
-    /// What the built-in estimator makes of it, if that was asked for.
+    /// The belief of the built-in estimator, if the hello asked for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub belief: Option<&'a Belief>,
-    /// Camera images, if they were asked for and are new, by the names of their cameras.
+    /// New camera images by the names of the cameras, if the hello asked for them.
     #[schemars(with = "BTreeMap<String, ImageMessage<'static>>")]
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub images: BTreeMap<CameraName, ImageMessage<'a>>,
@@ -221,9 +224,9 @@ pub struct Turn<'a> {
 /// The parts of a perception that a program wants.
 #[derive(Clone, Copy, Debug)]
 pub struct PerceptionParts<'a> {
-    /// All of it.
+    /// The whole perception.
     pub perception: &'a Perception,
-    /// The parts.
+    /// The parts that are sent.
     pub fields: &'a Fields,
 }
 
@@ -238,9 +241,9 @@ impl Serialize for PerceptionParts<'_> {
 pub struct ImageMessage<'a> {
     /// When it was taken, s since the start.
     pub time_s: f64,
-    /// Pixels in a row.
+    /// The width, pixels.
     pub width: u32,
-    /// Rows.
+    /// The height, pixels.
     pub height: u32,
     /// Red, green and blue of each pixel, row by row from the top: base64 in JSON, raw bytes in MessagePack.
     #[serde(serialize_with = "bytes")]
@@ -249,7 +252,7 @@ pub struct ImageMessage<'a> {
 }
 
 impl<'a> ImageMessage<'a> {
-    /// An image of that instant as it is sent.
+    /// Prepares `image`, taken at `time_s`, for sending.
     pub fn of(image: &'a Image, time_s: f64) -> Self {
         Self { time_s, width: image.width, height: image.height, rgb: &image.rgb }
     }
@@ -263,7 +266,7 @@ fn bytes<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> 
     }
 }
 
-/// The hello of a program, for messages about others.
+/// A valid hello, shown in error messages.
 pub const EXAMPLE_HELLO: &str = r#"{"hello": {"protocol": 1, "name": "my team"}}"#;
 
 #[cfg(test)]

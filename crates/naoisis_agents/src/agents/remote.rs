@@ -1,4 +1,4 @@
-//! Remote robots: what they perceive, and what is commanded of them from outside.
+//! Remote robots: their perceptions, and commands for them from outside.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
@@ -16,32 +16,32 @@ use naoisis_sim::interface::vocabulary::{Perceived, Perception, RobotCommand};
 use naoisis_sim::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, wording};
 use naoisis_sim::simulation::{give_belief, resolved};
 
-/// A robot that nobody outside may decide for.
+/// The error that a robot cannot be controlled from outside.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AgentError {
-    /// There is none of this id.
+    /// No robot has this id.
     #[error("there is no robot `{0}` in the match")]
     NoSuchRobot(RobotId),
-    /// It has a behaviour of its own.
-    #[error("the robot `{0}` has a behaviour of its own; expected one whose behaviour is `remote`")]
+    /// The robot has a behaviour of its own.
+    #[error("the robot `{0}` has a behaviour of its own; expected a robot with the behaviour `remote`")]
     NotRemote(RobotId),
-    /// It has no kick of this name.
+    /// The robot has no kick of this name.
     #[error(transparent)]
     UnknownKick(#[from] UnknownKick),
 }
 
-/// The robots that are decided for from outside, in the order of their ids.
+/// The robots that are controlled from outside, sorted by id.
 pub fn remote_robots(world: &World) -> Vec<RobotId> {
     let is_remote = |(id, entity)| world.get::<Remote>(entity).map(|_| id);
     world.resource::<Roster>().iter().filter_map(is_remote).collect()
 }
 
-/// The scenario with these of its robots decided for from outside, whatever behaviour they have in it. Teams that are lined
-/// up become a list of robots.
+/// Returns `scenario` with the robots `ids` controlled from outside instead of by their behaviours. Teams become a list
+/// of robots.
 ///
 /// # Errors
-/// [`ScenarioFault`] when it has no such robot.
+/// [`ScenarioFault`] when the scenario has no such robot.
 pub fn with_remote_robots(world: &World, scenario: &Scenario, ids: &[RobotId]) -> Result<Scenario, ScenarioFault> {
     let mut scenario = resolved(world, scenario);
     for id in ids {
@@ -58,7 +58,7 @@ pub fn with_remote_robots(world: &World, scenario: &Scenario, ids: &[RobotId]) -
     Ok(scenario)
 }
 
-/// What a robot perceives, any robot: in the cycle under way, or in the one that ended last.
+/// The perception of any robot: of the current cycle, or of the last one between cycles.
 ///
 /// # Errors
 /// When there is no such robot.
@@ -68,7 +68,7 @@ pub fn perception(world: &mut World, id: RobotId) -> Result<Perception, AgentErr
     robots.get(world, entity).map(|robot| robot.perception()).map_err(|_| AgentError::NoSuchRobot(id))
 }
 
-/// What a robot believes, if it estimates anything.
+/// The belief of a robot, if it has one.
 ///
 /// # Errors
 /// When there is no such robot.
@@ -77,7 +77,7 @@ pub fn belief(world: &World, id: RobotId) -> Result<Option<&Belief>, AgentError>
     Ok(world.get::<Belief>(entity))
 }
 
-/// Lets the built-in estimator run for a remote robot, from now on. Before the first cycle it knows where it stands.
+/// Runs the built-in estimator for a remote robot from now on. Before the first cycle it starts at the true pose.
 ///
 /// # Errors
 /// When there is no such robot, or it is not remote.
@@ -87,11 +87,12 @@ pub fn believe(world: &mut World, id: RobotId) -> Result<(), AgentError> {
     Ok(())
 }
 
-/// Decides for a remote robot, in the cycle under way if its robots have perceived already, and else in the next one. What
-/// the command does not say stays as it is: without a step the robot stands, and its head goes where it was told to go.
+/// Commands a remote robot: in the current cycle if the robots have already perceived, else in the next one. Parts that
+/// `command` does not set keep their state: without `walk` the robot stands, and its head stays where the last command
+/// put it.
 ///
 /// # Errors
-/// When there is no such robot, it is not remote, or it has no kick of the name that the command says.
+/// When there is no such robot, it is not remote, or it has no kick of the name in `command`.
 pub fn command(world: &mut World, id: RobotId, command: RobotCommand) -> Result<(), AgentError> {
     let entity = remote_entity(world, id)?;
     let mut robot = world.get_entity_mut(entity).map_err(|_| AgentError::NoSuchRobot(id))?;
@@ -99,7 +100,7 @@ pub fn command(world: &mut World, id: RobotId, command: RobotCommand) -> Result<
     Ok(robot.obey(command)?)
 }
 
-/// What is commanded of a robot.
+/// The command components of a robot.
 #[derive(QueryData)]
 #[query_data(mutable)]
 pub(super) struct ObeyingRobot {
@@ -112,10 +113,10 @@ pub(super) struct ObeyingRobot {
 }
 
 impl ObeyingRobotItem<'_, '_> {
-    /// Commands what the command says, all of it or nothing.
+    /// Writes all parts of `command`, or none.
     ///
     /// # Errors
-    /// When the robot has no kick of the name that it says.
+    /// When the robot has no kick of the name in `command`.
     pub(super) fn obey(&mut self, command: RobotCommand) -> Result<(), UnknownKick> {
         let RobotCommand { walk, head, kick, posture, say } = command;
         kick.map_or(Ok(()), |kick| self.kicks.check(kick.kick_type))?;

@@ -1,4 +1,4 @@
-//! The messages between a match and a program as JSON Schema, made from the types that are sent and read.
+//! JSON Schema of the messages between a match and a program, derived from their types.
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::protocol::{Answer, HelloMessage, Message, PROTOCOL, Turn};
 
-/// What a program says.
+/// A message from a program.
 #[derive(JsonSchema)]
 #[serde(untagged)]
 #[expect(dead_code, reason = "only its schema is of use")]
@@ -15,7 +15,7 @@ enum FromProgram {
     Answer(Answer),
 }
 
-/// What a match says.
+/// A message from a match.
 #[derive(JsonSchema)]
 #[serde(untagged)]
 #[expect(dead_code, reason = "only its schema is of use")]
@@ -24,9 +24,9 @@ enum FromMatch<'a> {
     Message(Message<'a>),
 }
 
-/// A schema (draft 2020-12) of each direction: `from_program`, and `from_match`. What the match reads is described as it reads
-/// it, what it says as it says it: a field that is required there is always sent, but for what the `fields` of a hello leave out
-/// of perceptions, and others may be added in later versions.
+/// The schemas (draft 2020-12) of both directions: `from_program` and `from_match`. Those of the first describe what
+/// the match accepts, those of the second what it sends. A required field of `from_match` is always sent, except for
+/// parts of perceptions that the `fields` of a hello leave out. Later versions may add fields.
 pub fn schema() -> Value {
     let read = SchemaSettings::draft2020_12().for_deserialize().into_generator();
     let said = SchemaSettings::draft2020_12().for_serialize().into_generator();

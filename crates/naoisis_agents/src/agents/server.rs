@@ -1,4 +1,4 @@
-//! A match that programs connect to: over TCP, or a Unix socket.
+//! A server that programs connect to, over TCP or a Unix socket.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -28,14 +28,14 @@ use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::wording::one_of;
 
-/// Between two looks whether somebody has come.
+/// The time between two checks for new connections.
 const LOOK: Duration = Duration::from_millis(2);
-/// So many may have connected and said nothing yet. Others wait until they are listened to.
+/// How many programs may be connected before their hello. Further ones wait.
 const MOST_SILENT: usize = 256;
-/// What is said of who comes too late.
-const ALL_PLAYED: &str = "each robot of the match is played already";
+/// The reason for refusing a program when no robot is free.
+const ALL_PLAYED: &str = "all remote robots of the match are taken";
 
-/// Where a match can be connected to: `tcp:127.0.0.1:10000`, where port 0 is any that is free, or `unix:PATH`.
+/// The address of a match: `tcp:127.0.0.1:10000` (port 0 is any free port) or `unix:PATH`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Address {
     /// A port of a network interface.
@@ -44,7 +44,7 @@ pub enum Address {
     Unix(PathBuf),
 }
 
-/// A word that is no address.
+/// The error that a text is no address.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("expected tcp:HOST:PORT, such as tcp:127.0.0.1:10000, or unix:PATH")]
 pub struct NotAnAddress;
@@ -73,7 +73,7 @@ impl fmt::Display for Address {
     }
 }
 
-/// Lets programs connect.
+/// Accepts connections of programs.
 #[derive(Debug)]
 pub struct Server {
     listener: Listener,
@@ -108,7 +108,7 @@ impl Server {
     /// Listens at an address.
     ///
     /// # Errors
-    /// When that cannot be done, such as where somebody else does.
+    /// When the system refuses, for example because another program listens there.
     pub fn listen(address: &Address) -> io::Result<Self> {
         let (listener, address) = match address {
             Address::Tcp(address) => {
@@ -132,13 +132,13 @@ impl Server {
         Ok(Self { listener, address })
     }
 
-    /// Where it listens; of any free port, which it is.
+    /// The address, with the actual port if any free port was asked for.
     pub fn address(&self) -> &Address {
         &self.address
     }
 
-    /// Lets programs in until every remote robot of the match is played, or it is enough. Who says nothing keeps nobody
-    /// waiting. `said` gets what there is to say of who comes.
+    /// Accepts programs until every remote robot of the match is played, or `is_enough` returns true. A program that
+    /// stays silent does not delay the others. `said` receives messages about programs that connect.
     pub fn let_in(&self, world: &mut World, is_enough: impl Fn() -> bool, mut said: impl FnMut(&str)) {
         let settings = world.resource::<AgentSettings>().clone();
         let mut silent: Vec<Newcomer> = Vec::new();
@@ -149,14 +149,14 @@ impl Server {
                 silent.push(Newcomer::of(stream, &settings));
             }
             for robot in leave(world) {
-                said(&format!("{robot} is free again: its program has hung up"));
+                said(&format!("{robot} is free again: its program closed the connection"));
             }
             // In the order in which they came.
             let spoken: Vec<Newcomer> = silent.extract_if(.., Newcomer::has_spoken).collect();
             for newcomer in spoken {
                 match introduce(world, newcomer, &settings) {
                     Ok((robot, name)) => said(&format!("{robot} is played by {name}")),
-                    Err(loss) => said(&format!("a program was not let in: {loss}")),
+                    Err(loss) => said(&format!("a program was refused: {loss}")),
                 }
             }
             thread::sleep(LOOK);
@@ -167,10 +167,10 @@ impl Server {
     }
 }
 
-/// A program that has connected, and not yet said who it is.
+/// A program that has connected and has not said hello yet.
 struct Newcomer {
     agent: Agent,
-    /// When it has to have said it.
+    /// When its hello is due.
     deadline: Option<Instant>,
 }
 
@@ -181,13 +181,13 @@ impl Newcomer {
         Self { agent: Agent::new(connection, None), deadline }
     }
 
-    /// Whether it has said hello, or never will.
+    /// Whether the program has said hello, or has closed the connection.
     fn has_spoken(&mut self) -> bool {
         self.agent.has_spoken() || self.deadline.is_some_and(|deadline| deadline <= Instant::now())
     }
 }
 
-/// Whether there is the socket of somebody who was killed: one at which nobody listens.
+/// Whether the socket at `path` is left over from a program that was killed, so that nothing listens at it.
 #[cfg(unix)]
 fn is_left_over(path: &Path) -> bool {
     std::fs::symlink_metadata(path).is_ok_and(|file| file.file_type().is_socket())
@@ -203,7 +203,7 @@ impl Drop for Server {
     }
 }
 
-/// Frees the robots whose programs have connected and gone before the match began. Who they are.
+/// Frees the robots whose programs closed the connection before the match began. Returns these robots.
 fn leave(world: &mut World) -> Vec<RobotId> {
     let mut players = world.query::<(Entity, &RobotId, &mut AgentPlayer)>();
     let gone = players.iter_mut(world).filter_map(|(entity, id, mut player)| {
@@ -218,7 +218,7 @@ fn leave(world: &mut World) -> Vec<RobotId> {
     gone.into_iter().map(|(id, _)| id).collect()
 }
 
-/// The remote robots that nobody plays yet.
+/// The remote robots that no program plays yet.
 pub fn free_robots(world: &World) -> Vec<RobotId> {
     let roster = world.resource::<Roster>();
     let is_free = |id: &RobotId| {
@@ -228,7 +228,7 @@ pub fn free_robots(world: &World) -> Vec<RobotId> {
     remote_robots(world).into_iter().filter(is_free).collect()
 }
 
-/// Lets a program that has connected play the robot that it wants, or else the first that is free.
+/// Lets a program that has connected play the robot that it wants, else the first free one.
 fn introduce(
     world: &mut World,
     Newcomer { mut agent, deadline }: Newcomer,
@@ -236,9 +236,7 @@ fn introduce(
 ) -> Result<(RobotId, String), Loss> {
     let hello = agent.hello(deadline)?;
     if settings.token.is_some() && hello.token != settings.token {
-        return Err(
-            agent.refuse("it does not know the token; expected that of `naoisis serve --token`".to_owned(), deadline)
-        );
+        return Err(agent.refuse("its token is wrong; expected that of `naoisis serve --token`".to_owned(), deadline));
     }
     let robot = match wanted(world, &hello) {
         Ok(robot) => robot,

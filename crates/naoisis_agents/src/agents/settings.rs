@@ -1,4 +1,4 @@
-//! How long programs may take, how much they may say, and where they are run.
+//! Limits of time and size for programs, and the folders they run in.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use naoisis_core::team::{PerTeam, RobotId};
 
-/// Between two looks at the clock, while a program is silent.
+/// The time between two checks of the clock while a program is silent.
 pub(super) const LOOK: Duration = Duration::from_millis(20);
 
-/// Whoever wants the lines that programs write to their standard error.
+/// A function that receives the lines that programs write to standard error.
 pub type ErrorLines = Arc<dyn Fn(RobotId, &str) + Send + Sync>;
 
-/// Whoever knows whether the match is to be broken off, so that nobody waits for programs any longer.
+/// A function that returns whether the match is broken off, so that waiting for programs ends.
 #[derive(Clone)]
 pub struct BreakOff(pub Arc<dyn Fn() -> bool + Send + Sync>);
 
@@ -24,22 +24,22 @@ impl fmt::Debug for BreakOff {
     }
 }
 
-/// How programs are treated. What takes time is measured by the wall clock, and decides only whether a program is lost.
+/// How programs are treated. Times are wall-clock times; they only decide whether a program is lost.
 #[derive(Resource, Clone)]
 pub struct AgentSettings {
-    /// The longest that an answer may take: 5 s; none for any time.
+    /// The longest time for an answer: 5 s; `None` for no limit.
     pub answer_timeout: Option<Duration>,
-    /// The longest that a program may take until its hello: 30 s, as large libraries are slow to load; none for any time.
+    /// The longest time until the hello: 30 s, because large libraries load slowly; `None` for no limit.
     pub start_timeout: Option<Duration>,
     /// The longest message, bytes: 65 536.
     pub longest_message: usize,
-    /// The word that programs have to say that connect; none if nobody is asked.
+    /// The password that programs must send to connect; `None` for no password.
     pub token: Option<String>,
-    /// The folder in which the programs of each team are run; none for that of this program.
+    /// The folder in which the programs of each team run; `None` for the current folder.
     pub folders: PerTeam<Option<PathBuf>>,
-    /// What is done with what they write to standard error; none to let it pass as it is.
+    /// Receives the lines that programs write to standard error; `None` leaves standard error as it is.
     pub error_lines: Option<ErrorLines>,
-    /// Who is asked whether to wait on; nobody, and programs are waited for as long as they may take.
+    /// Asked whether to stop waiting; `None` waits as long as the limits allow.
     pub break_off: Option<BreakOff>,
 }
 

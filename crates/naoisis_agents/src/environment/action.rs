@@ -1,4 +1,4 @@
-//! What agents do, as arrays: how their numbers become commands.
+//! Actions of agents as arrays, and their translation to commands.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,35 +21,35 @@ use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::teams::Head;
 
-/// What agents may do.
+/// The kinds of actions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ActionKind {
     /// Eight numbers from -1 to 1: see [`CONTINUOUS`].
     #[default]
     Continuous,
-    /// Three choices, of a walk, of where to look, and of a kick: see [`WALKS`], [`LOOKS`] and [`KICKS`].
+    /// Three choices: a walk, a direction to look, and a kick: see [`WALKS`], [`LOOKS`] and [`KICKS`].
     MultiDiscrete,
-    /// One choice: a walk or else a kick. The head looks at the ball, and searches where it sees none.
+    /// One choice: a walk or a kick. The head looks at the ball, and searches for it while it is not seen.
     Discrete,
-    /// Four choices, of speeds ahead, aside and of turning, and of a kick: see [`AHEAD`], [`ASIDE`], [`TURNS`] and [`KICKS`]. The
-    /// head looks at the ball, and at the goals when the robot must see where it is.
+    /// Four choices: speed forwards, sideways, of turning, and a kick: see [`AHEAD`], [`ASIDE`], [`TURNS`] and
+    /// [`KICKS`]. The head looks at the ball, and at the goals when the robot needs landmarks.
     Velocities,
 }
 
-/// The numbers of a continuous action, each from -1 to 1, and what they mean.
+/// The numbers of a continuous action, each from -1 to 1, with their meaning.
 pub const CONTINUOUS: [(&str, &str); 8] = [
-    ("walk.forward", "share of the greatest speed, forward"),
-    ("walk.left", "share of the greatest speed, to the left"),
-    ("walk.turn", "share of the greatest turning speed, counter-clockwise"),
-    ("head.yaw", "where the head goes: from its greatest yaw to the right to that to the left"),
-    ("head.pitch", "where the head goes: from its uppermost to its lowest pitch"),
-    ("kick.speed", "above 0.5 the robot kicks: at no speed at 0.5, at full speed at 1"),
-    ("kick.foot", "which foot kicks: the right one below 0, else the left one"),
-    ("kick.side", "above 0 a kick to the side, else straight"),
+    ("walk.forward", "fraction of the greatest speed, forward"),
+    ("walk.left", "fraction of the greatest speed, to the left"),
+    ("walk.turn", "fraction of the greatest turning speed, counter-clockwise"),
+    ("head.yaw", "target of the head: from its greatest yaw to the right to its greatest yaw to the left"),
+    ("head.pitch", "target of the head: from its uppermost to its lowest pitch"),
+    ("kick.speed", "above 0.5 the robot kicks, with a speed from 0 at 0.5 to 1 at 1"),
+    ("kick.foot", "the foot that kicks: below 0 the right one, else the left one"),
+    ("kick.side", "the kick: above 0 to the side, else straight"),
 ];
 
-/// Walks by name: shares of the greatest speeds, forward, to the left and of turning.
+/// Walks by name, as fractions of the greatest speeds: forward, to the left, turning.
 pub const WALKS: [(&str, [f32; 3]); 9] = [
     ("stand", [0.0, 0.0, 0.0]),
     ("forward", [1.0, 0.0, 0.0]),
@@ -62,18 +62,18 @@ pub const WALKS: [(&str, [f32; 3]); 9] = [
     ("forward_turn_right", [1.0, 0.0, -0.5]),
 ];
 
-/// What is done slowly is done at this share of the greatest speed.
+/// The fraction of the greatest speed for slow motions.
 const SLOWLY: f32 = 0.3;
 
-/// Speeds ahead by name: shares of the greatest one.
+/// Forward speeds by name, as fractions of the greatest one.
 pub const AHEAD: [(&str, f32); 5] =
     [("stay", 0.0), ("forward", 1.0), ("backward", -1.0), ("slowly_forward", SLOWLY), ("slowly_backward", -SLOWLY)];
 
-/// Speeds to the left by name: shares of the greatest one.
+/// Speeds to the left by name, as fractions of the greatest one.
 pub const ASIDE: [(&str, f32); 5] =
     [("stay", 0.0), ("left", 1.0), ("right", -1.0), ("slowly_left", SLOWLY), ("slowly_right", -SLOWLY)];
 
-/// Speeds of turning by name, counter-clockwise: shares of the greatest one.
+/// Turning speeds by name, counter-clockwise, as fractions of the greatest one.
 pub const TURNS: [(&str, f32); 5] = [
     ("straight", 0.0),
     ("turn_left", 1.0),
@@ -82,7 +82,7 @@ pub const TURNS: [(&str, f32); 5] = [
     ("turn_slowly_right", -SLOWLY),
 ];
 
-/// Where the head looks by name: yaw and pitch, deg; none for where it looks already.
+/// Directions of the head by name: yaw and pitch, deg. `None` keeps the current direction.
 pub const LOOKS: [(&str, Option<[f32; 2]>); 5] = [
     ("stay", None),
     ("ahead", Some([0.0, 0.0])),
@@ -100,20 +100,20 @@ pub const KICKS: [(&str, Option<KickType>); 5] = [
     ("right_side", Some(KickType::RightSide)),
 ];
 
-/// A number that is no action.
+/// The error that a number is not valid in an action.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("the action has {value} for {name}; expected {expected}")]
 pub struct NotAnAction {
-    /// Which of its numbers.
+    /// The name of the number.
     name: String,
-    /// What it is.
+    /// Its value.
     value: f32,
-    /// What it should be.
+    /// The valid values.
     expected: String,
 }
 
 impl ActionKind {
-    /// How many numbers an action has.
+    /// The number of values of an action.
     pub fn len(self) -> usize {
         match self {
             ActionKind::Continuous => CONTINUOUS.len(),
@@ -123,12 +123,12 @@ impl ActionKind {
         }
     }
 
-    /// Whether an action is nothing; never.
+    /// Whether an action has no values; always false.
     pub fn is_empty(self) -> bool {
         self.len() == 0
     }
 
-    /// The names of its numbers, or of what can be chosen, list by list.
+    /// The names of the values of a continuous action, or of the choices, one list per choice.
     pub fn names(self) -> Vec<Vec<&'static str>> {
         let kicks = || KICKS.iter().map(|(name, _)| *name);
         let speeds = |speeds: &[(&'static str, f32)]| speeds.iter().map(|(name, _)| *name).collect();
@@ -144,10 +144,10 @@ impl ActionKind {
         }
     }
 
-    /// That these are the numbers of an action.
+    /// Checks that `action` is valid.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first value that is not valid.
     pub fn check(self, action: &[f32]) -> Result<(), NotAnAction> {
         let names = self.names();
         for (index, &value) in action.iter().enumerate() {
@@ -171,7 +171,8 @@ impl ActionKind {
     }
 }
 
-/// The kick that stands for one of the paper's four: for a straight one that the robot does not have, the kick that reaches furthest.
+/// The kick of the robot that stands for one of the paper's four kicks: a robot without a straight kick uses its kick
+/// with the longest range.
 fn had(kick_type: KickType, kicks: &KickSettings) -> KickType {
     match kicks.get(kick_type) {
         None if !kick_type.is_side_kick() => kicks.strongest().unwrap_or(kick_type),
@@ -179,7 +180,7 @@ fn had(kick_type: KickType, kicks: &KickSettings) -> KickType {
     }
 }
 
-/// The command that an action, which was [checked](ActionKind::check), is for a robot.
+/// The command of a [checked](ActionKind::check) action for a robot.
 pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: RobotId) -> RobotCommand {
     let robot = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok());
     let Some(robot) = robot else { return RobotCommand::default() };
@@ -252,13 +253,13 @@ pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
     }
 }
 
-/// A robot's head, with what is in view of it.
+/// The head of a robot, for the functions that aim it.
 fn head_of(robot: &EntityRef) -> Head {
     let limits = robot.get::<HeadLimits>().copied().unwrap_or_default();
     Head::new(&limits, robot.get::<CameraSettings>().map_or_else(FieldOfView::default, FieldOfView::of))
 }
 
-/// Where a robot sees the ball, robot frame, m.
+/// The position at which a robot sees the ball, robot frame, m.
 fn seen_ball(robot: &EntityRef) -> Option<Vec2> {
     robot.get::<Percepts>().and_then(|percepts| percepts.ball).map(|ball| ball.position_m)
 }

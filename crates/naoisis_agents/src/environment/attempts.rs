@@ -1,4 +1,4 @@
-//! How often a challenge succeeds, and how long that takes: with robots that do anything, or with behaviours of their own.
+//! Success rates of challenges, with random actions or with behaviours.
 //!
 //! ```
 //! use core::sync::atomic::AtomicBool;
@@ -45,22 +45,22 @@ use naoisis_sim::scenario::wording::did_you_mean;
 use naoisis_sim::scenario::{BehaviourSpec, Scenario};
 use naoisis_sim::simulation::{play_in_order, resolved};
 
-/// Who plays the robots of a challenge.
+/// The controller of the robots of a challenge.
 #[derive(Clone, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum ChallengePlayer {
-    /// Nobody: each of their actions is anything.
+    /// Random actions.
     Random,
-    /// All of them have the behaviour of this name.
+    /// The behaviour of this name, for each robot.
     Behaviour(String),
-    /// They are the team of this name.
+    /// The team of this name.
     Team(String),
 }
 
 impl FromStr for ChallengePlayer {
     type Err = Infallible;
 
-    /// `random`, a behaviour's name, or `team` and a team's name.
+    /// Parses `random`, the name of a behaviour, or `team` and the name of a team.
     fn from_str(word: &str) -> Result<Self, Infallible> {
         Ok(match (word, word.strip_prefix("team ")) {
             ("random", _) => ChallengePlayer::Random,
@@ -80,63 +80,64 @@ impl fmt::Display for ChallengePlayer {
     }
 }
 
-/// Which episodes are played.
+/// The episodes to play.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Attempts {
-    /// How many.
+    /// The number of episodes.
     pub episodes: usize,
-    /// The seed of the first; the next has the next. An environment that is reset with a seed begins with the same episode.
+    /// The seed of the first episode; each further one has the next seed. An environment that is reset with a seed
+    /// starts with the same episode.
     pub first_seed: u64,
-    /// Episodes that are played at the same time, at least 1.
+    /// The number of threads, at least 1.
     pub threads: usize,
 }
 
-/// What came of an episode.
+/// The result of an episode.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Attempt {
     /// Its seed.
     pub seed: u64,
-    /// Whether it ended with success.
+    /// Whether it ended with a success.
     pub is_success: bool,
-    /// How long it was, s.
+    /// Its duration, s.
     pub time_s: f64,
 }
 
-/// How often some attempts succeeded.
+/// The success rate of `attempts`.
 pub fn success_rate(attempts: &[Attempt]) -> SuccessRate {
     let times: Vec<f64> = attempts.iter().filter(|attempt| attempt.is_success).map(|attempt| attempt.time_s).collect();
     let mean_time_s = statistics::mean(&times).map(|mean| mean.value);
     SuccessRate { episodes: attempts.len(), successes: times.len(), mean_time_s }
 }
 
-/// Why a challenge cannot be played so.
+/// Why a challenge cannot be played.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AttemptError {
-    /// The challenge is wrong.
+    /// The challenge is invalid.
     #[error(transparent)]
     Challenge(#[from] ChallengeError),
-    /// There is no such team.
+    /// No team has this name.
     #[error("there is no team `{name}`{meant}; expected one of {known}")]
     NoTeam {
         /// Its name.
         name: String,
-        /// What was probably meant, in words.
+        /// A suggestion, in words.
         meant: String,
-        /// All that there are.
+        /// All names of teams.
         known: String,
     },
-    /// An episode cannot begin, such as with a behaviour that there is not.
+    /// An episode cannot start, for example because a behaviour does not exist.
     #[error(transparent)]
     Start(#[from] StartError),
 }
 
-/// Plays episodes of a challenge, and hands over what came of them, in the order of their seeds. When `stop` turns true, those under
-/// way are finished, and no others begin.
+/// Plays episodes of a challenge and passes their results to the callback in the order of their seeds. When `stop`
+/// turns true, running episodes are finished and no new ones start.
 ///
 /// # Errors
-/// When an episode cannot begin.
+/// When an episode cannot start.
 pub fn play_attempts(
     challenge: &Challenge,
     player: &ChallengePlayer,
@@ -180,7 +181,7 @@ fn settings(
     })
 }
 
-/// The scenario with its controlled robots played so.
+/// The scenario with its controlled robots controlled by the player.
 fn played_by(
     player: &ChallengePlayer,
     scenario: &Scenario,

@@ -1,4 +1,5 @@
-//! Named tasks, as data: what happens in an episode, who is controlled, when it is over, and what is a success.
+//! Named learning tasks as data: the scenario of an episode, the controlled robots, its end, and what counts as
+//! success.
 
 use bevy::prelude::*;
 use rand::RngExt;
@@ -15,79 +16,79 @@ use naoisis_core::team::{RobotId, Team};
 use naoisis_sim::scenario::wording::did_you_mean;
 use naoisis_sim::scenario::{Format, Scenario, ScenarioError, ScenarioFile};
 
-/// A task.
+/// A named learning task.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Challenge {
     /// Its name, such as `ScoreEmptyGoal`.
     pub name: String,
-    /// Counted up when what it asks for changes.
+    /// Increased when the task changes.
     pub version: u32,
-    /// What is to be done, in a sentence or two.
+    /// A description in one or two sentences.
     pub description: String,
-    /// The scenario, as files have it, in which episodes are played.
+    /// The scenario of the episodes, as in a file.
     scenario: Value,
     /// The robots that are controlled.
     pub control: Vec<RobotId>,
-    /// The one of them that is controlled where there is one agent only.
+    /// The robot that is controlled if there is only one agent.
     pub solo: RobotId,
-    /// Where the ball and robots stand at the start.
+    /// The areas in which ball and robots start.
     #[serde(default)]
     pub situation: Situation,
-    /// What ends an episode well, and badly.
+    /// What ends an episode, with success or failure.
     #[serde(default)]
     pub end: EndConditions,
-    /// When an episode ends at the latest, s; none where the final whistle ends it.
+    /// The longest duration of an episode, s; `None` if only the final whistle ends it.
     #[serde(default)]
     pub limit_s: Option<f32>,
-    /// Cycles that an action lasts.
+    /// The number of cycles for which an action is held.
     pub cycles_per_step: u32,
-    /// What is rewarded.
+    /// The weights of the reward.
     pub reward: RewardWeights,
-    /// How often it succeeds with some [players](super::attempts::ChallengePlayer), as `naoisis challenge` measured it.
+    /// Success rates of some [players](super::attempts::ChallengePlayer), as measured by `naoisis challenge`.
     pub success_rates: BTreeMap<String, SuccessRate>,
 }
 
-/// How often a player succeeded.
+/// The success rate of a player.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuccessRate {
     /// Episodes that were played.
     pub episodes: usize,
-    /// Those of them that were a success.
+    /// Successful episodes.
     pub successes: usize,
-    /// How long a success took on average, s; none where there was none.
+    /// The mean duration of successful episodes, s; `None` if there were none.
     pub mean_time_s: Option<f64>,
 }
 
 impl SuccessRate {
-    /// The share, with its interval. None without episodes.
+    /// The success rate with its confidence interval; `None` without episodes.
     pub fn share(&self) -> Option<Estimate> {
         statistics::share(self.successes, self.episodes)
     }
 }
 
-/// What ends an episode, besides its time and the final whistle.
+/// What ends an episode, besides its time limit and the final whistle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EndConditions {
-    /// A goal for this team is a success, and one for the other a failure.
+    /// A goal for this team is a success, a goal for the other team a failure.
     pub goal_for: Option<Team>,
-    /// At the final whistle it is a success when this team has won.
+    /// The final whistle is a success if this team has won.
     pub win_for: Option<Team>,
-    /// It is a success when the first of the controlled robots sees the ball.
+    /// The episode succeeds when the first controlled robot sees the ball.
     pub ball_seen: bool,
-    /// It is a failure when the ball leaves the pitch.
+    /// The episode fails when the ball leaves the pitch.
     pub ball_out: bool,
 }
 
 impl EndConditions {
-    /// Whether a success is one of this team's robots.
+    /// Whether robots of `team` are rewarded for a success.
     pub(super) fn is_for(&self, team: Team) -> bool {
         self.goal_for.or(self.win_for).is_none_or(|of| of == team)
     }
 
-    /// Whether what happened ends the episode, and if so whether that is a success.
+    /// Whether `events` end the episode: `Some(true)` with success, `Some(false)` with failure.
     pub(super) fn of_events<'a>(&self, events: impl Iterator<Item = &'a MatchEvent>) -> Option<bool> {
         let mut ended = None;
         for event in events {
@@ -101,38 +102,38 @@ impl EndConditions {
     }
 }
 
-/// A range, from the least to the greatest value.
+/// A range: the least and the greatest value.
 type Range = [f32; 2];
 
-/// Where things stand at the start of episodes: drawn from these, and else as the scenario has it.
+/// The areas from which start positions are drawn. Everything else starts as in the scenario.
 #[derive(Clone, PartialEq, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Situation {
-    /// The ball's place, pitch frame.
+    /// The area of the ball, pitch frame.
     pub ball: Option<Area>,
-    /// The robots' places.
+    /// The areas of robots.
     pub robots: BTreeMap<RobotId, StartArea>,
 }
 
-/// Where something may be, pitch frame.
+/// An area on the pitch, pitch frame.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Area {
-    /// Along the pitch, m.
+    /// The range along the pitch, m.
     x_m: Range,
-    /// Across it, m.
+    /// The range across the pitch, m.
     y_m: Range,
 }
 
-/// Where a robot may stand, pitch frame.
+/// The area in which a robot may start, pitch frame.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StartArea {
-    /// Along the pitch, m.
+    /// The range along the pitch, m.
     x_m: Range,
-    /// Across it, m.
+    /// The range across the pitch, m.
     y_m: Range,
-    /// Its heading, deg.
+    /// The range of its heading, deg.
     heading_deg: Range,
 }
 
@@ -146,9 +147,9 @@ impl Situation {
         self.ball.is_none() && self.robots.is_empty()
     }
 
-    /// The scenario with everything where it stands in the episode of its seed.
+    /// The scenario with start positions drawn by its seed.
     pub(super) fn drawn(&self, scenario: Scenario) -> Scenario {
-        /// So often robots that stand in each other are placed anew.
+        /// How often overlapping robots are placed again.
         const MOST_TRIES: usize = 100;
 
         let mut stream = RandomStream::for_match(scenario.seed, "situation");
@@ -174,32 +175,32 @@ impl Situation {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChallengeError {
-    /// There is none of this name.
+    /// No challenge has this name.
     #[error("there is no challenge `{name}`{meant}; expected one of {known}")]
     NoSuch {
         /// The name.
         name: String,
-        /// What was probably meant, in words.
+        /// A suggestion, in words.
         meant: String,
-        /// All that there are.
+        /// All names of challenges.
         known: String,
     },
-    /// It is no JSON of a challenge.
+    /// The text is no valid JSON of a challenge.
     #[error("the challenge `{name}`: {error}")]
     Malformed {
-        /// Its name.
+        /// The name of the challenge.
         name: String,
         /// What is wrong.
         error: serde_json::Error,
     },
-    /// Its scenario is wrong.
+    /// The scenario is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
 }
 
 macro_rules! embedded {
     ($($name:literal)*) => {
-        /// The challenges that come with the program, by name: `assets/challenges`.
+        /// The built-in challenges by name, from `assets/challenges`.
         pub const CHALLENGES: &[(&str, &str)] =
             &[$(($name, include_str!(concat!(env!("NAOISIS_ASSETS"), "/challenges/", $name, ".json")))),*];
     };
@@ -208,10 +209,10 @@ macro_rules! embedded {
 embedded! { "FindBall" "ScoreEmptyGoal" "ScoreAgainstKeeper" "TwoOnTwo" "FirstGoal" "Match3v3" }
 
 impl Challenge {
-    /// The challenge of this name.
+    /// The built-in challenge `name`.
     ///
     /// # Errors
-    /// When there is none.
+    /// When there is none of this name.
     pub fn named(name: &str) -> Result<Self, ChallengeError> {
         let Some((_, text)) = CHALLENGES.iter().find(|(known, _)| *known == name) else {
             let known: Vec<&str> = CHALLENGES.iter().map(|(name, _)| *name).collect();
@@ -221,10 +222,10 @@ impl Challenge {
         serde_json::from_str(text).map_err(|error| ChallengeError::Malformed { name: name.to_owned(), error })
     }
 
-    /// The scenario in which its episodes are played, until its time is over.
+    /// The scenario of the episodes, with the time limit as its duration.
     ///
     /// # Errors
-    /// When it is wrong, which a test rules out for those of the program.
+    /// When the scenario is invalid; a test rules this out for built-in challenges.
     pub fn scenario(&self) -> Result<ScenarioFile, ScenarioError> {
         let mut scenario = self.scenario.clone();
         if let (Some(limit_s), Some(fields)) = (self.limit_s, scenario.as_object_mut()) {

@@ -1,22 +1,22 @@
-//! The numbers of an observation: each with its name and range, and where it goes. The same code that fills arrays tells the
-//! names of their entries.
+//! The entries of an observation: name and range of each number, and the sinks that collect them. The same code fills
+//! arrays and lists the names of their entries.
 
 use core::fmt;
 
-/// A number of an observation.
+/// One number of an observation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ObservationEntry {
-    /// What it belongs to, such as `ball`; empty for what belongs to the robot itself.
+    /// The group, such as `ball`; empty for values of the robot itself.
     pub group: &'static str,
-    /// Which of several such, from 1; 0 where there is one.
+    /// The number within several groups of a name, from 1; 0 if there is one group.
     pub number: u8,
     /// Its name in the group, such as `x`.
     pub name: &'static str,
-    /// Its least value.
+    /// The least value.
     pub low: f32,
-    /// Its greatest value.
+    /// The greatest value.
     pub high: f32,
-    /// What it says, with its unit.
+    /// The meaning, with its unit.
     pub says: &'static str,
 }
 
@@ -30,13 +30,13 @@ impl fmt::Display for ObservationEntry {
     }
 }
 
-/// Where the numbers of an observation go, one after the other.
+/// Receives the numbers of an observation one after the other.
 pub(super) trait Sink {
     /// Takes the next number.
     fn put(&mut self, entry: ObservationEntry, value: f32);
 }
 
-/// Keeps the entries.
+/// Collects the entries.
 #[derive(Default)]
 pub(super) struct Entries(pub Vec<ObservationEntry>);
 
@@ -46,7 +46,7 @@ impl Sink for Entries {
     }
 }
 
-/// Fills an array, each number within its range.
+/// Fills an array; clamps each number to its range.
 pub(super) struct Values<'a> {
     pub array: &'a mut [f32],
     pub filled: usize,
@@ -61,7 +61,7 @@ impl Sink for Values<'_> {
     }
 }
 
-/// A group of numbers that are put into a sink.
+/// Puts the numbers of one group into a sink.
 pub(super) struct Group<'a, S> {
     pub sink: &'a mut S,
     pub group: &'static str,
@@ -73,13 +73,13 @@ impl<'a, S: Sink> Group<'a, S> {
         Self { sink, group, number }
     }
 
-    /// A number within a range.
+    /// Puts a number with its range.
     pub fn put(&mut self, name: &'static str, [low, high]: [f32; 2], says: &'static str, value: f32) -> &mut Self {
         self.sink.put(ObservationEntry { group: self.group, number: self.number, name, low, high, says }, value);
         self
     }
 
-    /// One where something holds, and else zero.
+    /// Puts 1 if `holds`, else 0.
     pub fn flag(&mut self, name: &'static str, says: &'static str, holds: bool) -> &mut Self {
         self.put(name, [0.0, 1.0], says, f32::from(u8::from(holds)))
     }

@@ -1,4 +1,4 @@
-//! One world of an environment: episode after episode.
+//! The episodes of one world of an environment.
 
 use bevy::prelude::*;
 use rand::{Rng, RngExt};
@@ -26,65 +26,65 @@ use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::scenario::{Scenario, ScenarioFault};
 use naoisis_sim::simulation::{Snapshot, start_match};
 
-/// What episodes start from.
+/// The start of episodes.
 pub enum Start {
-    /// One of several scenarios, drawn anew for each episode; their seeds do not matter.
+    /// One of several scenarios, drawn for each episode; their seeds are ignored.
     Scenarios {
-        /// The first of them.
+        /// The first scenario.
         first: Box<Scenario>,
-        /// The others, if any.
+        /// Further scenarios.
         others: Vec<Scenario>,
-        /// Where things stand, drawn anew as well.
+        /// The areas of start positions.
         situation: Situation,
     },
-    /// A moment of a match, with other chance to come each time.
+    /// A moment of a match; each episode continues from it with other random numbers.
     Moment(Snapshot),
 }
 
-/// Why an episode cannot begin.
+/// Why an episode cannot start.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StartError {
     /// Its match cannot be started.
     #[error(transparent)]
     Scenario(#[from] ScenarioFault),
-    /// Its moment is none that the simulator can go on from.
+    /// The simulator cannot continue from its moment.
     #[error("{0}")]
     Moment(String),
-    /// It is another match than the environment was made for.
-    #[error("an episode cannot begin so: {0}")]
+    /// Its match differs from the one that the environment was made for.
+    #[error("an episode cannot start: {0}")]
     Different(String),
 }
 
-/// What all worlds of an environment have in common.
+/// The settings that all worlds of an environment share.
 #[derive(Clone)]
 pub struct EnvironmentSettings {
-    /// What episodes start from, unless a world was told otherwise.
+    /// The start of episodes, unless a world has one of its own.
     pub start: Arc<Start>,
-    /// The robots that are controlled, at least one, in the order of their ids.
+    /// The controlled robots, at least one, sorted by id.
     pub control: Vec<RobotId>,
     /// What ends episodes.
     pub end: EndConditions,
-    /// What agents observe.
+    /// The kind of observations.
     pub observation: ObservationKind,
-    /// The camera whose images they observe, too, if any.
+    /// The camera whose images are observed, if any.
     pub camera: Option<CameraName>,
-    /// What agents do.
+    /// The kind of actions.
     pub action: ActionKind,
-    /// Cycles that an action lasts, at least 1.
+    /// The number of cycles for which an action is held, at least 1.
     pub cycles_per_step: u32,
-    /// What they are rewarded for.
+    /// The weights of the reward.
     pub reward: RewardWeights,
 }
 
-/// How an episode goes on after a step.
+/// The state of an episode after a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct EpisodeProgress {
-    /// It is over, and what comes after it is worth nothing.
+    /// Whether the task has ended; no reward can follow.
     pub terminated: bool,
-    /// Its time is over.
+    /// Whether the time limit has ended it.
     pub truncated: bool,
-    /// It ended as the task wants it.
+    /// Whether the task succeeded.
     pub is_success: bool,
 }
 
@@ -95,27 +95,27 @@ impl EpisodeProgress {
     }
 }
 
-/// One world, in which one episode after the other is played.
+/// One world, in which episodes are played one after the other.
 pub struct Episode {
-    /// The match under way.
+    /// The current match.
     pub world: World,
-    /// What its episodes start from, if not what those of all worlds do.
+    /// The start of its episodes, if it differs from that of the settings.
     pub start: Option<Arc<Start>>,
     seeds: RandomStream,
     memories: Vec<Memory>,
     standings: Vec<Standing>,
-    /// How the last step left the episode.
+    /// The state after the last step.
     pub progress: EpisodeProgress,
 }
 
 impl Episode {
-    /// An episode that has not begun, in a simulator without a match.
+    /// Creates a world without an episode, from a simulator without a match.
     pub fn new(world: World, seed: u64) -> Self {
         let (memories, standings, progress) = (Vec::new(), Vec::new(), EpisodeProgress::default());
         Self { world, start: None, seeds: seeds(seed), memories, standings, progress }
     }
 
-    /// Begins with the episodes of this seed.
+    /// Restarts the sequence of episodes with `seed`.
     pub fn seed(&mut self, seed: u64) {
         self.seeds = seeds(seed);
     }
@@ -154,7 +154,8 @@ impl Episode {
         Ok(())
     }
 
-    /// Plays a step with the actions of all agents, one after the other, and fills in what each is rewarded with.
+    /// Plays a step with `actions`, those of all agents one after the other, and writes the reward of each agent to
+    /// `rewards`.
     pub fn step(&mut self, settings: &EnvironmentSettings, actions: &[f32], rewards: &mut [f32]) {
         let world = &mut self.world;
         let length = settings.action.len();
@@ -192,7 +193,7 @@ impl Episode {
         perceive(world);
     }
 
-    /// Fills in what each agent observes now: numbers, and images where they observe some.
+    /// Writes the current observations of all agents: numbers, and images if a camera is observed.
     pub fn observe(&mut self, settings: &EnvironmentSettings, observations: &mut [f32], images: &mut [u8]) {
         let agents = settings.control.len().max(1);
         let (length, bytes) = (observations.len() / agents, images.len() / agents);
@@ -216,21 +217,21 @@ impl Episode {
     }
 }
 
-/// One of several scenarios, by chance. Of a single one, chance decides nothing.
+/// One of the scenarios, drawn by `seed`. A single scenario uses no random number.
 fn one_of<'a>(first: &'a Scenario, others: &'a [Scenario], seed: u64) -> &'a Scenario {
     let index = RandomStream::for_match(seed, "scenario").random_range(0..=others.len());
     index.checked_sub(1).and_then(|index| others.get(index)).unwrap_or(first)
 }
 
-/// A robot's way by its own steps.
+/// The pose of a robot by its own odometry.
 fn odometry(world: &World, robot: Entity) -> Pose {
     world.get::<Odometry>(robot).map(|odometry| odometry.0).unwrap_or_default()
 }
 
-/// What a robot that believes something tells its team-mates, as those of the built-in teams do: where it is, and where it has
-/// seen the ball of late. Nothing where a league counts messages.
+/// The message that a robot with a belief sends its team-mates, as those of the built-in teams do: its pose, and where
+/// it saw the ball recently. `None` in leagues with a limited number of messages.
 fn words(world: &World, id: RobotId) -> Option<TeamMessage> {
-    /// A ball seen within this time is worth telling of, s.
+    /// The greatest age of a ball position that is sent, s.
     const FRESH_BALL_S: f32 = 0.5;
     let robot = world.get_entity(world.resource::<Roster>().get(id)?).ok()?;
     let belief = robot.get::<Belief>()?;

@@ -1,4 +1,4 @@
-//! Where the head of an agent looks that only says how it walks and kicks.
+//! Directions of the head for actions that command only walks and kicks.
 
 use bevy::prelude::*;
 
@@ -7,29 +7,29 @@ use naoisis_core::robot::head::HeadCommand;
 use naoisis_sensing::belief::Belief;
 use naoisis_sim::teams::Head;
 
-/// So often there is time to look for landmarks, and so long, s.
+/// The time between two looks at landmarks, s.
 const EVERY_S: f32 = 2.0;
-/// See [`EVERY_S`].
+/// The duration of a look at landmarks, s.
 const FOR_S: f32 = 0.5;
-/// A pose that something seen confirmed within this time needs no landmarks, s.
+/// A pose that landmarks confirmed within this time needs no others, s.
 const FRESH_POSE_S: f32 = 1.0;
 
-/// At the ball, m, robot frame, and all around where none is seen. The time is in s.
+/// Looks at the ball, or around if `ball` is `None`. `ball` is in the robot frame, m; `now_s` in s.
 pub fn at_what_is_seen(head: &Head, ball: Option<Vec2>, now_s: f32) -> HeadCommand {
     ball.map_or_else(|| head.search(now_s), |ball| head.look_at(ball))
 }
 
-/// At the ball where it is believed to be, all around where nothing is known of it, and now and then at a goal post, when nothing seen
-/// has told the robot of late where it is.
+/// Looks at the believed ball, or around if it is unknown. If landmarks have not confirmed the pose recently, looks at
+/// a goal post now and then.
 pub fn at_what_is_believed(head: &Head, belief: &Belief, pitch: &Pitch, now_s: f32) -> HeadCommand {
     let is_time = now_s.rem_euclid(EVERY_S) < FOR_S;
     let post = (is_time && belief.pose_age_s > FRESH_POSE_S).then(|| post_ahead(head, belief, pitch)).flatten();
     post.map_or_else(|| at_what_is_seen(head, belief.ball_in_robot(), now_s), |post| head.look_at(post))
 }
 
-/// The goal post for which the head turns least, m, robot frame, if it turns so far.
+/// The goal post that needs the smallest turn of the head, robot frame, m; `None` if none is in reach.
 fn post_ahead(head: &Head, belief: &Belief, pitch: &Pitch) -> Option<Vec2> {
-    /// Nearer, its foot is hard to see, m.
+    /// The least distance at which the foot of a post is easily seen, m.
     const NEAR_M: f32 = 0.5;
     let (x, y) = (pitch.goal_post_x(), pitch.goal.width_m / 2.0);
     let posts = [Vec2::new(x, y), Vec2::new(x, -y), Vec2::new(-x, y), Vec2::new(-x, -y)];

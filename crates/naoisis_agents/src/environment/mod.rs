@@ -1,8 +1,8 @@
-//! Matches as environments for learning: agents that observe arrays, act by arrays, and are rewarded.
+//! Matches as environments for reinforcement learning: agents with arrays of observations and actions, and rewards.
 //!
-//! What agents [observe](observation), [do](action) and are [rewarded](reward) for is made of lists with names, which also fill the
-//! arrays; named tasks are [challenges](challenge), and [`attempts`] measures how often they succeed; many worlds are stepped together by [`Environments`]. The Python package
-//! wraps these.
+//! [Observations](observation), [actions](action) and [rewards](reward) are defined by lists of named entries, which
+//! also fill the arrays. Named tasks are [challenges](challenge), and [`attempts`] measures success rates.
+//! [`Environments`] steps many worlds together. The Python package wraps these types.
 
 pub mod action;
 pub mod attempts;

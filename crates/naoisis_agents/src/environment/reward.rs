@@ -1,4 +1,4 @@
-//! What agents are rewarded for: named parts, each with a weight.
+//! Rewards of agents: named terms, each with a weight.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -10,50 +10,50 @@ use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};
 
-/// The parts of a reward, and how much each counts: what is not given, nothing.
+/// The weights of the terms of a reward. A term that is not given has the weight 0.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RewardWeights {
-    /// For each goal of the team 1, for each of the opponents -1.
+    /// 1 for each goal of the team, -1 for each goal of the opponents.
     pub score: f32,
-    /// For the end of a task that is a success, where it is the task of the agent's team.
+    /// 1 for the successful end of a task of the agent's team.
     pub success: f32,
-    /// For each metre that the ball comes nearer to the opponents' goal.
+    /// 1 for each metre that the ball comes nearer to the opponents' goal.
     pub ball_to_goal: f32,
-    /// For each metre that the agent comes nearer to the ball.
+    /// 1 for each metre that the agent comes nearer to the ball.
     pub to_ball: f32,
-    /// For each second.
+    /// 1 for each second.
     pub time: f32,
 }
 
 impl RewardWeights {
-    /// The score alone.
+    /// Only the score.
     pub const SCORE: RewardWeights =
         RewardWeights { score: 1.0, success: 0.0, ball_to_goal: 0.0, to_ball: 0.0, time: 0.0 };
 }
 
-/// The names of the parts, and what they are, in words.
+/// The names of the terms, with descriptions.
 pub const REWARDS: [(&str, &str); 5] = [
-    ("score", "for each goal of the team 1, for each of the opponents -1"),
-    ("success", "1 for the team whose task it is when it ends with success"),
-    ("ball_to_goal", "for each metre that the ball comes nearer to the opponents' goal"),
-    ("to_ball", "for each metre that the agent comes nearer to the ball"),
-    ("time", "for each second; a negative weight makes agents hurry"),
+    ("score", "1 for each goal of the team, -1 for each goal of the opponents"),
+    ("success", "1 for the successful end of a task of the agent's team"),
+    ("ball_to_goal", "1 for each metre that the ball comes nearer to the opponents' goal"),
+    ("to_ball", "1 for each metre that the agent comes nearer to the ball"),
+    ("time", "1 for each second; a negative weight makes agents hurry"),
 ];
 
-/// What rewards are reckoned from.
+/// The values from which rewards are computed.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Standing {
-    /// Goals of the team less those of the opponents.
+    /// Goals of the team minus goals of the opponents.
     lead: f32,
-    /// From the ball to the opponents' goal, m.
+    /// The distance from the ball to the opponents' goal, m.
     ball_to_goal_m: Option<f32>,
-    /// From the agent to the ball, m.
+    /// The distance from the agent to the ball, m.
     to_ball_m: Option<f32>,
 }
 
 impl Standing {
-    /// How an agent stands now.
+    /// The current values of an agent.
     pub fn of(world: &World, id: RobotId) -> Self {
         let game = world.resource::<Game>();
         let lead = game.score[id.team] as f32 - game.score[id.team.opponent()] as f32;
@@ -67,9 +67,9 @@ impl Standing {
         }
     }
 
-    /// The reward for what came of a time, s, since the agent stood so.
+    /// The reward for a change from `self` to `now` that took `period_s`.
     pub fn reward(&self, now: &Self, period_s: f32, is_success: bool, weights: &RewardWeights) -> f32 {
-        /// Nothing moves faster, m/s: what is farther away was put there by the referee.
+        /// The greatest speed of ball and robots, m/s. A larger change means that the referee moved them.
         const FASTEST_MPS: f32 = 5.0;
 
         let nearer = |before: Option<f32>, after: Option<f32>| match (before, after) {
@@ -84,7 +84,7 @@ impl Standing {
     }
 }
 
-/// The middle of a team's goal, pitch frame, m.
+/// The centre of the goal of `team`, pitch frame, m.
 fn goal_of(world: &World, team: Team) -> Vec2 {
     let end = world.resource::<Game>().own_end(team);
     Vec2::new(end.sign() * world.resource::<Pitch>().half_length(), 0.0)

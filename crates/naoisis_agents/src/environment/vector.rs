@@ -1,4 +1,4 @@
-//! Many worlds in step, on several threads.
+//! Many worlds that are stepped together, on several threads.
 
 use bevy::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -13,76 +13,76 @@ use crate::agents::remote_robots;
 use naoisis_sensing::sensing::camera::CameraRendering;
 use naoisis_sim::scenario::Scenario;
 
-/// What becomes of a world whose episode is over.
+/// When a world starts the next episode after the end of one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum AutoReset {
-    /// Its next step begins the next episode, and does nothing else.
+    /// In its next step, which does nothing else.
     #[default]
     NextStep,
-    /// The next episode begins in the step that ends this one.
+    /// In the step that ends the episode.
     SameStep,
-    /// It waits to be reset.
+    /// Only when it is reset.
     Disabled,
 }
 
-/// What a step fills in: a row for each agent of each world, world by world.
+/// The arrays that a step fills: one row for each agent of each world, world by world.
 #[derive(Debug)]
 pub struct Arrays<'a> {
-    /// What agents observe.
+    /// The observations.
     pub observations: &'a mut [f32],
-    /// Their images, row by row of pixels; empty where they observe none.
+    /// The images, row by row of pixels; empty if no camera is observed.
     pub images: &'a mut [u8],
-    /// What they are rewarded with.
+    /// The rewards.
     pub rewards: &'a mut [f32],
-    /// Whether the episode is over.
+    /// Whether the task has ended.
     pub terminations: &'a mut [bool],
-    /// Whether its time is.
+    /// Whether the time limit has ended the episode.
     pub truncations: &'a mut [bool],
-    /// Whether it ended with success.
+    /// Whether the task succeeded.
     pub successes: &'a mut [bool],
-    /// The last observations of episodes that are over, where the next one begins in the same step; else empty.
+    /// The last observations of finished episodes if the next one starts in the same step; else empty.
     pub final_observations: &'a mut [f32],
-    /// The images of the same.
+    /// The last images of finished episodes, as `final_observations`.
     pub final_images: &'a mut [u8],
 }
 
-/// Why worlds cannot go on.
+/// Why worlds cannot be stepped or reset.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentError {
-    /// An episode cannot begin.
+    /// An episode cannot start.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// A row is no action.
+    /// A row is no valid action.
     #[error("row {row}: {error}")]
     Action {
-        /// Which row, from 0.
+        /// The row, from 0.
         row: usize,
         /// What is wrong with it.
         error: NotAnAction,
     },
-    /// An episode is over.
+    /// The episode of a world is over.
     #[error("the episode of world {world} is over, or has not begun; expected a reset before the next step")]
     Over {
-        /// Which world, from 0.
+        /// The world, from 0.
         world: usize,
     },
-    /// Something panicked; the world begins anew with its next reset.
-    #[error("world {world} was broken off: {message}; the others went on")]
+    /// A world panicked; its next reset creates it again.
+    #[error("world {world} panicked: {message}; the other worlds were stepped")]
     Panicked {
-        /// Which world, from 0.
+        /// The world, from 0.
         world: usize,
-        /// What the panic said.
+        /// The message of the panic.
         message: String,
     },
 }
 
-/// Worlds that are stepped together. What comes out does not depend on the number of threads.
+/// Worlds that are stepped together. Results do not depend on the number of threads.
 pub struct Environments {
     settings: EnvironmentSettings,
     simulator: fn() -> World,
     episodes: Vec<Episode>,
-    /// Whether a world may be stepped.
+    /// Whether each world may be stepped.
     has_begun: Vec<bool>,
     auto_reset: AutoReset,
     threads: usize,
@@ -91,7 +91,7 @@ pub struct Environments {
     image_bytes: usize,
 }
 
-/// A world's part of the arrays.
+/// One world with its part of the arrays.
 struct Part<'a> {
     index: usize,
     episode: &'a mut Episode,
@@ -101,7 +101,7 @@ struct Part<'a> {
 }
 
 impl Environments {
-    /// So many worlds. The episodes of each have a seed of their own, that of the first being `seed`.
+    /// Creates `worlds` worlds. Each has episodes with seeds of its own; those of the first start with `seed`.
     ///
     /// # Errors
     /// When the match cannot be started.
@@ -124,7 +124,7 @@ impl Environments {
         Ok(Self { settings, simulator, episodes, has_begun, auto_reset, threads, entries, state_entries, image_bytes })
     }
 
-    /// What all worlds have in common.
+    /// The settings that all worlds share.
     pub fn settings(&self) -> &EnvironmentSettings {
         &self.settings
     }
@@ -134,44 +134,44 @@ impl Environments {
         self.episodes.len()
     }
 
-    /// Rows of the arrays: one for each agent of each world.
+    /// The number of rows of the arrays: one for each agent of each world.
     pub fn rows(&self) -> usize {
         self.episodes.len() * self.settings.control.len()
     }
 
-    /// The numbers that an agent observes.
+    /// The entries of an observation.
     pub fn entries(&self) -> &[ObservationEntry] {
         &self.entries
     }
 
-    /// The numbers of the state of a world.
+    /// The entries of the state of a world.
     pub fn state_entries(&self) -> &[ObservationEntry] {
         &self.state_entries
     }
 
-    /// Bytes of an image.
+    /// The number of bytes of an image.
     pub fn image_bytes(&self) -> usize {
         self.image_bytes
     }
 
-    /// A world.
+    /// The world with this index.
     pub fn world_mut(&mut self, index: usize) -> Option<&mut World> {
         self.episodes.get_mut(index).map(|episode| &mut episode.world)
     }
 
-    /// What is true in each world, world by world.
+    /// Fills `array` with the true state of each world, world by world.
     pub fn state(&self, array: &mut [f32]) {
         for (episode, part) in self.episodes.iter().zip(array.chunks_mut(self.state_entries.len().max(1))) {
             state(part, &episode.world);
         }
     }
 
-    /// Begins an episode in the worlds of the mask, or in all; with the seeds from `seed` on, one a world, or else the next
-    /// of those that the worlds have. What their episodes start from is `start`, until their next reset, or else what the
-    /// settings say. Fills in the observations of those worlds.
+    /// Starts an episode in the worlds of the mask, or in all, and fills in their observations. With `seed`, the worlds
+    /// get consecutive seeds from it; else each continues its own sequence. Their episodes start from `start` until
+    /// their next reset; without it, from the start of the settings.
     ///
     /// # Errors
-    /// When a match cannot be started, or is another one than the environment was made for.
+    /// When a match cannot be started, or differs from the one that the environment was made for.
     pub fn reset(
         &mut self,
         seed: Option<u64>,
@@ -205,7 +205,8 @@ impl Environments {
     /// Plays a step of all worlds with the actions of all agents, row by row.
     ///
     /// # Errors
-    /// When an action is none, or an episode is over: then nothing has happened. When a world panics: the others went on.
+    /// When an action is invalid or an episode is over; then nothing has happened. When a world panics; then the others
+    /// have been stepped.
     pub fn step(&mut self, actions: &[f32], arrays: Arrays) -> Result<(), EnvironmentError> {
         let settings = &self.settings;
         let (length, agents) = (settings.action.len(), settings.control.len());
@@ -225,14 +226,14 @@ impl Environments {
     }
 }
 
-/// Bytes of an image that the robots of a match see.
+/// The number of bytes of an image of the robots of a match.
 fn image_bytes(world: &World) -> usize {
     let cameras = world.get_resource::<Scenario>().map(|scenario| scenario.cameras);
     let cameras = cameras.filter(|cameras| !matches!(cameras.render, CameraRendering::Auto | CameraRendering::Off));
     cameras.map_or(0, |cameras| 3 * (cameras.width * cameras.height) as usize)
 }
 
-/// That a match has the agents that the environment was made for, and that they observe the same numbers.
+/// Checks that a match has the agents that the environment was made for, and the same observations.
 fn check_same(
     settings: &EnvironmentSettings,
     world: &World,
@@ -281,7 +282,7 @@ fn step(settings: &EnvironmentSettings, auto_reset: AutoReset, part: &mut Part) 
     Ok(())
 }
 
-/// Does something with a world, and gives it a new one where that panics.
+/// Calls a function with a world, and replaces the world if the function panics.
 fn guarded(
     mut part: Part,
     simulator: fn() -> World,
@@ -347,7 +348,7 @@ fn parts<'a>(
         .collect()
 }
 
-/// Does something with each part, on so many threads. The error of the first that has one.
+/// Calls a function with each part, on several threads. Returns the error of the first part that has one.
 fn each<'a>(
     threads: usize,
     mut parts: Vec<Part<'a>>,
@@ -375,7 +376,7 @@ fn each<'a>(
     })
 }
 
-/// Does something with each part, and goes on where one fails.
+/// Calls a function with each part, and continues after errors.
 fn all<'a>(
     parts: Vec<Part<'a>>,
     act: &impl Fn(Part<'a>) -> Result<(), EnvironmentError>,

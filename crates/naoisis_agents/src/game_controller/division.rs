@@ -1,9 +1,10 @@
-//! The divisions of the Humanoid Soccer League, which version 19 of the protocol tells robots: they know from it on which pitch they
-//! play.
+//! The divisions of the Humanoid Soccer League. Version 19 of the protocol sends the division, so that robots know the
+//! size of their pitch.
 
 use naoisis_core::pitch::Pitch;
 
-/// The longest pitches of the small and of the middle division, m: halfway from one league's pitch to the next, of 9, 14 and 22 m.
+/// The longest pitches of the small and of the middle division, m: halfway between the pitches of the leagues, which
+/// are 9, 14 and 22 m long.
 const LONGEST_SMALL_M: f32 = 11.5;
 const LONGEST_MIDDLE_M: f32 = 18.0;
 
@@ -20,7 +21,7 @@ pub enum Division {
 }
 
 impl Division {
-    /// The division that plays on such a pitch, by its length.
+    /// The division that plays on `pitch`, by its length.
     pub fn on(pitch: &Pitch) -> Self {
         match pitch.length_m {
             length_m if length_m <= LONGEST_SMALL_M => Division::Small,

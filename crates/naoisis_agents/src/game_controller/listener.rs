@@ -1,10 +1,10 @@
-//! The other way round: a real GameController's packets decide about the match. Whoever operates it whistles, penalises and
-//! restarts, and the match obeys.
+//! A real GameController that decides about the match: its operator whistles, penalises and restarts, and the match
+//! follows its packets.
 //!
-//! The listener asks the GameController for the truth, as a monitor does, and goes by what it tells robots only as long as no
-//! truth comes: that may be late, and without whose a free kick is. What robots with behaviours of their own believe is reported to
-//! it, as programs report for themselves; where they are, monitors are told that
-//! ask the match, by a listener that is to tell them.
+//! The listener asks the GameController for the true state of the game, as a monitor does. It uses the control packets
+//! for robots only while no true state arrives, because they may be delayed and do not say which team takes a free
+//! kick. For robots with behaviours of their own the match sends status reports, as programs do for themselves. If the
+//! listener is set up for it, monitors that ask the match receive the true positions.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -28,36 +28,37 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::status::BodyStatus;
 
-/// The truth is asked for again when it has not come for so long, s.
+/// After how long without a true state it is asked for again, s.
 const TRUTH_IS_OLD_S: f64 = 2.0;
-/// So many packets are taken in a cycle: who sends more waits.
+/// The most packets that are read in a cycle. Further ones wait.
 const MOST_PACKETS: usize = 64;
 
-/// Between two reports of a robot, s.
+/// The time between two reports of a robot, s.
 const REPORT_PERIOD_S: f32 = 1.0;
 
-/// Whoever wants to know what is heard, in a sentence.
+/// A function that receives messages about what is heard.
 pub type HeardNotes = Box<dyn Fn(&str) + Send + Sync>;
 
-/// Hears a GameController.
+/// Receives the packets of a GameController.
 #[derive(Resource)]
 pub struct Listener {
     socket: UdpSocket,
-    /// Where it listens.
+    /// The address at which it listens.
     address: IpAddr,
     port_offset: u16,
-    /// The teams' numbers; none until they are heard.
+    /// The numbers of the teams; `None` until they are known.
     team_numbers: Option<PerTeam<u8>>,
-    /// When the truth was heard last, s since the start.
+    /// When the true state was received last, s since the start.
     truth_at_s: Option<f64>,
-    /// Where it was heard from last, and in which version.
+    /// The address and version of the GameController that was heard last.
     controller: Option<(IpAddr, ProtocolVersion)>,
-    /// The teams of another match that were heard last.
+    /// The numbers of teams of another match that were heard last.
     strangers: Option<[u8; 2]>,
     reporter: Reporter,
-    /// Whether monitors that ask are told the truth.
+    /// Whether monitors that ask receive the truth.
     tells_monitors: bool,
-    /// What they are told, from when a GameController is heard: then it has the ports that it needs. None if there is no port.
+    /// The sockets for monitors, opened when a GameController is heard, which then has the ports that it needs.
+    /// `Some(None)` if no port is free.
     truth: Option<Option<Truth>>,
     notes: Option<HeardNotes>,
 }
@@ -69,11 +70,12 @@ impl fmt::Debug for Listener {
 }
 
 impl Listener {
-    /// Listens at an address of this machine: to this machine, or, by whichever of its addresses, to all that reach it, as a
-    /// network's broadcasts do not come to one of them. Without numbers the team that is on the left in the first packet is blue.
+    /// Listens at an address of this machine. The loopback address receives from this machine only; any other address
+    /// listens on all interfaces, because broadcasts of a network do not arrive at a single one. Without `team_numbers`
+    /// the team on the left in the first packet is blue.
     ///
     /// # Errors
-    /// When that cannot be done, such as where somebody else does.
+    /// When the system refuses, for example because another program listens there.
     pub fn open(address: IpAddr, port_offset: u16, team_numbers: Option<PerTeam<u8>>) -> Result<Self, NetworkError> {
         let address = match address {
             address if address.is_loopback() => address,
@@ -95,20 +97,20 @@ impl Listener {
         })
     }
 
-    /// The listener, which tells of the teams that it hears.
+    /// Returns the listener with a function that receives messages about the teams that are heard.
     #[must_use]
     pub fn with_notes(self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
         Self { notes: Some(Box::new(notes)), ..self }
     }
 
-    /// The listener, which tells monitors that ask where robots and the ball are. So is a program that plays told, if it asks:
-    /// without this nobody can.
+    /// Returns the listener with the true positions of robots and ball available to monitors. Any program that asks
+    /// receives them, programs that play included; without this call no program can.
     #[must_use]
     pub fn with_truth_for_monitors(self) -> Self {
         Self { tells_monitors: true, ..self }
     }
 
-    /// What was said last since the last time, if anything was.
+    /// The newest directions of the GameController since the last call, if there are any.
     fn heard(&mut self, time_s: f64, robots: &[RobotId]) -> Option<OutsideReferee> {
         let mut said = None;
         let mut bytes = [0; 256];
@@ -131,7 +133,7 @@ impl Listener {
         said
     }
 
-    /// The teams' numbers, if the packet is of this match. That others are heard is told once.
+    /// The numbers of the teams, if the packet is of this match. Packets of another match are reported once.
     fn numbers(&mut self, packet: &ControlPacket) -> Option<PerTeam<u8>> {
         let there = numbers_in(packet);
         let note = |text: &str| self.notes.iter().for_each(|note| note(text));
@@ -157,7 +159,8 @@ impl Listener {
         None
     }
 
-    /// What monitors are told, if they are and a GameController is heard. Where they ask for it is told once.
+    /// The sockets for monitors, if they are enabled and a GameController is heard. Reports once at which address
+    /// monitors ask.
     fn truth(&mut self) -> Option<&mut Truth> {
         self.controller.filter(|_| self.tells_monitors)?;
         let open = || {
@@ -186,7 +189,7 @@ pub(super) fn listen(
     }
 }
 
-/// Reports what robots with behaviours of their own believe.
+/// Sends the reports of robots with behaviours of their own.
 pub(super) fn report(
     clock: Res<CycleClock>,
     mut listener: ResMut<Listener>,
@@ -202,7 +205,7 @@ pub(super) fn report(
     }
 }
 
-/// Tells monitors how the match is, and where its robots and the ball are.
+/// Sends monitors the state of the game and the true positions.
 pub(super) fn tell_the_truth(
     told: ToldMatch,
     mut listener: ResMut<Listener>,
@@ -231,7 +234,7 @@ fn numbers_in(packet: &ControlPacket) -> PerTeam<u8> {
     PerTeam { blue: left.number, pink: right.number }
 }
 
-/// What a packet says of the match of these robots; nothing if it is of other teams.
+/// The directions in a packet for a match of `robots`; `None` if it is of other teams.
 fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) -> Option<OutsideReferee> {
     let place = |team: Team| packet.teams.iter().position(|there| there.number == numbers[team]);
     let places = PerTeam { blue: place(Team::Blue)?, pink: place(Team::Pink)? };
@@ -254,7 +257,8 @@ fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) 
     })
 }
 
-/// A GameController calls the end of each half finished; a match is that only after the last.
+/// The state of the game in a packet. A GameController calls the end of each half finished; a match is finished only
+/// after the last.
 fn state(packet: &ControlPacket) -> GameState {
     match packet.state {
         GameState::Finished if packet.is_first_half => GameState::Initial,

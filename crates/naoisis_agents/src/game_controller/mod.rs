@@ -1,17 +1,19 @@
-//! The league's GameController: a match tells robots of the game in the protocol that they know from real ones, over UDP, in
+//! The protocol of the league's GameController: robots receive the state of the game as from a real one, over UDP, in
 //! simulated time.
 //!
-//! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice a simulated second and at each
-//! change of more than a clock, and takes the robots' [reports](report), which are on the robots as
-//! [`StatusReport`](naoisis_core::communication::StatusReport), in traces, and in the window. Where the
-//! [settings](NetworkSettings::tells_monitors) say so, monitors that ask are told the truth: at once, and whose a free kick is.
+//! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice per simulated second
+//! and at each change (of more than a clock), and receives the [reports](report) of robots. These are on the robots as
+//! [`StatusReport`](naoisis_core::communication::StatusReport), in traces, and in the window. With
+//! [`tells_monitors`](NetworkSettings::tells_monitors), monitors that ask receive the true state without delay, and
+//! which team takes a free kick.
 //!
-//! With a [`Listener`] ([`listen_to`]) it is the other way round: a real GameController is heard, and whoever operates it decides
-//! about the match. Monitors that ask the match are then told where its robots and the ball are, if the
-//! [listener](Listener::with_truth_for_monitors) is to tell them. Whoever asks is told, programs that play
-//! included: unasked for, no truth leaves a match.
-//! With [`TeamMessages`] ([`carry`]) programs talk to their team-mates as on a field, too. A match with none of these opens no
-//! socket, and runs no system of this module.
+//! A [`Listener`] ([`listen_to`]) does the reverse: the match follows a real GameController, whose operator decides.
+//! Monitors that ask the match then receive the true positions of robots and ball, if the
+//! [listener](Listener::with_truth_for_monitors) is set up for it. Any program that asks receives them, programs that
+//! play included; without that setting no truth leaves a match.
+//!
+//! [`TeamMessages`] ([`carry`]) lets programs send messages to their team-mates over UDP, as on a field. A match with
+//! none of these opens no socket, and runs no system of this module.
 
 use bevy::prelude::*;
 
@@ -46,25 +48,25 @@ use naoisis_core::game::{OutsideReferee, ShootOut};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{PerTeam, RobotId, Team};
 
-/// How a match is told of.
+/// The settings of a simulated GameController.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct GameControllerSettings {
-    /// In which version of the protocol.
+    /// The version of the protocol.
     pub version: ProtocolVersion,
-    /// Where to, and at which ports.
+    /// Addresses and ports.
     pub network: NetworkSettings,
-    /// The teams' numbers in the league.
+    /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,
 }
 
-/// Tells robots of the match.
+/// A simulated GameController, which sends the state of the match to robots.
 #[derive(Resource, Debug)]
 pub struct GameController {
     settings: GameControllerSettings,
     network: Network,
-    /// What the robots are told, and what monitors are.
+    /// The packets for robots, and those for monitors.
     packets: [PacketSeries; 2],
-    /// The shoot-out after the last cycle, and its shots that have scored.
+    /// The shoot-out after the last cycle, with its scored shots.
     shoot_out: Option<ShootOut>,
     shots_scored: PerTeam<u16>,
 }
@@ -73,7 +75,7 @@ impl GameController {
     /// Opens the sockets.
     ///
     /// # Errors
-    /// When one cannot be opened, such as where another GameController is.
+    /// When one cannot be opened, for example because another GameController uses the port.
     pub fn open(settings: GameControllerSettings) -> Result<Self, NetworkError> {
         Ok(Self {
             settings,
@@ -84,7 +86,7 @@ impl GameController {
         })
     }
 
-    /// Tells robots and monitors how the match is, if it is time or something has changed.
+    /// Sends the state of the match to robots and monitors if `is_time` or something has changed.
     fn tell(&mut self, told: &ToldMatch, is_time: bool) {
         portrait::note_shots(&mut self.shots_scored, self.shoot_out.as_ref(), told.game.shoot_out.as_ref());
         self.shoot_out = told.game.shoot_out;
@@ -94,7 +96,7 @@ impl GameController {
         }
     }
 
-    /// Sends a packet, if it is time or it says something new.
+    /// Sends a packet if `is_time` or something has changed.
     fn send(&mut self, told: &ToldMatch, for_monitors: bool, is_time: bool) {
         let GameControllerSettings { version, team_numbers, .. } = self.settings;
         let packet = told.packet(version, for_monitors, team_numbers, self.shots_scored);
@@ -104,7 +106,7 @@ impl GameController {
     }
 }
 
-/// Lets a GameController tell of the match in `world` from now on, its beginning first.
+/// Starts sending the state of the match in `world`, from its current state on.
 pub fn start(world: &mut World, controller: GameController) {
     if !world.contains_resource::<GameController>() {
         world.get_resource_or_init::<Schedules>().add_systems(
@@ -121,7 +123,7 @@ pub fn start(world: &mut World, controller: GameController) {
     let _ = world.run_system_cached(tell);
 }
 
-/// Lets the GameController that is heard decide about the match in `world`, from now on. Until it says something, robots stand.
+/// Makes the match in `world` follow a real GameController from now on. Robots stand until its first packet arrives.
 pub fn listen_to(world: &mut World, listener: Listener) {
     if !world.contains_resource::<Listener>() {
         world.get_resource_or_init::<Schedules>().add_systems(
@@ -136,7 +138,7 @@ pub fn listen_to(world: &mut World, listener: Listener) {
     world.insert_resource(OutsideReferee { half: 1, ..default() });
 }
 
-/// Carries what teams in `world` say, from now on.
+/// Carries team messages over UDP in `world` from now on.
 pub fn carry(world: &mut World, messages: TeamMessages) {
     if !world.contains_resource::<TeamMessages>() {
         world.get_resource_or_init::<Schedules>().add_systems(
@@ -150,7 +152,7 @@ pub fn carry(world: &mut World, messages: TeamMessages) {
     world.insert_resource(messages);
 }
 
-/// What has changed since the last cycle: a match begins at the beginning of one.
+/// Sends changes since the last cycle: a match begins at the start of a cycle.
 fn tell_changes(told: ToldMatch, mut controller: ResMut<GameController>) {
     controller.tell(&told, false);
 }
@@ -171,7 +173,7 @@ fn take_reports(
     }
 }
 
-/// How the match is after the cycle.
+/// Sends the state after the cycle.
 fn tell(told: ToldMatch, mut controller: ResMut<GameController>) {
     let is_time = told.is_time();
     controller.tell(&told, is_time);

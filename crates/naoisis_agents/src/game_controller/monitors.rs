@@ -1,6 +1,8 @@
-//! Monitors: who is told the truth. They ask for it at a port of the match, and are told at ports of their own.
+//! Monitors: programs that receive the true state. They request it at a port of the match, and receive it at ports of
+//! their own.
 //!
-//! Whoever reaches the port can ask, a program that plays as well: it is open only in a match that is to tell monitors the truth.
+//! Any program that reaches the port can request it, also one that plays. The port is open only if the settings allow
+//! monitors.
 
 use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
@@ -8,31 +10,31 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use super::packet::ControlPacket;
 use super::sockets::{CONTROL_PORT, FORWARD_PORT, NetworkError, REQUEST, bind, place, robot_at};
 
-/// So many requests are taken in a cycle: who sends more waits.
+/// The most requests that are read in a cycle. Further ones wait.
 const MOST_REQUESTS: usize = 256;
-/// So many monitors are told.
+/// The most monitors that receive packets.
 const MOST_MONITORS: usize = 16;
 
-/// Who has asked for the truth.
+/// The hosts that have requested the true state.
 #[derive(Debug)]
 pub(super) struct Monitors {
     requests: UdpSocket,
     port_offset: u16,
     hosts: Vec<IpAddr>,
-    /// Hosts that are robots: they are not told the truth.
+    /// Hosts of robots: they do not receive the truth.
     robots: BTreeSet<IpAddr>,
 }
 
 impl Monitors {
-    /// Hears requests at this address.
+    /// Listens for requests at an address.
     ///
     /// # Errors
-    /// When that cannot be done, such as where somebody else does.
+    /// When the system refuses, for example because another program listens there.
     pub fn open(requests: SocketAddr, port_offset: u16) -> Result<Self, NetworkError> {
         Ok(Self { requests: bind(requests)?, port_offset, hosts: Vec::new(), robots: BTreeSet::new() })
     }
 
-    /// Lets in who has asked. Whether somebody is there who is to be told.
+    /// Reads requests. Returns whether there is a monitor.
     pub fn let_in(&mut self) -> bool {
         let mut bytes = [0; REQUEST.len() + 1];
         for _ in 0..MOST_REQUESTS {
@@ -47,14 +49,14 @@ impl Monitors {
         !self.hosts.is_empty()
     }
 
-    /// A robot is at this host: it is told the truth no more.
+    /// Stops sending to `host`, because it is a robot.
     pub fn shut_out(&mut self, host: IpAddr) {
         if self.robots.insert(host) {
             self.hosts.retain(|monitor| *monitor != host);
         }
     }
 
-    /// Tells how the match is, but for hosts that hear no control packets. Nobody need be there.
+    /// Sends the state of the game, except to hosts for which `hears` returns true. Ignores monitors that are gone.
     pub fn tell(&self, packet: &ControlPacket, hears: impl Fn(IpAddr) -> bool) {
         let bytes = packet.to_bytes();
         for host in self.hosts.iter().filter(|host| hears(**host)) {
@@ -62,7 +64,7 @@ impl Monitors {
         }
     }
 
-    /// Passes on a report of the robot at this address. Nobody need be there.
+    /// Forwards a report of the robot at address `robot`. Ignores monitors that are gone.
     pub fn forward(&self, robot: Ipv4Addr, report: &[u8]) {
         let forwarded = [&robot.octets()[..], report].concat();
         for host in &self.hosts {

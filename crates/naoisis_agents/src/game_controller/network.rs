@@ -1,7 +1,9 @@
-//! The sockets of a GameController: packets to robots and monitors, reports from robots, requests from monitors.
+//! The sockets of a simulated GameController: packets to robots and monitors, reports from robots, requests from
+//! monitors.
 //!
-//! Whoever is on this machine gets a packet before it is asked for its next decision, and what it has reported is there when its
-//! decision is: with programs in lock-step on one machine, a match with a GameController is the same however slow they are.
+//! A program on this machine receives a packet before it is asked for its next decision, and its report has arrived
+//! when its decision has. So a match with a GameController and programs in lock-step on one machine does not depend on
+//! their speed.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
@@ -10,17 +12,18 @@ use super::packet::ControlPacket;
 use super::report::{REPORT_BYTES, ReturnPacket};
 use super::sockets::{CONTROL_PORT, NetworkError, REPORT_PORT, REQUEST_PORT, bind, place};
 
-/// So many packets are taken in a cycle: who sends more waits.
+/// The most packets that are read in a cycle. Further ones wait.
 const MOST_PACKETS: usize = 256;
 
-/// Where a GameController sends, and what is added to its ports.
+/// The addresses and ports of a simulated GameController.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NetworkSettings {
-    /// Where control packets go: a robot's address, or one at which all are reached.
+    /// The address for control packets: of one robot, or a broadcast address.
     pub address: IpAddr,
-    /// What is added to every port, so that several matches can be played on one machine.
+    /// Added to every port, so that several matches can be played on one machine.
     pub port_offset: u16,
-    /// Whether monitors that ask are told the truth. So is a program that plays, if it asks: without this nobody can.
+    /// Whether monitors that ask receive the true state. Any program that asks receives it, programs that play
+    /// included.
     pub tells_monitors: bool,
 }
 
@@ -31,17 +34,17 @@ impl Default for NetworkSettings {
 }
 
 impl NetworkSettings {
-    /// Where control packets go.
+    /// The address and port for control packets.
     pub fn control(&self) -> SocketAddr {
         place(self.address, CONTROL_PORT, self.port_offset)
     }
 
-    /// Where robots are heard: on the network only if the packets go there.
+    /// The address and port for reports of robots. It is open to the network only if control packets go there.
     pub fn reports(&self) -> SocketAddr {
         place(self.here(), REPORT_PORT, self.port_offset)
     }
 
-    /// Where monitors are heard.
+    /// The address and port for requests of monitors.
     pub fn requests(&self) -> SocketAddr {
         place(self.here(), REQUEST_PORT, self.port_offset)
     }
@@ -56,12 +59,12 @@ impl NetworkSettings {
     }
 }
 
-/// The sockets of a GameController.
+/// The sockets of a simulated GameController.
 #[derive(Debug)]
 pub struct Network {
     settings: NetworkSettings,
     reports: UdpSocket,
-    /// None where nobody is told the truth.
+    /// `None` if monitors are not allowed.
     monitors: Option<Monitors>,
 }
 
@@ -69,7 +72,7 @@ impl Network {
     /// Opens the sockets.
     ///
     /// # Errors
-    /// When one cannot be opened, such as where another GameController is.
+    /// When one cannot be opened, for example because another GameController uses the port.
     pub fn open(settings: NetworkSettings) -> Result<Self, NetworkError> {
         let reports = bind(settings.reports())?;
         let open = || Monitors::open(settings.requests(), settings.port_offset);
@@ -79,7 +82,7 @@ impl Network {
         Ok(Self { settings, reports, monitors })
     }
 
-    /// Sends a packet to the robots, or to the monitors. Nobody need be there.
+    /// Sends a packet to the robots, or to the monitors. Ignores receivers that are gone.
     pub fn send(&self, packet: &ControlPacket) {
         if packet.for_monitors {
             self.monitors.iter().for_each(|monitors| monitors.tell(packet, |_| true));
@@ -88,8 +91,8 @@ impl Network {
         }
     }
 
-    /// The reports that have come, at this time, s since the start. Monitors get them, too. Whoever sends something here is taken for a
-    /// robot, as a real GameController takes it, and is no monitor any more.
+    /// The reports that have arrived; `time_s` is the time since the start, s. Monitors get them, too. A host that
+    /// sends a report counts as a robot, as for a real GameController, and is no longer a monitor.
     pub fn take_reports(&mut self, time_s: f64) -> Vec<ReturnPacket> {
         let mut taken = Vec::new();
         // One byte more than a report has, to know what is longer.
@@ -106,7 +109,7 @@ impl Network {
         taken
     }
 
-    /// Lets monitors in that have asked. Whether somebody is there who is to be told the truth.
+    /// Reads requests of monitors. Returns whether there is a monitor.
     pub fn has_monitors(&mut self) -> bool {
         self.monitors.as_mut().is_some_and(Monitors::let_in)
     }

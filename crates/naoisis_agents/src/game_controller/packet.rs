@@ -1,20 +1,21 @@
-//! Control packets: what a GameController tells the robots, to the byte, as version 18 (Standard Platform League of 2025,
-//! 118 bytes) or 19 (Humanoid Soccer League of 2026, 198 bytes) of `RoboCupGameControlData` has it. Little-endian, no padding.
+//! Control packets: the messages of a GameController to robots, byte for byte as version 18 (Standard Platform League
+//! of 2025, 118 bytes) or 19 (Humanoid Soccer League of 2026, 198 bytes) of `RoboCupGameControlData`. Little-endian, no
+//! padding.
 //!
-//! In memory a packet has the words of this program, and the versions' codes are on the wire alone.
+//! In memory a packet has the types of this library; the codes of the versions exist only on the wire.
 
 use super::division::Division;
 use naoisis_core::game::{GameState, PenaltyReason, SetPlayKind};
 
-/// Robots of a team that a packet has room for.
+/// The number of robots per team that a packet has room for.
 pub const MOST_PLAYERS: usize = 20;
-/// The team number of nobody.
+/// The team number that stands for no team.
 const NO_TEAM: u8 = 255;
-/// What begins a packet for robots.
+/// The header of a packet for robots.
 const FOR_ROBOTS: [u8; 4] = *b"RGme";
-/// What begins a packet for monitors, which are told at once of what robots are told late.
+/// The header of a packet for monitors, which has no delays.
 const FOR_MONITORS: [u8; 4] = *b"RGTD";
-/// Bytes of a packet before the teams, and of a team before its players.
+/// The number of bytes of a packet before the teams, and of a team before its players.
 const HEAD_BYTES: usize = 18;
 const TEAM_HEAD_BYTES: usize = 10;
 
@@ -39,7 +40,7 @@ impl ProtocolVersion {
         }
     }
 
-    /// The league and year that it was made for.
+    /// The league and year of this version.
     pub const fn league(self) -> &'static str {
         match self {
             ProtocolVersion::V18 => "Standard Platform League, 2025",
@@ -67,7 +68,7 @@ impl ProtocolVersion {
         }
     }
 
-    /// The code of what a robot is penalised for. What the league has no word for is the operator's own decision.
+    /// The code of a penalty. Penalties that the league does not have become the operator's own decision.
     pub fn penalty_code(self, reason: PenaltyReason) -> u8 {
         match (self, reason) {
             (ProtocolVersion::V18, PenaltyReason::BallHolding) => 1,
@@ -95,7 +96,7 @@ impl ProtocolVersion {
         }
     }
 
-    /// The code of a robot that takes no part.
+    /// The code of a substitute.
     pub fn substitute_code(self) -> u8 {
         match self {
             ProtocolVersion::V18 => 14,
@@ -103,7 +104,7 @@ impl ProtocolVersion {
         }
     }
 
-    /// What a robot with this code is penalised for; none if it is not.
+    /// The penalty with this code; `None` for a robot without a penalty.
     pub fn penalty_reason(self, code: u8) -> Option<PenaltyReason> {
         let reason = match (self, code) {
             (_, 0) => return None,
@@ -164,16 +165,16 @@ impl ProtocolVersion {
     }
 }
 
-/// What a GameController says.
+/// A message of a GameController.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ControlPacket {
-    /// In which version.
+    /// The version of the protocol.
     pub version: ProtocolVersion,
-    /// Whether it is for monitors: the truth, rather than what robots are told.
+    /// Whether it is for monitors: the true state without delays.
     pub for_monitors: bool,
-    /// One more with each packet that is sent, and 0 after 255.
+    /// The number of the packet; 0 follows 255.
     pub packet_number: u8,
-    /// Robots of a team.
+    /// The number of robots of a team.
     pub players_per_team: u8,
     /// Whether the match must have a winner (18 only).
     pub is_knockout: bool,
@@ -183,23 +184,23 @@ pub struct ControlPacket {
     pub is_stopped: bool,
     /// Whether there is a penalty shoot-out.
     pub is_shoot_out: bool,
-    /// The state of the game. Version 19 has no `standby`: it is `initial` there.
+    /// The state of the game. In version 19, `standby` is sent as `initial`.
     pub state: GameState,
-    /// The set play under way, or being prepared.
+    /// The current set play.
     pub set_play: Option<SetPlayKind>,
     /// Whether this is the first half.
     pub is_first_half: bool,
-    /// The number of the team that the ball is for, if that is told.
+    /// The number of the team that takes the set play, if it is announced.
     pub kicking_team: Option<u8>,
     /// Time left in the half, s; negative when it is over.
     pub seconds_left: i16,
-    /// Time left of what the game waits for, s.
+    /// The time left on the secondary clock, s.
     pub secondary_seconds_left: i16,
-    /// The teams, first the one whose goal is on the left, at -x.
+    /// The teams; first the one whose goal is on the left, at -x.
     pub teams: [TeamPacket; 2],
 }
 
-/// What a control packet says of a team.
+/// A team in a control packet.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct TeamPacket {
     /// The team's number in the league.
@@ -212,49 +213,49 @@ pub struct TeamPacket {
     pub score: u8,
     /// The shots that it has taken in a shoot-out.
     pub shots: u8,
-    /// A bit for each of them: whether it scored, the first in the lowest bit.
+    /// One bit per shot, set if it scored; the first shot has the lowest bit.
     pub shots_scored: u16,
-    /// Messages that it may still send.
+    /// The messages that it may still send.
     pub message_budget: u16,
     /// Its robots, by number.
     pub players: [PlayerPacket; MOST_PLAYERS],
 }
 
-/// What a control packet says of a robot.
+/// A robot in a control packet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct PlayerPacket {
-    /// The code of the penalty that it serves; 0 for none.
+    /// The code of its penalty; 0 for none.
     pub penalty: u8,
-    /// Until it may come back, s.
+    /// The time until its penalty ends, s.
     pub seconds_left: u8,
-    /// How often it was warned (19 only).
+    /// The number of its warnings (19 only).
     pub warnings: u8,
-    /// How often it was cautioned (19 only).
+    /// The number of its cautions (19 only).
     pub cautions: u8,
 }
 
-/// Bytes that are no control packet.
+/// Why bytes are no control packet.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PacketError {
-    /// It begins in another way.
+    /// The header is wrong.
     #[error("it does not begin with RGme")]
     Header,
-    /// It is of a version that is not spoken here.
+    /// The version is not supported.
     #[error("it is of version {0}; expected 18 or 19")]
     Version(u8),
-    /// It has another length than its version has.
+    /// The length does not fit the version.
     #[error("it has {found} bytes; expected {expected}")]
     Length {
-        /// The length that it has.
+        /// The actual length.
         found: usize,
-        /// The length that it should have.
+        /// The expected length.
         expected: usize,
     },
-    /// It has a code that does not exist.
+    /// A code does not exist.
     #[error("there is no {field} {code}")]
     UnknownCode {
-        /// The field, as the header names it.
+        /// The name of the field in the league's C header.
         field: &'static str,
         /// The code.
         code: u8,
@@ -262,7 +263,7 @@ pub enum PacketError {
 }
 
 impl ControlPacket {
-    /// The packet as it is sent.
+    /// The bytes of the packet.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(self.version.packet_bytes());
         bytes.extend(if self.for_monitors { FOR_MONITORS } else { FOR_ROBOTS });
@@ -296,7 +297,7 @@ impl ControlPacket {
     /// Reads a packet.
     ///
     /// # Errors
-    /// When the bytes are none.
+    /// When the bytes are no control packet.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, PacketError> {
         let for_monitors = match bytes.first_chunk::<4>() {
             Some(&FOR_ROBOTS) => false,
@@ -340,7 +341,7 @@ impl ControlPacket {
         })
     }
 
-    /// The packet but for its number and its clocks: what is a change when it is another.
+    /// The packet without its number and clocks, for comparing whether anything else changed.
     #[must_use]
     pub fn without_time(&self) -> Self {
         let mut packet = Self { packet_number: 0, seconds_left: 0, secondary_seconds_left: 0, ..self.clone() };
@@ -351,7 +352,7 @@ impl ControlPacket {
     }
 }
 
-/// A team in a packet whose length was looked at.
+/// Reads a team from a packet of checked length.
 fn team_from(version: ProtocolVersion, bytes: &[u8]) -> TeamPacket {
     let mut players = [PlayerPacket::default(); MOST_PLAYERS];
     for (player, bytes) in players.iter_mut().zip(bytes[TEAM_HEAD_BYTES..].chunks(version.player_bytes())) {
@@ -390,13 +391,13 @@ mod tests {
     use super::*;
     use naoisis_core::random::RandomStream;
 
-    /// What a C compiler makes of the structure of version 18, filled as [`packet`] is.
+    /// The bytes that a C compiler makes of the structure of version 18, filled as [`packet`] is.
     const GOLDEN_18: &str = concat!(
         "52476d6512c80701000003030105fdff2c010c010101030202015704022d0607000000000000000000000000000000000000",
         "0000000000000000000000000000000000000500000104000000ffff00000000000000000000000000000000000000000000",
         "000000000000000000000000000000000e00",
     );
-    /// The same of version 19.
+    /// The bytes of version 19.
     const GOLDEN_19: &str = concat!(
         "52476d6513c80702010003060105fdff2c010c010101030202015704092d0000070701020000000000000000000000000000",
         "0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000",

@@ -1,4 +1,4 @@
-//! A match as a GameController tells it.
+//! Makes control packets from the state of a match.
 
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Penalty, Rules, SetPlay, ShootOut};
@@ -9,29 +9,29 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 use super::division::Division;
 use super::packet::{ControlPacket, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
 
-/// What a packet is made of.
+/// The state of a match from which a packet is made.
 #[derive(Clone, Copy, Debug)]
 pub struct Portrayed<'a> {
-    /// The game: the true one for monitors, and for robots that which they are told of.
+    /// The game: the true one for monitors, the announced one for robots.
     pub game: &'a Game,
-    /// The rules that are played by.
+    /// The rules of the match.
     pub rules: &'a Rules,
     /// The division that plays.
     pub division: Division,
-    /// The clock; the instant is the end of its cycle.
+    /// The clock; the packet is of the end of its cycle.
     pub clock: &'a CycleClock,
     /// All robots.
     pub robots: &'a [(RobotId, Penalty)],
-    /// What the referee remembers of robots.
+    /// What the referee remembers of each robot.
     pub records: &'a [RobotMemory],
-    /// The teams' numbers in the league.
+    /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,
-    /// The shots of a shoot-out that have scored.
+    /// The scored shots of a shoot-out, one bit each.
     pub shots_scored: PerTeam<u16>,
 }
 
 impl Portrayed<'_> {
-    /// The packet that tells of it.
+    /// The packet of this state.
     pub fn packet(&self, version: ProtocolVersion, for_monitors: bool) -> ControlPacket {
         let Portrayed { game, rules, clock, .. } = *self;
         let left = Team::BOTH.into_iter().find(|team| game.own_end(*team) == End::NegativeX).unwrap_or_default();
@@ -57,8 +57,8 @@ impl Portrayed<'_> {
         }
     }
 
-    /// Cycles left on the game's clock and on its second one, as a GameController runs them. In `set` the second stands: the whistle is
-    /// heard, and nobody is told when it comes. A shot of a shoot-out is on the first.
+    /// The cycles left on the primary and the secondary clock, as a GameController runs them. In `set` the secondary
+    /// clock stands, because the time of the whistle is not announced. A shot of a shoot-out is on the primary clock.
     fn cycles_left(&self) -> [u64; 2] {
         let Portrayed { game, rules, clock, .. } = *self;
         let of_half = game.cycles_left.unwrap_or(0);
@@ -73,7 +73,8 @@ impl Portrayed<'_> {
         }
     }
 
-    /// The team that the ball is for, as far as it is told. In play it is nobody's when a kick-off or free kick is over.
+    /// The team that takes the set play, as far as it is announced. `None` in play after the end of a kick-off or free
+    /// kick.
     fn kicking_team(&self, for_monitors: bool) -> Option<Team> {
         let is_told = |set_play: SetPlay| match for_monitors {
             true => Some(set_play.team),
@@ -122,13 +123,13 @@ impl Portrayed<'_> {
     }
 }
 
-/// Seconds that have begun, as a GameController counts down.
+/// The seconds that have begun, rounded as a GameController counts down.
 fn whole_seconds(cycles: u64, clock: &CycleClock) -> u64 {
     // A time that is whole but for rounding is whole.
     (cycles as f64 * clock.period_s - 1e-6).ceil() as u64
 }
 
-/// The shots that have scored, when after these the shoot-out stands so.
+/// Updates the scored shots: `before` and `after` are the shoot-out before and after a cycle.
 pub fn note_shots(scored: &mut PerTeam<u16>, before: Option<&ShootOut>, after: Option<&ShootOut>) {
     let (Some(before), Some(after)) = (before, after) else { return };
     for team in Team::BOTH {

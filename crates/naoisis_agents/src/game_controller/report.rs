@@ -1,4 +1,4 @@
-//! Return packets: what robots report of themselves to a GameController, version 4 of `RoboCupGameControlReturnData`, which
+//! Return packets: the status reports of robots to a GameController, version 4 of `RoboCupGameControlReturnData`, which
 //! versions 18 and 19 of the protocol share. 32 bytes, little-endian; millimetres and radians.
 
 use bevy::prelude::*;
@@ -8,31 +8,31 @@ use naoisis_core::geometry::{Pose, wrap_angle};
 
 /// The length of a return packet, bytes.
 pub const REPORT_BYTES: usize = 32;
-/// What begins a return packet, and its version.
+/// The header of a return packet, with its version.
 const HEADER: [u8; 5] = *b"RGrt\x04";
 /// The age of a ball that was never seen, s.
 const NEVER_SEEN_S: f32 = -1.0;
 /// Millimetres in a metre.
 const MM: f32 = 1000.0;
 
-/// What a robot reports of itself.
+/// The status report of a robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ReturnPacket {
     /// The robot's number.
     pub player: u8,
     /// The number of its team.
     pub team: u8,
-    /// What it says.
+    /// The report.
     pub report: StatusReport,
 }
 
-/// Bytes that are no return packet.
+/// The error that bytes are no return packet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("expected 32 bytes that begin with RGrt and version 4, and finite numbers")]
 pub struct NotAReturnPacket;
 
 impl ReturnPacket {
-    /// The packet as it is sent.
+    /// The bytes of the packet.
     pub fn to_bytes(&self) -> [u8; REPORT_BYTES] {
         let StatusReport { fallen, pose, ball_age_s, ball_m, .. } = self.report;
         let ball = ball_m.unwrap_or_default() * MM;
@@ -53,10 +53,10 @@ impl ReturnPacket {
         bytes
     }
 
-    /// Reads a packet that comes at this time, s since the start.
+    /// Reads a packet that arrives at `time_s`, s since the start.
     ///
     /// # Errors
-    /// When the bytes are none.
+    /// When the bytes are no return packet.
     pub fn from_bytes(bytes: &[u8], time_s: f64) -> Result<Self, NotAReturnPacket> {
         let bytes: &[u8; REPORT_BYTES] = bytes.try_into().map_err(|_| NotAReturnPacket)?;
         let (numbers, _) = bytes[8..].as_chunks::<4>();
@@ -82,7 +82,7 @@ impl ReturnPacket {
 mod tests {
     use super::*;
 
-    /// What a C compiler makes of the published structure with the values of the test.
+    /// The bytes that a C compiler makes of the published structure with the values of the test.
     const GOLDEN: &str = "5247727404030c0100509ac400007a43db0fc93f0000803e0080bb44000097c2";
 
     #[test]

@@ -1,38 +1,38 @@
-//! The protocol's ports, the addresses of robots on one machine, and sockets that do not wait.
+//! The ports of the protocol, the addresses of robots on one machine, and non-blocking sockets.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 
-/// Where control packets go.
+/// The port of control packets.
 pub(super) const CONTROL_PORT: u16 = 3838;
-/// Where robots send their reports.
+/// The port to which robots send their reports.
 pub(super) const REPORT_PORT: u16 = 3939;
-/// Where monitors ask for the truth.
+/// The port at which monitors request the true state.
 pub(super) const REQUEST_PORT: u16 = 3636;
-/// Where monitors are sent the robots' reports.
+/// The port at which monitors receive the reports of robots.
 pub(super) const FORWARD_PORT: u16 = 3940;
-/// What a monitor sends.
+/// The request of a monitor.
 pub(super) const REQUEST: [u8; 5] = *b"RGTr\0";
-/// Where programs send their messages.
+/// The address to which programs send their messages.
 pub const HERE: Ipv4Addr = Ipv4Addr::LOCALHOST;
 
-/// A socket that cannot be opened.
+/// The error that a socket cannot be opened.
 #[derive(Debug, thiserror::Error)]
 #[error("{address}: {error}")]
 pub struct NetworkError {
-    /// The address that was asked for.
+    /// The address.
     pub address: SocketAddr,
-    /// What the system says.
+    /// The error of the system.
     pub error: io::Error,
 }
 
-/// A socket that does not wait.
+/// A non-blocking socket.
 pub(super) fn bind(address: SocketAddr) -> Result<UdpSocket, NetworkError> {
     let socket = UdpSocket::bind(address).and_then(|socket| socket.set_nonblocking(true).map(|()| socket));
     socket.map_err(|error| NetworkError { address, error })
 }
 
-/// The place of a port of the protocol at an address, of a match whose ports are all so much higher.
+/// The address and port of a service of the protocol; `port_offset` is added to all ports of a match.
 pub(super) fn place(address: IpAddr, port: u16, port_offset: u16) -> SocketAddr {
     SocketAddr::new(address, port.saturating_add(port_offset))
 }
@@ -42,7 +42,7 @@ pub fn robot_address(team_number: u8, number: u8) -> Ipv4Addr {
     Ipv4Addr::new(127, 1, team_number, number)
 }
 
-/// The numbers of the team and the robot whose address this is; none if it is no robot's.
+/// The numbers of the team and of the robot with this address; `None` if it is no address of a robot.
 pub(super) fn robot_at(address: IpAddr) -> Option<(u8, u8)> {
     match address {
         IpAddr::V4(address) => match address.octets() {

@@ -1,8 +1,9 @@
-//! What robots with behaviours of their own report to a real GameController that is heard, so that its operator sees who is there
-//! and what they believe. Programs report for themselves.
+//! Status reports of robots with behaviours of their own to a real GameController, so that its operator sees which
+//! robots are there and what they believe. Programs report for themselves.
 //!
-//! A GameController knows a robot by its address: each reports from [its own](robot_address), which only a GameController on this
-//! machine can be told. One on a network would take this machine for a robot, and tell it the truth no more.
+//! A GameController identifies a robot by its address, so each robot reports from [its own](robot_address). This works
+//! only with a GameController on this machine. One elsewhere would take this machine for a robot, and stop sending it
+//! the true state.
 
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 
@@ -13,14 +14,15 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::status::BodyStatus;
 
-/// Sends reports, from an address a robot.
+/// Sends reports, from one address per robot.
 #[derive(Debug, Default)]
 pub struct Reporter {
     sockets: Vec<(RobotId, UdpSocket)>,
 }
 
 impl Reporter {
-    /// Reports of a robot to the GameController at this address of this machine. Nobody need be there.
+    /// Sends a report of a robot to the GameController at an address of this machine. Ignores a GameController that is
+    /// gone.
     pub fn send(
         &mut self,
         robot: RobotId,
@@ -34,7 +36,7 @@ impl Reporter {
         let _ = socket.send_to(&packet.to_bytes(), place(controller, REPORT_PORT, port_offset));
     }
 
-    /// The robot's socket; none where this machine has no such address.
+    /// The socket of a robot; `None` if this machine has no such address.
     fn socket(&mut self, robot: RobotId, team_number: u8) -> Option<&UdpSocket> {
         let index = match self.sockets.iter().position(|(id, _)| *id == robot) {
             Some(index) => index,
@@ -48,7 +50,7 @@ impl Reporter {
     }
 }
 
-/// What a robot has to report.
+/// The status report of a robot.
 pub fn status_of(body: BodyStatus, belief: Option<&Belief>, time_s: f64) -> StatusReport {
     let pose = belief.map(|belief| belief.pose).unwrap_or_default();
     let ball = belief.and_then(|belief| belief.ball);

@@ -1,9 +1,11 @@
-//! Team messages over UDP, for programs that send them as on a field: one port a team, and what is sent there is carried to the
-//! team-mates as any other message of the match is, with its delays and losses, and counts as one.
+//! Team messages over UDP, for programs that send them as on a field. Each team has one port. A message that arrives
+//! there is delivered to the team-mates like any other message of the match, with its delays and losses, and counts as
+//! one message.
 //!
-//! On a field a robot is known by its address. Here all are on one machine, so each has an [address of its own](robot_address):
-//! its program binds that, sends to [`HERE`] and is sent from there what its team-mates have said. A datagram is the message of the
-//! cycle that waits for its program when it comes: there is one a cycle.
+//! On a field, a robot is identified by its address. Here all are on one machine, so each robot has an [address of its
+//! own](robot_address). Its program binds this address, sends to [`HERE`], and receives from there the messages of its
+//! team-mates. A datagram is the message of the cycle that waits for the program when it arrives; there is one per
+//! cycle.
 
 use bevy::prelude::*;
 use std::net::{SocketAddr, SocketAddrV4, UdpSocket};
@@ -15,9 +17,9 @@ use naoisis_core::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{PerTeam, RobotId, Team};
 
-/// The port of team 0; that of another is as much higher as its number.
+/// The port of team 0; the number of a team is added to it.
 const FIRST_PORT: u16 = 10_000;
-/// So many datagrams of a team are taken in a cycle: who sends more waits.
+/// The most datagrams of a team that are read in a cycle. Further ones wait.
 const MOST_DATAGRAMS: usize = 256;
 /// The largest datagram of UDP, bytes.
 const MOST_BYTES: usize = 65_507;
@@ -31,17 +33,17 @@ pub struct TeamMessages {
 }
 
 impl TeamMessages {
-    /// Opens a socket a team.
+    /// Opens one socket per team.
     ///
     /// # Errors
-    /// When one cannot be opened, such as where somebody else listens to that team.
+    /// When one cannot be opened, for example because another program uses the port.
     pub fn open(team_numbers: PerTeam<u8>, port_offset: u16) -> Result<Self, NetworkError> {
         let open = |team| bind(SocketAddrV4::new(HERE, port(team_numbers[team], port_offset)).into());
         let sockets = PerTeam { blue: open(Team::Blue)?, pink: open(Team::Pink)? };
         Ok(Self { sockets, team_numbers, port_offset })
     }
 
-    /// What has come, by who sent it, in the order in which it came.
+    /// The datagrams that have arrived, with their senders, in the order of arrival.
     fn take(&self) -> Vec<(RobotId, Datagram)> {
         let mut bytes = [0; MOST_BYTES];
         let mut taken = Vec::new();
@@ -56,7 +58,7 @@ impl TeamMessages {
         taken
     }
 
-    /// Sends a robot what a team-mate has said. Nobody need be there.
+    /// Sends a robot the message of a team-mate. Ignores a program that is gone.
     fn send(&self, to: RobotId, datagram: &Datagram) {
         let number = self.team_numbers[to.team];
         let place = SocketAddrV4::new(robot_address(number, to.number), port(number, self.port_offset));
@@ -64,7 +66,7 @@ impl TeamMessages {
     }
 }
 
-/// The robot that sends from an address to the port of this team; none from any other address.
+/// The robot that sent a datagram from `from` to the port of `team`; `None` for any other address.
 fn sender(from: SocketAddr, team: Team, team_number: u8) -> Option<RobotId> {
     robot_at(from.ip()).filter(|(there, _)| *there == team_number).map(|(_, number)| RobotId::new(team, number))
 }
@@ -73,7 +75,7 @@ fn port(team_number: u8, port_offset: u16) -> u16 {
     FIRST_PORT.saturating_add(u16::from(team_number)).saturating_add(port_offset)
 }
 
-/// Hands out what has arrived in this cycle, before programs are asked.
+/// Sends the messages that arrived in this cycle to programs, before they are asked.
 pub(super) fn hand_out(messages: Res<TeamMessages>, roster: Res<Roster>, inboxes: Query<&Inbox, With<Remote>>) {
     for (to, robot) in roster.iter() {
         let Ok(inbox) = inboxes.get(robot) else { continue };
@@ -83,8 +85,8 @@ pub(super) fn hand_out(messages: Res<TeamMessages>, roster: Res<Roster>, inboxes
     }
 }
 
-/// Takes what programs have sent until their answers, the first of each robot. A robot that has said something else, too, has
-/// said both in one message.
+/// Reads the datagrams that programs have sent before their answers, the first of each robot. If the command of a robot
+/// has a message, too, both are joined.
 pub(super) fn take(
     messages: Res<TeamMessages>,
     roster: Res<Roster>,

@@ -1,4 +1,4 @@
-//! What a match is told of from, and when there is something to tell.
+//! The data from which packets are made, and when to send them.
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -12,10 +12,10 @@ use naoisis_core::pitch::Pitch;
 use naoisis_core::referee::RefereeMemory;
 use naoisis_core::team::{PerTeam, RobotId};
 
-/// Between two packets if nothing changes, s.
+/// The time between two packets without changes, s.
 const PERIOD_S: f32 = 0.5;
 
-/// What a match is told of from.
+/// The resources and components from which packets are made.
 #[derive(SystemParam)]
 pub(super) struct ToldMatch<'w, 's> {
     pub clock: Res<'w, CycleClock>,
@@ -27,12 +27,12 @@ pub(super) struct ToldMatch<'w, 's> {
 }
 
 impl ToldMatch<'_, '_> {
-    /// Whether it is time to tell of the match again after this cycle.
+    /// Whether a packet is due after this cycle.
     pub fn is_time(&self) -> bool {
         self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
     }
 
-    /// The packet that tells of it: the truth for monitors, and for robots what is announced.
+    /// The packet of the current state: the true one for monitors, the announced one for robots.
     pub fn packet(
         &self,
         version: ProtocolVersion,
@@ -51,16 +51,16 @@ impl ToldMatch<'_, '_> {
     }
 }
 
-/// The packets that somebody is sent, each with its number.
+/// A numbered series of packets for one group of receivers.
 #[derive(Debug, Default)]
 pub(super) struct PacketSeries {
     number: u8,
-    /// What was told last, without its time.
+    /// The last packet that was sent, without its time.
     told: Option<ControlPacket>,
 }
 
 impl PacketSeries {
-    /// The packet with its number, if it is time to send it or it says something new.
+    /// The packet with its number if `is_time` or it differs from the last one, else `None`.
     pub fn next(&mut self, packet: ControlPacket, is_time: bool) -> Option<ControlPacket> {
         let without_time = packet.without_time();
         if !is_time && self.told.as_ref() == Some(&without_time) {

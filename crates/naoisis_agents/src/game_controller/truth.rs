@@ -1,9 +1,10 @@
-//! The truth of a match that a real GameController decides about: that one knows the game, and only the match knows where its
-//! robots and the ball are.
+//! The true state of a match that a real GameController decides about. The GameController knows the game, but only the
+//! match knows the true positions of robots and ball.
 //!
-//! Only a match that is to tells it, as whoever asks is told, programs that play included. It is told in the words that monitors
-//! know. They ask for it and hear how the game is as from a GameController, and what that
-//! passes on of the robots' reports has here the place of each robot and of the ball as they are.
+//! Monitors receive it in the protocol that they know: they request it and receive the state of the game as from a
+//! GameController, and reports of robots as a GameController forwards them, with the true positions of the robot and
+//! the ball. It is sent only if the settings allow it, because any program that asks receives it, programs that play
+//! included.
 
 use bevy::math::Vec2;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
@@ -19,20 +20,20 @@ use naoisis_core::pitch::End;
 use naoisis_core::robot::posture::Posture;
 use naoisis_sensing::belief::team_from_pitch;
 
-/// Where monitors ask for the truth if a GameController on this machine has the usual port.
+/// The port at which monitors request the true state if a GameController on this machine uses the usual port.
 const OTHER_REQUEST_PORT: u16 = REQUEST_PORT + 1;
 
-/// Tells monitors the truth.
+/// Sends the true state to monitors.
 #[derive(Debug)]
 pub(super) struct Truth {
     monitors: Monitors,
     packets: PacketSeries,
-    /// Where control packets are heard, which those for monitors must not reach.
+    /// The address at which control packets are received; packets for monitors must not arrive there.
     listening: IpAddr,
 }
 
 impl Truth {
-    /// Hears monitors where a GameController is heard, and says where.
+    /// Listens for requests of monitors. Returns also the address.
     ///
     /// # Errors
     /// When neither port is free.
@@ -45,12 +46,12 @@ impl Truth {
         Ok((Self { monitors, packets: PacketSeries::default(), listening }, requests))
     }
 
-    /// Lets monitors in that have asked. Whether somebody is there who is to be told.
+    /// Reads requests of monitors. Returns whether there is a monitor.
     pub fn has_monitors(&mut self) -> bool {
         self.monitors.let_in()
     }
 
-    /// Tells how the game is, if it is time or something has changed.
+    /// Sends the state of the game if `is_time` or something has changed.
     pub fn tell_game(&mut self, packet: ControlPacket, is_time: bool) {
         if let Some(packet) = self.packets.next(packet, is_time) {
             let listening = self.listening;
@@ -58,7 +59,7 @@ impl Truth {
         }
     }
 
-    /// Tells where robots are.
+    /// Sends the positions of robots.
     pub fn tell_robots(&self, robots: impl IntoIterator<Item = ReturnPacket>) {
         for robot in robots {
             self.monitors.forward(robot_address(robot.team, robot.player), &robot.to_bytes());
@@ -66,7 +67,7 @@ impl Truth {
     }
 }
 
-/// Whether what is sent to the control port of this host is heard by who listens at `listening`.
+/// Whether packets to the control port of `host` arrive at a listener at `listening`.
 fn is_heard_here(listening: IpAddr, host: IpAddr) -> bool {
     match listening.is_unspecified() {
         // At all addresses of this machine, which are those that a socket of it can have.
@@ -75,7 +76,8 @@ fn is_heard_here(listening: IpAddr, host: IpAddr) -> bool {
     }
 }
 
-/// What a robot would report at this time, s since the start, if it knew all: its true pose and that of the ball, pitch frame.
+/// The report that a robot would send at `time_s` if it knew everything: its true pose and that of the ball, pitch
+/// frame.
 pub(super) fn true_report(
     pose: Pose,
     posture: Posture,
