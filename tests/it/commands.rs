@@ -166,10 +166,10 @@ fn a_saved_match_goes_on_as_if_it_had_never_stopped_or_branches_off() {
         (&["half.naoisis", "--seed", "3"][..], "--seed: a saved match"),
         (&["half.naoisis", "--set", "field.length_m=7"], "--set field.length_m=7: `field.length_m` cannot change"),
         (&["half.naoisis", "--set", "messages.loss=2"], "--set messages.loss=2: `loss` is 2"),
-        (&["half.naoisis", "--duration", "2"], "half.naoisis: the match is over, all of its 2.0 s are played"),
+        (&["half.naoisis", "--duration", "2"], "half.naoisis: the match is over after 2.0 s"),
         (&["nowhere.naoisis"], "nowhere.naoisis: "),
         (&["match3v3", "--save", "half.json"], "--save: half.json: expected a file name that ends in .naoisis"),
-        (&["half.naoisis", "--trace", "half.naoisis"], "--trace: half.naoisis: this would write over half.naoisis"),
+        (&["half.naoisis", "--trace", "half.naoisis"], "--trace: half.naoisis: this would replace half.naoisis"),
     ] {
         let output = naoisis(folder.path(), &[&["run"], arguments].concat());
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

@@ -295,7 +295,7 @@ fn a_real_gamecontroller_decides_about_the_match() {
     assert_eq!((app.game().state, place(&app)), (GameState::Initial, start));
     assert_eq!(notes.try_recv().unwrap(), "a GameController of version 18 is heard: team 5 is blue, 12 pink");
     // The GameController has the port for monitors itself.
-    let note = format!("monitors are told the truth that ask for it at 127.0.0.1:{}", 3637 + offset);
+    let note = format!("monitors that ask at 127.0.0.1:{} receive the true state", 3637 + offset);
     assert_eq!(notes.try_recv().unwrap(), note);
     // Each robot reports from an address of its own, twice in two seconds.
     let mut bytes = [0; 64];

@@ -61,7 +61,7 @@ fn finds_itself(localisation: &str, seed: u64) -> bool {
     app.world_mut().commands().queue(Intervention::PlaceRobot { robot: blue(2), pose });
     app.world_mut().flush();
     app.run_cycles(1);
-    // A lucky moment does not count: it must go on to know for a second.
+    // A lucky moment does not count: the robot must stay localised for a second.
     let mut known_for = 0;
     app.run_until(330, |app| {
         let knows = errors(app, blue(2)).is_some_and(|[place, turned]| place < 0.3 && turned < 15.0);

@@ -157,7 +157,7 @@ fn a_link_to_the_scenario_is_the_scenario() {
         for force in [&[][..], &["--force"]] {
             let (status, said) = run(folder.path(), &[&["--trace", name], force].concat());
             assert_eq!(status, Some(2), "{name}: {said}");
-            assert!(said.contains("would write over short.json"), "{said}");
+            assert!(said.contains("would replace short.json"), "{said}");
         }
         assert_eq!(fs::read(&scenario).unwrap(), before);
     }

@@ -72,7 +72,7 @@ fn an_own_log_format_is_an_option_of_run() {
     let own = |arguments: &[&str]| example("log_format", folder.path(), arguments);
     let formats = text(&own(&["list", "logs"]).stdout);
     let line = |name: &str| formats.lines().find(|line| line.split_whitespace().next() == Some(name));
-    assert!(line("ball_csv").is_some_and(|line| line.ends_with("the ball's places, as a table")), "{formats}");
+    assert!(line("ball_csv").is_some_and(|line| line.ends_with("the positions of the ball, as a table")), "{formats}");
     assert!(line("trace").is_some(), "{formats}");
     let run =
         ["run", "kick_right_straight", "--duration", "1", "--log", "ball_csv=ball.csv", "--log", "trace=all.jsonl"];

@@ -119,7 +119,7 @@ fn whatever_a_program_does_the_match_goes_on_and_the_trace_tells() {
         let said = text(&output.stderr);
         assert!(output.status.success(), "{misdeed}: {said}");
         assert_eq!(lost(&trace), [(cycle, "blue1".to_owned(), reason.to_owned())], "{misdeed}: {said}");
-        assert!(said.contains("blue1 has lost its program"), "{misdeed}: {said}");
+        assert!(said.contains("blue1 lost its program"), "{misdeed}: {said}");
         assert!(text(&output.stdout).contains("programs lost: blue 1, pink 0"), "{misdeed}");
         // The other one has played to the end.
         let last = lines(&trace).into_iter().rev().find(|line| line["type"] == "cycle").unwrap();
@@ -267,7 +267,7 @@ fn whoever_connects_plays_the_match_of_whoever_is_started() {
             let token = listen.get(3).copied().unwrap_or_default();
             if !token.is_empty() {
                 assert!(!connect("pink1", "another").wait().unwrap().success());
-                assert!(said.next().unwrap().unwrap().contains("was not let in: it does not know the token"));
+                assert!(said.next().unwrap().unwrap().contains("was refused: its token is wrong"));
             }
             programs.extend(["pink3", "pink1", "pink2"].map(|robot| connect(robot, token)));
         }
@@ -294,9 +294,9 @@ fn a_check_walks_a_program_through_a_match() {
     let check = |team: &str| naoisis(folder.path(), &["check", team, "--agent-timeout", "60"]);
     let output = check(&good);
     assert!(output.status.success(), "{}", text(&output.stdout));
-    assert!(text(&output.stdout).contains("says hello                 ok: dribblers, protocol 1"));
+    assert!(text(&output.stdout).contains("sends a hello              ok: dribblers, protocol 1"));
     for (misdeed, said) in [
-        ("another protocol", "says hello                 wrong: it speaks protocol 2; expected 1"),
+        ("another protocol", "sends a hello              wrong: it uses version 2 of the protocol; expected 1"),
         ("crashes", "answers in every cycle     wrong: in cycle 5: it ended with status 7"),
     ] {
         let output = check(&format!("exec:python3 misbehaving.py '{misdeed}'"));
@@ -407,14 +407,14 @@ fn who_connects_and_says_nothing_keeps_nobody_waiting() {
     let program = connected(&path, "{\"hello\": {\"name\": \"quick\", \"protocol\": 1}}\n");
     let mut notes = Vec::new();
     server.let_in(app.world_mut(), || false, |note| notes.push(note.to_owned()));
-    assert!(notes[0].starts_with("a program was not let in: it sent `Hello!`"), "{notes:?}");
+    assert!(notes[0].starts_with("a program was refused: it sent `Hello!`"), "{notes:?}");
     assert_eq!(notes[1..], ["blue1 is played by `quick`"]);
     // Everybody else is told why it does not play.
     let told_wrong = told(wrong);
     assert!(told_wrong.contains("refused") && told_wrong.contains("expected a hello at first"), "{told_wrong}");
     for late in silent {
         let told = told(late);
-        assert!(told.contains("refused") && told.contains("played already"), "{told}");
+        assert!(told.contains("refused") && told.contains("are taken"), "{told}");
     }
     drop(program);
 }
@@ -438,7 +438,7 @@ fn a_robot_whose_program_hangs_up_before_the_match_is_free_again() {
     let mut notes = Vec::new();
     server.let_in(app.world_mut(), || false, |note| notes.push(note.to_owned()));
     let _programs = programs.join().unwrap();
-    let expected = ["blue1 is played by `x`", "blue1 is free again: its program has hung up"];
+    let expected = ["blue1 is played by `x`", "blue1 is free again: its program closed the connection"];
     assert_eq!(notes, [&expected[..], &["blue1 is played by `x`", "blue2 is played by `x`"]].concat());
 }
 

@@ -53,7 +53,7 @@ fn a_saved_moment_and_the_same_moment_of_a_trace_have_the_same_futures() {
     let slow = outcomes(folder.path(), &[&["m.naoisis", "--set", "motion.max_linear_mps=0.05"], &few[..]].concat());
     assert_ne!(saved["branches"], slow["branches"]);
     let words = naoisis(folder.path(), &[&["whatif", "m.naoisis"], &few[..]].concat());
-    assert!(text(&words.stdout).contains("nobody scores") && text(&words.stdout).contains("realism realistic"));
+    assert!(text(&words.stdout).contains("neither scores") && text(&words.stdout).contains("realism realistic"));
 }
 
 #[test]

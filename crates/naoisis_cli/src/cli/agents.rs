@@ -1,4 +1,4 @@
-//! How the command line treats programs that play.
+//! Arguments of the command line about programs that play.
 
 use clap::Args;
 use core::time::Duration;
@@ -13,13 +13,13 @@ use naoisis_core::team::PerTeam;
 /// Arguments about programs that play.
 #[derive(Args, Debug, Clone, Default)]
 pub struct AgentArguments {
-    /// Programs that play: how long each answer may take, s of real time; 0 for any time [default: 5]
+    /// Programs that play: the longest time for an answer, s of real time; 0 for no limit [default: 5]
     #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
     pub agent_timeout: Option<Duration>,
-    /// How long they may take to start [default: 30]
+    /// The longest time until a program says hello, s; 0 for no limit [default: 30]
     #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
     pub agent_start_timeout: Option<Duration>,
-    /// The longest message that they may send, bytes [default: 65536]
+    /// The longest message of a program, bytes [default: 65536]
     #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(64..=16 << 20))]
     pub agent_limit: Option<u32>,
 }
@@ -30,8 +30,8 @@ fn duration(word: &str) -> Result<Duration, String> {
 }
 
 impl AgentArguments {
-    /// How programs are treated in the match of a scenario file. Those of the file are run where it is, those of the command
-    /// line where the user is.
+    /// How programs are treated in the match of a scenario file. Programs of the file run in its folder, those of the
+    /// command line in the current folder.
     pub fn settings(&self, scenario: &str, teams: &TeamArguments) -> AgentSettings {
         let default = AgentSettings::default();
         let any_time_for_zero = |time: Option<Duration>, default: Option<Duration>| match time {
@@ -51,7 +51,7 @@ impl AgentArguments {
     }
 }
 
-/// The folder that a scenario's file is in; none of a built-in scenario.
+/// The folder of a scenario file; `None` for a built-in scenario.
 fn folder_of(scenario: &str) -> Option<PathBuf> {
     let path = Path::new(scenario);
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());

@@ -1,4 +1,4 @@
-//! `naoisis batch`: many seeded matches, on all cores, as a table and a summary.
+//! `naoisis batch`: many seeded matches on all cores, as a table and a summary.
 
 use clap::Args;
 use core::ops::Range;
@@ -34,35 +34,37 @@ use naoisis_sim::simulation::{MatchApp, names};
 pub struct BatchArguments {
     /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`)
     pub scenario: String,
-    /// Matches to play, of each combination of settings; with --pairs, of each pair, half of them with changed sides
+    /// Number of matches for each combination of settings; with --pairs, for each pair, half of them with the sides
+    /// changed
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub matches: u32,
-    /// Matches at the same time [default: one a core]
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Seed of the first match; the next has the next seed [default: the scenario's]
+    /// Seed of the first match; each further match has the next seed [default: the scenario's]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Set a field of the scenario; with several values, play the batch with each: messages.loss=0,0.2,0.5
     #[arg(long, value_name = "PATH=VALUE[,VALUE...]", value_parser = Setting::sweep)]
     pub set: Vec<Vec<Setting>>,
-    /// How much of a real robot there is, instead of the scenario's word; with several words, play the batch with each
+    /// Level of realism, instead of the scenario's; with several, play the batch with each
     #[arg(long, value_name = "WORD[,WORD...]", value_parser = realisms)]
     pub realism: Option<Settings>,
-    /// Let each of these teams play each other, in both colours, and tell who beats whom; `all` are all there are
+    /// Play each of these teams against each other, in both colours, and report who beats whom; `all` stands for all
+    /// teams
     #[arg(long, value_name = "TEAM,TEAM[,TEAM...]", value_delimiter = ',')]
     pub pairs: Vec<String>,
-    /// Write a row a match; a file of the same batch that is there already is gone on with
+    /// Write one row per match; continues an existing file of the same batch
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Find what robots did wrong, and write a row a mistake: match, kind, robot, when, where; and count them in the summary. It goes
-    /// on along with --csv
+    /// Write the mistakes of robots, one row each (match, kind, robot, time, place), and count them in the summary;
+    /// continues together with --csv
     #[arg(long, value_name = "FILE", conflicts_with = "merge")]
     pub mistakes: Option<PathBuf>,
-    /// Play only this part of the matches: I of N, from 1/N to N/N; --merge makes one table of the parts
+    /// Play only part I of N of the matches, from 1/N to N/N; --merge joins the parts into one table
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// Play nothing, and make one table, and one summary, of the tables of all parts of this very batch
+    /// Play nothing; join the tables of all parts of this batch into one table and one summary
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["shard", "threads"])]
     pub merge: Vec<PathBuf>,
     /// Stop each match after this many simulated seconds
@@ -78,9 +80,9 @@ pub struct BatchArguments {
 /// One of several parts of a batch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Shard {
-    /// Which part, from 1.
+    /// The number of this part, from 1.
     part: usize,
-    /// How many there are.
+    /// The number of parts.
     parts: usize,
 }
 
@@ -91,7 +93,7 @@ impl FromStr for Shard {
         let numbers = word.split_once('/').and_then(|(part, parts)| Some((part.parse().ok()?, parts.parse().ok()?)));
         match numbers {
             Some((part, parts)) if (1..=parts).contains(&part) => Ok(Self { part, parts }),
-            _ => Err("expected a part and how many there are, from 1/4 to 4/4".to_owned()),
+            _ => Err("expected a part and the number of parts, from 1/4 to 4/4".to_owned()),
         }
     }
 }
@@ -100,16 +102,16 @@ impl FromStr for Shard {
 #[derive(Clone, Debug)]
 pub struct Settings(Vec<Setting>);
 
-/// The settings of some words of realism.
+/// Parses a list of levels of realism.
 fn realisms(words: &str) -> Result<Settings, String> {
     match words.split(',').find(|word| !Realism::NAMES.contains(word)) {
-        Some(word) => Err(format!("`{word}` is no word of realism; expected {}", one_of(Realism::NAMES))),
+        Some(word) => Err(format!("`{word}` is no level of realism; expected {}", one_of(Realism::NAMES))),
         None => Setting::sweep(&format!("realism={words}")).map(Settings).map_err(|error| error.to_string()),
     }
 }
 
 impl BatchArguments {
-    /// The values of all settings that are asked for.
+    /// The values of all settings of the command line.
     fn settings(&self) -> Vec<Vec<Setting>> {
         self.realism.iter().map(|Settings(values)| values).chain(&self.set).cloned().collect()
     }
@@ -135,7 +137,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         Ok(opened) => opened,
         Err(status) => return status,
     };
-    let watched = Interrupt::watch(|| report::note("finishing the matches under way; interrupt again to leave them"));
+    let watched = Interrupt::watch(|| report::note("finishing the running matches; interrupt again to stop at once"));
     let interrupt = match watched {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
@@ -189,17 +191,17 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         }
     }
     if is_interrupted && let Some(path) = &arguments.csv {
-        report::note(&format!("interrupted; the same command goes on where {} ends", path.display()));
+        report::note(&format!("interrupted; the same command continues after the last row of {}", path.display()));
     }
     let all_valid = rows.iter().all(|row| row.outcome.is_valid());
     let status = printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE });
     if is_interrupted { interrupt.finish(status) } else { status }
 }
 
-/// Opens the tables of matches and of mistakes, and reads what was played earlier.
+/// Opens the tables of matches and of mistakes, and reads the rows of matches that were played earlier.
 ///
 /// # Errors
-/// The exit status of what is wrong, which is said already.
+/// The exit status of an error, which has been reported.
 fn open_tables(
     arguments: &BatchArguments,
     batch: &Batch<Sweep>,
@@ -212,7 +214,7 @@ fn open_tables(
     if let Some(path) = &arguments.mistakes {
         if path.as_os_str() == STANDARD_OUTPUT {
             return Err(report::usage_error(
-                "--mistakes: a table that can be gone on with is a file; expected its name",
+                "--mistakes: the table must be a file, so that it can be continued; expected a file name",
             ));
         }
         let outputs: Vec<Output> = [("--csv", arguments.csv.as_ref()), ("--mistakes", Some(path))]
@@ -223,7 +225,7 @@ fn open_tables(
         if arguments.csv.is_none() && path.metadata().is_ok_and(|there| there.is_file()) {
             let path = path.display();
             return Err(report::usage_error(&format!(
-                "--mistakes: {path}: there is such a file already; expected another name, or --csv with the table to go on with"
+                "--mistakes: {path}: the file exists already; expected another name, or --csv with the table to continue"
             )));
         }
     }
@@ -240,7 +242,7 @@ fn open_tables(
     Ok((table, rows, mistakes))
 }
 
-/// How programs are treated. The teams of --pairs and --set are the command line's.
+/// How programs are treated. The teams of --pairs and --set run in the current folder.
 fn agent_settings(arguments: &BatchArguments) -> AgentSettings {
     let settings = arguments.agents.settings(&arguments.scenario, &TeamArguments::default());
     let sets_teams = arguments.set.iter().flatten().any(|setting| setting.path().to_string().starts_with("teams"));
@@ -251,7 +253,7 @@ fn agent_settings(arguments: &BatchArguments) -> AgentSettings {
     }
 }
 
-/// Makes one table, and one summary, of the tables of parts.
+/// Joins the tables of parts into one table and one summary.
 fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> ExitCode {
     let mut rows = match merge(batch, &arguments.merge) {
         Ok(rows) => rows,
@@ -277,10 +279,11 @@ fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> ExitCode {
     printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// What the arguments ask for. Every value of every setting can be started with the first values of the others.
+/// The sweep of the arguments. Checks that every value of every setting can be started, with the first values of the
+/// others.
 ///
 /// # Errors
-/// The exit status of what is wrong, which is said already.
+/// The exit status of an error, which has been reported.
 fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode> {
     let usage_error = |message: String| report::usage_error(&message);
     let scenario_error = |error: ScenarioError| report::scenario_error(&error);
@@ -289,16 +292,14 @@ fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode
     let file = super::begin::scenario_file(&arguments.scenario)?;
     if pairs.is_some() && !file.scenario.robots.is_empty() {
         let scenario = &arguments.scenario;
-        return Err(usage_error(format!(
-            "--pairs: {scenario} lists its robots; expected a scenario that lines up `teams`"
-        )));
+        return Err(usage_error(format!("--pairs: {scenario} lists its robots; expected a scenario with `teams`")));
     }
     let sweep = Sweep::new(&file, arguments.settings(), pairs, arguments.duration).map_err(scenario_error)?;
     let matches = sweep.combinations().and_then(|combinations| {
         combinations.checked_mul(sweep.variants_of_combination())?.checked_mul(arguments.matches as usize)
     });
     if matches.is_none() {
-        return Err(usage_error("--set: there are more combinations than can be counted; expected fewer".to_owned()));
+        return Err(usage_error("--set: there are too many combinations; expected fewer".to_owned()));
     }
     let mut app = program.simulator();
     let mut notes: Vec<String> = Vec::new();
@@ -318,23 +319,23 @@ fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode
     Ok(sweep)
 }
 
-/// That every field is set once, and that --pairs has the teams to itself.
+/// Checks that every field is set only once, and that teams are not set beside --pairs.
 fn check_settings(arguments: &BatchArguments) -> Result<(), String> {
     let paths: Vec<String> =
         arguments.settings().iter().filter_map(|sweep| Some(sweep.first()?.path().to_string())).collect();
     if let Some((_, path)) = paths.iter().enumerate().find(|(index, path)| paths[..*index].contains(path)) {
-        return Err(format!("--set: `{path}` is set twice; expected all of its values in one, such as {path}=A,B"));
+        return Err(format!("--set: `{path}` is set twice; expected all values in one --set, such as {path}=A,B"));
     }
     let is_of_teams = |path: &&String| *path == "teams" || path.starts_with("teams.");
     match paths.iter().find(is_of_teams) {
         Some(path) if !arguments.pairs.is_empty() => {
-            Err(format!("--set: `{path}` is what --pairs sets; expected one of the two"))
+            Err(format!("--set: --pairs sets `{path}`; expected only one of the two"))
         }
         _ => Ok(()),
     }
 }
 
-/// The teams that play each other: two at least, each once.
+/// The teams that play each other: at least two, each once.
 fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> {
     let app = program.simulator();
     let registry = app.world().resource::<BehaviourRegistry>();
@@ -347,10 +348,10 @@ fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> 
         return Err(format!("--pairs: {}", fault.in_words()));
     }
     if let Some((_, team)) = teams.iter().enumerate().find(|(index, team)| teams[..*index].contains(team)) {
-        return Err(format!("--pairs: the team `{team}` is there twice; expected each team once"));
+        return Err(format!("--pairs: the team `{team}` is listed twice; expected each team once"));
     }
     if teams.len() < 2 {
-        return Err("--pairs: expected two teams at least, such as --pairs chasers,roles".to_owned());
+        return Err("--pairs: expected at least two teams, such as --pairs chasers,roles".to_owned());
     }
     if !arguments.matches.is_multiple_of(2) {
         return Err(
@@ -361,7 +362,7 @@ fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> 
     Ok(Pairs::of(teams))
 }
 
-/// A match that panics is reported as one, without the story of its stack.
+/// Silences the messages of panics. A match that panics is reported as failed.
 fn silence_panics() {
     std::panic::set_hook(Box::new(|_| {}));
 }
@@ -369,13 +370,13 @@ fn silence_panics() {
 fn failure(row: &MatchRow) -> String {
     let what = match row.outcome {
         MatchOutcome::Panicked => "panicked",
-        MatchOutcome::InvariantBroken => "broke what must always hold",
+        MatchOutcome::InvariantBroken => "broke an invariant",
         _ => "could not be started",
     };
     format!("match {} with seed {} {what}: {}", row.index + 1, row.seed, row.note)
 }
 
-/// A bar of matches, from those that were played before on.
+/// A progress bar that starts at the matches that were played earlier.
 pub(super) fn progress_bar(matches: usize, earlier: usize, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();

@@ -1,4 +1,4 @@
-//! What `naoisis batch` says at its end: what the matches of each combination of settings come to.
+//! The summary at the end of `naoisis batch`: results for each combination of settings.
 
 use super::terminal::Printer;
 use naoisis_core::team::RobotId;
@@ -7,7 +7,7 @@ use naoisis_record::batch::summary::Summary;
 use naoisis_record::batch::sweep::Sweep;
 use naoisis_record::batch::{Batch, MatchOutcome, MatchRow, Variants};
 
-/// Prints what came of each combination of settings that has been played. The rows are sorted by their variants.
+/// Prints the results of each combination of settings that has been played. `rows` are sorted by their variants.
 pub(super) fn print_summaries(
     printer: &mut Printer,
     sweep: &Sweep,
@@ -38,7 +38,7 @@ pub(super) fn print_summaries(
     }
 }
 
-/// The mistakes in the matches of a combination: by robot, or by team where teams play each other.
+/// Counts the mistakes in the matches of a combination: by robot, or by team with --pairs.
 fn count_mistakes(sweep: &Sweep, rows: &[MatchRow], mistakes: &MistakeTable) -> MistakeCounts {
     let combination = |variant: usize| variant / sweep.variants_of_combination();
     let played = |row: &&MatchRow| !matches!(row.outcome, MatchOutcome::Refused | MatchOutcome::Panicked);
@@ -58,21 +58,21 @@ fn count_mistakes(sweep: &Sweep, rows: &[MatchRow], mistakes: &MistakeTable) -> 
     MistakeCounts::of(of_these, |name| rows.iter().filter(played).filter(|row| is_of(row, name)).count())
 }
 
-/// How many matches there are, and how fast those were that were played now.
+/// The number of matches, and the speed of those that were played now.
 pub(super) fn what_was_played(batch: &Batch<Sweep>, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
     let of_all = format!("{} of {} matches", rows.len(), batch.len());
     let played = &rows[earlier.min(rows.len())..];
     if played.is_empty() {
         return match earlier {
             0 => format!("{of_all}\n"),
-            _ => format!("{of_all}, all of them earlier\n"),
+            _ => format!("{of_all}, all played earlier\n"),
         };
     }
     let simulated_s: f64 = played.iter().map(|row| row.duration_s).sum();
     let wall_s = wall_s.max(1e-9);
     format!(
         "{of_all}{} in {wall_s:.1} s on {} thread{}: {:.1} matches/s, {:.0} times real time\n",
-        if earlier > 0 { format!(", {earlier} of them earlier,") } else { String::new() },
+        if earlier > 0 { format!(", {earlier} of them played earlier,") } else { String::new() },
         batch.threads,
         if batch.threads == 1 { "" } else { "s" },
         played.len() as f64 / wall_s,

@@ -1,4 +1,4 @@
-//! What the match of `naoisis run` begins with: a scenario, or a snapshot of a match to go on with.
+//! Starts the match of `naoisis run`, from a scenario or from a saved match.
 
 use bevy::prelude::*;
 use std::path::Path;
@@ -14,15 +14,15 @@ use naoisis_sim::scenario::{FieldPath, Format, Scenario, ScenarioFile, Setting};
 use naoisis_sim::simulation::snapshot::EXTENSION;
 use naoisis_sim::simulation::{CHANGEABLE, MatchApp, Snapshot, change_settings, is_changeable};
 
-/// Whether a word of the command line is the path of a snapshot.
+/// Whether `path` is the path of a saved match.
 pub fn is_snapshot(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(EXTENSION))
 }
 
-/// Puts the match that the command line asks for into the app.
+/// Starts the match of the command line in `app`.
 ///
 /// # Errors
-/// The exit status of what is wrong, which is said already.
+/// The exit status of an error, which has been reported.
 pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     if is_snapshot(Path::new(&arguments.scenario)) {
         return go_on(app, arguments);
@@ -30,18 +30,18 @@ pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     begin_with(app, &scenario_file(&arguments.scenario)?, arguments)
 }
 
-/// The scenario of a path or a name.
+/// Reads the scenario of a path or a name.
 ///
 /// # Errors
-/// The exit status of what is wrong: all of it is said already.
+/// The exit status of the errors, which have all been reported.
 pub fn scenario_file(path_or_name: &str) -> Result<ScenarioFile, ExitCode> {
     ScenarioFile::check(path_or_name, |_| Vec::new()).map_err(|errors| report::scenario_errors(&errors))
 }
 
-/// Starts the match of a scenario with what the command line changes in it.
+/// Starts the match of a scenario with the changes of the command line.
 ///
 /// # Errors
-/// The exit status of what is wrong, which is said already.
+/// The exit status of an error, which has been reported.
 pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
     let mut file = file.check_with(&arguments.settings()).map_err(|errors| report::scenario_errors(&errors))?;
     arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
@@ -86,20 +86,20 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
     Ok(())
 }
 
-/// Stops the match after a time, s.
+/// Sets the duration of a match, s.
 ///
 /// # Errors
-/// The exit status of what is wrong, which is said already.
+/// The exit status of an error, which has been reported.
 pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), ExitCode> {
     scenario.duration_s = Some(duration_s);
     scenario.validate().map_err(|fault| report::usage_error(&format!("--duration: {}", fault.in_words())))
 }
 
-/// Changes settings of the match in the app, which errors call `name`: they are laid over the scenario's text, and what that
-/// changes is changed in the match.
+/// Changes settings of the running match in `app`: `settings` are applied to the text of its scenario, and the
+/// differences to the match. `name` stands for the match in errors.
 ///
 /// # Errors
-/// The exit status of what is wrong, which is said already.
+/// The exit status of an error, which has been reported.
 pub fn change_match(app: &mut App, name: &str, settings: &[Setting]) -> Result<(), ExitCode> {
     if let Some(setting) = settings.iter().find(|setting| !is_changeable(setting.path())) {
         let message = format!(
@@ -119,21 +119,19 @@ pub fn change_match(app: &mut App, name: &str, settings: &[Setting]) -> Result<(
         .map_err(|fault| report::scenario_error(&changed.source.error(&fault)))
 }
 
-/// Goes on with a saved match, with other settings if the command line has some.
+/// Continues a saved match, with the settings of the command line.
 fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     let usage_error = |message: &str| report::usage_error(message);
     if arguments.realism.is_some() {
-        return Err(usage_error(
-            "--realism: a saved match has its settings already; expected --set for those that change",
-        ));
+        return Err(usage_error("--realism: a saved match has its settings; expected --set for settings to change"));
     }
     if Team::BOTH.into_iter().any(|team| arguments.teams.of(team).is_some()) {
         return Err(usage_error(
-            "--blue, --pink: a saved match has its teams already; expected none, or a scenario with `from` and this file",
+            "--blue, --pink: a saved match has its teams; expected neither, or a scenario with `from` and this file",
         ));
     }
     if arguments.seed.is_some() {
-        return Err(usage_error("--seed: a saved match goes on with the random numbers that it had; expected no seed"));
+        return Err(usage_error("--seed: a saved match continues with its own random numbers; expected no seed"));
     }
     let path = Path::new(&arguments.scenario);
     app.insert_resource(arguments.agents.settings(&arguments.scenario, &arguments.teams));
@@ -149,7 +147,7 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     match scenario.last_cycle() {
         // How long a match lasts is saved with it.
         Some(last) if last <= clock.cycle => Err(usage_error(&format!(
-            "{}: the match is over, all of its {:.1} s are played; expected a later end, such as --duration {:.0}",
+            "{}: the match is over after {:.1} s; expected a longer duration, such as --duration {:.0}",
             path.display(),
             clock.end_time_s(),
             2.0 * clock.end_time_s().max(1.0),

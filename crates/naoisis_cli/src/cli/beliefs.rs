@@ -1,4 +1,4 @@
-//! The table of beliefs against the truth that `naoisis run` writes.
+//! The table of `naoisis run --beliefs`, which compares beliefs with the truth.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -12,7 +12,7 @@ use naoisis_record::record::recorder::Recorder;
 /// The arguments for a table of beliefs.
 #[derive(Args, Debug, Clone, Default)]
 pub struct BeliefArguments {
-    /// Write what the robots believe against what is true: a .csv file, and a summary at the end
+    /// Write the errors of the robots' beliefs to a .csv file, and print a summary at the end
     #[arg(long, value_name = "FILE")]
     pub beliefs: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! `naoisis calibrate`: the figures of a robot from logs of what it did.
+//! `naoisis calibrate`: fits a robot model to logs of a real robot.
 
 use clap::Args;
 use core::fmt::Write;
@@ -17,18 +17,20 @@ use naoisis_sim::scenario::RobotModel;
 #[derive(Args, Debug, Clone)]
 #[command(after_long_help = columns())]
 pub struct CalibrateArguments {
-    /// Tables in CSV of walks, kicks and sightings: their columns are below
+    /// CSV tables of walks, kicks and sightings; their columns are listed below
     #[arg(required = true, value_name = "LOG.csv")]
     logs: Vec<PathBuf>,
-    /// The model of a robot that has what the logs do not tell: a name (see `naoisis list robots`), or a `.ron` file
+    /// The model to start from, for figures that the logs do not determine: a name (see `naoisis list robots`), or a
+    /// .ron file
     #[arg(long, value_name = "MODEL")]
     robot: String,
-    /// The name of the new model [default: that of the robot, and `_calibrated`]
+    /// Name of the new model [default: the name of the robot with `_calibrated`]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
 }
 
-/// Reads logs, prints the model to standard output, and what was found and what was lacking to standard error.
+/// Reads logs. Prints the model to standard output, and the figures that were found or could not be found to standard
+/// error.
 pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
     let model = match RobotModel::find(&arguments.robot) {
         Ok(model) => model,
@@ -48,7 +50,7 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
     let calibration = find_figures(&log, &model);
     report::note(&found(&model, &calibration));
     if calibration.figures.is_empty() {
-        return report::failure("the logs have too little for any figure");
+        return report::failure("the logs have too few rows for any figure");
     }
     let name = arguments.name.clone().unwrap_or_else(|| format!("{}_calibrated", model.name));
     let file_name = |path: &PathBuf| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
@@ -58,7 +60,7 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// A table of what was found, beside the figures that the model had, and what was lacking.
+/// A table of the figures that were found, beside those of the model, and of those that could not be found.
 pub(super) fn found(model: &RobotModel, calibration: &Calibration) -> String {
     let width = calibration.figures.iter().map(|figure| figure.path.chars().count()).max().unwrap_or_default();
     let mut text = format!("{:width$}      found   95 % confidence          {}\n", "figure", model.name);
@@ -85,14 +87,17 @@ pub(super) fn found(model: &RobotModel, calibration: &Calibration) -> String {
     text
 }
 
-/// The columns of logs, for the help.
+/// The columns of logs, for the help text.
 fn columns() -> String {
     let mut text =
-        "Columns (others are not looked at; angles to the left, places to the front and to the left):\n".to_owned();
+        "Columns (others are ignored; angles are positive to the left, positions to the front and to the left):\n"
+            .to_owned();
     for (kind, name, meaning, needed) in COLUMNS {
         let mark = if *needed { "" } else { " (optional)" };
         let _ = writeln!(text, "  {kind:8}  {name:20}  {meaning}{mark}");
     }
-    text.push_str("A walk is straight, or a turn on the spot. What was in view but not seen is a sighting, too.\n");
+    text.push_str(
+        "A walk is straight, or a turn on the spot. An object that was in view but not detected is a sighting, too.\n",
+    );
     text
 }

@@ -1,4 +1,4 @@
-//! `naoisis challenge`: how often a task for learning succeeds.
+//! `naoisis challenge`: success rates of a learning task.
 
 use clap::Args;
 use core::fmt::Write;
@@ -18,28 +18,28 @@ use naoisis_core::replace_file::replace_file;
 /// Arguments of `naoisis challenge`.
 #[derive(Args, Debug, Clone)]
 pub struct ChallengeArguments {
-    /// The task, as `naoisis list challenges` names it
+    /// The task, see `naoisis list challenges`
     #[arg(value_name = "NAME")]
     name: String,
-    /// The behaviour of its robots; `random` for actions by chance [default: all those whose rates its file has]
+    /// The behaviour of its robots, or `random` for random actions [default: each one with a rate in the task's file]
     #[arg(long, value_name = "B", conflicts_with = "team")]
     behaviour: Option<String>,
-    /// The team that its robots are
+    /// The team that plays its robots
     #[arg(long, value_name = "T")]
     team: Option<String>,
-    /// Episodes to play
+    /// Number of episodes
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     episodes: u32,
-    /// Seed of the first episode; the next has the next seed
+    /// Seed of the first episode; each further episode has the next seed
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// How many are played at the same time [default: one a core]
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Write the rates, as a challenge's file has them, and what came of each episode
+    /// Write the rates, as in the task's file, and the result of each episode
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write over a file that is there already
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
     /// Print nothing but errors
@@ -59,7 +59,7 @@ pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
             return report::usage_error(&message);
         }
     }
-    let watched = Interrupt::watch(|| report::note("finishing those under way; interrupt again to leave them"));
+    let watched = Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once"));
     let interrupt = match watched {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
@@ -108,7 +108,7 @@ pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
     interrupt.finish(printer.finish(ExitCode::SUCCESS))
 }
 
-/// Who is to play: whoever was asked for, or else all whose rates the challenge has.
+/// The players of the arguments, else all with a rate in the challenge.
 fn players(challenge: &Challenge, arguments: &ChallengeArguments) -> Vec<ChallengePlayer> {
     let player = |word: &str| {
         let Ok(player) = word.parse();
@@ -130,7 +130,7 @@ fn as_json(challenge: &Challenge, played: &[(ChallengePlayer, Vec<Attempt>)]) ->
     })
 }
 
-/// How often each succeeds.
+/// The success rates as a text.
 fn in_words(challenge: &Challenge, played: &[(ChallengePlayer, Vec<Attempt>)]) -> String {
     let mut text = format!("{}-v{}: {}\n", challenge.name, challenge.version, challenge.description);
     for (player, rows) in played {

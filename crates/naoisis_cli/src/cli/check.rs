@@ -1,4 +1,4 @@
-//! `naoisis check`: whether the files of scenarios and models are right.
+//! `naoisis check`: reports errors in the files of scenarios and robot models.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -19,13 +19,14 @@ use naoisis_sim::simulation::{MatchApp, names};
 /// Arguments of `naoisis check`.
 #[derive(Args, Debug, Clone)]
 pub struct CheckArguments {
-    /// Scenario files (.ron or .json), names of built-in scenarios, models of robots (.ron), or programs that are to play: "exec:python3 team.py"
+    /// Scenario files (.ron or .json), names of built-in scenarios, robot models (.ron), or programs that are to play:
+    /// "exec:python3 team.py"
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
-    /// Play the scenarios, too, and check what they expect; exit status 1 if it is otherwise
+    /// Also play the scenarios and check what they expect; exit status 1 if an expectation fails
     #[arg(long)]
     pub play: bool,
-    /// With --play, write what became of expectations as JUnit XML
+    /// With --play, write the verdicts on expectations as JUnit XML
     #[arg(long, value_name = "FILE", requires = "play")]
     pub junit: Option<PathBuf>,
     /// With --play, set a field of the scenarios: teams.blue=passers
@@ -38,7 +39,7 @@ pub struct CheckArguments {
     pub agents: AgentArguments,
 }
 
-/// Checks every file, and says `ok` or all that is wrong of each; exit status 2 if anything is wrong.
+/// Checks every file, and prints `ok` or all its errors. Returns exit status 2 if there are any.
 pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
     let mut status = ExitCode::SUCCESS;
     let mut printer = Printer::default();
@@ -86,7 +87,7 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
             status = report::scenario_error(error);
         }
         if errors.len() == ScenarioFile::MOST_ERRORS {
-            report::note(&format!("{file}: there may be more errors than these {}", errors.len()));
+            report::note(&format!("{file}: there may be more errors than the first {}", errors.len()));
         }
     }
     if let Some(Err(message)) = arguments.junit.as_ref().map(|path| write_junit(path, &played)) {
@@ -95,7 +96,7 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
     printer.finish(status)
 }
 
-/// Plays a scenario that is right, and judges what it expects.
+/// Plays a valid scenario and judges its expectations.
 fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<Verdict>, String> {
     let file = ScenarioFile::find(file).map_err(|error| error.to_string())?;
     let mut file = file.with(&arguments.set).map_err(|error| error.to_string())?;
@@ -109,7 +110,7 @@ fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<
     play_many(simulator, &file.scenario, &file.scenario.expectations)
 }
 
-/// What is wrong with a file: with its fields, with the names in it, and at last with starting its match.
+/// The errors of a file: of its fields, of the names in it, and finally of starting its match.
 fn errors_of(file: &str, app: &mut App) -> Vec<ScenarioError> {
     match ScenarioFile::check(file, |scenario| names::unknown(app.world(), scenario)) {
         Ok(file) => app.start_match(&file.scenario).err().map(|fault| file.source.error(&fault)).into_iter().collect(),

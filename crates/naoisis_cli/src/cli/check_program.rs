@@ -1,4 +1,4 @@
-//! `naoisis check "exec:COMMAND"`: walks a program that is to play through a match, and says what it does wrong.
+//! `naoisis check "exec:COMMAND"`: tests a program in a short match, and reports what it does wrong.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -18,14 +18,14 @@ use naoisis_sim::interface::vocabulary::RobotCommand;
 use naoisis_sim::scenario::ScenarioFile;
 use naoisis_sim::simulation::MatchApp;
 
-/// The match that a program is tried in.
+/// The scenario of the test.
 const SCENARIO: &str = "match3v3";
-/// So long, cycles: ten seconds.
+/// The length of the test, cycles: ten seconds.
 const CYCLES: u32 = 300;
 /// The robot that the program plays; it is one of its team.
 const ROBOT: RobotId = RobotId::new(Team::Blue, 1);
 
-/// Walks the program of a team's name through a match, and prints each step. Whether all is well.
+/// Tests the program of a team in a match, and prints each step. Returns whether all is well.
 pub fn check_program(program: Program, team: &str, arguments: &AgentArguments, printer: &mut Printer) -> bool {
     let mut step = |what: &str, outcome: Result<String, String>| {
         let (is_ok, word, details) = match &outcome {
@@ -53,32 +53,32 @@ pub fn check_program(program: Program, team: &str, arguments: &AgentArguments, p
     let mut trial = Trial::default();
     trial.run(&mut app);
     let was_welcome = hello.is_some();
-    if !step("says hello", hello.ok_or_else(|| trial.lost.clone().unwrap_or_default())) {
+    if !step("sends a hello", hello.ok_or_else(|| trial.lost.clone().unwrap_or_default())) {
         return false;
     }
     let answers = match &trial.lost {
         Some(message) => Err(format!("in cycle {}: {message}", app.cycle())),
-        None => Ok(format!("all {CYCLES}, the slowest cycle after {:.1} ms", 1e3 * trial.slowest.as_secs_f64())),
+        None => Ok(format!("all {CYCLES} cycles, the slowest took {:.1} ms", 1e3 * trial.slowest.as_secs_f64())),
     };
     let mut is_ok = was_welcome && step("answers in every cycle", answers);
     let commands = if trial.commands.is_empty() {
-        Err("it never wanted anything".to_owned())
+        Err("it never sent a command".to_owned())
     } else if let Some((what, count)) = trial.refused.iter().next() {
         Err(format!("{count} refused, such as {what}"))
     } else {
         let count = |(word, count): (&&str, &u32)| format!("{word} in {count} cycles");
         Ok(trial.commands.iter().map(count).collect::<Vec<_>>().join(", "))
     };
-    is_ok &= step("wants what can be done", commands);
+    is_ok &= step("sends valid commands", commands);
     if trial.lost.is_none() {
         let ended = agents::dismiss(app.world_mut(), "end");
-        let outcome = if ended.is_empty() { Ok(String::new()) } else { Err("it had to be ended".to_owned()) };
+        let outcome = if ended.is_empty() { Ok(String::new()) } else { Err("it had to be killed".to_owned()) };
         is_ok &= step("ends with the match", outcome);
     }
     is_ok
 }
 
-/// What the program says of itself, if it was let in.
+/// The name and protocol of the program, if it was accepted.
 fn hello_of(app: &App) -> Option<String> {
     let entity = app.world().resource::<Roster>().get(ROBOT)?;
     let hello = app.world().get::<AgentPlayer>(entity)?.hello()?;
@@ -86,15 +86,15 @@ fn hello_of(app: &App) -> Option<String> {
     Some(format!("{name}, protocol {}", hello.protocol))
 }
 
-/// What came of a match.
+/// The results of a test match.
 #[derive(Default)]
 struct Trial {
     /// Why the program was lost, if it was.
     lost: Option<String>,
     slowest: Duration,
-    /// In how many cycles it wanted what.
+    /// The number of cycles with each part of a command.
     commands: BTreeMap<&'static str, u32>,
-    /// What was refused, and how often.
+    /// The refused commands, with their numbers.
     refused: BTreeMap<String, u32>,
 }
 
@@ -125,7 +125,7 @@ impl Trial {
     }
 }
 
-/// What a command wants, in the words of a trace.
+/// The parts that a command sets, named as in a trace.
 fn words_of(command: &RobotCommand) -> impl Iterator<Item = &'static str> {
     let RobotCommand { walk, head, kick, posture, say } = command;
     let words = [

@@ -1,4 +1,4 @@
-//! What is expected of matches on the command line, and in scenarios: how it is judged and said.
+//! Expectations of the command line and of scenarios: how they are judged and reported.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -11,14 +11,14 @@ use naoisis_core::replace_file::replace_file;
 use naoisis_record::expectations::{Verdict, junit, play_all};
 use naoisis_sim::scenario::{Expectation, NotAnExpectation, Quantity, Scenario};
 
-/// Arguments about what is expected.
+/// Arguments about expectations.
 #[derive(Args, Debug, Clone, Default)]
 pub struct ExpectArguments {
-    /// What is expected of the match: "blue.goals >= 1 within 30 s"; with "in 25 % of 200", of so many seeds. Exit status 1 if
-    /// it is otherwise
+    /// What is expected of the match: "blue.goals >= 1 within 30 s"; with "in 25 % of 200", of that many seeds. Exit
+    /// status 1 if it fails
     #[arg(long, value_name = "EXPECTATION", value_parser = expectation)]
     pub expect: Vec<Expectation>,
-    /// Write what became of expectations as JUnit XML
+    /// Write the verdicts on expectations as JUnit XML
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
 }
@@ -33,7 +33,7 @@ impl ExpectArguments {
         self.junit.clone().map(|path| Output { option: "--junit", path })
     }
 
-    /// That the robots are in the match.
+    /// Checks that the robots of the expectations are in the match.
     pub fn check(&self, scenario: &Scenario) -> Result<(), String> {
         for expectation in &self.expect {
             if let Quantity::OfRobot(robot, _) = expectation.quantity
@@ -45,12 +45,12 @@ impl ExpectArguments {
         Ok(())
     }
 
-    /// Those that are about the match itself.
+    /// The expectations of the match itself.
     pub fn of_match(&self) -> Vec<Expectation> {
         self.expect.iter().copied().filter(|expectation| expectation.frequency.is_none()).collect()
     }
 
-    /// Plays the matches of those that are about many, and judges them.
+    /// Plays the matches of expectations about many matches, and judges them.
     pub fn judge_many(&self, simulator: impl Fn() -> App + Sync, scenario: &Scenario) -> Result<Vec<Verdict>, String> {
         let many: Vec<Expectation> =
             self.expect.iter().copied().filter(|expectation| expectation.frequency.is_some()).collect();
@@ -58,7 +58,7 @@ impl ExpectArguments {
     }
 }
 
-/// Plays all the matches that expectations are about, on all cores.
+/// Plays the matches of all expectations, on all cores.
 pub fn play_many(
     simulator: impl Fn() -> App + Sync,
     scenario: &Scenario,
@@ -68,7 +68,7 @@ pub fn play_many(
     play_all(simulator, scenario, expected, threads)
 }
 
-/// Says what became of expectations; if it is to be quiet, of those that do not hold. Whether all is as it should be.
+/// Prints the verdicts; with `quiet`, only failed ones. Returns whether all expectations hold.
 pub fn print_verdicts(printer: &mut Printer, verdicts: &[Verdict], quiet: bool) -> bool {
     for verdict in verdicts.iter().filter(|verdict| !quiet || !verdict.holds) {
         let word = if verdict.holds { "ok   " } else { "wrong" };
@@ -77,7 +77,7 @@ pub fn print_verdicts(printer: &mut Printer, verdicts: &[Verdict], quiet: bool) 
     verdicts.iter().all(|verdict| verdict.holds)
 }
 
-/// Writes the verdicts on each scenario.
+/// Writes the verdicts on each scenario as JUnit XML.
 pub fn write_junit(path: &Path, scenarios: &[(String, Vec<Verdict>)]) -> Result<(), String> {
     let text = junit(scenarios);
     let written = replace_file(path, |mut file| file.write_all(text.as_bytes()));

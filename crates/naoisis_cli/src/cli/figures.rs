@@ -1,4 +1,4 @@
-//! `naoisis figures`: the paper's figures, drawn from the running system, with its robots or with others.
+//! `naoisis figures`: draws the figures of the paper from running matches, with its robots or with others.
 
 use clap::Args;
 use std::fs;
@@ -20,16 +20,16 @@ pub struct FiguresArguments {
     /// The folder to write PNG files into
     #[arg(long, value_name = "DIR", default_value = "figures")]
     pub out: PathBuf,
-    /// Draw these only: 3,5
+    /// Draw only these figures: 3,5
     #[arg(long, value_name = "NUMBERS", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
     pub only: Vec<u8>,
-    /// The robots that are drawn: a model's name, see `naoisis list robots`, or a file
+    /// The robots in the figures: a model (see `naoisis list robots`), or a file
     #[arg(long, value_name = "MODEL", default_value = "nao")]
     pub robot: String,
-    /// Pixels to a point: at 1, a figure is 1600 pixels wide
+    /// Pixels per point: at 1, a figure is 1600 pixels wide
     #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = scale, allow_negative_numbers = true)]
     pub scale: f32,
-    /// Write over figures that are there already
+    /// Replace existing figures
     #[arg(long)]
     pub force: bool,
     /// Print nothing but errors
@@ -37,7 +37,7 @@ pub struct FiguresArguments {
     pub quiet: bool,
 }
 
-/// The sizes that can be drawn: so that words can be read, and a picture fits into memory.
+/// Parses a scale. Its limits keep words legible and pictures small enough for memory.
 fn scale(word: &str) -> Result<f32, String> {
     match word.parse::<f32>() {
         Ok(scale) if (0.1..=6.0).contains(&scale) => Ok(scale),
@@ -88,7 +88,7 @@ pub fn figures(arguments: &FiguresArguments) -> ExitCode {
     interrupt.finish(printer.finish(ExitCode::SUCCESS))
 }
 
-/// Makes the folder. Everything that can be found out before the first figure is drawn, is.
+/// Creates the folder, and checks before the first figure is drawn that all can be written.
 fn prepare(folder: &Path, chosen: &[(&Figure, PathBuf)], force: bool) -> Result<(), String> {
     fs::create_dir_all(folder).map_err(|error| format!("--out: {}: {error}", folder.display()))?;
     for (_, path) in chosen {

@@ -1,4 +1,4 @@
-//! How the command line tells of a match in the league's own protocol.
+//! Arguments of the command line about the protocol of the league's GameController.
 
 use bevy::prelude::*;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -11,12 +11,12 @@ use naoisis_agents::game_controller::{
 };
 use naoisis_core::team::PerTeam;
 
-/// The teams' numbers if none are given.
+/// The default numbers of the teams.
 const TEAM_NUMBERS: PerTeam<u8> = PerTeam { blue: 1, pink: 2 };
-/// The largest port offset: the highest port of the protocol, a team's own, is 10255.
+/// The largest port offset: the highest port of the protocol, that of a team, is 10255.
 const LARGEST_OFFSET: i64 = 55_000;
 
-/// Reads the name of a protocol version.
+/// Parses the name of a protocol version.
 fn protocol_versions() -> impl TypedValueParser<Value = ProtocolVersion> {
     let values = ProtocolVersion::ALL.map(|version| PossibleValue::new(version.name()).help(version.league()));
     PossibleValuesParser::new(values).map(|name| {
@@ -29,37 +29,37 @@ fn protocol_versions() -> impl TypedValueParser<Value = ProtocolVersion> {
 #[derive(Args, Debug, Clone, PartialEq, Eq, Default)]
 #[command(group = ArgGroup::new("numbered").multiple(true))]
 pub struct GameControllerArguments {
-    /// Tell robots of the game as the league's GameController does: control packets to UDP port 3838, twice a simulated second
-    /// and at each change; reports from robots at 3939
+    /// Send the state of the game as the league's GameController does: control packets to UDP port 3838, twice a
+    /// simulated second and at each change; robots report to port 3939
     #[arg(long, value_parser = protocol_versions(), value_name = "v18|v19", groups = ["protocol", "numbered"])]
     pub game_controller: Option<ProtocolVersion>,
-    /// Let a real GameController decide about the match, which it is heard by at UDP port 3838 of this address: its operator
-    /// whistles, penalises and restarts. Real time, unless --pace says otherwise [default: 127.0.0.1]
+    /// Follow a real GameController, whose packets are received at UDP port 3838 of this address: its operator
+    /// whistles, penalises and restarts. Plays in real time unless --pace is given [default: 127.0.0.1]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1", groups = ["protocol", "numbered"])]
     pub listen_game_controller: Option<IpAddr>,
-    /// Where its packets go [default: 127.0.0.1]; 127.255.255.255 reaches every program on this machine, a network's
-    /// broadcast address every robot in it
+    /// Address for control packets [default: 127.0.0.1]; 127.255.255.255 reaches every program on this machine, the
+    /// broadcast address of a network every robot in it
     #[arg(long, value_name = "ADDRESS", requires = "game_controller")]
     pub game_controller_address: Option<IpAddr>,
-    /// Tell monitors the truth that ask for it at UDP port 3636, as they ask a GameController: the game at once and, with
-    /// --listen-game-controller, where robots and ball are. Who asks sees the truth, programs that play included; without this
-    /// nobody does
+    /// Send the true state to monitors that request it at UDP port 3636, as from a GameController: the game without
+    /// delays and, with --listen-game-controller, the positions of robots and ball. Any program that requests it
+    /// receives it, programs that play included; without this option no program does
     #[arg(long, requires = "protocol")]
     pub truth_for_monitors: bool,
-    /// Carry team messages over UDP for programs that want them, at 127.0.0.1 and port 10000 + the team's number; a robot's program
-    /// sends from 127.1.TEAM.NUMBER and hears its team-mates there
+    /// Carry team messages over UDP, at 127.0.0.1 and port 10000 + the number of the team; the program of a robot sends
+    /// from 127.1.TEAM.NUMBER and receives messages of team-mates there
     #[arg(long, group = "numbered")]
     pub team_messages: bool,
-    /// Add this to every port of it, to play several matches on one machine
+    /// Add this to every port, to play several matches on one machine
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=LARGEST_OFFSET), requires = "numbered")]
     pub game_controller_port_offset: Option<u16>,
-    /// The numbers of the teams in the league, blue first [default: 1,2, or those that are heard]
+    /// Numbers of the teams in the league, blue first [default: 1,2, or those of the GameController that is heard]
     #[arg(long, value_name = "BLUE,PINK", value_parser = team_numbers, requires = "numbered")]
     pub team_numbers: Option<PerTeam<u8>>,
 }
 
 impl GameControllerArguments {
-    /// Lets the GameController tell of the match in `world`, or decide about it, if it is to.
+    /// Starts the GameController of the arguments in `world`, or the listener to a real one.
     pub fn start(&self, world: &mut World) -> Result<(), String> {
         let port_offset = self.game_controller_port_offset.unwrap_or(0);
         if let Some(address) = self.listen_game_controller {
@@ -67,7 +67,7 @@ impl GameControllerArguments {
             let listener =
                 listener.map_err(|error| format!("--listen-game-controller: {error}"))?.with_notes(report::note);
             let listener = if self.truth_for_monitors { listener.with_truth_for_monitors() } else { listener };
-            report::note(&format!("hearing a GameController at {address}; robots stand until it says something"));
+            report::note(&format!("listening for a GameController at {address}; robots stand until its first packet"));
             game_controller::listen_to(world, listener);
         }
         if let Some(version) = self.game_controller {
@@ -77,7 +77,7 @@ impl GameControllerArguments {
             let controller = GameController::open(GameControllerSettings { version, network, team_numbers });
             let controller = controller.map_err(|error| format!("--game-controller: {error}"))?;
             if self.truth_for_monitors {
-                report::note(&format!("monitors are told the truth that ask for it at {}", network.requests()));
+                report::note(&format!("monitors that ask at {} receive the true state", network.requests()));
             }
             game_controller::start(world, controller);
         }
@@ -88,7 +88,7 @@ impl GameControllerArguments {
         Ok(())
     }
 
-    /// How many times real time the match is to be played if nothing else is said; none for as fast as it goes.
+    /// The default speed, as a multiple of real time; `None` for as fast as possible.
     pub fn pace(&self) -> Option<f64> {
         self.listen_game_controller.map(|_| 1.0)
     }

@@ -1,27 +1,27 @@
-//! Ctrl-C, and being asked to end: commands close their files, and say by their exit status what stopped them.
+//! Signals that ask the program to end: commands close their files, and their exit status tells the signal.
 
 use bevy::prelude::*;
 use std::process::{self, ExitCode};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-/// Whether the program was asked to end. The first time, the command may end in its own way; the second time, the program
-/// ends at once.
+/// Whether the program was asked to end. After the first signal the command may end in its own way; the second signal
+/// ends the program at once.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct Interrupt(Arc<Flags>);
 
 #[derive(Debug, Default)]
 struct Flags {
     stop: AtomicBool,
-    /// The exit status that tells which signal it was; nought before there was one.
+    /// The exit status for the signal; 0 before a signal.
     status: AtomicU8,
 }
 
 impl Interrupt {
-    /// Watches for interrupts from now on, and calls `on_first` when the first one comes.
+    /// Watches for signals from now on, and calls `on_first` at the first one.
     ///
     /// # Errors
-    /// When that is not possible.
+    /// When the system does not allow it.
     pub fn watch(on_first: impl Fn() + Send + 'static) -> Result<Self, String> {
         let interrupt = Self::default();
         let flags = Arc::clone(&interrupt.0);
@@ -36,20 +36,20 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Ends the program at once when it is interrupted: for commands that have nothing to close.
+    /// Ends the program at once when a signal arrives: for commands that have nothing to close.
     ///
     /// # Errors
-    /// When that is not possible.
+    /// When the system does not allow it.
     pub fn end_at_once() -> Result<(), String> {
         on_signal(|status| process::exit(i32::from(status)))
     }
 
-    /// A flag that turns true with the first interrupt; who sets it stops the command for a reason of its own.
+    /// A flag that turns true with the first signal. Setting it stops the command for another reason.
     pub fn stop(&self) -> &AtomicBool {
         &self.0.stop
     }
 
-    /// Whether the command shall stop.
+    /// Whether the command is to stop.
     pub fn is_stopped(&self) -> bool {
         self.0.stop.load(Ordering::SeqCst)
     }
@@ -64,7 +64,7 @@ impl Interrupt {
     }
 }
 
-/// Calls `act` with the exit status that belongs to each signal that asks the program to end.
+/// Calls `act` with the exit status of each signal that asks the program to end.
 ///
 /// # Errors
 /// When signals cannot be watched.
@@ -84,7 +84,7 @@ fn on_signal(act: impl Fn(u8) + Send + 'static) -> Result<(), String> {
     Ok(())
 }
 
-/// Calls `act` with the exit status that belongs to an interrupt.
+/// Calls `act` with the exit status of each interrupt.
 ///
 /// # Errors
 /// When interrupts cannot be watched.

@@ -1,4 +1,4 @@
-//! `naoisis list`: what comes with the program, by name.
+//! `naoisis list`: names and descriptions of what is available.
 
 use bevy::ecs::world::World;
 use clap::{Args, ValueEnum};
@@ -16,7 +16,7 @@ use naoisis_sim::scenario::{
     pitch_preset, rules_preset,
 };
 
-/// Robots of the largest team that there can be.
+/// The number of robots in the largest possible team.
 const LARGEST_TEAM: u8 = 11;
 
 /// Arguments of `naoisis list`.
@@ -45,15 +45,15 @@ pub enum Listing {
     /// Models of robots
     #[value(alias = "models")]
     Robots,
-    /// Leagues: what is played with, and how
+    /// Leagues: field, ball, rules, robots and realism together
     Leagues,
-    /// Tasks for whatever learns
+    /// Learning tasks
     Challenges,
     /// Log formats
     Logs,
 }
 
-/// Prints names and what they stand for in this simulator, a line each.
+/// Prints names and descriptions, one line each.
 pub fn list(arguments: &ListArguments, world: &World) -> ExitCode {
     let registry = world.resource::<BehaviourRegistry>();
     let rows = match arguments.what {
@@ -93,7 +93,7 @@ fn challenges() -> Vec<(String, String)> {
     challenges.map(|challenge| (challenge.name, challenge.description)).collect()
 }
 
-/// Every behaviour, with the teams that play it.
+/// Every behaviour, with the teams that use it.
 fn behaviours(registry: &BehaviourRegistry) -> Vec<(String, String)> {
     let plays = |team: &TeamRecipe, behaviour: &str| {
         let sizes = 1..=LARGEST_TEAM;
@@ -123,7 +123,7 @@ fn balls() -> Vec<(String, String)> {
     let row = |name: &str| {
         let BallSpec { radius_m, rolling, .. } = BallSpec::preset(name)?;
         let slows = match rolling {
-            Rolling::ExponentialPerS(drag) => format!("slows down by {drag} of its speed a second"),
+            Rolling::ExponentialPerS(drag) => format!("slows down by {drag} of its speed per second"),
             Rolling::ConstantMps2(deceleration) => format!("slows down by {deceleration} m/s²"),
         };
         Some((name.to_owned(), format!("{} cm wide, {slows}", 200.0 * radius_m)))
@@ -151,14 +151,14 @@ fn rules() -> Vec<(String, String)> {
         let play = match (rules.clock, rules.goals || rules.ball_out) {
             (true, _) => format!("{} x {} s, teams of {}", rules.halves, rules.half_s, rules.team_size),
             (false, true) => format!("no clock, teams of {}", rules.team_size),
-            (false, false) => "no referee: nothing is repositioned".to_owned(),
+            (false, false) => "no referee, nothing is repositioned".to_owned(),
         };
         Some((name.to_owned(), play))
     };
     RULES_PRESETS.iter().filter_map(|preset| row(preset.name)).collect()
 }
 
-/// Rows of two columns.
+/// A text with two columns.
 fn table(rows: &[(String, String)]) -> String {
     let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or_default();
     rows.iter()

@@ -1,4 +1,4 @@
-//! The logs that `naoisis run` writes in formats which are registered by name, a program's own included.
+//! The logs of `naoisis run --log`, in formats that are registered by name.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -18,7 +18,7 @@ pub struct LogArguments {
     pub log: Vec<Log>,
 }
 
-/// A log: its format, and its file.
+/// A format and a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Log {
     format: String,

@@ -1,4 +1,4 @@
-//! The command line: one file a command. A program of one's own has all of it with [`run()`]:
+//! The command line, one file per command. Your own program gets all commands by calling [`run()`]:
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -22,8 +22,8 @@
 //! }
 //! ```
 //!
-//! `my_team batch match3v3 --matches 100 --pairs rushers,roles` plays it on all cores then, `my_team` alone opens the window,
-//! `my_team list teams` knows the team, and so does `my_team check`.
+//! `my_team batch match3v3 --matches 100 --pairs rushers,roles` then plays the team on all cores, `my_team` alone opens
+//! the window, and `my_team list teams` and `my_team check` know the team.
 
 use bevy::app::{App, Plugins};
 use clap::{Parser, Subcommand};
@@ -75,7 +75,7 @@ mod vision;
 mod whatif;
 mod window;
 
-/// A behavioural simulator of humanoid robot soccer.
+/// A simulator of humanoid robot soccer: coarse motion, strict perception.
 #[derive(Parser, Debug)]
 #[command(version, about, propagate_version = true)]
 struct CommandLine {
@@ -87,39 +87,40 @@ struct CommandLine {
 enum Command {
     /// Watch a match in a window; the same as no command
     Play(play::PlayArguments),
-    /// Run a match headless, as fast as it goes
+    /// Play a match without a window, as fast as possible
     Run(Box<run_arguments::RunArguments>),
     /// Run a match that programs connect to, in lock-step
     Serve(Box<serve::ServeArguments>),
-    /// Print what is said between a match and a program, as JSON Schema
+    /// Print the messages between a match and a program as JSON Schema
     Schema,
-    /// Watch a match that a trace was written of
+    /// Watch a recorded match, from its trace
     Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores
     Batch(batch::BatchArguments),
-    /// Check scenario files, and programs that are to play
+    /// Check scenario files, robot models, and programs that are to play
     Check(check::CheckArguments),
-    /// Draw the paper's figures from the running system
+    /// Draw the figures of the paper from running matches
     Figures(figures::FiguresArguments),
-    /// List what comes with the program
+    /// List what is available
     List(list::ListArguments),
     /// Show a robot model: its figures, and a sheet with pictures
     Robot(robot::RobotArguments),
-    /// Measure what simulated robots do when they are realistic, beside what real ones do
+    /// Measure simulated robots and compare them with real ones
     Realism(realism::RealismArguments),
-    /// Play a moment of a match on many times, with other chance
+    /// Play on from one moment of a match many times, with other random numbers
     #[command(name = "whatif")]
     WhatIf(whatif::WhatIfArguments),
-    /// Measure how often a task for learning succeeds, with behaviours or with chance
+    /// Measure the success rate of a learning task, with behaviours or random actions
     Challenge(challenge::ChallengeArguments),
-    /// Find a robot's figures from logs of what it did
+    /// Fit a robot model to logs of a real robot
     Calibrate(calibrate::CalibrateArguments),
-    /// Measure image vision: what it finds in pictures of random scenes, against what is there
+    /// Measure image vision: what it detects in images of random scenes, compared with what is there
     Vision(vision::VisionArguments),
 }
 
-/// Parses the command line and carries it out: the whole of a `main`. `extend` adds behaviours, teams, sensors and plugins
-/// to the app of every match, after the [`NaoisisPlugins`]: to that of the window, and to one a match and thread of a batch.
+/// Parses and executes the command line: the whole of a `main`. `extend` adds behaviours, teams, sensors and plugins to
+/// the app of every match after [`NaoisisPlugins`]: it is called once for the window, and once per match and thread of
+/// a batch.
 ///
 /// # Panics
 /// When `extend` does, such as for a behaviour that the barrier refuses.
@@ -127,7 +128,7 @@ pub fn run(extend: impl Fn(&mut App) + Sync + 'static) -> ExitCode {
     run_with(env::args_os(), extend)
 }
 
-/// As [`run()`], with a command line of one's own; its first word is the program's name.
+/// Like [`run()`], with the given command line; its first word is the name of the program.
 ///
 /// # Panics
 /// When `extend` does.
@@ -158,7 +159,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
     }
 }
 
-/// Prints what is wrong with the command line, or what was asked of it: help, or the version.
+/// Prints an error of the command line, or the help or version that was asked for.
 fn said_by_clap(error: &clap::Error) -> ExitCode {
     let status = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
     match error.print() {
@@ -169,19 +170,19 @@ fn said_by_clap(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// The program that the commands are part of: what it adds to each of its matches.
+/// The program that runs the commands: what it adds to each of its matches.
 #[derive(Clone, Copy)]
 struct Program<'a> {
     extend: &'a (dyn Fn(&mut App) + Sync),
 }
 
 impl Program<'_> {
-    /// A simulator without a match, with all behaviours and teams that there are.
+    /// A simulator without a match, with all behaviours and teams.
     fn simulator(self) -> App {
         self.simulator_with(())
     }
 
-    /// A simulator with more plugins.
+    /// A simulator with further plugins.
     fn simulator_with<M>(self, plugins: impl Plugins<M>) -> App {
         let mut app = App::new();
         app.add_plugins(plugins);
@@ -192,7 +193,7 @@ impl Program<'_> {
         app
     }
 
-    /// Adds the simulation, and the program's own.
+    /// Adds the simulation, and the additions of the program.
     fn add_to(self, app: &mut App) {
         app.add_plugins((NaoisisPlugins, AgentsPlugin));
         #[cfg(feature = "gpu")]

@@ -1,4 +1,4 @@
-//! What the commands say of models and scenarios that are right, and may yet be other than meant.
+//! Hints about models and scenarios that are valid, but perhaps not what was meant.
 
 use bevy::math::Vec2;
 
@@ -10,14 +10,14 @@ use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::ball_in_view::{nearest_ball_seen_m, sees_ball};
 use naoisis_sim::scenario::{Realism, RobotModel, Scenario, ScenarioFile};
 
-/// What is to be said of a model: what it does not see, and what its file leaves open.
+/// Hints about a model: what its cameras cannot see, and what its file leaves open.
 pub(super) fn of_model(model: &RobotModel) -> Vec<String> {
     let blindness = model.scenario().ok().and_then(|scenario| blindness_in(&scenario));
     [blindness, naos_measures(model), errors_left_open(model)].into_iter().flatten().collect()
 }
 
-/// What is to be said of a scenario: which of its settings do not reach everybody, and of the files of its models that they leave open what
-/// its realism asks for.
+/// Hints about a scenario: settings that do not reach all robots, and figures that the files of its models leave open
+/// although its realism asks for them.
 pub(super) fn of_scenario(file: &ScenarioFile) -> Vec<String> {
     let mut notes = file.notes();
     let Scenario { model, robots, teams, realism, .. } = &file.scenario;
@@ -37,15 +37,15 @@ pub(super) fn of_scenario(file: &ScenarioFile) -> Vec<String> {
     notes
 }
 
-/// Says notes beside what a command prints.
+/// Prints notes to standard error.
 pub(super) fn tell(notes: &[String]) {
     notes.iter().for_each(|words| report::note(&format!("note: {words}")));
 }
 
-/// So many figures are named.
+/// How many figures a note names.
 const MOST_NAMED: usize = 8;
 
-/// Paths as a list, of very many the first.
+/// A list of paths; the first ones if there are many.
 fn some_of(paths: &[String]) -> Option<String> {
     let (named, others) = paths.split_at(paths.len().min(MOST_NAMED));
     if named.is_empty() {
@@ -55,26 +55,26 @@ fn some_of(paths: &[String]) -> Option<String> {
     Some(format!("{}{others}", named.join(", ")))
 }
 
-/// What is to be said of a model some of whose figures have no source.
+/// A note about figures of a model that have no source.
 pub(super) fn unsourced(model: &RobotModel) -> Option<String> {
-    some_of(&model.without_source()).map(|paths| format!("`sources` does not say where these are from: {paths}"))
+    some_of(&model.without_source()).map(|paths| format!("`sources` has no source for: {paths}"))
 }
 
-/// What is to be said of a robot of one's own that has measures of a NAO.
+/// A note about figures that a custom model takes from the NAO.
 fn naos_measures(model: &RobotModel) -> Option<String> {
     some_of(&model.measures_of_nao())
-        .map(|paths| format!("these are the NAO's, as the file does not say them: {paths}"))
+        .map(|paths| format!("the file leaves these out, so the NAO's figures are used: {paths}"))
 }
 
-/// What is to be said of a model that is not as real as the word `realistic` promises.
+/// A note about a model that lacks figures for `realistic`.
 fn errors_left_open(model: &RobotModel) -> Option<String> {
     let paths = some_of(&model.without_errors())?;
     Some(format!(
-        "in a `realistic` match these are the paper's, not a real robot's, as the file does not say them: {paths}"
+        "the file leaves these out, so a `realistic` match uses the paper's figures instead of a real robot's: {paths}"
     ))
 }
 
-/// What is to be said of a scenario's robot whose cameras do not show it the ball that it is about to kick.
+/// A note about a robot of a scenario whose cameras cannot see a ball that it could kick.
 fn blindness_in(scenario: &Scenario) -> Option<String> {
     let Scenario { body, cameras, head, kicks, ball, .. } = scenario;
     if cameras.mounts.as_slice().is_empty() {
@@ -93,11 +93,11 @@ fn blindness_in(scenario: &Scenario) -> Option<String> {
         return None;
     }
     let nearest = match nearest_ball_seen_m(&cameras, &head, radius_m) {
-        Some(distance_m) => format!("the nearest ball that it sees straight ahead is {distance_m:.2} m away"),
-        None => "it sees no ball straight ahead at all".to_owned(),
+        Some(distance_m) => format!("the nearest ball that it can see straight ahead is {distance_m:.2} m away"),
+        None => "it cannot see any ball straight ahead".to_owned(),
     };
     Some(format!(
-        "no camera shows it the ball where it kicks from: {nearest}; built-in teams kick by what they saw last, other players may not"
+        "its cameras cannot see a ball that it could kick: {nearest}; built-in teams kick at its last known position, other players may not"
     ))
 }
 
@@ -119,7 +119,7 @@ mod tests {
         let level = words(r#""head": { "pitch_deg": [0, 0] }"#).unwrap();
         assert!(level.contains("the nearest ball that it sees straight ahead is 0.7"), "{level}");
         let up = words(r#""head": { "pitch_deg": [-80, -80] }"#).unwrap();
-        assert!(up.contains("it sees no ball straight ahead at all"), "{up}");
+        assert!(up.contains("it cannot see any ball straight ahead"), "{up}");
         let fixed = words(r#""head": { "max_degps": 0 }, "cameras": { "mounts": [{ "name": "head", "position_m": [0.06, 0, 0.84] }] }"#).unwrap();
         assert!(fixed.contains("the nearest ball that it sees straight ahead is"), "{fixed}");
         let blind = words(r#""cameras": { "mounts": [] }"#).unwrap();

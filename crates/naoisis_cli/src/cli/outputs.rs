@@ -1,15 +1,15 @@
-//! What commands write: checked before the match, not after it. Nothing is written over what a command reads, and over
-//! what was there before only when it is told to.
+//! Checks of the files that commands write, before the match starts. Files that the command reads are never replaced,
+//! other existing files only with `--force`.
 
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 
 use naoisis_core::cycle::CycleClock;
 
-/// The word for standard output in place of a file.
+/// Stands for standard output instead of a file.
 pub const STANDARD_OUTPUT: &str = "-";
 
-/// A file that an option lets a command write.
+/// A file that a command writes, with its option.
 pub struct Output {
     /// The option, such as `--trace`.
     pub option: &'static str,
@@ -17,13 +17,13 @@ pub struct Output {
     pub path: PathBuf,
 }
 
-/// That no output is a file that the command reads, nor another output; and without `force`, that there is none of them
-/// yet. Devices and pipes can be written to as they are.
+/// Checks that no output is a file that the command reads or another output, and without `force` that none exists.
+/// Devices and pipes are allowed.
 pub fn check_files(input: &Path, outputs: &[Output], force: bool) -> Result<(), String> {
     for (index, Output { option, path }) in outputs.iter().enumerate() {
         if input.exists() && is_same_file(path, input) {
             return Err(format!(
-                "{option}: {}: this would write over {}, which the command reads; expected another file",
+                "{option}: {}: this would replace {}, which the command reads; expected another file",
                 path.display(),
                 input.display(),
             ));
@@ -42,10 +42,11 @@ pub fn check_files(input: &Path, outputs: &[Output], force: bool) -> Result<(), 
     Ok(())
 }
 
-/// What is said of a file that is not written over.
-pub const EXISTS: &str = "there is such a file already; expected another name, or --force to write over it";
+/// The error about an existing file.
+pub const EXISTS: &str = "the file exists already; expected another name, or --force to replace it";
 
-/// Whether two paths lead to one file, by whatever names and links. Devices are not files that could be lost.
+/// Whether two paths lead to the same file, through any names and links. Always false for devices, which cannot be
+/// lost.
 fn is_same_file(one: &Path, other: &Path) -> bool {
     match (one.metadata(), other.metadata()) {
         (Ok(there), Ok(other_there)) => there.is_file() && is_same_inode(one, &there, other, &other_there),
@@ -66,7 +67,7 @@ fn is_same_inode(one: &Path, _: &Metadata, other: &Path, _: &Metadata) -> bool {
     real(one) == real(other)
 }
 
-/// The path without links, as far as it exists.
+/// The path with its links resolved, as far as it exists.
 fn real(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     match (path.canonicalize(), absolute.parent().map(Path::canonicalize), absolute.file_name()) {
@@ -76,7 +77,7 @@ fn real(path: &Path) -> PathBuf {
     }
 }
 
-/// The cycle at whose end a match is this old, s.
+/// The cycle at the end of which the match has lasted `time_s`.
 pub fn cycle_at(time_s: f32, clock: &CycleClock) -> u64 {
     (f64::from(time_s) / clock.period_s).round() as u64
 }

@@ -1,30 +1,30 @@
-//! How fast a match is played.
+//! The speed at which a match is played.
 
 use core::time::Duration;
 use std::thread;
 use std::time::Instant;
 
-/// A match that is so late does not catch up, s of real time: it goes on from there.
+/// A match that is later than this, in real time, does not catch up.
 const LATEST: Duration = Duration::from_millis(250);
-/// The longest sleep in one piece, so that an interrupt is noticed.
+/// The longest single sleep, so that interrupts are noticed.
 const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 
-/// Keeps a match from running ahead of the wall clock. It decides nothing in the match.
+/// Keeps a match from running faster than a multiple of real time. It does not influence the match.
 #[derive(Debug)]
 pub struct Pace {
-    /// Real time of a cycle.
+    /// The real time of a cycle.
     cycle: Duration,
-    /// When the next cycle may begin.
+    /// When the next cycle may start.
     next: Instant,
 }
 
 impl Pace {
-    /// So many times real time, with cycles of `period_s`.
+    /// Limits the speed to `times_real_time` for cycles of `period_s`.
     pub fn new(times_real_time: f64, period_s: f64) -> Self {
         Self { cycle: Duration::from_secs_f64(period_s / times_real_time), next: Instant::now() }
     }
 
-    /// Waits until the next cycle may begin, unless `is_stopped`.
+    /// Waits until the next cycle may start, or until `is_stopped` returns true.
     pub fn wait(&mut self, is_stopped: impl Fn() -> bool) {
         loop {
             let now = Instant::now();
@@ -36,17 +36,17 @@ impl Pace {
         }
     }
 
-    /// When the cycle after one that begins now may.
+    /// When the cycle after one that starts at `now` may start.
     fn next_after(&self, now: Instant) -> Instant {
         let is_late = now.saturating_duration_since(self.next) > LATEST;
         if is_late { now + self.cycle } else { self.next + self.cycle }
     }
 }
 
-/// A word of the command line: how many times real time.
+/// Parses a multiple of real time.
 pub fn times_real_time(word: &str) -> Result<f64, String> {
     let times = word.parse::<f64>().ok().filter(|times| (1e-3..=1e6).contains(times));
-    times.ok_or_else(|| "expected how many times real time, such as 1 or 0.5".to_owned())
+    times.ok_or_else(|| "expected a multiple of real time, such as 1 or 0.5".to_owned())
 }
 
 #[cfg(test)]

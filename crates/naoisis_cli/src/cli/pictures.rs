@@ -1,4 +1,4 @@
-//! What `naoisis run` records in pictures.
+//! Pictures and videos of `naoisis run`.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -23,28 +23,29 @@ use naoisis_sensing::sensing::camera::CameraSettings;
 /// The arguments for pictures.
 #[derive(Args, Debug, Clone, Default)]
 pub struct PictureArguments {
-    /// Write frames into a new or empty folder: PNG files of the field, and of the robots' cameras where these are on
+    /// Write frames into a new or empty folder: PNG files of the field, and of the robots' cameras if they are rendered
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
     /// Write a video of the field, or of `--views` side by side: a new .mp4 file
     #[arg(long, value_name = "FILE")]
     pub video: Option<PathBuf>,
-    /// Write a contact sheet, the match at a glance: a new .png file. Of the cameras in `--views`, it shows the first
+    /// Write a contact sheet, the match on one page: a new .png file. Of the cameras in `--views`, it shows the first
     #[arg(long, value_name = "FILE")]
     pub sheet: Option<PathBuf>,
-    /// What frames and video show: field,blue1.top,pink2.bottom
+    /// The views of frames and video: field,blue1.top,pink2.bottom
     #[arg(long, value_name = "VIEWS", value_delimiter = ',')]
     pub views: Vec<Picture>,
-    /// Draw over pictures of the field what robots sense, what they believe, or what their behaviours draw; of one robot or all: blue2.beliefs,senses,drawings
+    /// Draw over the field what robots sense, what they believe, or what their behaviours draw; of one robot or all:
+    /// blue2.beliefs,senses,drawings
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub draw: Vec<OverlayOf>,
-    /// Take frames and video of every N-th cycle only
+    /// Use only every N-th cycle for frames and video
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub every: Option<u64>,
 }
 
 impl Recording for PictureArguments {
-    /// That there is something for `--views` and `--every` to be about.
+    /// Checks that `--views` and `--every` apply to some output.
     fn check(&self) -> Result<(), String> {
         let moving = self.frames.is_some() || self.video.is_some();
         if self.every.is_some() && !moving {
@@ -52,7 +53,7 @@ impl Recording for PictureArguments {
         }
         for (index, picture) in self.views.iter().enumerate() {
             if self.views[..index].contains(picture) {
-                return Err(format!("--views: {picture} is there twice; expected different views"));
+                return Err(format!("--views: {picture} is listed twice; expected different views"));
             }
         }
         if !self.views.is_empty() && !moving && self.sheet.is_none() {
@@ -77,7 +78,10 @@ impl Recording for PictureArguments {
             if let Picture::Camera(robot, _) = picture
                 && world.resource::<Roster>().get(*robot).is_none()
             {
-                return Err(format!("--views: {picture}: no such robot plays; expected one of {}", who_plays(world)));
+                return Err(format!(
+                    "--views: {picture}: there is no such robot in the match; expected one of {}",
+                    who_plays(world)
+                ));
             }
             if let Picture::Camera(robot, camera) = picture
                 && let mounts = mounts_of(world, *robot)
@@ -90,7 +94,10 @@ impl Recording for PictureArguments {
         }
         for drawn in &self.draw {
             if drawn.robot.is_some_and(|robot| world.resource::<Roster>().get(robot).is_none()) {
-                return Err(format!("--draw: {drawn}: no such robot plays; expected one of {}", who_plays(world)));
+                return Err(format!(
+                    "--draw: {drawn}: there is no such robot in the match; expected one of {}",
+                    who_plays(world)
+                ));
             }
         }
         let every = self.every.unwrap_or(1);
@@ -106,7 +113,7 @@ impl Recording for PictureArguments {
             let first_of = |id: RobotId| mounts_of(world, id).names().next().map(|camera| (id, camera));
             let first = || world.resource::<Roster>().iter().find_map(|(id, _)| first_of(id));
             let Some((robot, side)) = camera.or_else(first) else {
-                return Err("--sheet: no robot has a camera; expected one through whose eyes it can be seen".to_owned());
+                return Err("--sheet: no robot has a camera; expected a robot with one".to_owned());
             };
             let sheet = SheetRecorder::create(path, robot, side);
             pictures.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);
@@ -124,12 +131,12 @@ impl Recording for PictureArguments {
     }
 }
 
-/// What else would help against an error: frames that are there already can be replaced.
+/// A hint that --force helps, for errors about existing frames.
 pub fn or_force(error: &RecordError) -> &'static str {
     if matches!(error, RecordError::NotEmpty(_)) { ", or --force to replace frames that are there" } else { "" }
 }
 
-/// The robots that play, in words.
+/// The robots of the match as a list in words.
 fn who_plays(world: &World) -> String {
     let robots: Vec<String> = world.resource::<Roster>().iter().map(|(id, _)| id.to_string()).collect();
     robots.join(", ")

@@ -15,14 +15,14 @@ use super::window::WindowArguments;
 use super::{Program, report};
 use naoisis_sim::scenario::{ScenarioError, ScenarioFile};
 
-/// The match that is played when none is named.
+/// The default scenario.
 const DEFAULT_SCENARIO: &str = "match3v3";
 
 /// Arguments of `naoisis play`.
 #[derive(Args, Debug, Clone, Default)]
 pub struct PlayArguments {
-    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`); without one, and
-    /// with nothing else said of the match, the window asks; it has that which was watched last, at first match3v3
+    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`); without any
+    /// argument about the match, the window asks, and suggests the last one or match3v3
     pub scenario: Option<String>,
     #[command(flatten)]
     pub teams: TeamArguments,
@@ -33,10 +33,10 @@ pub struct PlayArguments {
     /// Seed of all random numbers, instead of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Record what the window shows from the start, as PNG files in this new or empty folder; without a display, the field
+    /// Record the window from the start, as PNG files in this new or empty folder; without a display, the field
     #[arg(long, value_name = "DIR")]
     pub record: Option<PathBuf>,
-    /// Write in place of frames that are there already
+    /// Replace existing frames
     #[arg(long)]
     pub force: bool,
     /// The window.
@@ -45,7 +45,7 @@ pub struct PlayArguments {
 }
 
 impl PlayArguments {
-    /// Whether nothing is said of the match: who says nothing is asked.
+    /// Whether no argument says which match to play. Then the window asks.
     #[cfg(feature = "viewer")]
     fn names_nothing_to_play(&self) -> bool {
         let Self { scenario, teams, game_controller, seed, record, .. } = self;
@@ -58,7 +58,7 @@ impl PlayArguments {
     }
 }
 
-/// Runs the command. Without a display the match is run headless, which is said: a script does not wait for an answer.
+/// Runs the command. Without a display the match is played headless, with a note, so that scripts do not wait.
 pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
     let (name, mut file) = match find(arguments) {
         Ok(found) => found,
@@ -99,7 +99,7 @@ pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
     }
 }
 
-/// The scenario of the command line; without one, that which was watched last, as far as it is still there.
+/// The scenario of the command line; without one, the last one that was watched, if it still exists.
 fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), Vec<ScenarioError>> {
     let check = |name: &str| ScenarioFile::check(name, |_| Vec::new());
     if let Some(name) = &arguments.scenario {

@@ -1,4 +1,4 @@
-//! `naoisis realism`: what simulated robots do, measured, beside what real ones do.
+//! `naoisis realism`: measures simulated robots and compares them with real ones.
 
 use clap::Args;
 use core::fmt::Write;
@@ -10,8 +10,8 @@ use super::terminal::Printer;
 use naoisis_lab::trials::{self, MeasuredQuantity};
 use naoisis_sim::scenario::{MODELS, ModelError, RobotModel};
 
-/// A measured figure that is farther from the real one is pointed at, as a share of it: as far as chance alone brings a spread in
-/// so many repetitions. Of a standard deviation's `1 / sqrt(2 n)`, that is three: 15 % of 200 repetitions.
+/// The relative difference from which a figure is marked: three standard errors of a standard deviation from
+/// `repetitions` samples, each `1 / sqrt(2 n)`; 15 % for 200 repetitions.
 fn far(repetitions: u32) -> f64 {
     f64::max(0.15, 3.0 / (2.0 * f64::from(repetitions)).sqrt())
 }
@@ -19,15 +19,15 @@ fn far(repetitions: u32) -> f64 {
 /// Arguments of `naoisis realism`.
 #[derive(Args, Debug, Clone)]
 pub struct RealismArguments {
-    /// A model of a robot: a name (see `naoisis list robots`), or a `.ron` file [default: a table for each]
+    /// A robot model: a name (see `naoisis list robots`), or a .ron file [default: a table for each]
     #[arg(long, value_name = "MODEL")]
     robot: Option<String>,
-    /// How often each walk and kick is repeated, with another seed
+    /// Repetitions of each walk and kick, each with another seed
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     repetitions: u32,
 }
 
-/// Tries the robots and prints the tables.
+/// Measures the robots and prints the tables.
 pub fn realism(arguments: &RealismArguments) -> ExitCode {
     let chosen: Vec<RobotModel> = match &arguments.robot {
         None => MODELS.iter().filter_map(|model| RobotModel::named(model.name)).collect(),
@@ -56,7 +56,7 @@ pub fn realism(arguments: &RealismArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// Says what is wrong with the model that an argument names, which begins with `argument`: of a file all that is. Exit status 2.
+/// Reports the errors of the model that `argument` names: for a file, all of them. Returns exit status 2.
 pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
     match error {
         ModelError::Wrong(errors) => report::scenario_errors(errors),
@@ -64,8 +64,8 @@ pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
     }
 }
 
-/// The table of a model, with what of it is `left_out`. What is `far` off, as a share, is marked by `!`, what no source gives by
-/// `?`.
+/// The table of a model; `left_out` are trials that do not apply to it. A difference above `far` is marked by `!`, a
+/// real figure without a source by `?`.
 fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str], far: f64) -> String {
     let names: Vec<String> = quantities
         .iter()
@@ -89,15 +89,15 @@ fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str],
                 let why = why.unwrap_or_default();
                 writeln!(
                     text,
-                    "  {name:width$}  {:>9} {real:9.3}  {:>8}   {guess}  {source} (not seen: {why})",
+                    "  {name:width$}  {:>9} {real:9.3}  {:>8}   {guess}  {source} (not measured: {why})",
                     "-", "-"
                 )
             }
         };
     }
-    let _ = write!(text, "  ! is farther from the real figure than {:.0} %", 100.0 * far);
-    text.push_str(if far > 0.15 { ", which so few repetitions may be by chance" } else { "" });
-    text.push_str("; ? is a guess, for which no source is known\n");
+    let _ = write!(text, "  ! differs from the real figure by more than {:.0} %", 100.0 * far);
+    text.push_str(if far > 0.15 { ", which may be chance with so few repetitions" } else { "" });
+    text.push_str("; ? marks a real figure that is a guess without a source\n");
     for words in left_out {
         let _ = writeln!(text, "  note: {words}");
     }

@@ -1,25 +1,25 @@
-//! The shape of what records a match by options of `naoisis run`.
+//! The interface of the options by which `naoisis run` records a match.
 
 use bevy::prelude::*;
 
 use super::outputs::Output;
 use naoisis_record::record::recorder::Recorder;
 
-/// The options of a way to record.
+/// The options of one kind of recording.
 pub trait Recording {
-    /// That the options fit each other.
+    /// Checks that the options fit each other.
     fn check(&self) -> Result<(), String> {
         Ok(())
     }
 
-    /// The files that it writes anew.
+    /// The files that it writes.
     fn outputs(&self) -> Vec<Output>;
 
-    /// Whether it takes standard output, so that nothing else may be printed there.
+    /// Whether it writes to standard output, so that nothing else may.
     fn takes_standard_output(&self) -> bool {
         false
     }
 
-    /// Opens what is to be written of the match in the world, with `force` in place of what is there.
+    /// Opens the outputs for the match in `world`, with `force` replacing existing ones.
     fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String>;
 }

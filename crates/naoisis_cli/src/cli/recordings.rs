@@ -1,5 +1,5 @@
-//! What `naoisis run` records of a match. A format with options of its own is a file with them, and a line here; one
-//! without is registered where the program begins, and written by `--log`.
+//! All recordings of `naoisis run`. A format with options of its own is a file with these options, and a line here. One
+//! without options is registered by `add_log_format`, and written by `--log`.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -15,7 +15,7 @@ use naoisis_record::record::recorder::Recorder;
 
 macro_rules! recordings {
     ($($name:ident: $arguments:ty,)*) => {
-        /// The options of all ways to record.
+        /// The options of all recordings.
         #[derive(Args, Debug, Clone, Default)]
         pub struct Recordings {
             $(
@@ -42,22 +42,22 @@ recordings! {
 }
 
 impl Recordings {
-    /// That the options fit each other.
+    /// Checks that the options fit each other.
     pub fn check(&self) -> Result<(), String> {
         self.all().into_iter().try_for_each(Recording::check)
     }
 
-    /// The files that are written anew.
+    /// The files that are written.
     pub fn outputs(&self) -> Vec<Output> {
         self.all().into_iter().flat_map(Recording::outputs).collect()
     }
 
-    /// Whether standard output is taken, so that nothing else may be printed there.
+    /// Whether something is written to standard output, so that nothing else may be.
     pub fn take_standard_output(&self) -> bool {
         self.all().into_iter().any(Recording::takes_standard_output)
     }
 
-    /// Opens everything that is to be written of the match in the world, with `force` in place of what is there.
+    /// Opens all outputs for the match in `world`, with `force` replacing existing ones.
     pub fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
         let opened = self.all().into_iter().map(|recording| recording.open(world, force));
         Ok(opened.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())

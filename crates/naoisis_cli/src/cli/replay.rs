@@ -1,4 +1,4 @@
-//! `naoisis replay`: a match that a trace was written of, in a window.
+//! `naoisis replay`: a recorded match in the window.
 
 use clap::Args;
 use core::ops::ControlFlow;
@@ -26,10 +26,10 @@ pub struct ReplayArguments {
     pub window: WindowArguments,
 }
 
-/// What is said of a trace without an end.
-const BROKEN_OFF: &str = "the trace is broken off: what it has until there is shown";
+/// The note about a trace without an end.
+const BROKEN_OFF: &str = "the trace is incomplete: it is shown as far as it goes";
 
-/// Runs the command. Without a display the trace is read, and summed up.
+/// Runs the command. Without a display, the trace is read and summarised.
 #[cfg_attr(not(feature = "viewer"), expect(unused_variables, reason = "only a window has the program's own in it"))]
 pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
     // A long one takes a while.
@@ -48,7 +48,7 @@ pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCod
     };
     if trace.last.is_none() {
         let path = arguments.trace.display();
-        return report::usage_error(&format!("{path}: there is nothing after the header; expected a cycle"));
+        return report::usage_error(&format!("{path}: the trace has no cycle after its header; expected at least one"));
     }
     if trace.ending == Ending::BrokenOff {
         report::note(BROKEN_OFF);
@@ -59,7 +59,7 @@ pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCod
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
-            report::note(&format!("{reason}: the trace is only summed up"));
+            report::note(&format!("{reason}: printing a summary of the trace instead"));
             let mut printer = Printer::default();
             printer.print(summary(&trace));
             printer.finish(ExitCode::SUCCESS)
@@ -93,7 +93,7 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments, trace: ReadTrac
     window::show(app)
 }
 
-/// What the trace is of, in a few lines.
+/// A summary of a trace in a few lines.
 fn summary(trace: &ReadTrace) -> String {
     let scenario = &trace.scenario;
     let name = if scenario.name.is_empty() { "a match" } else { &scenario.name };

@@ -1,4 +1,4 @@
-//! How the commands say what went wrong.
+//! How the commands report errors.
 
 use core::fmt;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
@@ -8,29 +8,29 @@ use std::process::ExitCode;
 use super::visible::{visible, visible_in_place};
 use naoisis_sim::scenario::ScenarioError;
 
-/// Exit status of a command whose arguments or files are wrong.
+/// The exit status for errors in arguments or files.
 pub const USAGE_ERROR: u8 = 2;
 
-/// Says what failed while running; exit status 1.
+/// Reports a failure while running. Returns exit status 1.
 pub fn failure(message: &str) -> ExitCode {
     print_error(&format!("error: {message}"));
     ExitCode::FAILURE
 }
 
-/// Says what is wrong with the arguments or files; exit status 2.
+/// Reports an error in arguments or files. Returns exit status 2.
 pub fn usage_error(message: &str) -> ExitCode {
     print_error(&format!("error: {message}"));
     ExitCode::from(USAGE_ERROR)
 }
 
-/// Says what is wrong with a scenario file, with the lines around it on a terminal; exit status 2.
+/// Reports an error of a scenario file, with the lines around it on a terminal. Returns exit status 2.
 pub fn scenario_error(error: &ScenarioError) -> ExitCode {
     let style = if io::stderr().is_terminal() { Style::of_terminal() } else { Style::Paragraph };
     print_rendered(&rendered(error, style));
     ExitCode::from(USAGE_ERROR)
 }
 
-/// Says all that is wrong with a scenario, one after the other; exit status 2.
+/// Reports all errors of a scenario. Returns exit status 2.
 pub fn scenario_errors(errors: &[ScenarioError]) -> ExitCode {
     for error in errors {
         scenario_error(error);
@@ -38,7 +38,7 @@ pub fn scenario_errors(errors: &[ScenarioError]) -> ExitCode {
     ExitCode::from(USAGE_ERROR)
 }
 
-/// Says something that is no error but worth knowing.
+/// Prints a message that is not an error.
 pub fn note(message: &str) {
     print_error(message);
 }
@@ -47,13 +47,13 @@ fn print_error(text: &str) {
     print_rendered(&visible(text));
 }
 
-/// Prints a text that may have control characters of its own.
+/// Prints a text that may contain control characters.
 fn print_rendered(text: &str) {
     // Whoever closed standard error does not want to know.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
-/// How an error of a scenario file is shown.
+/// How an error of a scenario file is printed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Style {
     /// One paragraph, for files and other programs.
@@ -90,7 +90,7 @@ fn rendered(error: &ScenarioError, style: Style) -> String {
     }
 }
 
-/// A scenario's error as miette shows it.
+/// An error of a scenario in the form that miette prints.
 #[derive(Debug)]
 struct Report<'a> {
     error: &'a ScenarioError,

@@ -1,4 +1,4 @@
-//! The mistakes that `naoisis run` looks for, and the summary that it makes.
+//! The mistakes and the summary of `naoisis run`.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -10,14 +10,15 @@ use naoisis_record::record::mistake_recorder::MistakeRecorder;
 use naoisis_record::record::recorder::Recorder;
 use naoisis_record::record::summary_recorder::SummaryRecorder;
 
-/// The arguments for mistakes and the summary.
+/// The arguments about mistakes and the summary.
 #[derive(Args, Debug, Clone, Default)]
 pub struct ReviewArguments {
-    /// Find what robots did wrong (lost balls and poses, missed kicks, balls given away, ...): a .json file, and a table at the end
+    /// Find mistakes of robots (lost balls and poses, missed kicks, balls given away, ...): a .json file, and a table
+    /// at the end
     #[arg(long, value_name = "FILE")]
     pub mistakes: Option<PathBuf>,
-    /// Write the match in numbers (possession, shots, passes, distances, heat maps, penalties, mistakes): an .html file, or a picture
-    /// in a .png file
+    /// Write the statistics of the match (possession, shots, passes, distances, heat maps, penalties, mistakes): an .html
+    /// file, or a .png file with a picture
     #[arg(long, value_name = "FILE.html|FILE.png")]
     pub summary: Option<PathBuf>,
 }
@@ -32,7 +33,7 @@ impl ReviewArguments {
 impl Recording for ReviewArguments {
     fn check(&self) -> Result<(), String> {
         if let Some((option, _)) = self.files().find(|(_, path)| path.as_os_str() == STANDARD_OUTPUT) {
-            return Err(format!("{option}: only --trace goes to standard output; expected a file"));
+            return Err(format!("{option}: only --trace can write to standard output; expected a file"));
         }
         match &self.summary {
             Some(path) if path.extension().is_some_and(|extension| extension != "html" && extension != "png") => {

@@ -1,4 +1,4 @@
-//! `naoisis robot show`: a model's sheet, and its figures with their sources.
+//! `naoisis robot show`: the sheet of a robot model, and its figures with their sources.
 
 use clap::{Args, Subcommand};
 use core::fmt::Write;
@@ -38,7 +38,7 @@ pub struct ShowArguments {
     /// The folder to write the sheet into, as MODEL.png
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write over a sheet that is there already
+    /// Replace an existing sheet
     #[arg(long)]
     pub force: bool,
 }
@@ -77,10 +77,10 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// Values are in a column of so many letters at most.
+/// The greatest width of the column of values, letters.
 const WIDEST_COLUMN: usize = 44;
 
-/// The model's figures, a line each, with their sources.
+/// The figures of a model with their sources, one line each.
 fn figures_of(model: &RobotModel) -> String {
     let mut figures = Vec::new();
     collect("", &Value::Object(model.all_settings()), &mut figures);
@@ -96,7 +96,7 @@ fn figures_of(model: &RobotModel) -> String {
     text
 }
 
-/// The figures below a path, with their values. Lists of numbers are one.
+/// Collects the figures below `path` with their values. A list of numbers is one figure.
 fn collect(path: &str, value: &Value, figures: &mut Vec<(String, String)>) {
     match value {
         Value::Object(fields) => {
@@ -115,7 +115,7 @@ fn collect(path: &str, value: &Value, figures: &mut Vec<(String, String)>) {
     }
 }
 
-/// The file of a model's sheet. A name is whatever somebody has written: a file's name it is without what leads elsewhere.
+/// The file name of the sheet of a model. Characters that would lead to other folders are replaced.
 fn sheet_name(model: &str) -> String {
     let allowed = |character: char| character.is_alphanumeric() || "-_+ ".contains(character);
     let name: String = model.chars().map(|character| if allowed(character) { character } else { '_' }).collect();

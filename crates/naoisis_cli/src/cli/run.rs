@@ -1,4 +1,4 @@
-//! `naoisis run`: a match, headless, as fast as it goes.
+//! `naoisis run`: a match without a window, as fast as possible.
 
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
@@ -27,7 +27,7 @@ use naoisis_record::record::recorder::{self, EndReason, Recorders};
 use naoisis_sim::scenario::{Scenario, ScenarioFile};
 use naoisis_sim::simulation::Snapshot;
 
-/// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
+/// Cycles between two updates of the progress bar; few enough that it moves when pictures are written.
 const CYCLES_PER_PROGRESS: u64 = 16;
 
 /// Runs the command.
@@ -35,12 +35,12 @@ pub fn run(program: Program, arguments: &RunArguments) -> ExitCode {
     run_match(program, arguments, None, |app| begin::begin(app, arguments))
 }
 
-/// Runs a scenario with the command's other arguments.
+/// Plays a scenario with the other arguments of the command.
 pub fn run_scenario(program: Program, file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
     run_match(program, arguments, None, |app| begin::begin_with(app, file, arguments))
 }
 
-/// Runs the match that `begin` puts into the app. With an address, programs connect to it before.
+/// Plays the match that `begin` starts in the app. With an address, waits first for programs that connect.
 pub(super) fn run_match(
     program: Program,
     arguments: &RunArguments,
@@ -98,7 +98,7 @@ pub(super) fn run_match(
     if !outcome.saved {
         outcome.not_saved = save(app.world_mut(), arguments).err();
         if let Some(save_at_s) = arguments.save_at {
-            report::note(&format!("the match ended before {save_at_s} s: it was saved as it ended"));
+            report::note(&format!("the match ended before {save_at_s} s: it was saved at its end"));
         }
     }
     agents::dismiss(app.world_mut(), words_of(outcome.reason));
@@ -112,11 +112,11 @@ pub(super) fn run_match(
     if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
 }
 
-/// Says who stands still, as somebody should connect, and cannot.
+/// Notes the robots that stand still because no program can connect.
 fn tell_of_nobodys_robots(world: &World) {
     let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
     if !free.is_empty() {
-        report::note(&format!("note: nobody plays {}: `naoisis serve` lets programs connect", free.join(", ")));
+        report::note(&format!("note: no program plays {}: `naoisis serve` lets programs connect", free.join(", ")));
     }
 }
 
@@ -124,7 +124,9 @@ fn tell_of_nobodys_robots(world: &World) {
 fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) -> Result<(), String> {
     let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
     if free.is_empty() {
-        return Err("no robot of the match is remote: expected a scenario with some, or --blue remote".to_owned());
+        return Err(
+            "no robot of the match is remote; expected a scenario with remote robots, or --blue remote".to_owned()
+        );
     }
     let server = Server::listen(address).map_err(|error| format!("--listen: {address}: {error}"))?;
     report::note(&format!("listening at {}; waiting for {}", server.address(), free.join(", ")));
@@ -132,10 +134,10 @@ fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) 
     Ok(())
 }
 
-/// Judges what was expected, says what became of it, and writes it down.
+/// Judges the expectations, prints the verdicts and writes them to a file.
 ///
 /// # Errors
-/// The exit status if something is not as it should be.
+/// The exit status if an expectation fails.
 fn judge(
     program: Program,
     outcome: &Outcome,
@@ -164,28 +166,28 @@ fn judge(
     if all_hold { Ok(()) } else { Err(ExitCode::FAILURE) }
 }
 
-/// Saves the match, if that is asked for.
+/// Saves the match, if the arguments say so.
 fn save(world: &mut World, arguments: &RunArguments) -> Result<(), String> {
     let Some(path) = &arguments.save else { return Ok(()) };
     let saved = Snapshot::take(world).and_then(|snapshot| snapshot.save(path, world));
     saved.map_err(|error| format!("cannot save the match: {error}"))
 }
 
-/// What came of a run.
+/// The results of a run.
 #[derive(Default)]
 struct Outcome {
     reason: EndReason,
     goals: Vec<(f64, Team)>,
     broken_invariants: Vec<String>,
-    /// What is measured for what was expected.
+    /// The measurements for expectations.
     watch: Watch,
     /// Robots whose programs were lost.
     agents_lost: PerTeam<u32>,
-    /// What the referee decided, and how often, if that is to be explained.
+    /// The number of decisions of the referee by kind, for --explain.
     decisions: BTreeMap<String, u32>,
-    /// Whether the match was saved on the way, or should have been.
+    /// Whether the match was saved during the run, or saving failed.
     saved: bool,
-    /// Why it was not.
+    /// Why saving failed.
     not_saved: Option<String>,
 }
 
@@ -247,8 +249,7 @@ fn run_to_the_end(
             match event {
                 MatchEvent::AgentLost { robot, message, .. } => {
                     outcome.agents_lost[robot.team] += 1;
-                    progress
-                        .suspend(|| report::note(&format!("{robot} has lost its program at {time_s:.2} s: {message}")));
+                    progress.suspend(|| report::note(&format!("{robot} lost its program at {time_s:.2} s: {message}")));
                 }
                 MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
                 MatchEvent::InvariantBroken { message } => {
@@ -262,12 +263,12 @@ fn run_to_the_end(
     outcome
 }
 
-/// How long a match is, s of its own time: without what the referee adds.
+/// The length of a match, s of its own clock: without time that the referee adds.
 pub(super) fn length_s(scenario: &Scenario) -> f32 {
     scenario.longest_s().unwrap_or(scenario.rules.half_s * scenario.rules.halves as f32)
 }
 
-/// Simulated seconds of the match's; hidden where standard error is no terminal.
+/// A progress bar of the simulated seconds; hidden if standard error is no terminal.
 fn progress_bar(length_s: f32, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
@@ -297,7 +298,7 @@ fn finish(
             // Whoever reads a trace from a pipe may have seen enough.
             Err(error) if error.is_broken_pipe() => return ExitCode::SUCCESS,
             Err(error) => {
-                return report::failure(&format!("cannot write {error}; what was written before is of use still"));
+                return report::failure(&format!("cannot write {error}; what was written before it can still be used"));
             }
         }
     }
@@ -310,14 +311,13 @@ fn finish(
     }
     match outcome.broken_invariants.first() {
         None => ExitCode::SUCCESS,
-        Some(first) => report::failure(&format!(
-            "{} times something that must always hold did not; first at {first}",
-            outcome.broken_invariants.len()
-        )),
+        Some(first) => {
+            report::failure(&format!("{} invariants were broken; first at {first}", outcome.broken_invariants.len()))
+        }
     }
 }
 
-/// What match the report is of.
+/// The title of the report: which match it is about.
 fn title(scenario: &Scenario) -> String {
     let name = if scenario.name.is_empty() { "Match" } else { &scenario.name };
     let teams = match &scenario.teams {
@@ -328,7 +328,7 @@ fn title(scenario: &Scenario) -> String {
     format!("{name}{teams}. Rules {}, realism {realism}, seed {seed}.\n{HEADER}\n", rules.name)
 }
 
-/// How often the referee decided what.
+/// The number of decisions of the referee by kind, as a line.
 fn tally(decisions: &BTreeMap<String, u32>) -> String {
     let count = |(kind, count): (&String, &u32)| format!("{count} {}", kind.replace('_', " "));
     let counts: Vec<String> = decisions.iter().map(count).collect();
@@ -374,7 +374,7 @@ fn words_of(reason: EndReason) -> &'static str {
     }
 }
 
-/// With as many digits as say something.
+/// Formats a number with two decimals below 1, one below 10, and none above.
 fn factor(value: f64) -> String {
     let digits = if value < 1.0 { 2 } else { usize::from(value < 10.0) };
     format!("{value:.digits$}")

@@ -17,7 +17,7 @@ use naoisis_sim::scenario::wording::one_of;
 use naoisis_sim::scenario::{NotASetting, Realism, Scenario, Setting};
 use naoisis_sim::simulation::snapshot::EXTENSION;
 
-/// What `--cameras` may say.
+/// The values of `--cameras`.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Cameras {
     /// No images
@@ -41,8 +41,8 @@ impl From<Cameras> for CameraRendering {
 /// Arguments of `naoisis run`.
 #[derive(Args, Debug, Clone, Default)]
 pub struct RunArguments {
-    /// A scenario file (.ron or .json), the name of a built-in scenario (see `naoisis list scenarios`), or a saved match
-    /// to go on with (.naoisis)
+    /// A scenario file (.ron or .json), the name of a built-in scenario (see `naoisis list scenarios`), or a saved
+    /// match to continue (.naoisis)
     pub scenario: String,
     #[command(flatten)]
     pub teams: TeamArguments,
@@ -52,13 +52,13 @@ pub struct RunArguments {
     /// Set a field of the scenario: messages.loss=0.2
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<Setting>,
-    /// How much of a real robot there is, instead of the scenario's word: for realism=WORD
+    /// Level of realism, instead of the scenario's; the same as --set realism=WORD
     #[arg(long, value_name = "paper|ideal|realistic", value_parser = realism)]
     pub realism: Option<Setting>,
     /// Stop after this many simulated seconds
     #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
-    /// Whether, and by what, the robots' camera images are rendered, instead of the scenario's word
+    /// Whether and how camera images are rendered, instead of the scenario's value
     #[arg(long, value_enum, value_name = "off|software|gpu")]
     pub cameras: Option<Cameras>,
     #[command(flatten)]
@@ -67,21 +67,21 @@ pub struct RunArguments {
     pub agents: AgentArguments,
     #[command(flatten)]
     pub game_controller: GameControllerArguments,
-    /// Play so many times real time, and not as fast as it goes
+    /// Play at this multiple of real time, instead of as fast as possible
     #[arg(long, value_name = "X", value_parser = times_real_time, allow_negative_numbers = true)]
     pub pace: Option<f64>,
     #[command(flatten)]
     pub expectations: ExpectArguments,
-    /// Save the match (.naoisis), to go on with it later
+    /// Save the match (.naoisis), to continue it later
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
-    /// Save it at this time, rather than at the end
+    /// Save it at this time instead of at the end
     #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true, requires = "save")]
     pub save_at: Option<f32>,
-    /// Write over files that are there already, and in place of earlier frames
+    /// Replace existing files and frames
     #[arg(long)]
     pub force: bool,
-    /// Print the match report: every decision of the referee, and why
+    /// Print the match report: every decision of the referee with its reason
     #[arg(long)]
     pub explain: bool,
     /// Print nothing but errors
@@ -89,7 +89,7 @@ pub struct RunArguments {
     pub quiet: bool,
 }
 
-/// The setting of a word of realism.
+/// Parses a level of realism.
 pub(super) fn realism(word: &str) -> Result<Setting, String> {
     if !Realism::NAMES.contains(&word) {
         return Err(format!("expected {}", one_of(Realism::NAMES)));
@@ -98,12 +98,12 @@ pub(super) fn realism(word: &str) -> Result<Setting, String> {
 }
 
 impl RunArguments {
-    /// What the command line sets in the scenario, in its order.
+    /// The settings of the command line, in its order.
     pub fn settings(&self) -> Vec<Setting> {
         self.realism.iter().chain(&self.set).cloned().collect()
     }
 
-    /// That what `naoisis run` writes can be written, as far as that can be told before the match.
+    /// Checks that the outputs can be written, as far as that is known before the match.
     pub fn check_outputs(&self) -> Result<(), String> {
         self.recordings.check()?;
         let mut files = self.recordings.outputs();
@@ -122,7 +122,7 @@ impl RunArguments {
         Ok(())
     }
 
-    /// That the match comes to the time at which it shall be saved.
+    /// Checks that the match reaches the time at which it is to be saved.
     pub fn check_time_of_saving(&self, world: &World, scenario: &Scenario) -> Result<(), String> {
         let Some(save_at_s) = self.save_at else { return Ok(()) };
         let clock = world.resource::<CycleClock>();
@@ -136,7 +136,7 @@ impl RunArguments {
         match scenario.last_cycle() {
             Some(last) if cycle > last => {
                 let end_s = last as f64 * clock.period_s;
-                Err(format!("--save-at: the match ends at {end_s:.1} s; expected an earlier time than {save_at_s} s"))
+                Err(format!("--save-at: the match ends at {end_s:.1} s; expected a time before {save_at_s} s"))
             }
             _ => Ok(()),
         }

@@ -1,4 +1,4 @@
-//! `naoisis schema`: what is said between a match and a program, for other tools.
+//! `naoisis schema`: the messages between a match and a program, for other tools.
 
 use std::process::ExitCode;
 

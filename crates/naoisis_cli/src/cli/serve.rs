@@ -13,17 +13,17 @@ use naoisis_agents::agents::server::Address;
 /// Arguments of `naoisis serve`.
 #[derive(Args, Debug, Clone)]
 pub struct ServeArguments {
-    /// Where programs connect for the robots that are `remote`: tcp:127.0.0.1:10000 (port 0 is any that is free), or unix:PATH
+    /// Address for programs that play `remote` robots: tcp:127.0.0.1:10000 (port 0 is any free port), or unix:PATH
     #[arg(long, value_name = "tcp:HOST:PORT|unix:PATH")]
     pub listen: Address,
-    /// Let only programs in whose hello has this word as its "token"
+    /// Accept only programs whose hello has this "token"
     #[arg(long, value_name = "WORD", value_parser = NonEmptyStringValueParser::new())]
     pub token: Option<String>,
     #[command(flatten)]
     pub run: RunArguments,
 }
 
-/// Runs the command: waits until every remote robot is played, and then runs the match.
+/// Runs the command: waits until every remote robot is played, then runs the match.
 pub fn serve(program: Program, arguments: &ServeArguments) -> ExitCode {
     run_match(program, &arguments.run, Some(&arguments.listen), |app| {
         begin::begin(app, &arguments.run)?;

@@ -1,4 +1,4 @@
-//! The teams of the command line, instead of a scenario's.
+//! The teams of the command line, which replace those of a scenario.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -11,7 +11,7 @@ use naoisis_sim::simulation::names;
 /// Arguments that choose teams.
 #[derive(Args, Debug, Clone, Default)]
 pub struct TeamArguments {
-    /// The blue team, instead of the scenario's: a name (see `naoisis list teams`), or a program of your own, which is
+    /// The blue team, instead of the scenario's: a name (see `naoisis list teams`), or your own program, which is
     /// started for each robot: "exec:python3 team.py"
     #[arg(long, value_name = "TEAM")]
     pub blue: Option<String>,
@@ -21,7 +21,7 @@ pub struct TeamArguments {
 }
 
 impl TeamArguments {
-    /// The team of this colour, if it was chosen.
+    /// The chosen team of this colour.
     pub fn of(&self, team: Team) -> Option<&str> {
         match team {
             Team::Blue => self.blue.as_deref(),
@@ -29,7 +29,7 @@ impl TeamArguments {
         }
     }
 
-    /// Puts the chosen teams into the scenario.
+    /// Sets the chosen teams in the scenario.
     pub fn choose(&self, world: &World, file: &mut ScenarioFile) -> Result<(), String> {
         let registry = world.resource::<BehaviourRegistry>();
         for team in Team::BOTH {
@@ -57,7 +57,7 @@ impl TeamArguments {
     }
 }
 
-/// Lets the listed robots of a saved match behave as those of a team do.
+/// Gives the robots of a saved match the behaviours of a team.
 fn give_to_robots(registry: &BehaviourRegistry, scenario: &mut Scenario, team: Team, name: &str) -> Result<(), String> {
     let mut robots: Vec<&mut RobotSpec> = scenario.robots.iter_mut().filter(|robot| robot.team == team).collect();
     if robots.is_empty() {

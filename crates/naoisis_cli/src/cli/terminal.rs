@@ -1,4 +1,4 @@
-//! What reaches the terminal: nothing there can be told from what a file says to it, and what cannot be printed fails.
+//! Output to the terminal: control characters of files are made visible, and failures to print are reported.
 
 use core::fmt;
 use std::io::{self, Write};
@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use super::report;
 use super::visible::visible;
 
-/// Standard output, or standard error in its place, as the commands print to it. Whoever closes it has seen enough: the
-/// rest goes nowhere, quietly. Any other failure is said at the end.
+/// Prints to standard output, or to standard error instead. If the reader of the output closes it, the rest is dropped
+/// without an error. Other failures are reported at the end.
 #[derive(Debug, Default)]
 pub struct Printer {
     is_stderr: bool,
@@ -16,12 +16,12 @@ pub struct Printer {
 }
 
 impl Printer {
-    /// Prints to standard error, where standard output is taken by something else.
+    /// Prints to standard error, because something else is written to standard output.
     pub fn to_stderr() -> Self {
         Self { is_stderr: true, error: None }
     }
 
-    /// Prints a text, with its control characters made visible.
+    /// Prints a text, with control characters made visible.
     pub fn print(&mut self, text: impl fmt::Display) {
         if self.error.is_some() {
             return;
@@ -38,8 +38,8 @@ impl Printer {
         self.error.is_some()
     }
 
-    /// The exit status of a command that would end with `status`: a failure, which is said, if something that was wanted
-    /// could not be printed.
+    /// The exit status of a command that would end with `status`: a failure, which is reported, if some output could
+    /// not be printed.
     pub fn finish(self, status: ExitCode) -> ExitCode {
         match self.error {
             Some(error) if error.kind() != io::ErrorKind::BrokenPipe => {

@@ -1,4 +1,4 @@
-//! The trace that `naoisis run` writes.
+//! The trace of `naoisis run --trace`.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -11,26 +11,26 @@ use naoisis_record::record::recorder::Recorder;
 use naoisis_record::record::trace::TraceRecorder;
 use naoisis_sim::interface::fields::Fields;
 
-/// What a trace is called if its name does not say: long ones are compressed.
+/// The ending of a trace without one: traces are long, so it is compressed.
 const ENDING: &str = "jsonl.zst";
 
 /// The arguments for a trace.
 #[derive(Args, Debug, Clone, Default)]
 pub struct TraceArguments {
-    /// Write a trace: a .jsonl file, a compressed .jsonl.zst file (also without an ending), - for standard output
+    /// Write a trace: a .jsonl file, a compressed .jsonl.zst file (also without an ending), or - for standard output
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Trace every N-th cycle only, with what happened in between
+    /// Write only every N-th cycle, with the events in between
     #[arg(long, value_name = "N", requires = "trace", value_parser = clap::value_parser!(u64).range(1..))]
     trace_every: Option<u64>,
-    /// Trace these fields only: ball,robots.pose,events
+    /// Write only these fields: ball,robots.pose,events
     #[arg(long, value_name = "LIST", requires = "trace")]
     trace_fields: Option<Fields>,
 }
 
 impl TraceArguments {
-    /// The file: a name without an ending gets that of a compressed trace. What is there and no file, such as a pipe, keeps
-    /// its name.
+    /// The file. A name without an ending gets the ending of a compressed trace, except for a pipe or device that
+    /// exists.
     fn file(&self) -> Option<PathBuf> {
         let path = self.trace.as_deref().filter(|_| !self.takes_standard_output())?;
         let is_complete = path.extension().is_some() || path.metadata().is_ok_and(|there| !there.is_file());

@@ -1,9 +1,9 @@
-//! Text as a terminal may have it: nothing that the terminal would act on.
+//! Text without characters that a terminal would interpret.
 
 use std::borrow::Cow;
 
-/// A text with its control characters, and those that turn the direction of reading, as escapes such as `\u{1b}`.
-/// Lines stay lines.
+/// The text with control characters, and those that change the direction of text, as escapes such as `\u{1b}`. Line
+/// ends are kept.
 pub fn visible(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden) {
         return Cow::Borrowed(text);
@@ -19,7 +19,8 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// A text with every control character replaced by a visible one of as many bytes, so that places in it stay the same.
+/// The text with every control character replaced by a visible one of the same number of bytes, so that positions stay
+/// valid.
 pub fn visible_in_place(text: &str) -> String {
     let replacement = |character: char| match character.len_utf8() {
         1 => '?',
@@ -29,7 +30,7 @@ pub fn visible_in_place(text: &str) -> String {
     text.chars().map(|character| if is_hidden(character) { replacement(character) } else { character }).collect()
 }
 
-/// Whether a terminal would act on a character rather than show it.
+/// Whether a terminal would interpret the character instead of showing it.
 fn is_hidden(character: char) -> bool {
     let turns_reading = matches!(
         character,

@@ -1,4 +1,4 @@
-//! `naoisis vision`: how well the robots of a scenario see, as a table.
+//! `naoisis vision`: the accuracy of the vision of a scenario's robots, as a table.
 
 use clap::{Args, ValueEnum};
 use std::process::ExitCode;
@@ -21,40 +21,41 @@ use naoisis_sim::scenario::{RobotModel, ScenarioFile, Setting};
 /// Arguments of `naoisis vision`.
 #[derive(Args, Debug, Clone)]
 pub struct VisionArguments {
-    /// Whose robots look, at which ball, on which pitch: a scenario file, or the name of a built-in scenario
+    /// The robots, ball and pitch: a scenario file, or the name of a built-in scenario
     #[arg(default_value = "match3v3")]
     scenario: String,
     /// Set a field of the scenario: model=rover
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// How much of a real robot there is, instead of the scenario's word: for realism=WORD
+    /// Level of realism, instead of the scenario's; the same as --set realism=WORD
     #[arg(long, value_name = "paper|ideal|realistic", value_parser = realism)]
     realism: Option<Setting>,
-    /// Random scenes, in each of which a robot looks once with all its cameras
+    /// Number of random scenes; in each a robot looks once with all its cameras
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     scenes: u32,
     /// Seed of the scenes
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Measure the geometric vision in the same scenes, with the scenario's errors, in place of that on images; of both it is left out how
-    /// far the cameras look beside where the robot thinks
+    /// Measure the geometric vision in the same scenes instead of image vision, with the errors of the scenario;
+    /// neither includes the misalignment of cameras
     #[arg(long)]
     geometric: bool,
-    /// Print the robot's model with the errors that its images have, for its geometric vision; what was found goes to standard error
+    /// Print the model of the robot with the errors of image vision for its geometric vision; the table goes to
+    /// standard error
     #[arg(long, conflicts_with = "geometric")]
     fit: bool,
-    /// How the robots look [default: as in the scenario]
+    /// The shape of the robots [default: as in the scenario]
     #[arg(long, value_enum)]
     design: Option<Design>,
     /// Let bodies cast shadows
     #[arg(long)]
     shadows: bool,
-    /// Let each pixel see what is at its middle, in place of integrating the light over its area
+    /// Sample each pixel at its centre instead of averaging over its area
     #[arg(long)]
     no_antialiasing: bool,
 }
 
-/// How robots look.
+/// The shape of robots.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
 enum Design {
     /// Few boxes
@@ -68,13 +69,13 @@ impl VisionArguments {
         self.realism.iter().chain(&self.set).cloned().collect()
     }
 
-    /// The scenario with what the command line says.
+    /// The scenario with the settings of the command line.
     fn file(&self) -> Result<ScenarioFile, ExitCode> {
         let file = super::begin::scenario_file(&self.scenario)?;
         file.check_with(&self.settings()).map_err(|errors| report::scenario_errors(&errors))
     }
 
-    /// What the scenario and the command line say.
+    /// The conditions of the scenario and the command line.
     fn conditions(&self, file: &ScenarioFile) -> Conditions {
         let mut conditions = seeing::conditions(&file.scenario);
         conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };
@@ -90,7 +91,7 @@ impl VisionArguments {
     }
 }
 
-/// Draws the scenes, looks at them and prints what was found of what is there.
+/// Draws the scenes and prints which of the objects in them were detected.
 pub fn vision(arguments: &VisionArguments) -> ExitCode {
     let file = match arguments.file() {
         Ok(file) => file,
@@ -123,7 +124,7 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// The model of who looks, if its figures are asked for.
+/// The model of the robots, for --fit.
 fn model_to_fit(arguments: &VisionArguments, file: &ScenarioFile) -> Result<Option<RobotModel>, ExitCode> {
     if !arguments.fit {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! `naoisis whatif`: one moment of a match, many times with other chance.
+//! `naoisis whatif`: plays on from one moment of a match many times, with other random numbers.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -25,19 +25,20 @@ use naoisis_record::whatif::{Continuation, Continuations, Moment, Outcomes, play
 use naoisis_sim::scenario::{Format, SavedMatch, Scenario, ScenarioFile, Setting};
 use naoisis_sim::simulation::{MatchApp, Snapshot};
 
-/// Poses and places that differ by less are the same in a trace, m: numbers there have the digits that mean something.
+/// The tolerance of poses and positions when a replayed match is compared with its trace, m: traces have rounded
+/// numbers.
 const SAME_M: f32 = 2e-3;
 
 /// Arguments of `naoisis whatif`.
 #[derive(Args, Debug, Clone)]
 pub struct WhatIfArguments {
-    /// A saved match (.naoisis), a scenario that goes on from one, or a trace and a time in it: match.jsonl@312.5
+    /// A saved match (.naoisis), a scenario that continues one, or a trace and a time in it: match.jsonl@312.5
     #[arg(value_name = "FILE|TRACE@SECONDS")]
     moment: String,
-    /// How often the moment is played on
+    /// Number of repetitions
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     times: u32,
-    /// For how long after the moment, s; at most until the final whistle
+    /// Duration after the moment, s; at most until the final whistle
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = super::run_arguments::positive_seconds)]
     until: f32,
     /// The teams that play on, instead of those of the moment.
@@ -46,16 +47,16 @@ pub struct WhatIfArguments {
     /// Change a field of the scenario at the moment: messages.loss=1
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// Seed of the first time; the next has the next seed
+    /// Seed of the first repetition; each further one has the next seed
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// How many are played at the same time [default: one a core]
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Write the outcomes, and what came of each time
+    /// Write the statistics and the outcome of each repetition
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write over a file that is there already
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
     /// Print nothing but errors
@@ -80,9 +81,9 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
         Err(status) => return status,
     };
     if app.world().resource::<Game>().state == GameState::Finished {
-        return report::usage_error("the match is over at that moment: nothing comes of it any more");
+        return report::usage_error("the match is over at that moment; expected an earlier one");
     }
-    let watched = Interrupt::watch(|| report::note("finishing those under way; interrupt again to leave them"));
+    let watched = Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once"));
     let interrupt = match watched {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
@@ -137,14 +138,14 @@ fn thread_count(asked_for: Option<u16>) -> usize {
     asked_for.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
 }
 
-/// A trace and a time in it, if that is what a word means.
+/// The trace and the time that `word` names, if it has this form.
 fn trace_and_time(word: &str) -> Option<(&Path, f64)> {
     let (path, time) = word.rsplit_once('@')?;
     let time: f64 = time.parse().ok()?;
     (time.is_finite() && !is_snapshot(Path::new(word))).then_some((Path::new(path), time))
 }
 
-/// Puts the match into the app as it was at the moment, with the settings that the command line changes.
+/// Brings the match in `app` to the moment, with the settings of the command line.
 fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
     if is_snapshot(Path::new(&arguments.moment)) {
         let path = Path::new(&arguments.moment);
@@ -164,7 +165,7 @@ fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCo
     if arguments.set.is_empty() { Ok(()) } else { change_match(app, &arguments.moment, &arguments.set) }
 }
 
-/// Lets the teams of the command line, if there are any, play on from where the app's match is.
+/// Replaces the teams of the match in `app` by those of the command line, if there are any.
 fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
     if Team::BOTH.into_iter().all(|team| arguments.teams.of(team).is_none()) {
         return Ok(());
@@ -182,7 +183,7 @@ fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCo
     Ok(())
 }
 
-/// Puts the saved match of a scenario that goes on from one into the app, with the scenario's behaviours and settings.
+/// Loads the saved match of a scenario that continues one, with the behaviours and settings of the scenario.
 fn go_on_from_saved(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
     let file = scenario_file(&arguments.moment)?;
     let mut file = file.check_with(&arguments.set).map_err(|errors| report::scenario_errors(&errors))?;
@@ -203,14 +204,13 @@ fn no_moment(word: &str) -> ExitCode {
 
 fn refuse_programs(app: &mut App) -> Result<(), ExitCode> {
     if app.world_mut().query::<&PlayedByProgram>().iter(app.world()).next().is_some() {
-        let message =
-            "robots of this match are played by programs, whose thoughts nobody but they can take back to that moment";
+        let message = "programs play robots of this match, and their state at that moment is not known";
         return Err(report::usage_error(message));
     }
     Ok(())
 }
 
-/// Plays the match of a trace again up to a time, s, and sees that it is the same.
+/// Replays the match of a trace up to `time_s`, and checks that it is the same.
 fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
     let usage_error = |message: String| report::usage_error(&format!("{}: {message}", path.display()));
     let mut trace = TraceReader::open(path).map_err(|error| report::usage_error(&error.to_string()))?;
@@ -222,7 +222,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
     loop {
         let record = trace.next_cycle().map_err(|error| report::usage_error(&error.to_string()))?;
         let Some(record) = record else {
-            return Err(usage_error(format!("it has {last_s:.1} s; there is no moment at {time_s} s")));
+            return Err(usage_error(format!("the trace ends at {last_s:.1} s; there is no moment at {time_s} s")));
         };
         last_s = record.time_s;
         while app.world().resource::<CycleClock>().cycle < record.cycle {
@@ -251,7 +251,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
     }
 }
 
-/// What comes of the moment.
+/// The statistics as a text.
 fn in_words(moment: &Moment, scenario: &str, realism: &str, until_s: f32, outcomes: &Outcomes) -> String {
     let percent = |estimate: Option<Estimate>| match estimate {
         Some(Estimate { value, low, high }) => {
@@ -267,15 +267,15 @@ fn in_words(moment: &Moment, scenario: &str, realism: &str, until_s: f32, outcom
         let _ = writeln!(text, "{:20} {}", format!("{team} scores"), percent(outcomes.scores[team]));
         let _ = writeln!(text, "{:20} {}", format!("{team} scores first"), percent(outcomes.scores_first[team]));
     }
-    let _ = writeln!(text, "{:20} {}", "nobody scores", percent(outcomes.nobody_scores));
+    let _ = writeln!(text, "{:20} {}", "neither scores", percent(outcomes.nobody_scores));
     if let Some(estimate) = outcomes.goal_difference {
         let _ = writeln!(text, "{:20} {:+.2} ± {:.2}", "goals, blue - pink", estimate.value, estimate.margin());
     }
     if let Some(time_s) = outcomes.first_goal_s {
-        let _ = writeln!(text, "{:20} after {time_s:.1} s, where one falls (median)", "the first goal");
+        let _ = writeln!(text, "{:20} after {time_s:.1} s (median, of those with a goal)", "the first goal");
     }
     if let Some([x, y]) = outcomes.ball_m {
-        let _ = writeln!(text, "{:20} ({:.2}, {:.2}) m on average, in the end", "the ball", x.value, y.value);
+        let _ = writeln!(text, "{:20} ({:.2}, {:.2}) m (mean position at the end)", "the ball", x.value, y.value);
     }
     text.push_str("Intervals are those of 95 % confidence.\n");
     text

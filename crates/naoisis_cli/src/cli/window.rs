@@ -1,4 +1,4 @@
-//! What all commands that open a window have in common.
+//! Arguments and functions that all commands with a window share.
 
 use clap::Args;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use std::time::Instant;
 /// Arguments of the commands that open a window.
 #[derive(Args, Debug, Clone, Default)]
 pub struct WindowArguments {
-    /// Write what the window shows, as JSON lines, for tests that drive it from outside
+    /// Write the state of the window as JSON lines, for tests that drive it from outside
     #[arg(long, value_name = "FILE")]
     pub report_state: Option<PathBuf>,
     /// When the program began.
@@ -17,7 +17,7 @@ pub struct WindowArguments {
     pub began: Began,
 }
 
-/// When the program began, as soon as the command line is looked at.
+/// The start time of the program, taken when the command line is parsed.
 #[cfg(feature = "viewer")]
 #[derive(Debug, Clone, Copy)]
 pub struct Began(pub Instant);
@@ -29,7 +29,7 @@ impl Default for Began {
     }
 }
 
-/// An app with a window, in which no match is played yet.
+/// An app with a window, without a match.
 ///
 /// # Errors
 /// What is wrong with the command line.
