@@ -1,4 +1,4 @@
-//! Robots measured beside their sources, models fitted to logs of real robots, and pictures of the paper.
+//! Measured robots compared with their sources, models fitted to logs of real robots, and the figures of the paper.
 #![cfg_attr(
     test,
     expect(

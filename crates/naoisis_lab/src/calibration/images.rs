@@ -1,4 +1,4 @@
-//! The errors of a robot's vision, as looking through its images has them: so that geometric vision errs as often and as much.
+//! Fits a model's vision to image vision, so that geometric vision has the same errors and detection rates.
 
 use super::sightings::{Detection, detection_curve, detection_paths, focal_length};
 use super::{Calibration, groups};
@@ -6,17 +6,18 @@ use naoisis_core::statistics::{Estimate, jackknife, median, share};
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::image::accuracy::{Accuracy, ClassAccuracy};
 
-/// So many directions are needed to tell how exact they are.
+/// The least number of directions from which a spread is computed.
 const FOR_A_SPREAD: usize = 20;
-/// What does not fall off is missed half of the times so many times as far away as it was looked at: 1 in 700 times there.
+/// The half distance of a class whose detection rate does not fall off, as a multiple of the farthest distance that was
+/// tested. At that distance it then loses 1 in 700.
 const BEYOND: f64 = 3.0;
 const USUAL_EXPONENT: f64 = 6.0;
 
-/// Finds the figures of a model's vision from what its cameras' images showed in random scenes: for each class of things how exact
-/// its pixel is, how often and from how far away it is found, and how often something is taken for it.
+/// Fits the figures of a model's vision to the detections of image vision in random scenes: for each class, the error
+/// of its pixel, the detection rate over distance, and the rate of false positives.
 ///
-/// The images are taken where the head is: what its joints and a rocking body add stays as the model has it, but for what a
-/// model draws in each image anew, which is in the pixels then.
+/// Images are rendered with the true direction of the camera. Errors of joints and of the rocking body stay as in the
+/// model, except for errors that the model draws for each image, because the pixel errors contain these already.
 pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Calibration {
     let mut calibration = Calibration::default();
     let into = &mut calibration;
@@ -69,8 +70,9 @@ pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Cal
     calibration
 }
 
-/// Misses and fall-off of a class. Where it is hardly missed, or there is too little to tell from where on it is, it does not fall off as far as
-/// it was looked at: to leave the model its own would say that images see worse than they do.
+/// Fits misses and fall-off of a class. If the class is hardly missed, or there is too little data to find where the
+/// fall-off starts, the result says that it does not fall off within the tested distances; the model's own fall-off
+/// would make images look worse than they are.
 fn detection(rows: &[Detection], class: &str, into: &mut Calibration) {
     let paths = detection_paths(class);
     let seen = rows.iter().filter(|row| row.is_seen).count();
@@ -94,7 +96,7 @@ fn detection(rows: &[Detection], class: &str, into: &mut Calibration) {
     }
 }
 
-/// The standard deviation of errors that are normally distributed but for some that are far off: 1.4826 times their median size.
+/// A robust standard deviation of errors with outliers: 1.4826 times the median of their absolute values.
 fn spread(errors: &[f64]) -> Option<f64> {
     median(errors.iter().map(|error| error.abs()).collect()).map(|size| 1.4826 * size)
 }

@@ -1,4 +1,4 @@
-//! Reach and spread of kicks.
+//! Fits the range and spread of kicks.
 
 use super::log::Kick;
 use super::{Calibration, basis, groups, mean, variance, wrap_degrees};
@@ -7,16 +7,16 @@ use naoisis_core::robot::kick::KickSettings;
 use naoisis_core::statistics::{Estimate, jackknife};
 use naoisis_sim::scenario::RobotModel;
 
-/// Weaker kicks say nothing of how far one reaches.
+/// The least speed of a kick that counts for the range.
 const FULL_SPEED: f64 = 0.99;
 
-/// How far the ball went, m.
+/// The distance that the ball rolled, m.
 fn distance(kick: &Kick) -> f64 {
     libm::hypot(kick.rest[0] - kick.start[0], kick.rest[1] - kick.start[1])
 }
 
-/// By how much the direction is off, degrees to the left: from where the foot sends it, or straight ahead or aside where by the
-/// paper's geometry, or the model's for a kick of its own, it would not reach it.
+/// The error of the direction, degrees to the left. The expected direction is that from the foot to the ball; if the
+/// ball is out of reach of the kick's geometry, it is straight ahead or aside.
 fn off_deg(kick: &Kick, own: &KickSettings) -> f64 {
     let start = bevy::math::Vec2::new(kick.start[0] as f32, kick.start[1] as f32);
     let struck = strike(kick.kick_type, start).or_else(|| own.strike(kick.kick_type, start, 0.0));
@@ -30,7 +30,7 @@ fn off_deg(kick: &Kick, own: &KickSettings) -> f64 {
     wrap_degrees((direction - expected).to_degrees())
 }
 
-/// Finds what kicks tell.
+/// Fits the figures of kicks.
 pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
     if kicks.is_empty() {
         into.lacking.push("kicks: no kicks".to_owned());
@@ -93,7 +93,7 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
     into.add("kicks.direction_sd_deg", spread(kicks, &direction), &basis(kicks, "kicks", robot), few);
 }
 
-/// Whether the ball of the model's league slows down evenly.
+/// Whether the ball of the model's league has a constant deceleration.
 fn rolls_evenly(model: &RobotModel) -> bool {
     model.scenario().is_ok_and(|scenario| {
         let ball = scenario.ball.unwrap_or_default();

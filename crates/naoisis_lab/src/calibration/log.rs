@@ -1,11 +1,11 @@
-//! Logs: tables in CSV of what a robot did.
+//! Logs: CSV tables of the actions of a robot.
 
 use csv::{ReaderBuilder, StringRecord};
 use std::io::Read;
 
 use naoisis_core::kick_geometry::KickType;
 
-/// The columns of a log: kind of row, name, what it is, and whether such a row must have it. Other columns are not looked at.
+/// The columns of a log: kind of row, name, meaning, and whether it is required. Other columns are ignored.
 pub const COLUMNS: &[(&str, &str, &str, bool)] = &[
     ("walk", "true_forward_m", "where it got to, in its frame at the start, m", true),
     ("walk", "true_left_m", "the same to the left, m", true),
@@ -34,38 +34,38 @@ pub const COLUMNS: &[(&str, &str, &str, bool)] = &[
     ("any", "robot", "which robot it was, by any name", false),
 ];
 
-/// Where something was, or where a robot got to: m, to the front and to the left.
+/// A position or displacement in m, to the front and to the left.
 pub type Place = [f64; 2];
 
-/// A walk, straight or on the spot.
+/// A straight walk or a turn on the spot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Walk {
-    /// Which robot: its place among the log's.
+    /// The index of the robot in the log.
     pub robot: usize,
-    /// Where it got to, m, and how far it turned, degrees.
+    /// The true displacement, m, and turn, degrees.
     pub real: (Place, f64),
-    /// The same by its odometry.
+    /// The displacement and turn by odometry.
     pub odometry: (Place, f64),
-    /// The same by its steps as they were planned.
+    /// The displacement and turn of the planned steps.
     pub planned: Option<(Place, f64)>,
 }
 
-/// A kick, and where the ball came to rest.
+/// A kick and the position where the ball stopped.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Kick {
-    /// Which robot: its place among the log's.
+    /// The index of the robot in the log.
     pub robot: usize,
-    /// Which kick.
+    /// The type of the kick.
     pub kick_type: KickType,
-    /// Where the ball lay, m, robot frame.
+    /// The start of the ball, m, robot frame.
     pub start: Place,
-    /// Where it came to rest, m, robot frame.
+    /// The position where the ball stopped, m, robot frame.
     pub rest: Place,
-    /// The strength, 0 to 1.
+    /// The speed of the command, 0 to 1.
     pub speed: f64,
 }
 
-/// What can be seen.
+/// A class of objects.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 #[expect(missing_docs, reason = "the names say it")]
 #[non_exhaustive]
@@ -79,7 +79,7 @@ pub enum Thing {
 }
 
 impl Thing {
-    /// All of them, with the word of a log and the class of a model's vision.
+    /// All classes, with the word for logs and the class of a model's vision.
     pub const NAMES: [(Thing, &'static str, &'static str); 6] = [
         (Thing::Ball, "ball", "ball"),
         (Thing::GoalPost, "goal_post", "goal_posts"),
@@ -90,7 +90,7 @@ impl Thing {
     ];
 }
 
-/// What a robot does while it looks.
+/// The motion of a robot while it looks.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Motion {
     /// It stands.
@@ -99,26 +99,26 @@ pub enum Motion {
     Walking,
 }
 
-/// Something in view, seen or not.
+/// An object in view, detected or not.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LoggedSighting {
-    /// Which robot: its place among the log's.
+    /// The index of the robot in the log.
     pub robot: usize,
-    /// What is in view.
+    /// The class of the object.
     pub thing: Thing,
-    /// Where it is, m, robot frame.
+    /// Its true position, m, robot frame.
     pub real: Place,
-    /// Where the robot sees it, m, robot frame, if it does.
+    /// Its detected position, m, robot frame; `None` if it was not detected.
     pub seen: Option<Place>,
-    /// What the robot does.
+    /// The motion of the robot.
     pub motion: Motion,
-    /// When, s.
+    /// The time, s.
     pub time_s: Option<f64>,
-    /// Height of the lens, m.
+    /// The height of the lens, m.
     pub lens_height_m: f64,
 }
 
-/// What a robot did.
+/// The rows of a log.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub struct RobotLog {
@@ -126,52 +126,52 @@ pub struct RobotLog {
     pub walks: Vec<Walk>,
     /// Its kicks.
     pub kicks: Vec<Kick>,
-    /// What was in view.
+    /// Objects that were in view.
     pub sightings: Vec<LoggedSighting>,
-    /// The robots by name, in the order in which they come.
+    /// The names of the robots, in the order of the log.
     pub robots: Vec<String>,
 }
 
-/// What is wrong with a log.
+/// An error of a log.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("line {line}{}: {kind}", .column.as_ref().map(|column| format!(", column `{column}`")).unwrap_or_default())]
 pub struct LogError {
     /// The line, from 1.
     pub line: u64,
-    /// The column's name, if it is one's.
+    /// The name of the column, if the error is in one.
     pub column: Option<String>,
-    /// What is wrong.
+    /// The kind of the error.
     pub kind: LogErrorKind,
 }
 
-/// What is wrong with a row of a log.
+/// The kinds of errors of logs.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogErrorKind {
-    /// It is no table.
+    /// The file is no CSV table.
     #[error("this is no CSV: {0}")]
     NotCsv(String),
-    /// The columns are those of no kind of row.
+    /// The columns fit no kind of row.
     #[error("the columns are those of no walks, kicks or sightings: {0}")]
     NoKind(String),
     /// A value is missing.
     #[error("nothing is there; expected {0}")]
     Missing(&'static str),
-    /// A value is another thing.
+    /// A value is invalid.
     #[error("`{value}` is not what was expected: {expected}")]
     Wrong {
-        /// What is there.
+        /// The value.
         value: String,
-        /// What should be.
+        /// The valid values.
         expected: String,
     },
 }
 
 impl RobotLog {
-    /// Adds the rows of a table. Its first line names the [columns](COLUMNS).
+    /// Adds the rows of a table, whose first line names the [columns](COLUMNS).
     ///
     /// # Errors
-    /// At the first row that cannot be read.
+    /// The first row that cannot be read.
     pub fn read(&mut self, table: impl Read) -> Result<(), LogError> {
         let mut reader = ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(table);
         let not_csv = |error: &csv::Error| {
@@ -213,7 +213,7 @@ fn kind_of(header: &StringRecord) -> Result<&'static str, LogError> {
     Err(LogError { line: 1, column: None, kind: LogErrorKind::NoKind(words) })
 }
 
-/// A row and the names of its cells.
+/// A row with the names of its cells.
 struct Row<'a> {
     header: &'a StringRecord,
     row: &'a StringRecord,
@@ -296,7 +296,7 @@ impl Row<'_> {
         number.map(Some).ok_or_else(|| self.wrong(column, cell, "a number"))
     }
 
-    /// What is in a column, if anything.
+    /// The text of a column; `None` if it is empty or missing.
     fn cell(&self, column: &str) -> Option<&str> {
         let index = self.header.iter().position(|name| name == column)?;
         self.row.get(index).filter(|cell| !cell.is_empty())

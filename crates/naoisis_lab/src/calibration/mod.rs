@@ -1,12 +1,13 @@
-//! Calibration: the figures of a real robot, from tables of what it did.
+//! Calibration: fits the figures of a robot model to logs of a real robot.
 //!
-//! A [`RobotLog`] has walks, kicks and sightings, as somebody measured them with a camera over the pitch or a tape measure. From it
-//! [`calibrate`] finds the figures of a [model](naoisis_sim::scenario::RobotModel) that belong to them, each with an interval, and
-//! says what it lacked. `naoisis calibrate` writes them into a model of one's own.
+//! A [`RobotLog`] has walks, kicks and sightings that were measured with a camera above the pitch or a tape measure.
+//! [`calibrate`] fits the figures of a [model](naoisis_sim::scenario::RobotModel) to it, each with an interval, and
+//! reports which data were missing. `naoisis calibrate` writes the result as a new model.
 //!
-//! [`calibrate_by_images`] finds those of a robot's vision from images in place of a log.
+//! [`calibrate_by_images`] fits the figures of vision to rendered images instead of a log.
 //!
-//! Intervals are of 95 % confidence, by the jackknife: over robots where there are enough of them, else over stretches of the log.
+//! Intervals have 95 % confidence, by the jackknife: over robots if there are enough of them, else over stretches of
+//! the log.
 
 use naoisis_core::statistics::{Estimate, jackknife};
 use naoisis_sim::scenario::RobotModel;
@@ -22,35 +23,35 @@ pub use images::calibrate_by_images;
 pub use log::{COLUMNS, Kick, LogError, LogErrorKind, LoggedSighting, Motion, RobotLog, Thing, Walk};
 pub use model_file::model_file;
 
-/// A figure of a model, as a log has it.
+/// A fitted figure of a model.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct FittedFigure {
     /// Its path in the model's `realistic` part, such as `motion.gait.slip.scale`.
     pub path: String,
-    /// The figure, in the units of that path.
+    /// The value, in the unit of `path`.
     pub estimate: Estimate,
-    /// What it was found from, such as `40 walks of 8 robots`.
+    /// The data of the fit, such as `40 walks of 8 robots`.
     pub basis: String,
 }
 
-/// What a log says of a robot.
+/// The result of a calibration.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub struct Calibration {
     /// The figures that were found.
     pub figures: Vec<FittedFigure>,
-    /// What could not be found, and which column or how many rows it would have needed.
+    /// The figures that could not be fitted, with the columns or number of rows that they need.
     pub lacking: Vec<String>,
 }
 
 impl Calibration {
-    /// The figure of this path.
+    /// The figure with this path.
     pub fn figure(&self, path: &str) -> Option<&FittedFigure> {
         self.figures.iter().find(|figure| figure.path == path)
     }
 
-    /// Takes note of a figure, or of what it lacked.
+    /// Adds a figure, or if `estimate` is `None` what it needs.
     fn add(&mut self, path: &str, estimate: Option<Estimate>, basis: &str, needs: &str) {
         match estimate.filter(|estimate| estimate.value.is_finite() && estimate.margin().is_finite()) {
             Some(estimate) => {
@@ -61,7 +62,7 @@ impl Calibration {
     }
 }
 
-/// What a log says of a robot of which `model` has the rest.
+/// Fits figures to `log`. `model` has the figures that a log does not determine.
 pub fn calibrate(log: &RobotLog, model: &RobotModel) -> Calibration {
     let mut calibration = Calibration::default();
     walks::fit(&log.walks, &mut calibration);
@@ -70,12 +71,12 @@ pub fn calibrate(log: &RobotLog, model: &RobotModel) -> Calibration {
     calibration
 }
 
-/// From so many robots on, they are the groups of a jackknife; with fewer, it is stretches of the log.
+/// From this number of robots on, the jackknife groups rows by robot; with fewer, by stretches of the log.
 const ROBOTS_FOR_GROUPS: usize = 8;
-/// Stretches into which a log of few robots is cut.
+/// The number of stretches of a log with few robots.
 const STRETCHES: usize = 20;
 
-/// Rows in groups that are independent of each other.
+/// Groups rows so that groups are independent of each other.
 fn groups<T: Copy>(rows: &[T], robot: impl Fn(&T) -> usize) -> Vec<Vec<T>> {
     let robots = by_robot(rows, robot);
     if robots.len() >= ROBOTS_FOR_GROUPS {
@@ -85,7 +86,7 @@ fn groups<T: Copy>(rows: &[T], robot: impl Fn(&T) -> usize) -> Vec<Vec<T>> {
     rows.chunks(length).map(<[T]>::to_vec).collect()
 }
 
-/// Rows by robot.
+/// Groups rows by robot.
 fn by_robot<T: Copy>(rows: &[T], robot: impl Fn(&T) -> usize) -> Vec<Vec<T>> {
     let mut robots: Vec<Vec<T>> = Vec::new();
     for row in rows {
@@ -99,8 +100,8 @@ fn by_robot<T: Copy>(rows: &[T], robot: impl Fn(&T) -> usize) -> Vec<Vec<T>> {
     robots
 }
 
-/// The standard deviation from robot to robot of what `draws` are of each: one value or more that are drawn alike, each with the
-/// variance that chance alone gives it, which is taken away. None of fewer than three robots.
+/// The standard deviation between robots of each value in `draws`, without the variance that the values of one robot
+/// have by chance. `None` for fewer than three robots.
 fn between_robots<T: Copy, const N: usize>(
     rows: &[T],
     robot: impl Fn(&T) -> usize,
@@ -123,24 +124,24 @@ fn between_robots<T: Copy, const N: usize>(
     Some(Estimate { low: estimate.low.max(0.0), ..estimate })
 }
 
-/// The mean. None of nothing.
+/// The mean; `None` for no values.
 fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// The variance about the mean. None of fewer than two.
+/// The sample variance; `None` for fewer than two values.
 fn variance(values: &[f64]) -> Option<f64> {
     let mean = mean(values).filter(|_| values.len() > 1)?;
     Some(values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / (values.len() as f64 - 1.0))
 }
 
-/// How many rows of how many robots.
+/// The number of rows and of robots, in words.
 fn basis<T: Copy>(rows: &[T], what: &str, robot: impl Fn(&T) -> usize) -> String {
     let robots = by_robot(rows, robot).len();
     format!("{} {what} of {robots} robot{}", rows.len(), if robots == 1 { "" } else { "s" })
 }
 
-/// An angle in (-180, 180], degrees.
+/// Wraps an angle to (-180, 180], degrees.
 fn wrap_degrees(angle: f64) -> f64 {
     180.0 - (180.0 - angle).rem_euclid(360.0)
 }

@@ -1,11 +1,11 @@
-//! A model with the figures that were found, as a file.
+//! Writes a model with fitted figures as a file.
 
 use serde_json::{Map, Value, json};
 
 use super::{Calibration, FittedFigure};
 use naoisis_sim::scenario::RobotModel;
 
-/// The file of a model of this name: that of `model` with the figures that were found in place of its own, and where they are from.
+/// The text of a model file named `name`: `model` with the fitted figures and their sources.
 pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calibration) -> String {
     let mut realistic = model.realistic.clone();
     let settings = &model.settings;
@@ -26,7 +26,7 @@ pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calib
     text
 }
 
-/// As many digits as mean something beside a margin.
+/// Rounds `value` to the digits that are significant for its `margin`.
 fn rounded(value: f64, margin: f64) -> f64 {
     if !(margin.is_finite() && margin > 0.0) {
         return value;
@@ -37,7 +37,7 @@ fn rounded(value: f64, margin: f64) -> f64 {
     format!("{:.digits$}", (value / unit).round() * unit).parse().unwrap_or(value)
 }
 
-/// Puts a value at a path of names, making the objects on the way.
+/// Sets the value at a path of names. Creates missing objects.
 fn set(fields: &mut Map<String, Value>, path: &str, value: Value) {
     match path.split_once('.') {
         None => {
@@ -55,7 +55,7 @@ fn set(fields: &mut Map<String, Value>, path: &str, value: Value) {
     }
 }
 
-/// Writes a value as RON: objects with their fields' names, but for the sources, whose names are paths.
+/// Writes a value as RON. With `is_map`, keys are strings (the sources, whose names are paths), else field names.
 fn write(value: &Value, depth: usize, is_map: bool, text: &mut String) {
     let indent = |depth: usize| "    ".repeat(depth);
     match value {

@@ -1,4 +1,4 @@
-//! Where cameras look beside where they should, and from how far away things are recognised.
+//! Fits camera misalignment and detection rates to sightings.
 
 use bevy::math::{DMat3, DVec3};
 
@@ -9,14 +9,14 @@ use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::{ClassNoise, VisionNoise};
 use naoisis_sim::scenario::{RobotModel, Scenario};
 
-/// Sightings that are so much later than the one before are not compared with it, s.
+/// The longest time between two sightings that are compared, s.
 const LONGEST_GAP_S: f64 = 0.2;
-/// Sightings of a thing from which its detection curve is found.
+/// The least number of sightings for a detection curve.
 const FOR_A_CURVE: usize = 100;
-/// No detection curve is steeper: a model's exponent is at most 100.
+/// The steepest detection curve; a model's exponent is at most 100.
 const STEEPEST: f64 = 60.0;
 
-/// An error of the cameras: to the left and down, degrees.
+/// The angular error of a sighting: to the left and down, degrees.
 #[derive(Clone, Copy)]
 struct Off {
     robot: usize,
@@ -24,11 +24,11 @@ struct Off {
     time_s: Option<f64>,
     yaw_deg: f64,
     pitch_deg: f64,
-    /// The variance that the pixel itself has, degrees².
+    /// The variance of the pixel itself, degrees².
     pixel_variance: f64,
 }
 
-/// Finds what sightings tell.
+/// Fits the figures of sightings.
 pub(super) fn fit(sightings: &[LoggedSighting], model: &RobotModel, into: &mut Calibration) {
     if sightings.is_empty() {
         into.lacking.push("vision.noise: no sightings".to_owned());
@@ -47,7 +47,7 @@ pub(super) fn fit(sightings: &[LoggedSighting], model: &RobotModel, into: &mut C
     }
 }
 
-/// By how much the cameras were off when something was seen.
+/// The angular error of a sighting, if the object was detected.
 fn off(sighting: &LoggedSighting, scenario: &Scenario) -> Option<Off> {
     let seen = sighting.seen?;
     let bearing = |[x, y]: [f64; 2]| libm::atan2(y, x);
@@ -81,13 +81,13 @@ fn class_of(noise: &VisionNoise, thing: Thing) -> &ClassNoise {
     }
 }
 
-/// Pixels for a radian in the middle of the image.
+/// The focal length in pixels: pixels per radian at the centre of the image.
 pub(super) fn focal_length(cameras: &CameraSettings) -> f64 {
     let diagonal = libm::hypot(f64::from(cameras.width), f64::from(cameras.height));
     diagonal / 2.0 / libm::tan(f64::from(cameras.diagonal_fov) / 2.0)
 }
 
-/// Bias, spread and correlation of where cameras look.
+/// Fits bias, spread and correlation of the camera direction.
 fn gaze(offs: &[Off], into: &mut Calibration) {
     let robot = |off: &Off| off.robot;
     let pixel =
@@ -128,7 +128,7 @@ fn gaze(offs: &[Off], into: &mut Calibration) {
     into.add("vision.noise.gaze.correlation_s", correlation, &all, "fewer than a hundred sightings with `time_s`");
 }
 
-/// The variance of a robot's mean, of which neighbouring values are alike: from the means of stretches.
+/// The variance of the mean of one robot with correlated errors, from the means of stretches.
 fn chance_of_mean(offs: &[Off], angle: fn(&Off) -> f64) -> f64 {
     let length = offs.len().div_ceil(super::STRETCHES).max(1);
     let means: Vec<f64> =
@@ -136,8 +136,8 @@ fn chance_of_mean(offs: &[Off], angle: fn(&Off) -> f64) -> f64 {
     variance(&means).unwrap_or_default() / (means.len() as f64).max(1.0)
 }
 
-/// After which time the correlation is 1/e: from that of neighbours, whose own error is their pixel's. A process of first
-/// order, of which the covariance a time dt apart is exp(-dt / τ) of the variance.
+/// The time constant of the errors. They are a first-order process: the covariance of two errors a time dt apart is
+/// exp(-dt / τ) times the variance. Uses pairs of neighbours; pixel errors are independent.
 fn correlation_s(offs: &[Off]) -> Option<f64> {
     let (mut products, mut squares, mut gaps, mut pairs) = (0.0, 0.0, 0.0, 0.0);
     for of_robot in super::by_robot(offs, |off| off.robot) {
@@ -163,13 +163,13 @@ fn correlation_s(offs: &[Off]) -> Option<f64> {
     (pairs > 0.0 && correlation > 0.0 && correlation < 1.0).then(|| -(gaps / pairs) / libm::log(correlation))
 }
 
-/// The figures of a detection curve, in the order of [`Curve::parameters`].
+/// The paths of the figures of a detection curve, in the order of [`Curve::parameters`].
 pub(super) fn detection_paths(class: &str) -> [String; 3] {
     ["miss_probability", "falloff.half_distance_m", "falloff.exponent"]
         .map(|name| format!("vision.noise.{class}.{name}"))
 }
 
-/// Finds misses and fall-off of a thing, or says what it lacks.
+/// Fits misses and fall-off of a class, or reports what is missing.
 fn detection(sightings: &[Detection], word: &str, class: &str, into: &mut Calibration) {
     match detection_curve(sightings) {
         Some(estimates) => {
@@ -190,8 +190,7 @@ fn detection(sightings: &[Detection], word: &str, class: &str, into: &mut Calibr
     }
 }
 
-/// Misses and fall-off of a thing: the parameters that make what was seen and what was not the likeliest. None where there is too
-/// little to tell how it falls off.
+/// The maximum-likelihood misses and fall-off of a class. `None` if the data do not determine the fall-off.
 pub(super) fn detection_curve(sightings: &[Detection]) -> Option<[Estimate; 3]> {
     if sightings.len() < FOR_A_CURVE || sightings.iter().all(|sighting| sighting.is_seen) {
         return None;
@@ -207,7 +206,7 @@ pub(super) fn detection_curve(sightings: &[Detection]) -> Option<[Estimate; 3]> 
     (is_known(half_distance_m) && is_known(exponent) && exponent.value < STEEPEST).then_some(estimates)
 }
 
-/// Whether something in view was seen.
+/// Whether an object in view was detected, and at which distance.
 #[derive(Clone, Copy)]
 pub(super) struct Detection {
     pub(super) robot: usize,
@@ -222,13 +221,13 @@ impl Detection {
     }
 }
 
-/// A detection curve: seen with probability (1 - miss) / (1 + (d / half)^exponent). Its parameters as numbers of which any will
-/// do: the logarithms of the odds of a miss, of the half distance in m, and of the exponent.
+/// A detection curve: the probability is (1 - miss) / (1 + (d / half)^exponent). The parameters are unbounded: the log
+/// odds of a miss, and the logarithms of the half distance in m and of the exponent.
 #[derive(Clone, Copy)]
 struct Curve(DVec3);
 
 impl Curve {
-    /// From a probability, a distance in m and an exponent.
+    /// Creates a curve from a probability, a distance in m and an exponent.
     fn new(miss: f64, half_m: f64, exponent: f64) -> Self {
         Self(DVec3::new(libm::log(miss / (1.0 - miss)), libm::log(half_m), libm::log(exponent)))
     }
@@ -238,7 +237,7 @@ impl Curve {
         [1.0 / (1.0 + libm::exp(-x)), libm::exp(y), libm::exp(z)]
     }
 
-    /// With which probability something at a distance, m, is seen, and how that changes with the parameters.
+    /// The detection probability at `distance_m`, and its derivatives by the parameters.
     fn seen_at(self, distance_m: f64) -> (f64, DVec3) {
         let [miss, half_m, exponent] = self.parameters();
         let times = libm::pow(distance_m / half_m, exponent);
@@ -250,10 +249,10 @@ impl Curve {
         (seen, slopes)
     }
 
-    /// The likeliest, by Fisher's scoring: steps along the slope of the likelihood, as long as its information says. Where hardly
-    /// anything lies between what is always seen and what never is, its steepness is that of `start`, give or take a factor of e.
+    /// The maximum-likelihood curve by Fisher scoring. If there are hardly any sightings between always and never
+    /// detected, the exponent stays within a factor of e of that of `start`.
     fn fitted(sightings: &[Detection], start: Curve) -> Curve {
-        /// No parameter changes by more in a step.
+        /// The largest change of a parameter in a step.
         const LONGEST_STEP: f64 = 0.5;
         let mut curve = start;
         for _ in 0..100 {

@@ -1,23 +1,23 @@
-//! Slip, drift and the errors of odometry, from walks.
+//! Fits slip, drift and the errors of odometry to walks.
 
 use super::log::{Place, Walk};
 use super::{Calibration, basis, between_robots, groups, mean, variance, wrap_degrees};
 use naoisis_core::statistics::{Estimate, jackknife};
 
-/// Shorter ways say nothing of what happens on a way, m.
+/// The least length of a straight walk, m.
 const LEAST_WAY_M: f64 = 0.2;
-/// Smaller turns say nothing of what happens in a turn, degrees.
+/// The least angle of a turn, degrees.
 const LEAST_TURN_DEG: f64 = 20.0;
 
-/// A walk beside what the legs did: as planned, or, where that is not known, as the robot counted.
+/// A walk compared with the motion of the legs: as planned, or by odometry if the plan is not in the log.
 #[derive(Clone, Copy)]
 struct Compared {
     robot: usize,
-    /// The way of the legs, m, and their turn, degrees.
+    /// The displacement of the legs, m, and their turn, degrees.
     legs: [f64; 2],
-    /// The way of the robot along that of the legs, m, and its turn, degrees.
+    /// The displacement of the robot along that of the legs, m, and its turn, degrees.
     real: [f64; 2],
-    /// The same as it was counted.
+    /// The displacement and turn by odometry.
     counted: [f64; 2],
 }
 
@@ -37,13 +37,13 @@ impl Compared {
     }
 }
 
-/// The sum of one number of each over that of another.
+/// The sum of `of` over all walks divided by the sum of `over`.
 fn ratio(walks: &[Compared], of: impl Fn(&Compared) -> f64, over: impl Fn(&Compared) -> f64) -> Option<f64> {
     let sum: f64 = walks.iter().map(over).sum();
     (sum != 0.0).then(|| walks.iter().map(of).sum::<f64>() / sum)
 }
 
-/// Finds what walks tell.
+/// Fits the figures of walks.
 pub(super) fn fit(walks: &[Walk], into: &mut Calibration) {
     if walks.is_empty() {
         into.lacking.push("motion.gait.slip, odometry.noise: no walks".to_owned());

@@ -1,4 +1,4 @@
-//! Axes with ticks and labels, and plans of the pitch within them.
+//! Axes with ticks and labels, and plans of the pitch in them.
 
 use bevy::math::{Vec2, Vec2Swizzles};
 
@@ -8,14 +8,14 @@ use naoisis_record::record::canvas::{Anchor, Canvas, INK, PAPER, width_of_words}
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::appearance::scene::Scene;
 
-/// Height of the numbers at axes, points.
+/// The height of numbers at axes, points.
 const NUMBERS: f32 = 17.0;
-/// Height of the labels of axes, points.
+/// The height of labels of axes, points.
 const LABELS: f32 = 19.0;
-/// Length of a tick, points.
+/// The length of a tick, points.
 const TICK: f32 = 6.0;
 
-/// An area of a figure in which two quantities are drawn.
+/// The area of a figure in which two quantities are plotted.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Axes {
     /// Its top left corner, points.
@@ -29,13 +29,13 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// Where a pair of values (across, up) is, points.
+    /// The point of a pair of values (across, up).
     pub fn place(&self, values: Vec2) -> Vec2 {
         let share = |value: f32, [from, to]: [f32; 2]| (value - from) / (to - from);
         self.at + self.size * Vec2::new(share(values.x, self.across), 1.0 - share(values.y, self.up))
     }
 
-    /// Light lines at the ticks.
+    /// Draws light lines at the ticks.
     pub fn grid(&self, canvas: &mut Canvas, [across, up]: [f32; 2]) {
         for value in ticks(self.across, across) {
             let x = self.place(Vec2::new(value, self.up[0])).x;
@@ -47,7 +47,7 @@ impl Axes {
         }
     }
 
-    /// The frame with ticks so far apart and labels. Labels stand outside, on the left and below.
+    /// Draws the frame with ticks and labels. Labels are outside, on the left and below.
     pub fn frame(&self, canvas: &mut Canvas, [across_step, up_step]: [f32; 2], [across, up]: [&str; 2]) {
         let low = self.at + self.size;
         canvas.outline(&[self.at, Vec2::new(low.x, self.at.y), low, Vec2::new(self.at.x, low.y)], INK, 1.5);
@@ -71,7 +71,7 @@ impl Axes {
     }
 }
 
-/// Light lines behind what is drawn.
+/// The colour of the grid.
 const GRID: Colour = Colour([222, 224, 228]);
 
 /// The ticks `step` apart on an axis.
@@ -84,19 +84,19 @@ pub fn number(value: f32, step: f32) -> String {
     axis::number(value.into(), step.into())
 }
 
-/// A plan of a piece of the pitch from above.
+/// A plan of a part of the pitch from above.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
-    /// Where it is drawn: metres of the pitch frame as they are seen from `origin`.
+    /// The axes, in metres of the pitch frame relative to `origin`.
     pub axes: Axes,
-    /// What the axes count from, m, pitch frame.
+    /// The origin of the axes, m, pitch frame.
     pub origin: Vec2,
-    /// Whether +x is up and +y to the left, as a robot sees it; otherwise +x is to the right and +y up.
+    /// Whether +x is up and +y to the left, as a robot sees it; else +x is to the right and +y up.
     pub x_is_up: bool,
 }
 
 impl Plan {
-    /// A plan in an area of points, so many points to a metre, with this place of the pitch frame in its middle.
+    /// Creates a plan in an area of points, with `centre` (pitch frame) in the middle.
     pub fn new(at: Vec2, size: Vec2, centre: Vec2, points_per_metre: f32, x_is_up: bool) -> Plan {
         let half = size / points_per_metre / 2.0;
         let [across, up] = if x_is_up {
@@ -107,7 +107,7 @@ impl Plan {
         Plan { axes: Axes { at, size, across, up }, origin: Vec2::ZERO, x_is_up }
     }
 
-    /// The same with axes that count from another place.
+    /// The plan with axes that count from `origin`.
     pub fn counted_from(self, origin: Vec2) -> Plan {
         let [across, up] = if self.x_is_up { [origin.y, origin.x] } else { [origin.x, origin.y] };
         let axes = Axes {
@@ -123,18 +123,18 @@ impl Plan {
         self.axes.size.x / (self.axes.across[1] - self.axes.across[0]).abs()
     }
 
-    /// Where a place of the pitch frame is, points.
+    /// The point of a position in the pitch frame.
     pub fn place(&self, point: Vec2) -> Vec2 {
         let offset = point - self.origin;
         self.axes.place(if self.x_is_up { offset.yx() } else { offset })
     }
 
-    /// Where places of the pitch frame are, points.
+    /// The points of positions in the pitch frame.
     pub fn places(&self, points: impl IntoIterator<Item = Vec2>) -> Vec<Vec2> {
         points.into_iter().map(|point| self.place(point)).collect()
     }
 
-    /// Draws what there is to see.
+    /// Draws a scene as the background of the plan.
     pub fn picture(&self, canvas: &mut Canvas, scene: &Scene) {
         let middle =
             Vec2::new((self.axes.across[0] + self.axes.across[1]) / 2.0, (self.axes.up[0] + self.axes.up[1]) / 2.0);
@@ -143,20 +143,20 @@ impl Plan {
         canvas.pixels(&super::figure_match::draw(scene, &view), self.axes.at);
     }
 
-    /// The axes, in metres, with ticks so far apart.
+    /// Draws axes in metres with ticks every `step_m`.
     pub fn frame(&self, canvas: &mut Canvas, step_m: f32) {
         let labels = if self.x_is_up { ["y, m", "x, m"] } else { ["x, m", "y, m"] };
         self.axes.frame(canvas, [step_m; 2], labels);
     }
 
-    /// A frame without axes.
+    /// Draws a frame without axes.
     pub fn outline(&self, canvas: &mut Canvas) {
         let low = self.axes.at + self.axes.size;
         let corners = [self.axes.at, Vec2::new(low.x, self.axes.at.y), low, Vec2::new(self.axes.at.x, low.y)];
         canvas.outline(&corners, INK, 1.5);
     }
 
-    /// A bar of this length instead of axes, in the lower right corner.
+    /// Draws a scale bar of this length in the lower right corner.
     pub fn ruler(&self, canvas: &mut Canvas, length_m: f32, words: &str) {
         let right = self.axes.at + self.axes.size - Vec2::new(18.0, 16.0);
         let left = right - Vec2::X * length_m * self.points_per_metre();
@@ -169,7 +169,7 @@ impl Plan {
     }
 }
 
-/// The letter and the words above a panel.
+/// Draws the letter and the caption above a panel.
 pub fn caption(canvas: &mut Canvas, letter: &str, words: &str, at: Vec2) {
     let letter = format!("({letter})");
     canvas.words(&letter, at, 21.0, Anchor::Left, INK);
@@ -177,10 +177,10 @@ pub fn caption(canvas: &mut Canvas, letter: &str, words: &str, at: Vec2) {
     canvas.words(words, at + Vec2::X * (width + 8.0), 21.0, Anchor::Left, INK);
 }
 
-/// DrawColour of what is said beside.
+/// The colour of remarks.
 const REMARK: Colour = Colour([88, 92, 98]);
 
-/// A second line of a caption.
+/// Draws the second line of a caption.
 pub fn remark(canvas: &mut Canvas, words: &str, at: Vec2) {
     canvas.words(words, at, 18.0, Anchor::Left, REMARK);
 }

@@ -1,5 +1,5 @@
-//! Figure 7: what a robot believes of its opponent, in three stages: before it knows anything, by its camera, and by its
-//! sonar when the camera looks elsewhere.
+//! Figure 7: the belief of a robot about its opponent in three stages: before any observation, with its camera, and
+//! with its sonar while the camera looks elsewhere.
 
 use bevy::math::{Vec2, ops};
 use serde_json::json;
@@ -27,7 +27,7 @@ use naoisis_sim::scenario::RobotModel;
 use naoisis_sim::simulation::MatchApp;
 
 const SIZE: Vec2 = Vec2::new(1600.0, 1080.0);
-/// The robot on the right believes, the one on the left is its opponent.
+/// The scenario: the robot on the right believes, the robot on the left is its opponent.
 fn scenario(model: &RobotModel) -> Result<String, FigureError> {
     let alone = FigureMatch::begin(model, r#"{ "rules": "free", "ball": null, "robots": [{ "team": "pink" }] }"#)?;
     let [away, ahead, down] =
@@ -51,10 +51,10 @@ fn scenario(model: &RobotModel) -> Result<String, FigureError> {
 
 const CYCLES: usize = 190;
 
-/// What the robot perceives with.
+/// The sensors of the robot.
 struct Senses {
     sonar: SonarSettings,
-    /// Half of what its first camera sees from side to side, radians.
+    /// Half of the horizontal angle of view of its first camera, radians.
     half_view: f32,
 }
 
@@ -76,7 +76,7 @@ impl Senses {
     }
 }
 
-/// What is so and what is believed at the end of a cycle.
+/// The truth and the belief at the end of a cycle.
 struct Sample {
     time_s: f32,
     scene: Scene,
@@ -109,20 +109,20 @@ impl Sample {
         self.sonar.left.is_some() || self.sonar.right.is_some()
     }
 
-    /// How far from the opponent's place it is believed to be, m.
+    /// The error of the opponent's believed position, m.
     fn error_m(&self) -> Option<f32> {
         let place = point_pitch_from_team(self.track()?.position_m, End::PositiveX);
         Some(place.distance(self.opponent.position))
     }
 
-    /// The standard deviations of the opponent's place along and across the line of sight, m.
+    /// The standard deviations of the opponent's position along and across the line of sight, m.
     fn sd(&self) -> Option<[f32; 2]> {
         let track = self.track()?;
         Some(sd_along_and_across(track.covariance, self.belief.pose.position, track.position_m))
     }
 }
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut played = FigureMatch::begin(model, &scenario(model)?)?;
     let senses = Senses::of(&played)?;
@@ -172,7 +172,7 @@ fn missing(missing: &'static str) -> FigureError {
     FigureError::Missing { figure: 7, missing }
 }
 
-/// A stage from above.
+/// Draws a stage from above.
 fn draw_stage(
     canvas: &mut Canvas,
     senses: &Senses,
@@ -238,7 +238,7 @@ fn closed(mut places: Vec<Vec2>) -> Vec<Vec2> {
     places
 }
 
-/// A believed place in the team frame of the pink team, which defends +x, with its ellipse.
+/// Draws a believed position with its ellipse. It is in the team frame of the pink team, which defends +x.
 fn draw_track(canvas: &mut Canvas, plan: &Plan, track: &RobotBelief, colour: Colour, cover: f32) {
     // The covariance of a frame turned by half a turn is the same.
     let place = point_pitch_from_team(track.position_m, End::PositiveX);
@@ -251,13 +251,13 @@ fn draw_track(canvas: &mut Canvas, plan: &Plan, track: &RobotBelief, colour: Col
     }
 }
 
-/// A believed pose: where the robot stands, and where it faces.
+/// Draws a believed pose: position and heading.
 fn draw_pose(canvas: &mut Canvas, plan: &Plan, pose: Pose) {
     let [from, to] = [Vec2::ZERO, Vec2::X * 0.26].map(|place| plan.place(pose.transform_point(place)));
     bright_arrow(canvas, [from, to], SKY_BLUE, 2.5);
 }
 
-/// How much the opponent's place is uncertain over time.
+/// Plots the uncertainty of the opponent's position over time.
 fn draw_deviations(canvas: &mut Canvas, samples: &[Sample], stages: [(&str, usize); 3]) {
     let at = Vec2::new(96.0, 722.0);
     let end_s = samples.last().map_or(1.0, |sample| sample.time_s);

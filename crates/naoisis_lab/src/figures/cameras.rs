@@ -1,4 +1,4 @@
-//! Figure 3: a scene, and what the lower camera of a robot in it sees at several angles of its head.
+//! Figure 3: a scene, and the images of the lower camera of a robot in it at several angles of its head.
 
 use bevy::math::{Vec2, Vec3};
 
@@ -27,17 +27,17 @@ const HEAD_DEG: [[f32; 2]; 8] = [
     [-15.0, 0.0],
     [-10.0, 25.0],
 ];
-/// Time that the head has for each, s.
+/// The time for each head movement, s.
 const LOOK_S: f32 = 1.0;
 const SCENE: Vec2 = Vec2::new(1540.0, 560.0);
 const VIEW_WIDTH: f32 = 374.0;
-/// Height of a row of views as high as a NAO's, and what of it is between them, points.
+/// The height of a row of views for a robot as high as a NAO, and the gaps between views, points.
 const ROW: f32 = 332.0;
 const BETWEEN: f32 = 51.5;
-/// Angles that differ by less are the same, degrees.
+/// Angles that differ by less are treated as the same, degrees.
 const SAME_DEG: f32 = 0.5;
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let alone = FigureMatch::begin(model, r#"{ "rules": "free", "ball": null, "robots": [{ "number": 1 }] }"#)?;
     // A head that reaches none of these angles, or few of them, has so many views and no more.
@@ -109,7 +109,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// The angles among these that are not the same as earlier ones.
+/// The angles without duplicates.
 fn distinct(angles: [[f32; 2]; 8]) -> Vec<[f32; 2]> {
     let mut distinct: Vec<[f32; 2]> = Vec::new();
     for one in angles {
@@ -121,19 +121,19 @@ fn distinct(angles: [[f32; 2]; 8]) -> Vec<[f32; 2]> {
     distinct
 }
 
-/// Width of what the camera sees in each of so many views, points: so that they have room in two rows, and one alone in both.
+/// The width of each of `views` camera views, points. Views fill two rows, a single view both.
 fn view_width(cameras: &CameraSettings, camera: &CameraMount, views: usize) -> f32 {
     let [width, height] = camera.size.unwrap_or([cameras.width, cameras.height]);
     let room = if views > 1 { Vec2::new(VIEW_WIDTH, ROW - 36.0) } else { Vec2::new(SCENE.x, 2.0 * ROW - 36.0) };
     room.x.min(room.y * width as f32 / height as f32)
 }
 
-/// Whole degrees.
+/// The angle in whole degrees, as text.
 fn degrees(angle: f32) -> String {
     format!("{}\u{b0}", super::axes::number(angle.round(), 1.0))
 }
 
-/// The place on the ground in the middle of a view.
+/// The point on the ground at the centre of a view.
 fn middle_on_the_ground(view: &View) -> Option<Vec3> {
     (view.forward.z < -1e-3).then(|| view.eye - view.forward * (view.eye.z / view.forward.z))
 }

@@ -22,9 +22,9 @@ const SIZE: Vec2 = Vec2::new(1600.0, 1130.0);
 const PICTURE: Vec2 = Vec2::new(760.0, 520.0);
 const SCENARIO: &str = r#"{ "rules": "free", "ball": { "position_m": [-0.9, -0.55], "velocity_mps": [1.5, 0.62] },
     "robots": [{ "team": "pink", "number": 1, "pose": [0.5, 0.0, 168.0] }] }"#;
-/// What is played, cycles.
+/// The length of the match, cycles.
 const CYCLES: usize = 150;
-/// Between the collision and the pictures before and after, s.
+/// The time from the pictures to the collision, before and after it, s.
 const BEFORE_S: f64 = 0.35;
 const AFTER_S: f64 = 1.3;
 
@@ -36,7 +36,7 @@ struct Sample {
     scene: Scene,
 }
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut played = FigureMatch::begin(model, SCENARIO)?;
     let sample = |played: &FigureMatch| Sample {
@@ -82,7 +82,7 @@ fn base(played: &FigureMatch) -> [Vec2; 4] {
     [area.centre + x + y, area.centre - x + y, area.centre - x - y, area.centre + x - y]
 }
 
-/// The scene at a sample: the way of the ball until then, and where it would go if nothing were in its way.
+/// Draws the scene at a sample, with the path of the ball until then and its path without obstacles.
 fn draw_scene(canvas: &mut Canvas, corner: Vec2, samples: &[Sample], hit: usize, at: usize, height_in_naos: f32) {
     let scale = canvas.scale();
     let target = Vec3::new(-0.16, -0.02, 0.1);
@@ -102,12 +102,12 @@ fn draw_scene(canvas: &mut Canvas, corner: Vec2, samples: &[Sample], hit: usize,
     canvas.pixels(&picture.into_image(), corner);
 }
 
-/// Where places on the ground are in a picture, points.
+/// The points of positions on the ground in a picture.
 fn on_picture(view: &View, places: &[Vec2], scale: f32) -> Vec<Vec2> {
     places.iter().filter_map(|place| Some(view.project(place.extend(0.0))? / scale)).collect()
 }
 
-/// From above: the ball every tenth of a second, and the directions in which it comes and leaves.
+/// Draws a plan: the ball every tenth of a second, and its directions before and after the collision.
 fn draw_plan(canvas: &mut Canvas, samples: &[Sample], hit: usize, base: [Vec2; 4]) {
     let at = Vec2::new(110.0, 650.0);
     let plan = Plan::new(at, Vec2::new(680.0, 400.0), Vec2::new(-0.1, 0.03), 320.0, false);
@@ -147,7 +147,7 @@ fn draw_plan(canvas: &mut Canvas, samples: &[Sample], hit: usize, base: [Vec2; 4
     caption(canvas, "c", "The ball every 0.1 s, and its direction", at - Vec2::Y * 16.0);
 }
 
-/// The speed of the ball over time.
+/// Plots the speed of the ball over time.
 fn draw_speed(canvas: &mut Canvas, samples: &[Sample], hit: usize) {
     let at = Vec2::new(900.0, 650.0);
     let end_s = 3.0;

@@ -1,4 +1,4 @@
-//! Figure 1: the field from above, with its measures.
+//! Figure 1: the field from above, with its dimensions.
 
 use bevy::math::Vec2;
 
@@ -14,7 +14,7 @@ use naoisis_sim::scenario::RobotModel;
 const SIZE: Vec2 = Vec2::new(1600.0, 1230.0);
 const POINTS_PER_METRE: f32 = 196.0;
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let played = FigureMatch::begin(model, r#"{ "rules": "free", "ball": { "position_m": [0.95, 0.95] } }"#)?;
     let pitch = &played.scene().pitch;

@@ -26,14 +26,14 @@ pub const BLUE: RobotId = RobotId::new(Team::Blue, 1);
 /// The first robot of the pink team.
 pub const PINK: RobotId = RobotId::new(Team::Pink, 1);
 
-/// Samples along a side of a picture, at most: what has more is drawn with fewer to a pixel.
+/// The most samples along a side of a picture. Larger pictures get fewer samples per pixel.
 const MOST_SAMPLES: u32 = 6_000;
-/// Height from which a view from above is taken, in widths of what is seen: so far away that it looks like a plan. Within
-/// these limits, m: further away, round bodies suffer from rounding.
+/// The height of a view from above, in widths of the area; large enough that it looks like a plan. It is kept within
+/// these limits, m, because farther away, round bodies suffer from rounding.
 const ABOVE: f32 = 14.0;
 const ABOVE_M: [f32; 2] = [14.0, 110.0];
 
-/// A match under way.
+/// A running match.
 pub struct FigureMatch {
     /// The app that plays it.
     pub app: App,
@@ -41,10 +41,10 @@ pub struct FigureMatch {
 }
 
 impl FigureMatch {
-    /// Starts the match of a scenario in JSON, with robots of a model.
+    /// Starts the match of a scenario in JSON, with robots of `model`.
     ///
     /// # Errors
-    /// When there is something wrong with it.
+    /// When the scenario is invalid.
     pub fn begin(model: &RobotModel, scenario: &str) -> Result<FigureMatch, FigureError> {
         // What is no object is refused with where and why.
         let mut fields: Value = serde_json::from_str(scenario).unwrap_or_else(|_| json!(scenario));
@@ -59,7 +59,7 @@ impl FigureMatch {
         Ok(played)
     }
 
-    /// Plays so many cycles and calls `after` after each.
+    /// Plays `cycles` cycles and calls `after` after each.
     pub fn play(&mut self, cycles: usize, mut after: impl FnMut(&FigureMatch)) {
         for _ in 0..cycles {
             self.app.run_cycles(1);
@@ -73,17 +73,17 @@ impl FigureMatch {
         self.app.world().resource::<CycleClock>().end_time_s()
     }
 
-    /// What there is to see now.
+    /// The current scene.
     pub fn scene(&self) -> &Scene {
         self.renderer.scene()
     }
 
-    /// A component of a robot; the default's, if it does not play.
+    /// A component of a robot; the default if the robot is not in the match.
     pub fn robot<C: Component + Clone + Default>(&self, id: RobotId) -> C {
         self.app.robot::<C>(id).cloned().unwrap_or_default()
     }
 
-    /// Angles of the head, yaw and pitch in degrees, or the nearest that a robot has.
+    /// The yaw and pitch of the head, degrees, limited to those that the robot can reach.
     pub fn within_head_limits(&self, id: RobotId, [yaw, pitch]: [f32; 2]) -> [f32; 2] {
         let limits = self.robot::<HeadLimits>(id).reached_from(self.robot::<HeadAngles>(id));
         let within = |angle: f32, [least, most]: [f32; 2]| angle.max(to_degrees(least)).min(to_degrees(most));
@@ -91,29 +91,29 @@ impl FigureMatch {
         [yaw, within(pitch, limits.pitch_at(to_radians(yaw)))]
     }
 
-    /// How high its robots are, as a multiple of the NAO.
+    /// The height of its robots, as a multiple of the NAO's.
     pub fn height_in_naos(&self, id: RobotId) -> f32 {
         self.robot::<Body>(id).height_m / Body::default().height_m
     }
 
-    /// What a robot's camera sees now, as a view of this width in points: that of its images, with smooth edges. None of a robot
-    /// that is not there, or has no such camera.
+    /// The current image of a robot's camera as a view of `width` points with smooth edges. `None` if the robot or the
+    /// camera does not exist.
     pub fn view_of_robot(&self, id: RobotId, side: CameraName, width: f32, scale: f32) -> Option<(View, CameraView)> {
         view_of_robot(self.scene(), &self.robot(id), id, side, width, scale)
     }
 
-    /// Where the ball is, m, pitch frame; the origin if there is none.
+    /// The position of the ball, m, pitch frame; the origin if there is none.
     pub fn ball(&self) -> Vec2 {
         self.app.ball().unwrap_or_default().position
     }
 }
 
-/// Draws a scene with robots as on the poster.
+/// Draws a scene with robots of the detailed design.
 pub fn draw(scene: &Scene, view: &View) -> Image {
     draw_with(scene, view, RobotDesign::Nao, Layers::default())
 }
 
-/// Draws a scene with robots of a design.
+/// Draws a scene with robots of the given design.
 pub fn draw_with(scene: &Scene, view: &View, design: RobotDesign, layers: Layers) -> Image {
     let mut prepared = PreparedScene::default();
     prepared.prepare(scene, Detail { design, ..Detail::FINE });
@@ -122,24 +122,23 @@ pub fn draw_with(scene: &Scene, view: &View, design: RobotDesign, layers: Layers
     image
 }
 
-/// How many samples to a pixel's side a picture of this size is drawn with.
+/// The samples per side of a pixel for a picture of this size.
 pub fn supersampling([width, height]: [u32; 2]) -> u32 {
     (MOST_SAMPLES / width.max(height).max(1)).clamp(1, 3)
 }
 
-/// Whole pixels of an area of points.
+/// The pixels of an area of points.
 pub fn pixels(size: Vec2, scale: f32) -> [u32; 2] {
     (size * scale).round().to_array().map(|side| (side as u32).max(1))
 }
 
-/// A view from one place to another, for an area of points.
+/// A perspective view from `eye` to `target`, for an area of points.
 pub fn view_from(eye: Vec3, target: Vec3, vertical_fov: f32, size: Vec2, scale: f32) -> View {
     let size = pixels(size, scale);
     View { supersampling: supersampling(size), ..View::looking_at(eye, target, vertical_fov, size) }
 }
 
-/// A view straight down on `centre`, of an area in points with so many points to a metre; with +x to the right, or with
-/// +x up.
+/// A view straight down on `centre`, for an area of points; with +x to the right, or up if `x_is_up`.
 pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size: Vec2, scale: f32) -> View {
     let pixels = pixels(size, scale);
     let size = Vec2::from(pixels.map(|side| side as f32));
@@ -158,7 +157,7 @@ pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size:
     }
 }
 
-/// What a robot with these cameras sees in a scene with one of them, as [`FigureMatch::view_of_robot`].
+/// The image of a camera of a robot in a scene, as for [`FigureMatch::view_of_robot`].
 pub fn view_of_robot(
     scene: &Scene,
     settings: &CameraSettings,

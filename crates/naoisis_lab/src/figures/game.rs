@@ -1,5 +1,5 @@
-//! Figure 8: a match of one against one at a glance. Above the field, below what the pink robot sees: with the camera that shows it the
-//! ball, if one does.
+//! Figure 8: a match of one against one. Above the field, below the view of the pink robot, with the camera that shows
+//! it the ball if there is one.
 
 use bevy::math::Vec2;
 
@@ -24,18 +24,19 @@ const COLUMNS: usize = 4;
 const SAMPLES: usize = 8;
 const WIDTH: f32 = 374.0;
 const FIELD_HEIGHT: f32 = 214.0;
-/// The longest wait for a goal, cycles.
+/// The longest time to wait for a goal, cycles.
 const MOST_CYCLES: usize = 1_500;
-/// The matches that are tried: the first with a goal so soon is shown, so that there is one however the teams play.
+/// The number of seeds that are tried. The figure shows the first match with an early goal, whichever way the teams
+/// play.
 const SEEDS: u64 = 40;
 
-/// What there is to see after a cycle of play.
+/// The scene after a cycle.
 struct Sample {
     time_s: f64,
     scene: Scene,
 }
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     // Who sees nothing scores no goal that could be waited for.
     if model.scenario()?.cameras.mounts.as_slice().is_empty() {
@@ -89,7 +90,8 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// What the pink robot sees with the camera that has the ball in its image, or else with its first; none if it is not on the pitch.
+/// The view of the pink robot by the camera that has the ball in its image, else by its first camera. `None` if the
+/// robot is not on the pitch.
 fn view_with_ball(sample: &Sample, cameras: &CameraSettings, scale: f32) -> Option<(CameraName, View)> {
     let view_of = |camera| Some((camera, view_of_robot(&sample.scene, cameras, PINK, camera, WIDTH, scale)?.0));
     let has_ball = |(_, view): &(CameraName, View)| {
@@ -100,15 +102,15 @@ fn view_with_ball(sample: &Sample, cameras: &CameraSettings, scale: f32) -> Opti
     names().filter_map(view_of).find(has_ball).or_else(|| names().find_map(view_of))
 }
 
-/// The cycles from the kick-off until the ball is in a goal.
+/// The cycles from the kick-off to a goal.
 struct Goal {
     samples: Vec<Sample>,
     scorer: Team,
-    /// Those of the pink robot.
+    /// The cameras of the pink robot.
     cameras: CameraSettings,
 }
 
-/// The goal of the first match in which there is one soon.
+/// The goal of the first match with an early one.
 fn first_goal(model: &RobotModel) -> Result<Goal, FigureError> {
     for seed in 1..=SEEDS {
         if let Some(goal) = first_goal_of(model, seed)? {
@@ -118,7 +120,7 @@ fn first_goal(model: &RobotModel) -> Result<Goal, FigureError> {
     Err(FigureError::Missing { figure: 8, missing: "no goal was scored" })
 }
 
-/// The same of the match with this seed; none if there is no goal soon.
+/// The goal of the match with this seed; `None` if there is no early one.
 fn first_goal_of(model: &RobotModel, seed: u64) -> Result<Option<Goal>, FigureError> {
     let scenario = format!(
         r#"{{ "seed": {seed}, "rules": {{ "preset": "naoisis", "team_size": 1 }},

@@ -1,4 +1,4 @@
-//! Figure 5: kicks. The robot's view, what lies where before its feet, and how the ball rolls.
+//! Figure 5: kicks: the view of the robot, the region of the ball in front of its feet, and the path of the ball.
 
 use bevy::math::Vec2;
 use std::borrow::Cow;
@@ -23,27 +23,27 @@ const WIDTH: f32 = 340.0;
 const ROBOT: Pose = Pose::new(-2.0, 0.0, 0.0);
 /// Cycles between the dots on a path: half a second.
 const DOT_CYCLES: usize = 15;
-/// So many kicks have room.
+/// The most kicks that fit.
 const MOST_SHOWN: usize = 4;
-/// A kick that can be aimed is aimed so far to the left, as a share of what it can be.
+/// The direction of a kick that can be aimed, as a fraction of its greatest angle to the left.
 const AIM_SHARE: f32 = 0.5;
-/// After so many cycles every ball lies.
+/// The number of cycles after which every ball has stopped.
 const CYCLES: usize = 520;
 
-/// A kick that is shown.
+/// A kick of the figure.
 #[derive(Clone)]
 struct Shown {
     kick: KickType,
-    /// Where the ball must lie for it.
+    /// The region in which the ball must lie.
     geometry: KickGeometry,
-    /// Where the ball lies, m, robot frame.
+    /// The position of the ball, m, robot frame.
     ball: Vec2,
-    /// Where it is aimed, radians, counter-clockwise.
+    /// The direction of the kick, radians, counter-clockwise.
     aim: f32,
     words: Cow<'static, str>,
 }
 
-/// The kicks to show of a robot: those of the paper's figure, or else such as it has.
+/// The kicks of a robot that are shown: those of the paper's figure, else others that it has.
 fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
     let shown = |kick: KickType, words: &str, ball: &dyn Fn(&KickGeometry) -> Vec2| {
         let geometry = settings.geometry(kick)?;
@@ -91,7 +91,7 @@ fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
     chosen
 }
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let alone = FigureMatch::begin(model, r#"{ "rules": "free", "ball": null, "robots": [{ "number": 1 }] }"#)?;
     let settings: KickSettings = alone.robot(BLUE);
@@ -171,7 +171,7 @@ fn reach(geometry: &KickGeometry) -> Vec<Vec2> {
     corners.map(|corner| ROBOT.transform_point(corner)).to_vec()
 }
 
-/// What the robot sees with its lower camera, if it has any, with the rectangle of the kick.
+/// Draws the view of the lower camera, if there is one, with the rectangle of the kick.
 fn draw_view(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2) {
     let scale = canvas.scale();
     let cameras: CameraSettings = played.robot(BLUE);
@@ -192,7 +192,7 @@ fn draw_view(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2)
     canvas.pixels(&image.into_image(), at);
 }
 
-/// From above: the rectangle, the foot's tip, and the ray from it through the ball.
+/// Draws a plan of the rectangle, the tip of the foot, and the ray from it through the ball.
 fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2, is_first: bool) {
     let &Shown { kick, geometry, ball, aim, .. } = shown;
     // As large as the rectangle of a NAO's kicks, which end 23 cm ahead.
@@ -222,7 +222,7 @@ fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2
     plan.axes.frame(canvas, [0.1; 2], ["y, m", if is_first { "x, m" } else { "" }]);
 }
 
-/// From above: the way of the ball with a dot every half a second.
+/// Draws a plan of the ball's path with a dot every half second.
 fn draw_path(canvas: &mut Canvas, played: &FigureMatch, path: &[Vec2], furthest_m: f32, at: Vec2, is_first: bool) {
     // A NAO's kicks go 4 m; the robot is 35 cm from the lower edge.
     let size = (furthest_m / 4.0).max(1.0);

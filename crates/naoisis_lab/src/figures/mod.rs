@@ -1,10 +1,11 @@
-//! The paper's eight figures, drawn from the running system: with its robot, or with any other [model](RobotModel).
+//! The eight figures of the paper, drawn from running matches: with the paper's robot, or with any other
+//! [model](RobotModel).
 //!
-//! What a robot does not have is in no figure of it: those that show it are left out ([`FigureError::Lacking`]).
+//! A figure that shows something that the robot does not have is left out ([`FigureError::Lacking`]).
 //!
-//! Each figure plays its own scenario with a fixed seed, looks at what happened, and draws it: nothing in them is made up.
-//! They are drawn in software, so that they are the same, bit by bit, on every run, and need neither display nor graphics
-//! card. Sizes in a figure are points; a point is as many pixels as [`draw`](Figure::draw) is told.
+//! Each figure plays its own scenario with a fixed seed and draws what happened; no data are made up. Figures are drawn
+//! in software, so they are the same in every run, and need neither display nor graphics card. Sizes in a figure are
+//! points; the scale of [`draw`](Figure::draw) is the number of pixels per point.
 
 use naoisis_record::record::encoder::RecordError;
 use naoisis_sensing::sensing::camera::image::Image;
@@ -22,10 +23,10 @@ pub mod model_sheet;
 mod robots;
 mod sonar;
 
-/// Why a figure is not drawn.
+/// Why a figure cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum FigureError {
-    /// Its scenario is wrong.
+    /// Its scenario is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// Its scenario cannot be started.
@@ -34,7 +35,7 @@ pub enum FigureError {
     /// It cannot be written.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// It shows what the robot does not have.
+    /// It shows something that the robot does not have.
     #[error("figure {figure} shows {what}, and the robot has none")]
     Lacking {
         /// Its number in the paper.
@@ -42,35 +43,35 @@ pub enum FigureError {
         /// What the robot lacks.
         what: &'static str,
     },
-    /// The robot is so large that it or what is beside it would be where something else is.
+    /// The robot is so large that parts of the figure would overlap.
     #[error("figure {figure} has no room for a robot of this size: {problem}")]
     TooLarge {
         /// Its number in the paper.
         figure: u8,
-        /// What stands in the way.
+        /// What overlaps.
         problem: String,
     },
-    /// What it should show did not happen.
+    /// The event that it shows did not happen.
     #[error("figure {figure} has nothing to show: {missing}")]
     Missing {
         /// Its number in the paper.
         figure: u8,
-        /// What did not happen.
+        /// The event.
         missing: &'static str,
     },
 }
 
-/// One of the paper's figures.
+/// A figure of the paper.
 #[derive(Clone, Copy, Debug)]
 pub struct Figure {
     /// Its number in the paper.
     pub number: u8,
-    /// What it shows, in a word.
+    /// Its subject in a word.
     pub name: &'static str,
     draw: fn(&RobotModel, f32) -> Result<Image, FigureError>,
 }
 
-/// All figures, in the paper's order.
+/// All figures, in the order of the paper.
 pub const FIGURES: [Figure; 8] = [
     Figure { number: 1, name: "field", draw: field::draw },
     Figure { number: 2, name: "robots", draw: robots::draw },
@@ -88,10 +89,10 @@ impl Figure {
         format!("figure_{}_{}.png", self.number, self.name)
     }
 
-    /// Draws it with robots of a model, with so many pixels to a point.
+    /// Draws the figure with robots of `model`; `scale` is the number of pixels per point.
     ///
     /// # Errors
-    /// When its match cannot be played, or the robot lacks what it shows.
+    /// When its match cannot be played, or the robot does not have what it shows.
     pub fn draw(&self, model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
         (self.draw)(model, scale).map_err(|error| {
             let problem = match &error {

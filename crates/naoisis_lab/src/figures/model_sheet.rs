@@ -1,5 +1,5 @@
-//! The sheet of a robot model: what the robot looks like from three sides and in both designs with its measures, what its cameras
-//! see, where the ball lies for its kicks, and how fast it walks into which direction.
+//! The sheet of a robot model: the robot from three sides and in both designs with its dimensions, the images of its
+//! cameras, the regions of its kicks, and its walking speed in each direction.
 
 use bevy::math::{Vec2, Vec3, ops};
 use core::f32::consts::TAU;
@@ -27,18 +27,18 @@ use naoisis_sim::simulation::MatchApp;
 
 const SIZE: Vec2 = Vec2::new(1600.0, 1240.0);
 const PANEL: Vec2 = Vec2::new(300.0, 470.0);
-/// How far away the eye is that looks at the robot, m: so far that what is nearer looks no larger.
+/// The distance from which the robot is drawn, m; large enough that there is no visible perspective.
 const EYE_M: f32 = 60.0;
-/// Width of what a camera sees, points.
+/// The width of a camera view, points.
 const VIEW_WIDTH: f32 = 440.0;
-/// Between what cameras see, points.
+/// The gap between camera views, points.
 const VIEW_GAP: f32 = 12.0;
-/// Where the robot stands, which looks at a ball and at another of its kind.
+/// The pose of the robot that looks at a ball and at another robot.
 const LOOKER: Pose = Pose::new(-1.5, 0.0, 0.0);
-/// Directions into which the speed is drawn.
+/// The number of directions in which the speed is drawn.
 const DIRECTIONS: usize = 72;
 
-/// Where one looks at the robot from.
+/// The side from which the robot is drawn.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Side {
     Front,
@@ -49,7 +49,7 @@ enum Side {
 /// Draws the sheet of a model.
 ///
 /// # Errors
-/// When the model makes no scenario, or its match cannot start.
+/// When the model makes no valid scenario, or its match cannot start.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     remark(&mut canvas, &format!("{}: {}", model.name, model.description), Vec2::new(60.0, 34.0));
@@ -66,16 +66,15 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// How far ahead the ball lies that it looks at, m: 1.2 m of any robot that it has room before, and a tenth of a metre more each of
-/// larger ones.
+/// The distance of the ball in the camera views, m: 1.2 m, and a multiple of 0.1 m more for larger robots.
 fn ball_distance_m(body: &Body) -> f32 {
-    /// Between a robot's edge and the middle of the ball, m.
+    /// The distance from the edge of a robot to the centre of the ball, m.
     const CLEAR_M: f32 = 0.4;
     let reach_m = body.torso.reach().max(body.base.reach());
     (ops::ceil(10.0 * (reach_m + CLEAR_M)) / 10.0).max(1.2)
 }
 
-/// A scenario in JSON with a robot there, alone or before a ball at this distance and another robot behind that.
+/// A scenario in JSON with a robot at `pose`, alone or with a ball at `ball_m` and another robot behind the ball.
 fn scene_of(pose: Pose, ball_m: Option<f32>) -> String {
     let robot = |team: &str, pose: [f32; 3]| json!({ "team": team, "number": 1, "pose": pose });
     let mut robots = vec![robot("blue", [pose.position.x, pose.position.y, to_degrees(pose.heading)])];
@@ -92,7 +91,7 @@ fn scene_of(pose: Pose, ball_m: Option<f32>) -> String {
     scenario.to_string()
 }
 
-/// Front, side and back, and the front of few boxes, with the boxes that collide.
+/// Draws front, side and back, and the front in the simple design, with the bounding boxes of collisions.
 fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(), FigureError> {
     // It stands in the middle, and the eye is beside the pitch.
     let from_front = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, -core::f32::consts::FRAC_PI_2), None))?;
@@ -137,7 +136,7 @@ fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(),
     Ok(())
 }
 
-/// What each camera sees of a ball so far ahead and another robot behind it, in two rows.
+/// Draws the images of all cameras of a ball and another robot behind it, in two rows.
 fn draw_views(canvas: &mut Canvas, played: &FigureMatch, ball_m: f32, at: Vec2, scale: f32) {
     let settings = played.app.robot::<CameraSettings>(BLUE).copied().unwrap_or_default();
     let Some(robot) = played.scene().robot(BLUE) else { return };
@@ -179,7 +178,7 @@ fn draw_views(canvas: &mut Canvas, played: &FigureMatch, ball_m: f32, at: Vec2, 
     }
 }
 
-/// Its feet, its trunk and where the ball must lie for each kick, from above.
+/// Draws feet, trunk and the region of the ball for each kick, from above.
 fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) {
     let geometries: Vec<KickGeometry> = kicks.types().filter_map(|kick| kicks.geometry(kick)).collect();
     let reach = geometries.iter().map(|geometry| geometry.x_m[1]).fold(0.3, f32::max);
@@ -219,7 +218,7 @@ fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) 
     }
 }
 
-/// How fast its legs walk into each direction, without a turn and with half of the fastest turn.
+/// Plots the walking speed in each direction, without turning and with half of the greatest turning speed.
 fn draw_speeds(canvas: &mut Canvas, limits: &MotionLimits, at: Vec2) {
     let size = Vec2::splat(420.0);
     let most = 1.15 * limits.max_linear_mps.max(0.05);
@@ -244,7 +243,7 @@ fn draw_speeds(canvas: &mut Canvas, limits: &MotionLimits, at: Vec2) {
     key(canvas, &entries, at + Vec2::new(0.0, size.y + 78.0));
 }
 
-/// The fastest velocity into a direction while it turns so fast (rad/s), m/s, robot frame.
+/// The greatest velocity in `direction` while turning at `turn` (rad/s), m/s, robot frame.
 fn fastest(limits: &MotionLimits, direction: Vec2, turn: f32) -> Vec2 {
     let wanted = direction * limits.max_linear_mps;
     match &limits.gait {

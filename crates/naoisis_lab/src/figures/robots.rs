@@ -1,4 +1,4 @@
-//! Figure 2: both robot designs, front and side.
+//! Figure 2: both robot designs, from the front and the side.
 
 use bevy::math::{Vec2, Vec3};
 
@@ -17,14 +17,14 @@ use naoisis_sim::scenario::RobotModel;
 
 const SIZE: Vec2 = Vec2::new(1600.0, 800.0);
 const PANEL: Vec2 = Vec2::new(300.0, 620.0);
-/// How much of the world is in a panel's height, m: from a little below the ground, and to where the head of a larger robot is.
+/// The range of heights in a panel, m: from a little below the ground to the head of a larger robot.
 const HEIGHT_M: [f32; 2] = [-0.02, 0.62];
-/// How far away the eye is, m: so far that what is nearer looks no larger, and the axes hold for all of the robot.
+/// The distance of the eye, m; large enough that there is no visible perspective, so the axes hold for the whole robot.
 const EYE_M: f32 = 60.0;
-/// Samples to a side of a pixel, from which the edges of what is cut out are made smooth.
+/// Samples per side of a pixel, for smooth edges of the cut-out.
 const SAMPLES: u32 = 4;
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     // They stand on the halfway line, and the eye is beside the pitch: there is nothing between.
     let robot = |team: &str, heading_deg: f32| {
@@ -66,7 +66,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// A picture of the robots of a scene alone, on paper.
+/// A picture of only the robots of a scene, on a blank background.
 pub(super) fn cut_out(scene: &Scene, view: &View, design: RobotDesign, [width, height]: [u32; 2]) -> Image {
     let mut intrinsics = view.intrinsics;
     intrinsics.size = Vec2::new((SAMPLES * width) as f32, (SAMPLES * height) as f32);
@@ -77,7 +77,7 @@ pub(super) fn cut_out(scene: &Scene, view: &View, design: RobotDesign, [width, h
     on_paper(&samples, SAMPLES)
 }
 
-/// The robots of a picture with labels, on paper, each pixel from so many to a side.
+/// Cuts out the robots of a labelled picture; each pixel is the mean of `count` x `count` samples.
 fn on_paper(samples: &Image, count: u32) -> Image {
     let is_robot = |number: u8| {
         use Label::{BlueRobot, BlueWaistband, PinkRobot, PinkWaistband};

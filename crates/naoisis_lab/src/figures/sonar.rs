@@ -14,16 +14,17 @@ use naoisis_sensing::sensing::camera::image::Image;
 use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
 use naoisis_sim::scenario::RobotModel;
 
-/// Where the robot stands: nothing is painted on the ground around it.
+/// The position of the robot, where no line is near.
 const PLACE: Vec2 = Vec2::new(1.2, 1.3);
 const SIZE: Vec2 = Vec2::new(1600.0, 1010.0);
-/// Colours of the left and the right sonar.
+/// The colours of the left and the right sonar.
 const COLOURS: [Colour; 2] = [SKY_BLUE, ORANGE];
 
-/// The greatest distance of the paper's sonars, m: the measures of what is drawn are for such, and grow with it.
+/// The greatest distance of the paper's sonars, m. The dimensions of the figure are for these, and scale with the
+/// robot's.
 const PAPER_MAX_M: f32 = 0.75;
 
-/// Something to detect: other robots, with their headings in degrees, and posts. Where they are is told from [`PLACE`], m.
+/// The obstacles of a panel: robots with headings in degrees, and posts. Positions are relative to [`PLACE`], m.
 struct Situation {
     words: &'static str,
     robots: &'static [(Vec2, f32)],
@@ -45,7 +46,7 @@ const SITUATIONS: [Situation; 4] = [
     },
 ];
 
-/// Draws it.
+/// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let own = own_sectors(&mut canvas, model)?;
@@ -67,7 +68,8 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// How many times as large a plan has to be as of the paper's sonars, for the sectors to fit in: the paper's reach 37.48° aside.
+/// The scale of a plan relative to the paper's sonars, so that the sectors fit; those of the paper reach 37.48° to each
+/// side.
 fn zoom(settings: &SonarSettings) -> f32 {
     let aside = |angle: f32| ops::sin(angle.min(core::f32::consts::FRAC_PI_2));
     let wider = aside(settings.heading + settings.half_angle) / aside(to_radians(37.48));
@@ -78,7 +80,7 @@ fn metres(distance: Option<f32>) -> String {
     distance.map_or("nothing".to_owned(), |distance| format!("{distance:.2} m"))
 }
 
-/// The first cycle of a situation of this size, with sonars without noise.
+/// The first cycle of a situation scaled by `size`, with sonars without noise.
 fn situation(model: &RobotModel, shown: &Situation, size: f32) -> Result<FigureMatch, FigureError> {
     let mut robots = vec![json!({ "team": "blue", "number": 1, "pose": [PLACE.x, PLACE.y, 0.0] })];
     robots.extend(shown.robots.iter().zip(1..).map(|((offset, heading_deg), number)| {
@@ -95,7 +97,7 @@ fn situation(model: &RobotModel, shown: &Situation, size: f32) -> Result<FigureM
     Ok(played)
 }
 
-/// The sectors of both sonars, and in each the distance that it measured, wherever in the sector that may be.
+/// Draws the sectors of both sonars, and in each an arc at the measured distance.
 fn draw_sectors(canvas: &mut Canvas, plan: &Plan, settings: &SonarSettings, reading: SonarReading) {
     let pose = Pose::new(PLACE.x, PLACE.y, 0.0);
     let range = [settings.min_m, settings.max_m];
@@ -111,12 +113,12 @@ fn draw_sectors(canvas: &mut Canvas, plan: &Plan, settings: &SonarSettings, read
     }
 }
 
-/// Direction and reading of the left and of the right sonar.
+/// The direction and reading of the left and of the right sonar.
 fn sonars(settings: &SonarSettings, reading: SonarReading) -> [(f32, Option<f32>); 2] {
     [(settings.heading, reading.left), (-settings.heading, reading.right)]
 }
 
-/// The large panel with the sectors alone and their measures, and the table of the sonars. Returns their settings.
+/// Draws the large panel with the sectors and their dimensions, and the table of the sonars. Returns their settings.
 fn own_sectors(canvas: &mut Canvas, model: &RobotModel) -> Result<SonarSettings, FigureError> {
     let played = situation(model, &Situation { words: "", robots: &[], posts: &[] }, 1.0)?;
     let settings: SonarSettings = played.robot(BLUE);

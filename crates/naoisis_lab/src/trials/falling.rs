@@ -1,4 +1,4 @@
-//! Trials of falls, and of getting up.
+//! Trials of falling and getting up.
 
 use serde_json::{Value, json};
 
@@ -12,38 +12,39 @@ use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sim::scenario::RobotModel;
 use naoisis_sim::simulation::MatchApp;
 
-/// Seconds of each trial, for each repetition.
+/// The duration of each trial per repetition, s.
 const TIME_S: u32 = 60;
-/// Collisions, for each repetition.
+/// The number of collisions per repetition.
 const COLLISIONS: u32 = 2;
-/// Falls are rare: robots are tried that fall so much more often.
+/// The factor by which the tried robots fall more often, because falls are rare.
 const OFTENER: f32 = 10.0;
 
 const NOBODY_FELL: &str = "nobody fell in so few repetitions";
 const NOBODY_GOT_UP: &str = "nobody fell and got up in so few repetitions";
 
-/// What came of a robot that always gets up again.
+/// Counts of a trial with a robot that always gets up again.
 #[derive(Default)]
 struct Falls {
-    /// How often it fell for the reason that is tried.
+    /// Falls for the reason that is tried.
     falls: f64,
-    /// How often it fell back.
+    /// Falls onto the back.
     fell_back: f64,
-    /// How long it took to get up, s, each time.
+    /// The times to get up, s.
     got_up_s: Vec<f64>,
-    /// How long it walked, s.
+    /// The walking time, s.
     walked_s: f64,
-    /// How often it kicked.
+    /// The number of kicks.
     kicked: f64,
 }
 
-/// How fast a robot may turn in a trial, °/s: nobody turns here, and who turns fast has no cycle of a second.
+/// The limit on the turning speed of a robot in these trials, °/s. Robots do not turn here, and a scenario with cycles of a
+/// second allows no high limit.
 fn turns_degps(laboratory: &Laboratory) -> Result<f32, TrialError> {
     const MOST_DEGPS: f32 = 150.0;
     Ok(to_degrees(laboratory.scenario(json!({}))?.motion.max_angular).min(MOST_DEGPS))
 }
 
-/// Lets a robot do something in cycles of so many seconds, and get up again when it falls.
+/// Runs a trial with cycles of `cycle_s` seconds. The robot gets up again after each fall.
 fn fall(
     laboratory: &mut Laboratory,
     action: Value,
@@ -89,20 +90,20 @@ fn fall(
     Ok(result)
 }
 
-/// In how many of so many head-on collisions the tried robot falls, and in how many it should by the speeds at which they
-/// met; none if there were no collisions.
+/// The share of head-on collisions in which the tried robot falls, and the share that its settings give for the
+/// measured speeds. `None` if no collision happened.
 fn collide(
     laboratory: &mut Laboratory,
     falls: CollisionFalls,
     repetitions: u32,
 ) -> Result<Option<[f64; 2]>, TrialError> {
-    /// How far apart they begin, m: enough to get to the full speed, or near it.
+    /// The distance at the start, m; enough to reach the full speed, or nearly.
     const APART_M: f32 = 1.5;
-    /// Longer than usual, as nothing depends on it, s.
+    /// A longer cycle than usual, because the result does not depend on it, s.
     const CYCLE_S: f64 = 0.1;
-    /// They walk until then, s.
+    /// The time until which they walk, s.
     const ALWAYS_S: f64 = 1e9;
-    /// Until they are at their speed, s.
+    /// The time until they reach their speed, s.
     const BEGINNING_S: f32 = 10.0;
 
     let walks = json!({ "script": [{ "from_s": 0, "until_s": ALWAYS_S, "walk": [9, 0, 0] }] });
@@ -144,10 +145,10 @@ fn collide(
     Ok((collisions > 0.0).then_some([fell / collisions, expected / collisions]))
 }
 
-/// How often robots fall, and how they get up.
+/// Measures how often robots fall, and how they get up.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let scenario = laboratory.scenario(json!({}))?;

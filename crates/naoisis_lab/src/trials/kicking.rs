@@ -1,4 +1,4 @@
-//! Trials of kicks, and of the ball that they send rolling.
+//! Trials of kicks and of the rolling ball.
 
 use bevy::math::Vec2;
 use serde_json::json;
@@ -13,25 +13,25 @@ use naoisis_core::robot::kick::KickPhase;
 use naoisis_sim::scenario::RobotModel;
 use naoisis_sim::simulation::MatchApp;
 
-/// How often what has no spread is repeated.
+/// The number of repetitions of values without a spread.
 const FEW: u32 = 5;
 
-/// What came of kicks of a type.
+/// The results of kicks of one type.
 #[derive(Default)]
 struct Kicks {
-    /// How far the ball rolled, m.
+    /// The distances that the ball rolled, m.
     distances: Vec<f64>,
-    /// How far off the direction was, degrees.
+    /// The errors of the direction, degrees.
     directions: Vec<f64>,
-    /// When it left, s after the command.
+    /// The times from the command until the ball leaves, s.
     departures: Vec<f64>,
-    /// When the robot was ready again, s after the command.
+    /// The times from the command until the robot is ready again, s.
     ready: Vec<f64>,
 }
 
-/// Lets a robot kick a ball at `place`, m, robot frame, and waits until it rests.
+/// Runs kicks at a ball at `place`, m, robot frame, each until the ball rests.
 fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitions: u32) -> Result<Kicks, TrialError> {
-    /// Longer than any ball rolls.
+    /// Longer than any ball rolls, s.
     const LONGEST_S: f64 = 40.0;
 
     let mut kicks = Kicks::default();
@@ -69,10 +69,10 @@ fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitio
     Ok(kicks)
 }
 
-/// Distances, spreads and times of the kicks that the robot has, and how the ball slows down.
+/// Measures distances, spreads and times of the robot's kicks, and the deceleration of the ball.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;

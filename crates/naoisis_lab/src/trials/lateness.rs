@@ -1,4 +1,4 @@
-//! Trials of how late images, sonars and heads are.
+//! Trials of the latency of images, sonars and heads.
 
 use serde_json::json;
 
@@ -11,13 +11,13 @@ use naoisis_sensing::sensing::sonar::SonarReading;
 use naoisis_sim::scenario::RobotModel;
 use naoisis_sim::simulation::MatchApp;
 
-/// As long as latencies are at most, s.
+/// The longest latency, s.
 const LONGEST_S: f64 = 2.0;
 
-/// The ages of images and echoes when they arrive, and how long a head waits.
+/// Measures the ages of images and echoes when they arrive, and the delay of the head.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
@@ -49,7 +49,7 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
     Ok(quantities.into_iter().map(quantity).collect())
 }
 
-/// The least age of a reading among those that arrive in as long as the latest may take, s; nought if there is none.
+/// The least age of readings that arrive within the longest latency, s; 0 if there are none.
 fn youngest(
     laboratory: &mut Laboratory,
     cameras: serde_json::Value,
@@ -67,7 +67,7 @@ fn youngest(
     Ok(if youngest_s.is_finite() { youngest_s } else { 0.0 })
 }
 
-/// How long a head waits that is told to turn as far as it can, s.
+/// The delay of the head when it is commanded to turn as far as it can, s.
 fn head_waits_s(laboratory: &mut Laboratory, yaw_deg: f32) -> Result<f64, TrialError> {
     let turns = json!({ "script": [{ "from_s": 0, "head_deg": [yaw_deg, 0] }] });
     laboratory.begin(json!({ "ball": null, "robots": [{ "team": "blue", "number": 1, "behaviour": turns }] }))?;

@@ -1,4 +1,4 @@
-//! Trials of heads and cameras: how far and how fast heads turn, and how wide cameras see.
+//! Trials of heads and cameras: range and speed of the head, and the field of view.
 
 use bevy::math::ops;
 use serde_json::json;
@@ -14,15 +14,15 @@ use naoisis_sim::simulation::MatchApp;
 
 /// Longer than a head takes from one end to the other, s.
 const TURNS_S: f64 = 3.0;
-/// Where the robot stands, m: at one end of the pitch.
+/// The x coordinate of the robot, m: at one end of the pitch.
 const LOOKS_FROM_M: f32 = -4.4;
-/// Where the ball is that is looked at, m from the robot: so far that it is near the horizon, in the middle of the image's height.
+/// The distance of the ball, m: so large that it is near the horizon, at half the height of the image.
 const BALL_M: f32 = 7.0;
 
-/// How far and how fast the head turns, and how wide the first camera sees.
+/// Measures range and speed of the head, and the field of view of the first camera.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
@@ -62,16 +62,16 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
     Ok(quantities)
 }
 
-/// Whether the cameras of a scenario's robots show them the ball by which it is measured how wide they see.
+/// Whether the cameras of a scenario's robots can see the ball by which the field of view is measured.
 pub(super) fn shows_its_width(scenario: &Scenario) -> bool {
     super::sensing::sees_at(scenario, &[BALL_M])
 }
 
-/// A turn of the head from one end to another.
+/// A turn of the head from one end to the other.
 struct Turn {
-    /// Where it ends, radians.
+    /// The angles at its end, radians.
     end: HeadAngles,
-    /// The fastest joint in the fastest cycle, degrees per second.
+    /// The greatest speed of a joint in a cycle, degrees per second.
     most_degps: f64,
 }
 
@@ -96,11 +96,11 @@ fn turn(laboratory: &mut Laboratory, from: [f32; 2], to: [f32; 2]) -> Result<Tur
     Ok(Turn { end: before, most_degps })
 }
 
-/// The diagonal of what the first camera sees, degrees: from the bearing of the last ball that it shows, as its robot faces away from it
-/// step by step; and that of the settings.
+/// The diagonal field of view of the first camera, degrees, measured and by the settings. The robot turns away from a
+/// ball step by step; the last bearing at which it sees the ball gives the angle.
 fn field_of_view_deg(laboratory: &mut Laboratory, real: &Scenario) -> Result<(f64, f64), TrialError> {
     const STEP_DEG: f32 = 0.25;
-    /// So often it is looked, as not each ball in view is recognised.
+    /// The number of looks per bearing, because not every ball in view is detected.
     const LOOKS: usize = 3;
 
     let cameras = CameraSettings { neck_m: real.body.neck_m, ..real.cameras };

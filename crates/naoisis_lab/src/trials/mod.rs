@@ -1,7 +1,7 @@
-//! Trials: what a simulated robot does, measured by running it, beside what the real one does.
+//! Trials: measurements of simulated robots, compared with the figures of real ones.
 //!
-//! Each quantity is measured as one would in a laboratory: robots walk, kick and look at things, in matches of their own with
-//! everything `realistic`, and only poses, events and readings are looked at. The real figure is that of the robot's
+//! Each quantity is measured as in a laboratory: robots walk, kick and look at objects in matches of their own with all
+//! `realistic` settings, and only poses, events and readings are used. The real figure is that of the robot's
 //! [model](RobotModel), with its source. `naoisis realism` prints the table.
 //!
 //! ```
@@ -32,51 +32,52 @@ pub mod seeing;
 pub mod sensing;
 pub mod walking;
 
-/// A quantity of a robot, measured and real.
+/// A measured quantity of a robot and its real figure.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct MeasuredQuantity {
-    /// What it is, in a few words.
+    /// Its name, in a few words.
     pub name: String,
-    /// Its unit, as it is printed.
+    /// Its unit, as printed.
     pub unit: &'static str,
-    /// What the simulated robot does; nought where that was [not seen](Self::not_seen).
+    /// The value of the simulated robot; 0 if it was [not seen](Self::not_seen).
     pub measured: f64,
-    /// Why it was not seen what the simulated robot does, as in "nobody fell"; none if it was.
+    /// Why it could not be measured, such as "nobody fell"; `None` if it was measured.
     pub not_seen: Option<&'static str>,
-    /// What the real one does.
+    /// The figure of the real robot.
     pub real: f64,
-    /// Where the real figure is from: what the model's `sources` say of it, [`NOT_GIVEN`] of a figure of its own of which they say nothing,
-    /// and of what the model does not say that it is the paper's. What no source gives begins with `guess:`.
+    /// The source of the real figure, from the `sources` of the model; [`NOT_GIVEN`] if `sources` lacks it; for figures
+    /// that the model leaves out, that they are the paper's. Figures without a known source begin with `guess:`.
     pub source: String,
 }
 
-/// The source of a figure that a model has and of which its `sources` say nothing.
+/// The source of a figure of a model that its `sources` do not list.
 pub const NOT_GIVEN: &str = "not given";
 
 impl MeasuredQuantity {
-    /// How far the measured value is from the real one, as a share of the real one; none if it was not seen.
+    /// The relative difference of the measured value from the real figure; `None` if it was not measured.
     pub fn difference(&self) -> Option<f64> {
         let share = if self.real == 0.0 { self.measured } else { self.measured / self.real - 1.0 };
         self.not_seen.is_none().then_some(share)
     }
 
-    /// The same if it was seen so often, and else not seen: what happens seldom need not happen in few trials.
+    /// Marks the quantity as not measured, for the reason `otherwise`, if the event did not happen (`times` is 0). Rare
+    /// events need not happen in short runs.
     fn if_seen(self, times: f64, otherwise: &'static str) -> Self {
         Self { not_seen: (times == 0.0 && self.real != 0.0).then_some(otherwise), ..self }
     }
 
-    /// Whether no source gives the real figure.
+    /// Whether the real figure has no known source.
     pub fn is_guess(&self) -> bool {
         self.source.starts_with("guess:") || self.source == NOT_GIVEN
     }
 }
 
-/// Why a robot cannot be tried.
+/// Why a robot cannot be measured.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrialError {
-    /// Its model makes no scenario.
+    /// Its model makes no valid scenario.
     #[error("the model makes no scenario: {0}")]
     Scenario(#[from] ScenarioError),
     /// The match of a trial cannot start.
@@ -84,11 +85,11 @@ pub enum TrialError {
     Start(#[from] ScenarioFault),
 }
 
-/// All quantities of a model, from so many repetitions of what is left to chance. What the robot lacks is not measured:
-/// [`not_measured`] says what.
+/// Measures all quantities of a model; random ones from `repetitions` repetitions. Quantities of parts that the robot
+/// does not have are left out: [`not_measured`] lists them.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut quantities = walking::measure(model, repetitions)?;
     quantities.extend(kicking::measure(model, repetitions)?);
@@ -100,10 +101,10 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     Ok(quantities)
 }
 
-/// What is not measured of a model, as the robot lacks it: a reason each, in words.
+/// The reasons why quantities of a model are left out, in words.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn not_measured(model: &RobotModel) -> Result<Vec<&'static str>, TrialError> {
     let real = Laboratory::new(model).scenario(json!({}))?;
     let reasons = [
@@ -124,10 +125,10 @@ pub fn not_measured(model: &RobotModel) -> Result<Vec<&'static str>, TrialError>
     Ok(reasons.into_iter().filter_map(|(lacks, words)| lacks.then_some(words)).collect())
 }
 
-/// The robot that is tried.
+/// The robot that is measured.
 const TRIED: RobotId = RobotId::new(Team::Blue, 1);
 
-/// A laboratory for a model: a pitch without a referee, on which one trial follows another.
+/// A laboratory for a model: a pitch without a referee, on which trials are run one after the other.
 struct Laboratory<'a> {
     model: &'a RobotModel,
     app: App,
@@ -140,7 +141,7 @@ impl<'a> Laboratory<'a> {
         Self { model, app }
     }
 
-    /// The settings that the model's words stand for, as a scenario.
+    /// A scenario with the settings of the model.
     fn scenario(&self, own: Value) -> Result<Scenario, TrialError> {
         let mut fields = Map::new();
         fields.insert("model".to_owned(), json!(self.model.reference()));
@@ -153,14 +154,14 @@ impl<'a> Laboratory<'a> {
         Ok(Scenario::from_json(&Value::Object(fields).to_string())?)
     }
 
-    /// Begins a trial: a match with these fields of a scenario.
+    /// Starts a trial: a match with these fields of a scenario.
     fn begin(&mut self, own: Value) -> Result<(), TrialError> {
         let scenario = self.scenario(own)?;
         self.app.start_match(&scenario)?;
         Ok(())
     }
 
-    /// The cycles in a time, s.
+    /// The number of cycles in a time, s.
     fn cycles(&self, time_s: f64) -> usize {
         (time_s / self.period_s()).round() as usize
     }
@@ -169,7 +170,7 @@ impl<'a> Laboratory<'a> {
         self.app.world().resource::<naoisis_core::cycle::CycleClock>().period_s
     }
 
-    /// Where the tried robot is.
+    /// The pose of the tried robot.
     fn pose(&self) -> Pose {
         self.app.robot_pose(TRIED).unwrap_or_default()
     }
@@ -208,8 +209,8 @@ mod tests {
     use super::*;
     use naoisis_sim::scenario::MODELS;
 
-    /// Of 200 repetitions, a standard deviation is known to 5 % (1 / sqrt(2 n)): three of them are within the 15 % that a
-    /// realistic figure may be off, with 99.7 % confidence.
+    /// A standard deviation from 200 repetitions has a standard error of 5 % (1 / sqrt(2 n)); three of them are within
+    /// the tolerance of 15 %, with 99.7 % confidence.
     #[test]
     fn every_measured_figure_is_within_15_percent_of_the_real_one() {
         for preset in MODELS {
@@ -223,7 +224,8 @@ mod tests {
         }
     }
 
-    /// What is measured of the model of a file with these settings and sources, by name, and what is not.
+    /// The measured quantities by name, and the reasons for those left out, of a model file with these settings and
+    /// sources.
     fn measured(settings: &str, sources: &str, repetitions: u32) -> (Vec<MeasuredQuantity>, Vec<&'static str>) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("own.ron");

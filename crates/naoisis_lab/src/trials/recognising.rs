@@ -1,4 +1,4 @@
-//! Trials of how often goalposts, robots and marks are recognised that are in view.
+//! Trials of the detection rates of goal posts, robots and marks.
 
 use bevy::math::Vec2;
 use serde_json::{Value, json};
@@ -10,13 +10,12 @@ use naoisis_sensing::sensing::vision::{ClassNoise, LandmarkKind, Percepts};
 use naoisis_sim::scenario::RobotModel;
 use naoisis_sim::simulation::MatchApp;
 
-/// How far ahead what is looked at is, m.
+/// The distance of the object, m.
 const AHEAD_M: f32 = 2.0;
-/// What is seen no further beside it, radians, is that, and not another of its kind.
+/// The greatest bearing difference between the object and its detection, radians.
 const SAME_BEARING: f32 = 0.25;
 
-/// How often a robot with this pose, in metres and degrees, recognises what `places` has straight ahead, in so many cycles: a share of
-/// them.
+/// The share of `cycles` in which a robot at `pose`, in metres and degrees, detects one of `places` straight ahead.
 fn share_of_cycles(
     laboratory: &mut Laboratory,
     pose: [f32; 3],
@@ -35,12 +34,12 @@ fn share_of_cycles(
     Ok(seen as f64 / f64::from(cycles.max(1)))
 }
 
-/// How often a goalpost, a robot, a crossing of lines and a penalty cross 2 m ahead are recognised.
+/// Measures the detection rates of a goal post, a robot, a crossing of lines and a penalty cross 2 m ahead.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
-    /// For each repetition.
+    /// Cycles per repetition.
     const CYCLES: u32 = 10;
 
     let mut laboratory = Laboratory::new(model);

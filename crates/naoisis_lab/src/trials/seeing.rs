@@ -1,4 +1,4 @@
-//! How well the robots of a scenario see.
+//! Conditions for measuring the vision of a scenario's robots.
 
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::team::{PerTeam, RobotId, Team};
@@ -8,7 +8,7 @@ use naoisis_sensing::sensing::vision::VisionSettings;
 use naoisis_sensing::sensing::vision::image::accuracy::Conditions;
 use naoisis_sim::scenario::Scenario;
 
-/// What the first blue robot of a scenario looks at, and by what it sees: its pitch, ball and robots, its cameras and its vision.
+/// The conditions of the first blue robot of a scenario: pitch, ball and robots, its cameras and its vision.
 pub fn conditions(scenario: &Scenario) -> Conditions {
     let [own, other] = Team::BOTH.map(|team| scenario.robot(RobotId::new(team, 1)));
     let [own_body, other_body] = [&own, &other].map(|robot| scenario.body_of(robot));

@@ -17,13 +17,13 @@ use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::scenario::{RobotModel, Scenario};
 use naoisis_sim::simulation::MatchApp;
 
-/// Cycles of a trial, for each repetition.
+/// Cycles of a trial per repetition.
 const CYCLES: u32 = 10;
 
-/// The radius of what the sonars hear, m.
+/// The radius of the pole that the sonars detect, m.
 const POLE_RADIUS_M: f32 = 0.02;
 
-/// What the left sonar hears of a pole at this distance and bearing, in each of so many cycles of this duration, s.
+/// The readings of the left sonar of a pole at this distance and bearing, one per cycle.
 fn sonar(
     laboratory: &mut Laboratory,
     [distance_m, bearing]: [f32; 2],
@@ -43,8 +43,8 @@ fn sonar(
         .collect())
 }
 
-/// Of how many readings of both sonars, and how often in them, there is an echo of nothing but another robot's pings: one that
-/// looks at this one from out of range.
+/// The number of sonar readings, and the share of them with an echo that is only the ping of another robot, which faces
+/// this one from out of range.
 fn crosstalk(laboratory: &mut Laboratory, range_m: f32, cycles: u32) -> Result<f64, TrialError> {
     laboratory.begin(json!({
         "ball": null, "cycle_s": PING_S,
@@ -61,13 +61,13 @@ fn crosstalk(laboratory: &mut Laboratory, range_m: f32, cycles: u32) -> Result<f
     Ok(f64::from(heard.sum::<u32>()) / f64::from(2 * cycles))
 }
 
-/// Cycles of which each has a ping, s.
+/// The duration of cycles that have one ping each, s.
 const PING_S: f64 = 0.1;
 
-/// Where the tried robot stands who looks along the pitch, m: at one end of it.
+/// The x coordinate of a robot that looks along the pitch, m: at one end of it.
 const LOOKS_FROM_M: f32 = -4.4;
 
-/// Where the ball seems to be that lies straight ahead, in each of so many cycles.
+/// The detected positions of a ball straight ahead, in each of `cycles` cycles.
 fn look(laboratory: &mut Laboratory, distance_m: f32, cycles: u32) -> Result<Vec<Option<Vec2>>, TrialError> {
     laboratory.begin(json!({
         "ball": { "position_m": [LOOKS_FROM_M + distance_m, 0] },
@@ -83,14 +83,14 @@ fn look(laboratory: &mut Laboratory, distance_m: f32, cycles: u32) -> Result<Vec
         .collect())
 }
 
-/// The angles to a ball on the ground as a camera with this lens sees it: to the left, and down; degrees.
+/// The angles to a ball on the ground from a camera with this lens: to the left, and down; degrees.
 fn angles_to(lens: Vec3, place: Vec2, radius_m: f32) -> [f64; 2] {
     let from_lens = place - lens.truncate();
     [ops::atan2(place.y, place.x), ops::atan2(lens.z - radius_m, from_lens.length())].map(to_degrees).map(f64::from)
 }
 
-/// By how much the angles to a ball ahead err when the ball is next seen, degrees, in each of so many matches: at the start, when
-/// the robot stands, and after so many seconds, in which it does what it is told.
+/// The errors of the angles to a ball ahead at its next detection, degrees, in each of several matches: at the start,
+/// when the robot stands, and after a time in which it executes a command.
 fn angle_errors(
     laboratory: &mut Laboratory,
     radius_m: f32,
@@ -98,7 +98,7 @@ fn angle_errors(
     later_s: f64,
     matches: u32,
 ) -> Result<Vec<[[f64; 2]; 2]>, TrialError> {
-    /// A ball in view is seen after so many cycles at the latest.
+    /// The number of cycles within which a ball in view is detected at least once.
     const PATIENCE: usize = 100;
 
     let mut errors = Vec::new();
@@ -129,13 +129,13 @@ fn angle_errors(
     Ok(errors)
 }
 
-/// How long places that look like a ball are taken for one, s: of as many as a robot sees in so many cycles that looks along an
-/// empty pitch, and has no other errors.
+/// The mean lifetime of false balls, s: of those that a robot on an empty pitch without other errors sees in `cycles`
+/// cycles.
 fn false_balls(laboratory: &mut Laboratory, life_s: f32, cycles: u32) -> Result<Vec<f64>, TrialError> {
     const CYCLE_S: f64 = 0.1;
-    /// More than there are, as it is not their number that is measured.
+    /// A higher rate of false balls than usual, because their number is not measured here.
     const PER_MINUTE: f32 = 20.0;
-    /// What is no nearer to each other is not the same, m.
+    /// Detections that are farther apart are different places, m.
     const SAME_PLACE_M: f32 = 0.1;
 
     let often = json!({ "per_minute": PER_MINUTE, "life_s": life_s });
@@ -159,7 +159,7 @@ fn false_balls(laboratory: &mut Laboratory, life_s: f32, cycles: u32) -> Result<
     Ok(lives)
 }
 
-/// By which share of its distance a robot seems too far away whose feet are between the two images, in so many cycles.
+/// The relative error of the distance to a robot whose feet are in the gap between two images.
 fn without_feet(laboratory: &mut Laboratory, cycles: u32) -> Result<f64, TrialError> {
     let still = json!({ "bias_sd_deg": 0, "standing_sd_deg": 0 });
     laboratory.begin(json!({
@@ -179,8 +179,8 @@ fn without_feet(laboratory: &mut Laboratory, cycles: u32) -> Result<f64, TrialEr
     Ok(mean_of(&errors))
 }
 
-/// Whether there is a gap between the images of two cameras, one below the other, in which feet are hidden. Those of a NAO V6
-/// overlap.
+/// Whether there is a gap between the images of two cameras, one below the other, in which feet can be hidden. The
+/// images of a NAO V6 overlap.
 fn has_gap(cameras: &CameraSettings) -> bool {
     let half_height = |mount: &CameraMount| {
         let CameraIntrinsics { size, focal_length, .. } = cameras.intrinsics(mount);
@@ -193,10 +193,11 @@ fn has_gap(cameras: &CameraSettings) -> bool {
     cameras.mounts.as_slice().windows(2).any(is_gap)
 }
 
-/// Where a robot's feet are between the two images of a level head, m, and the lowest of its legs is seen at 15 cm of 30.
+/// The distance at which a robot's feet are in the gap between the two images of a level head, m; the lowest visible
+/// part of its legs is then at 15 of 30 cm.
 const FEET_HIDDEN_M: f32 = 1.3;
 
-/// The last of the distances, in steps, at which something is there at all.
+/// The last distance, in steps, at which anything is detected.
 fn farthest<E>(
     from_m: f32,
     to_m: f32,
@@ -213,11 +214,11 @@ fn farthest<E>(
     Ok(f64::from(farthest_m))
 }
 
-/// In view of a camera that looks straight ahead, and near.
+/// A distance at which the ball is in view of a camera that looks straight ahead, m.
 const BALL_M: f32 = 2.0;
-/// A little further, so that who walks towards it has it in view for a while.
+/// A larger distance, so that a robot that walks towards the ball has it in view for a while, m.
 const FARTHER_BALL_M: f32 = 2.2;
-/// A ball is looked for at most so far away, m: the pitch is no longer.
+/// The greatest distance at which a ball is looked for, m; the pitch is no longer.
 const FARTHEST_BALL_M: f32 = 9.0;
 
 /// Whether the robots of a scenario have cameras.
@@ -225,12 +226,12 @@ pub(super) fn has_cameras(scenario: &Scenario) -> bool {
     !scenario.cameras.mounts.as_slice().is_empty()
 }
 
-/// Whether their cameras show them the balls that they are tried with while their heads stay as they are: straight ahead.
+/// Whether the cameras can see the balls of these trials with the head straight ahead.
 pub(super) fn sees_ahead(scenario: &Scenario) -> bool {
     sees_at(scenario, &[BALL_M, FARTHER_BALL_M])
 }
 
-/// Whether their cameras show them balls straight ahead at these distances, m, while their heads stay as they are.
+/// Whether the cameras can see balls straight ahead at these distances, m, with the head straight ahead.
 pub(super) fn sees_at(scenario: &Scenario, distances_m: &[f32]) -> bool {
     let cameras = CameraSettings { neck_m: scenario.body.neck_m, ..scenario.cameras };
     let limits = &scenario.head;
@@ -240,7 +241,7 @@ pub(super) fn sees_at(scenario: &Scenario, distances_m: &[f32]) -> bool {
     distances_m.iter().all(|distance_m| sees_ball(&cameras, &head, Vec2::X * *distance_m, radius_m))
 }
 
-/// Ranges, errors and misses of the sonars.
+/// Measures ranges, errors and misses of the sonars.
 fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let (min_m, max_m) = (real.sonar.min_m, real.sonar.max_m);
     // Well within the range of most sonars.
@@ -309,12 +310,12 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
     ])
 }
 
-/// Ranges, errors and misses of the sensors, and the messages that are lost.
+/// Measures ranges, errors and misses of the sensors, and the loss of messages.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
-    /// Cycles in which some hundred places look like a ball, for each repetition.
+    /// Cycles per repetition in which about a hundred false balls appear.
     const FALSE_BALL_CYCLES: u32 = 80;
 
     let mut laboratory = Laboratory::new(model);

@@ -1,4 +1,4 @@
-//! Trials of walking and of what robots know of it.
+//! Trials of walking and odometry.
 
 use bevy::math::{Vec2, Vec3, ops};
 use serde_json::{Value, json};
@@ -11,36 +11,36 @@ use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sim::scenario::{RobotModel, Scenario};
 use naoisis_sim::simulation::MatchApp;
 
-/// Farther and faster than any robot can within a cycle, m.
+/// A longer step than any robot can make in a cycle, m.
 const FASTEST: f32 = 1.0;
-/// Far more than any robot turns within a cycle, degrees.
+/// A larger turn than any robot can make in a cycle, degrees.
 const MOST_TURN: f32 = 100.0;
-/// How long robots walk, s.
+/// The duration of walks, s.
 const WALK_S: f64 = 5.0;
-/// How long they turn, s.
+/// The duration of turns, s.
 const TURN_S: f64 = 2.0;
 
-/// A robot that is told to make such steps as long as a trial lasts.
+/// A robot that repeats `step` for the whole trial.
 fn walker(step: [f32; 3], seed: u32) -> Value {
     let script = json!({ "script": [{ "from_s": 0, "until_s": 1000, "walk": step }] });
     json!({ "seed": seed, "ball": null, "falls": { "falls_per_min": 0 }, "robots": [{ "team": "blue", "number": 1, "behaviour": script }] })
 }
 
-/// A walk as it was, as the legs did it, and as the robot counted it.
+/// A walk: the true motion, that of the legs, and that by odometry.
 struct Walk {
-    /// How far it got in the end, a second, m.
+    /// The speed at the end, m/s.
     speed_mps: f64,
-    /// By how much it turned a second in the end, degrees.
+    /// The turning speed at the end, degrees/s.
     turn_degps: f64,
-    /// When its legs had reached their full speed, or turn, s.
+    /// The time until the legs reached their full speed or turning speed, s.
     started_s: f64,
-    /// The way that it went, its legs did and it counted, m.
+    /// The displacement of the robot, of its legs and by odometry, m.
     ways: [f64; 3],
-    /// By how much it turned, its legs did and it counted, degrees.
+    /// The turn of the robot, of its legs and by odometry, degrees.
     turns: [f64; 3],
 }
 
-/// Lets a robot walk.
+/// Runs a walk.
 fn walk(laboratory: &mut Laboratory, step: [f32; 3], seed: u32) -> Result<Walk, TrialError> {
     laboratory.begin(walker(step, seed))?;
     let cycles = laboratory.cycles(if step[2] == 0.0 { WALK_S } else { TURN_S });
@@ -78,17 +78,17 @@ fn walk(laboratory: &mut Laboratory, step: [f32; 3], seed: u32) -> Result<Walk, 
     Ok(Walk { speed_mps, turn_degps, started_s, ways, turns })
 }
 
-/// Whether the robots of a scenario walk at all.
+/// Whether the robots of a scenario can walk.
 pub(super) fn walks(scenario: &Scenario) -> bool {
     scenario.motion.max_linear_mps > 0.0
 }
 
-/// Whether they turn.
+/// Whether the robots of a scenario can turn.
 pub(super) fn turns(scenario: &Scenario) -> bool {
     scenario.motion.max_angular > 0.0
 }
 
-/// What is measured of those who turn alone; the rest is of those who walk.
+/// The quantities that are measured of turns; all others are of walks.
 const OF_TURNS: [&str; 4] = [
     "turn",
     "from standing to the full turn",
@@ -96,10 +96,10 @@ const OF_TURNS: [&str; 4] = [
     "odometry: spread after a turn of a radian",
 ];
 
-/// Speeds, how soon they are reached, slip, and the errors of odometry.
+/// Measures speeds, accelerations, slip, and the errors of odometry.
 ///
 /// # Errors
-/// When the model makes no scenario.
+/// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let mut walked = |step: [f32; 3], repetitions: u32| -> Result<Vec<Walk>, TrialError> {
