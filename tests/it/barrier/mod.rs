@@ -322,7 +322,9 @@ fn the_error_reads_well() {
     fn peeks(_: Query<&Pose, With<Mine>>) {}
     let message = register(peeks).unwrap_err().to_string();
     assert!(message.starts_with("behaviour `under test` is refused: its system `"), "{message}");
-    assert!(message.contains("peeks") && message.contains("reads `naoisis_core::geometry::Pose`, which is ground truth"));
+    assert!(
+        message.contains("peeks") && message.contains("reads `naoisis_core::geometry::Pose`, which is ground truth")
+    );
     let message = register(|_: Query<&mut WalkCommand>| {}).unwrap_err().to_string();
     assert!(
         message.contains("finds `naoisis_core::robot::walk_command::WalkCommand` of entities that need not be"),

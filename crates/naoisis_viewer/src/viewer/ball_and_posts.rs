@@ -1,4 +1,4 @@
-//! The ball and the posts.
+//! Models of the ball and the posts.
 
 use bevy::prelude::*;
 
@@ -8,7 +8,7 @@ use naoisis_core::ball::{Ball, BallPhysics};
 use naoisis_core::pitch::Post;
 use naoisis_sensing::appearance::{colours, field};
 
-/// Shows balls and posts as they come into the match.
+/// Spawns the models of balls and posts when these enter the match.
 pub struct BallAndPostsPlugin;
 
 impl Plugin for BallAndPostsPlugin {
@@ -34,7 +34,7 @@ fn show_ball(
     ));
 }
 
-/// The mesh of a ball, on the ground.
+/// The mesh of a ball with its centre in the origin.
 pub(super) fn ball_mesh(physics: &BallPhysics, meshes: &mut Assets<Mesh>) -> impl Bundle {
     let sphere = Sphere::new(physics.radius_m).mesh().uv(32, 18);
     (Mesh3d(meshes.add(sphere)), Transform::from_xyz(0.0, 0.0, physics.radius_m))

@@ -1,4 +1,4 @@
-//! What a robot's behaviour keeps in mind, whatever types it has: by reflection.
+//! The state of a robot's behaviour, of any types, read by reflection.
 
 use bevy::ecs::component::ComponentInfo;
 use bevy::prelude::*;
@@ -14,38 +14,38 @@ use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::{Belief, SimpleBelief};
 
-/// Longer values are cut, characters.
+/// The greatest length of a value, characters. Longer ones are cut.
 const LONGEST_VALUE: usize = 120;
 
-/// What a robot's behaviour is called, and what it keeps in mind.
+/// The name and state of a robot's behaviour.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct BehaviourState {
-    /// Its name; none of a robot that has none.
+    /// The name; `None` if the robot has no behaviour.
     pub name: Option<String>,
-    /// The behaviour's components on the robot.
+    /// The components of the behaviour on the robot.
     pub components: Vec<StateComponent>,
-    /// What it considered when it decided last, and what it chose, if it says so.
+    /// The options that the behaviour considered in its last decision, if it records them.
     pub reasons: Option<Reasons>,
 }
 
-/// A component that a behaviour keeps its state in.
+/// A component with state of a behaviour.
 #[derive(Clone, PartialEq, Debug)]
 pub struct StateComponent {
     /// The short name of its type.
     pub name: String,
-    /// Its type, as the program knows it.
+    /// Its type, if it is registered.
     pub type_id: Option<TypeId>,
-    /// Its fields and their values; of a component that does not derive `Reflect`, why there is none.
+    /// Its fields with their values. For a component without `Reflect`, an explanation.
     pub fields: Vec<(String, String)>,
 }
 
-/// The states of all robots of the match in `world`.
+/// The behaviour states of all robots in `world`.
 pub fn all_states(world: &World) -> BTreeMap<RobotId, BehaviourState> {
     let roster = world.resource::<Roster>();
     roster.iter().map(|(id, robot)| (id, state_of(world, robot))).collect()
 }
 
-/// The state of a robot.
+/// The behaviour state of a robot.
 pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
     let Ok(entity) = world.get_entity(robot) else { return BehaviourState::default() };
     let Some(registry) = world.get_resource::<AppTypeRegistry>() else { return BehaviourState::default() };
@@ -64,7 +64,7 @@ pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
         let fields = match reflected.and_then(|component| component.reflect(entity)) {
             Some(value) => fields_of(value.as_partial_reflect()),
             None if info.layout().size() == 0 => Vec::new(),
-            None => vec![(String::new(), "derive and register `Reflect` to see it here".to_owned())],
+            None => vec![(String::new(), "derive and register `Reflect` to show it here".to_owned())],
         };
         state.components.push(StateComponent {
             name: short_name(&info.name().to_string()),
@@ -76,7 +76,7 @@ pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
     state
 }
 
-/// Whether a component is what a behaviour thinks: one that is marked so, or one of a program's own.
+/// Whether a component is state of a behaviour: marked so, or defined by the user's program.
 fn belongs_to_behaviour(info: &ComponentInfo, registry: &TypeRegistry) -> bool {
     let Some(type_id) = info.type_id() else { return false };
     // What the robot believes, and its reasons, are shown beside; how its estimator is set up is no thought.
@@ -116,7 +116,7 @@ fn words(value: &dyn PartialReflect) -> String {
     text
 }
 
-/// A type's name without the modules that it is in.
+/// The name of a type without its modules.
 fn short_name(path: &str) -> String {
     path.rsplit("::").next().unwrap_or(path).to_owned()
 }

@@ -1,7 +1,7 @@
-//! Branching time: any moment becomes a match of its own that is played on, and the one that it is from stays.
+//! Branches of a match: any moment can be played on as a match of its own, and the original match stays.
 //!
-//! The ways that the match went are a tree. One of them is shown, and played; the others are put aside as they were left, and any of
-//! them can be shown again.
+//! The branches of a match are a tree. One of them is shown and played. The others are stored as they were left, and
+//! each can be shown again.
 
 use bevy::prelude::*;
 
@@ -15,7 +15,7 @@ use naoisis_record::record::history::History;
 use naoisis_record::whatif::Moment;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 
-/// What the way is called that all others come from.
+/// The name of the root branch.
 const FIRST: &str = "The match as it was";
 
 /// Keeps the [`Branches`].
@@ -29,81 +29,81 @@ impl Plugin for BranchesPlugin {
     }
 }
 
-/// What is wanted of the ways that the match went.
+/// Commands about the branches of the match.
 #[derive(Message, Clone, PartialEq, Debug)]
 pub enum BranchCommand {
-    /// The moment that is shown is played on, as a match of its own.
+    /// Plays on from the moment that is shown, as a new branch.
     PlayFromHere,
-    /// A moment of the match that is shown is played on with other chance, that of a seed.
+    /// Plays on from a moment of the shown branch with the random numbers of a seed, as a new branch.
     PlayOn {
         /// The moment.
         moment: Box<Moment>,
-        /// The cycle that had just ended.
+        /// The cycle that has just ended.
         cycle: u64,
-        /// The seed.
+        /// The seed of the random numbers.
         seed: u64,
     },
-    /// This one of the [`Branches`] is shown.
+    /// Shows the branch with this index in [`Branches`].
     Show(usize),
 }
 
-/// The ways that the match went, and the one that is shown.
+/// The branches of the match, and the one that is shown.
 #[derive(Resource, Debug, Default)]
 pub struct Branches {
     list: Vec<Branch>,
     shown: usize,
-    /// The moment that is to be played on as soon as it is known whole, and whether the match stood there.
+    /// The cycle of the moment from which to play on as soon as it is rebuilt, and whether the match was paused there.
     awaited: Option<(u64, bool)>,
 }
 
-/// One way that the match went.
+/// A branch of the match.
 #[derive(Debug)]
 pub struct Branch {
-    /// The one that it is from, and the cycle after which it went its own way.
+    /// The parent branch, and the cycle after which this one differs from it; `None` for the root.
     pub from: Option<(usize, u64)>,
     /// What it is called.
     pub name: String,
-    /// The last cycle that was played, when it was put aside.
+    /// The last cycle that was played when the branch was stored.
     pub last_cycle: u64,
-    /// What tells it from other matches.
+    /// Identifies the match.
     keyframes: Keyframes,
-    /// What it was like when it was put aside; none of the one that is shown.
+    /// The stored match; `None` for the branch that is shown.
     aside: Option<Aside>,
 }
 
-/// A match that is put aside.
+/// A stored match.
 #[derive(Debug)]
 struct Aside {
     way: Way,
-    /// Where it goes on; nowhere, of a trace.
+    /// The end of the match, from which it continues; `None` for a trace.
     present: Option<Moment>,
-    /// The moment that was shown, if it was not the present.
+    /// The moment that was shown, if it was in the past.
     cursor: Option<f64>,
 }
 
 impl Branches {
-    /// All of them; the first is the one that all others come from.
+    /// All branches; the first is the root.
     pub fn list(&self) -> &[Branch] {
         &self.list
     }
 
-    /// Which of them is shown.
+    /// The index of the branch that is shown.
     pub fn shown(&self) -> usize {
         self.shown
     }
 
-    /// Whether a match, by what is kept of it, is one of them that is from another.
+    /// Whether the match with these keyframes is a branch other than the root.
     pub fn is_fork(&self, keyframes: &Keyframes) -> bool {
         self.list.iter().any(|branch| branch.from.is_some() && branch.keyframes.is_same(keyframes))
     }
 
-    /// The record of a cycle of one that is put aside, if it went so far.
+    /// The record of a cycle of a stored branch, if it has this cycle.
     pub fn record(&mut self, index: usize, cycle: u64) -> Option<CycleRecord> {
         let aside = self.list.get_mut(index)?.aside.as_mut()?;
         aside.way.history.record(cycle).ok().flatten()
     }
 
-    /// The last cycle that two of them have in common.
+    /// The last cycle that two branches have in common.
     pub fn common(&self, one: usize, other: usize) -> u64 {
         // From each of them to the first one, with the cycle until which it has been that way.
         let way = |index: usize| {
@@ -122,7 +122,7 @@ impl Branches {
     }
 }
 
-/// Another match has other branches, at first one.
+/// Starts new branches for a new match.
 fn forget(keyframes: Res<Keyframes>, mut branches: ResMut<Branches>) {
     let is_known = branches.list.get(branches.shown).is_some_and(|branch| branch.keyframes.is_same(&keyframes));
     if !is_known {
@@ -150,7 +150,7 @@ fn obey(world: &mut World) {
 
 fn play_from_here(world: &mut World) -> Result<(), String> {
     if !world.resource::<Timeline>().is_past() {
-        return Err("This is the present, which goes on anyway: go to a moment of the past first".to_owned());
+        return Err("This is the present, which continues anyway: go to a moment of the past first".to_owned());
     }
     let cycle = world.resource::<CycleClock>().cycle;
     // The moment that is played on must not go by while it is worked out.
@@ -160,12 +160,12 @@ fn play_from_here(world: &mut World) -> Result<(), String> {
     let stood = branches.awaited.filter(|(other, _)| *other == cycle).map_or(stood, |(_, before)| before);
     branches.awaited = Some((cycle, stood));
     if world.resource::<Rebuilt>().moment(cycle, world.resource::<Keyframes>()).is_none() {
-        world.resource_mut::<Notice>().tell("The match is played again to here…");
+        world.resource_mut::<Notice>().tell("Rebuilding this moment…");
     }
     Ok(())
 }
 
-/// Plays on from the moment that was wanted, as soon as it is there.
+/// Plays on from the moment that was asked for, as soon as it is rebuilt.
 fn fork_when_known(world: &mut World) {
     let Some((cycle, stood)) = world.resource::<Branches>().awaited else { return };
     if world.resource::<CycleClock>().cycle != cycle || !world.resource::<Timeline>().is_past() {
@@ -177,21 +177,23 @@ fn fork_when_known(world: &mut World) {
     let why_not = rebuilt.why_not(cycle, world.resource::<Keyframes>());
     let result = match (moment.map(|moment| (moment.is_same, moment.moment.clone())), why_not) {
         (Some((true, moment)), _) => fork(world, cycle, moment.time_s, stood, |world| moment.put_back(world)),
-        (Some((false, _)), _) => Err("Played again, the match is another one here: it cannot go on from it".to_owned()),
+        (Some((false, _)), _) => {
+            Err("The replayed match differs here, so it cannot be played on from this moment".to_owned())
+        }
         (None, Some(why)) => Err(why),
         (None, None) => return,
     };
     world.resource_mut::<Branches>().awaited = None;
     let text = match result {
-        Ok(()) if stood => "A match of its own from here: it stands as before, Space lets it go on".to_owned(),
-        Ok(()) => "A match of its own goes on from here; the one that it is from stays, on the timeline".to_owned(),
+        Ok(()) if stood => "New branch from here, paused as before; Space: continue".to_owned(),
+        Ok(()) => "New branch from here; the original match stays on the timeline".to_owned(),
         Err(message) => message,
     };
     world.resource_mut::<Notice>().tell(text);
 }
 
-/// Begins a match that goes on from the end of a cycle of the one that is shown, at a time, s, and stands there, or goes on at once;
-/// `restore` puts it into the world.
+/// Starts a branch from the end of `cycle` of the branch that is shown, paused or running; `restore` puts the match
+/// into the world. The time is in s.
 fn fork(
     world: &mut World,
     cycle: u64,
@@ -228,7 +230,7 @@ fn fork(
     Ok(())
 }
 
-/// Shows another one, as it was left.
+/// Shows another branch, as it was left.
 fn show(world: &mut World, index: usize) -> Result<(), String> {
     let branches = world.resource::<Branches>();
     if index == branches.shown || index >= branches.list.len() {
@@ -240,7 +242,7 @@ fn show(world: &mut World, index: usize) -> Result<(), String> {
     Ok(())
 }
 
-/// Puts the one that is shown aside.
+/// Stores the branch that is shown.
 fn put_aside(world: &mut World) -> Result<(), String> {
     let cursor = world.resource::<Timeline>().cursor();
     let present = if world.resource::<Timeline>().is_replay() {
@@ -259,7 +261,7 @@ fn put_aside(world: &mut World) -> Result<(), String> {
     Ok(())
 }
 
-/// Puts one that is aside back into the world. It stands.
+/// Puts a stored branch back into the world, paused.
 fn bring_back(world: &mut World, index: usize) -> Result<(), String> {
     let Some(Aside { way, present, cursor }) = world.resource_mut::<Branches>().list[index].aside.take() else {
         return Ok(());

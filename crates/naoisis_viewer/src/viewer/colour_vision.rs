@@ -1,8 +1,9 @@
-//! What is told apart by colour, tried with the eyes of people who lack one kind of cones: the teams, the ball, the lines, what
-//! the lanes know of the ball. Only tests need it.
+//! Tests that colours can be told apart by people who lack one kind of cones: teams, ball, lines, the lanes' colours
+//! for knowledge of the ball. Only compiled for tests.
 //!
-//! How colours are seen is simulated as by Machado, Oliveira and Fernandes (2009), "A physiologically-based model for simulation of
-//! color vision deficiency", complete loss; how far they are apart is their distance in `OKLab`, in which black and white are 1 apart.
+//! Colour vision is simulated as by Machado, Oliveira and Fernandes (2009), "A physiologically-based model for
+//! simulation of color vision deficiency", with complete loss. The difference of colours is their distance in `OKLab`,
+//! in which black and white are 1 apart.
 
 use bevy::color::{Mix, Oklaba};
 use bevy::prelude::*;
@@ -12,9 +13,9 @@ use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours;
 
-/// What only its colour tells apart is at least so far apart, for everybody.
+/// The least difference of colours that nothing else distinguishes, for every kind of colour vision.
 const APART: f32 = 0.13;
-/// What a shape, a name or a ring tells apart besides.
+/// The least difference of colours that a shape, a name or a ring distinguishes, too.
 const APART_BESIDES: f32 = 0.03;
 
 /// Rows of the matrices of linear red, green and blue.

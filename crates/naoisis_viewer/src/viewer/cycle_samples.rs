@@ -1,7 +1,7 @@
-//! The latest cycles in numbers: what robots were told to do, how far they were from the truth, where they were.
+//! Numbers of the latest cycles: commands of robots, errors of their beliefs, positions.
 //!
-//! Kept of every cycle as it is played, and, where the past is looked at, of the seconds before it, from their records. For
-//! plots, trails and whatever shows more than one cycle.
+//! Each cycle is sampled when it is played. When the past is shown, the seconds before it are read from the records.
+//! Used by plots, trails and others that show several cycles.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -22,11 +22,11 @@ use naoisis_sim::interface::gather::{CurrentRecord, RecordSystems};
 use naoisis_sim::interface::vocabulary::RobotCommand;
 use naoisis_sim::scenario::Scenario;
 
-/// The latest so many cycles are kept.
+/// The number of cycles that are kept.
 const LONGEST: usize = 3600;
-/// So much of what was before a moment of the past that is looked at is read from its records, s.
+/// How much before a moment of the past is read from the records, s.
 pub const LOOK_BACK_S: f64 = 20.0;
-/// The part of a frame that is spent on that.
+/// The part of a frame in which records are read.
 const BUDGET: Duration = Duration::from_millis(4);
 
 /// Keeps the [`CycleSamples`].
@@ -41,35 +41,35 @@ impl Plugin for CycleSamplesPlugin {
     }
 }
 
-/// A robot in a cycle.
+/// The values of a robot in a cycle.
 #[derive(Clone, PartialEq, Debug)]
 pub struct RobotSample {
-    /// Where it was at the end of it, pitch frame.
+    /// The pose at the end of the cycle, pitch frame.
     pub pose: Pose,
-    /// How fast it was, m/s.
+    /// The speed, m/s.
     pub speed_mps: f32,
-    /// Where its head was turned, radians.
+    /// The angles of the head, radians.
     pub head: HeadAngles,
-    /// What its sonars heard.
+    /// The reading of the sonars.
     pub sonar: SonarReading,
-    /// How far its belief was from the truth.
+    /// The error of the belief.
     pub error: Option<BeliefError>,
-    /// How far away the ball was, m.
+    /// The distance to the ball, m.
     pub ball_m: Option<f32>,
-    /// Whether it was off the pitch.
+    /// Whether it was penalised.
     pub penalised: bool,
-    /// What its behaviour wanted, if that is known.
+    /// The command of its behaviour, if it is known.
     pub command: Option<RobotCommand>,
 }
 
-/// A cycle in numbers.
+/// The values of a cycle.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct CycleSample {
-    /// Its end, s since the start.
+    /// The end of the cycle, s since the start.
     pub time_s: f64,
-    /// Where the ball was at the end of it, m, pitch frame.
+    /// The position of the ball at the end of the cycle, m, pitch frame.
     pub ball: Option<Vec2>,
-    /// The robots, in the order of their ids.
+    /// The robots, sorted by id.
     pub robots: BTreeMap<RobotId, RobotSample>,
 }
 
@@ -80,17 +80,17 @@ pub struct CycleSamples {
 }
 
 impl CycleSamples {
-    /// What there is of a cycle.
+    /// The sample of a cycle, if it is kept.
     pub fn sample(&self, cycle: u64) -> Option<&CycleSample> {
         self.samples.get(&cycle)
     }
 
-    /// What there is of a robot in a cycle.
+    /// The sample of a robot in a cycle, if it is kept.
     pub fn robot(&self, cycle: u64, id: RobotId) -> Option<&RobotSample> {
         self.sample(cycle)?.robots.get(&id)
     }
 
-    /// What there is of the cycles from one to another, in order.
+    /// The samples from `first` to `last`, in order.
     pub fn between(&self, first: u64, last: u64) -> impl Iterator<Item = (u64, &CycleSample)> {
         // Without an end before its start, of which there would be no range.
         self.samples.range(first.min(last)..=last).map(|(cycle, sample)| (*cycle, sample))
@@ -127,7 +127,7 @@ fn note_cycle(
     *before = Some((record.cycle, Sensed::of(record)));
 }
 
-/// Notes the moment that is looked at again and, some in each frame, those before it, unless they are known.
+/// Samples the moment that is shown and, a few in each frame, the cycles before it, unless they are known.
 fn note_past(
     mut samples: ResMut<CycleSamples>,
     mut history: ResMut<History>,
@@ -150,7 +150,7 @@ fn note_past(
     }
 }
 
-/// Notes a cycle from its record, if there is one.
+/// Samples a cycle from its record, if there is one.
 fn note_record(samples: &mut CycleSamples, history: &mut History, cycle: u64) -> bool {
     let Ok(Some(record)) = history.record(cycle) else { return false };
     let before = record.cycle.checked_sub(1).and_then(|before| history.record(before).ok()?);
@@ -160,8 +160,8 @@ fn note_record(samples: &mut CycleSamples, history: &mut History, cycle: u64) ->
 }
 
 impl CycleSample {
-    /// What a record says. Beliefs are compared with what was `sensed`: the end of the cycle before. Where that is not known, as
-    /// in a trace of every few cycles, with the end of this one.
+    /// The sample of a record. Errors of beliefs refer to `sensed`, the end of the cycle before. If it is not known, as
+    /// in a trace of every few cycles, they refer to the end of this cycle.
     pub fn of(record: &CycleRecord, sensed: Option<&Sensed>) -> Self {
         let now = Sensed::of(record);
         let sensed = sensed.unwrap_or(&now);
@@ -174,7 +174,7 @@ impl CycleSample {
 }
 
 impl RobotSample {
-    /// What a record says of a robot, whose belief is about what was sensed.
+    /// The sample of a robot in a record, with the error of its belief relative to `sensed`.
     fn of(robot: &RobotRecord, record: &CycleRecord, sensed: &Sensed) -> Self {
         let own_end = record.game.own_end(robot.id.team);
         let opponents =

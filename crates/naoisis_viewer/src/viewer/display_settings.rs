@@ -3,24 +3,25 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What the window is used for.
+/// The use of the window.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Workspace {
-    /// The match as on television: a camera that follows play, a large score, goals again in slow motion, a summary at the end.
+    /// The match as on television: a camera that follows play, a large score, replays of goals in slow motion, a
+    /// summary at the end.
     Watch,
-    /// What robots see, believe and want, and what happened when: all panels.
+    /// All panels: perceptions, beliefs and commands of robots, events.
     #[default]
     Debug,
-    /// Nothing but the pitch, a pen, large words, one robot's world alone, moments that are stepped through.
+    /// Only the pitch, with a pen, large words, the world of one robot, and bookmarks with captions.
     Teach,
 }
 
 impl Workspace {
-    /// All of them, in the order of the key that goes from one to the next.
+    /// All uses, in the order of the key that switches between them.
     pub const ALL: [Workspace; 3] = [Workspace::Watch, Workspace::Debug, Workspace::Teach];
 
-    /// Its name, for people.
+    /// The name in the window.
     pub fn name(self) -> &'static str {
         match self {
             Workspace::Watch => "Watch",
@@ -29,7 +30,7 @@ impl Workspace {
         }
     }
 
-    /// The next one, or the one before.
+    /// The use that is `steps` further in [`Workspace::ALL`].
     pub fn neighbour(self, steps: i8) -> Workspace {
         let count = Self::ALL.len() as isize;
         let index = Self::ALL.iter().position(|other| *other == self).unwrap_or(0) as isize;
@@ -37,27 +38,27 @@ impl Workspace {
     }
 }
 
-/// Whether the match is watched.
+/// Whether the use is [`Workspace::Watch`].
 pub fn is_watching(display: Res<DisplaySettings>) -> bool {
     display.workspace == Workspace::Watch
 }
 
-/// Whether panels are shown.
+/// Whether the use is [`Workspace::Debug`], which shows panels.
 pub fn is_debugging(display: Res<DisplaySettings>) -> bool {
     display.workspace == Workspace::Debug
 }
 
-/// Whether the match is shown to others.
+/// Whether the use is [`Workspace::Teach`].
 pub fn is_teaching(display: Res<DisplaySettings>) -> bool {
     display.workspace == Workspace::Teach
 }
 
-/// What can be shown or hidden.
+/// A part of the window that can be shown or hidden.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Switch {
     /// The list of keys.
     Help,
-    /// What is played, and with which settings.
+    /// The scenario and its settings.
     Game,
     /// The list of events.
     Events,
@@ -65,38 +66,38 @@ pub enum Switch {
     Labels,
     /// Shadows and smooth edges.
     FineDrawing,
-    /// The switches of what is drawn on the pitch.
+    /// The switches of the overlays.
     Overlays,
-    /// What the selected robot sees, knows and wants.
+    /// The selected robot.
     Robot,
     /// The cameras of all robots.
     Cameras,
-    /// The whole match, a lane for each robot.
+    /// The lanes of the whole match.
     Lanes,
-    /// Curves of numbers over the match.
+    /// The plots of numbers over time.
     Plots,
-    /// The moment that is shown, played on many times.
+    /// The repetitions from the moment that is shown.
     ManyTimes,
-    /// What a frame costs.
+    /// The cost of a frame.
     Statistics,
     /// Light panels instead of dark ones.
     Light,
 }
 
-/// How large panels and their text are.
+/// The size of panels and their text.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct PanelScale(u8);
 
 impl PanelScale {
-    /// The scales to choose from; the middle one is that of the display.
+    /// The factors to choose from; the middle one is that of the display.
     const FACTORS: [f32; 8] = [0.7, 0.8, 0.9, 1.0, 1.15, 1.35, 1.6, 2.0];
 
-    /// The factor to what the display has.
+    /// The factor relative to the display.
     pub fn factor(self) -> f32 {
         Self::FACTORS.get(usize::from(self.0)).copied().unwrap_or(1.0)
     }
 
-    /// So many steps larger.
+    /// The size that is `steps` larger.
     pub(super) fn larger(self, steps: i8) -> Self {
         Self(self.0.saturating_add_signed(steps).min(Self::FACTORS.len() as u8 - 1))
     }
@@ -112,11 +113,11 @@ impl Default for PanelScale {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct DisplaySettings {
-    /// What the window is used for.
+    /// The use of the window.
     pub workspace: Workspace,
     /// The list of keys.
     pub help: bool,
-    /// What is played, and with which settings.
+    /// The scenario and its settings.
     pub game: bool,
     /// The list of events.
     pub events: bool,
@@ -124,23 +125,23 @@ pub struct DisplaySettings {
     pub labels: bool,
     /// Shadows and smooth edges.
     pub fine_drawing: bool,
-    /// The switches of what is drawn on the pitch.
+    /// The switches of the overlays.
     pub overlays: bool,
-    /// What the selected robot sees, knows and wants.
+    /// The selected robot.
     pub robot: bool,
     /// The cameras of all robots.
     pub cameras: bool,
-    /// The whole match, a lane for each robot.
+    /// The lanes of the whole match.
     pub lanes: bool,
-    /// Curves of numbers over the match.
+    /// The plots of numbers over time.
     pub plots: bool,
-    /// The moment that is shown, played on many times.
+    /// The repetitions from the moment that is shown.
     pub many_times: bool,
-    /// What a frame costs.
+    /// The cost of a frame.
     pub statistics: bool,
     /// Light panels instead of dark ones.
     pub light: bool,
-    /// How large panels are.
+    /// The size of panels.
     pub panel_scale: PanelScale,
 }
 
@@ -167,10 +168,10 @@ impl Default for DisplaySettings {
 }
 
 impl DisplaySettings {
-    /// What is opened when it is wanted, at the right or above the match: one at a time.
+    /// Panels at the right or above the match of which only one is open at a time.
     const OPENED: [Switch; 5] = [Switch::Help, Switch::Game, Switch::Overlays, Switch::Cameras, Switch::ManyTimes];
 
-    /// Shows or hides something.
+    /// Shows or hides a part of the window.
     pub fn toggle(&mut self, switch: Switch) {
         let was_on = *self.of_mut(switch);
         if Self::OPENED.contains(&switch) {
@@ -181,7 +182,7 @@ impl DisplaySettings {
         *self.of_mut(switch) = !was_on;
     }
 
-    /// Uses the window for something else: what was opened for the one is closed for the other.
+    /// Changes the use of the window. Closes panels that were opened for the last one.
     pub fn enter(&mut self, workspace: Workspace) {
         self.workspace = workspace;
         for opened in Self::OPENED {
@@ -189,7 +190,7 @@ impl DisplaySettings {
         }
     }
 
-    /// The switch, to change it.
+    /// The value of a switch, to change it.
     pub fn of_mut(&mut self, switch: Switch) -> &mut bool {
         match switch {
             Switch::Help => &mut self.help,

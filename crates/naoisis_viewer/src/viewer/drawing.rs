@@ -1,4 +1,4 @@
-//! How fine the picture is: shadows and smooth edges cost little on a graphics card, but most of the time without one.
+//! Shadows and anti-aliasing. They cost little with a graphics card, but most of the time without one.
 
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
@@ -8,7 +8,7 @@ use super::camera::ViewerCamera;
 use super::display_settings::DisplaySettings;
 use super::shared::KeysSystems;
 
-/// Switches shadows and smooth edges; off at first where there is no graphics card.
+/// Switches shadows and anti-aliasing; they start switched off if there is no graphics card.
 pub struct DrawingPlugin;
 
 impl Plugin for DrawingPlugin {
@@ -18,7 +18,7 @@ impl Plugin for DrawingPlugin {
     }
 }
 
-/// Without a graphics card the picture is drawn by the processor: a plain one then takes a third of the time.
+/// Switches fine drawing off if the processor renders, which then takes a third of the time.
 fn suit_adapter(adapter: Option<Res<RenderAdapterInfo>>, mut display: ResMut<DisplaySettings>) {
     if adapter.is_some_and(|adapter| adapter.device_type == DeviceType::Cpu) {
         display.fine_drawing = false;

@@ -1,4 +1,4 @@
-//! Which events are listed: of some kinds, of a team, of a robot. What the list leaves out is counted.
+//! The filter of the list of events: by kind, team and robot. Hidden events are counted.
 
 use bevy::prelude::*;
 use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
@@ -23,10 +23,10 @@ impl Plugin for EventFilterPlugin {
     }
 }
 
-/// Which events the list has.
+/// Which events are listed.
 #[derive(Resource, Clone, PartialEq, Eq, Debug)]
 pub struct EventFilter {
-    /// Kinds that it leaves out.
+    /// Hidden kinds.
     pub hidden: BTreeSet<LogKind>,
     /// Only events of this team.
     pub team: Option<Team>,
@@ -42,7 +42,7 @@ impl Default for EventFilter {
 }
 
 impl EventFilter {
-    /// Whether the list has an event.
+    /// Whether an event passes the filter.
     pub fn has(&self, entry: &LogEntry) -> bool {
         let team = entry.robot.map(|robot| robot.team).or(entry.team);
         !self.hidden.contains(&entry.kind)
@@ -50,31 +50,31 @@ impl EventFilter {
             && self.robot.is_none_or(|wanted| entry.robot == Some(wanted))
     }
 
-    /// Whether it has what went wrong.
+    /// Whether the filter shows mistakes.
     pub fn has_mistakes(&self) -> bool {
         !self.hidden.contains(&LogKind::Mistake)
     }
 }
 
-/// What went wrong, as entries of the list, as far as somebody has found it.
+/// The mistakes of robots as entries of the list, once they have been searched for.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct FoundMistakes(pub Vec<LogEntry>);
 
-/// The events that the list has, oldest first, and how many it leaves out.
+/// The listed events, oldest first, and the number of hidden ones.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct ListedEvents {
-    /// Those that it has.
+    /// The listed events.
     pub entries: Vec<LogEntry>,
-    /// How many there are of each kind, whether it has them or not; mistakes only once they are wanted.
+    /// The number of events of each kind, listed or not; mistakes only once they are shown.
     pub counts: BTreeMap<LogKind, usize>,
-    /// How many it leaves out.
+    /// The number of hidden events.
     pub hidden: usize,
-    /// What it was made of: it is made again when that is another.
+    /// The inputs from which the list was made, to detect changes.
     of: Option<(EventFilter, usize, Option<LogEntry>, usize)>,
 }
 
 impl ListedEvents {
-    /// Of what happened and what went wrong.
+    /// Filters the log and the mistakes.
     fn of(filter: &EventFilter, log: &[LogEntry], mistakes: &[LogEntry]) -> Self {
         let mut listed = Self::default();
         for entry in log.iter().chain(mistakes).cloned() {
@@ -90,7 +90,7 @@ impl ListedEvents {
     }
 }
 
-/// Makes the list again where something is new: not in each frame.
+/// Updates the list if an input has changed.
 fn list_events(
     filter: Res<EventFilter>,
     log: Res<EventLog>,
@@ -108,7 +108,7 @@ fn list_events(
     }
 }
 
-/// The way to the next listed event and back, and what is listed; whether something was changed.
+/// Shows the buttons to the next and previous listed event, and the filter. Returns whether the filter was changed.
 pub(super) fn show(
     ui: &mut egui::Ui,
     filter: &mut EventFilter,
@@ -119,8 +119,8 @@ pub(super) fn show(
     let mut is_used = false;
     ui.horizontal_wrapped(|ui| {
         let steps = [
-            ("<", "Previous listed event", "The one before (,)", FindEvent::Previous),
-            (">", "Next listed event", "The next one (.)", FindEvent::Next),
+            ("<", "Previous listed event", "Previous event (,)", FindEvent::Previous),
+            (">", "Next listed event", "Next event (.)", FindEvent::Next),
         ];
         for (text, name, hint, event) in steps {
             let button = ui.small_button(text);
@@ -134,13 +134,13 @@ pub(super) fn show(
         let before = filter.clone();
         let words = RichText::new("Filter").size(text_size::SMALL);
         let (button, _) = MenuButton::new(words).config(stays).ui(ui, |ui| choose(ui, filter, listed, roster));
-        button.on_hover_text("Which events are listed; , and . go from one to the next");
+        button.on_hover_text("Which events are listed; , and . jump between them");
         is_used |= *filter != before;
         if listed.hidden > 0 {
             let count = format!("{} hidden", listed.hidden);
             let all = ui.small_button(RichText::new(&count).size(text_size::SMALL));
             all.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, "Hidden events"));
-            if all.on_hover_text("Click: all of them are listed").clicked() {
+            if all.on_hover_text("Click: list all events").clicked() {
                 *filter = EventFilter { hidden: filter.hidden_mistakes(), ..EventFilter::everything() };
             }
         }
@@ -153,7 +153,7 @@ impl EventFilter {
         Self { hidden: BTreeSet::new(), team: None, robot: None }
     }
 
-    /// Mistakes stay out where they are: nothing of them has been found then.
+    /// The default: mistakes are hidden, because finding them takes time.
     fn hidden_mistakes(&self) -> BTreeSet<LogKind> {
         self.hidden.iter().copied().filter(|kind| *kind == LogKind::Mistake).collect()
     }

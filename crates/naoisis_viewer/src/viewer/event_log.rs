@@ -1,4 +1,4 @@
-//! What happened in the match so far, as far as it is worth a line.
+//! The log of the match: events that are worth a line.
 
 use bevy::prelude::*;
 
@@ -9,7 +9,7 @@ use naoisis_core::kick_geometry::KickType;
 use naoisis_core::referee::report::headline;
 use naoisis_core::team::{RobotId, Team};
 
-/// The log forgets the oldest entries beyond this many.
+/// The greatest number of entries. The oldest are dropped.
 const LONGEST: usize = 20_000;
 
 /// Keeps the [`EventLog`].
@@ -21,7 +21,7 @@ impl Plugin for EventLogPlugin {
     }
 }
 
-/// What sort of thing happened.
+/// The kind of an entry.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub enum LogKind {
     /// A goal, or a shot of a shoot-out.
@@ -30,13 +30,13 @@ pub enum LogKind {
     Kick,
     /// A robot fell, or got up.
     Fall,
-    /// A penalty, its end, a caution.
+    /// A penalty, its end, or a caution.
     Penalty,
-    /// What else the referee decided.
+    /// Another decision of the referee.
     Referee,
-    /// What was done by hand, or by a scenario.
+    /// An intervention by hand or by the scenario.
     Hand,
-    /// Something went wrong.
+    /// A mistake of a robot.
     Mistake,
     /// Anything else.
     #[default]
@@ -44,7 +44,7 @@ pub enum LogKind {
 }
 
 impl LogKind {
-    /// All of them, each with its name.
+    /// All kinds with their names.
     pub const ALL: [(LogKind, &str); 8] = [
         (LogKind::Goal, "goals"),
         (LogKind::Kick, "kicks"),
@@ -74,31 +74,31 @@ impl LogKind {
     }
 }
 
-/// Something that happened.
+/// An entry of the log.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct LogEntry {
-    /// When, s since the start.
+    /// The time, s since the start.
     pub time_s: f64,
-    /// The team that it is to be credited to or blamed on, if any.
+    /// The team that scored or that is responsible, if any.
     pub team: Option<Team>,
-    /// What, in a few words.
+    /// The text.
     pub text: String,
-    /// Whether it is one of the big moments: a goal, a half.
+    /// Whether it is important: a goal, or the start or end of a half.
     pub important: bool,
-    /// Who did it, or whom it was done to.
+    /// The robot that it is about.
     pub robot: Option<RobotId>,
-    /// Where, m, pitch frame, as far as the event says.
+    /// The position, m, pitch frame, if the event has one.
     pub place: Option<Vec2>,
-    /// Why the referee decided so.
+    /// The evidence of the referee.
     pub evidence: Option<Evidence>,
-    /// What sort of thing it is.
+    /// The kind.
     pub kind: LogKind,
 }
 
-/// A robot touched the ball.
+/// A touch of the ball by a robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BallTouch {
-    /// When, s since the start.
+    /// The time, s since the start.
     pub time_s: f64,
     /// The robot that touched it.
     pub robot: RobotId,
@@ -106,7 +106,7 @@ pub struct BallTouch {
     pub kick: bool,
 }
 
-/// What happened, oldest first.
+/// The entries, oldest first.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct EventLog {
     entries: Vec<LogEntry>,
@@ -114,7 +114,7 @@ pub struct EventLog {
 }
 
 impl EventLog {
-    /// Adds what happened at a time, as far as it is worth a line.
+    /// Adds the events of a time that are worth a line.
     pub fn note<'a>(&mut self, time_s: f64, events: impl IntoIterator<Item = &'a MatchEvent>) {
         for event in events {
             let touch = touch(event).map(|(robot, kick)| BallTouch { time_s, robot, kick });
@@ -138,7 +138,7 @@ impl EventLog {
         self.touches.drain(..surplus);
     }
 
-    /// Forgets everything.
+    /// Removes all entries.
     pub fn clear(&mut self) {
         self.entries.clear();
         self.touches.clear();
@@ -149,13 +149,13 @@ impl EventLog {
         &self.entries[..self.entries.partition_point(|entry| entry.time_s <= time_s)]
     }
 
-    /// What there was until a time, s, for a match that goes on from there in another way.
+    /// The log until a time, s, for a branch of the match.
     pub fn cut(&self, time_s: f64) -> EventLog {
         let touches = self.touches.iter().filter(|touch| touch.time_s <= time_s).copied().collect();
         EventLog { entries: self.until(time_s).to_vec(), touches }
     }
 
-    /// Whether this is one of the entries.
+    /// Whether the log has this entry.
     pub fn has(&self, entry: &LogEntry) -> bool {
         let from = self.entries.partition_point(|other| other.time_s < entry.time_s);
         self.entries[from..].iter().take_while(|other| other.time_s <= entry.time_s).any(|other| other == entry)
@@ -167,7 +167,7 @@ impl EventLog {
     }
 }
 
-/// Who touched the ball, and whether by a kick.
+/// The robot that touched the ball in an event, and whether by a kick.
 fn touch(event: &MatchEvent) -> Option<(RobotId, bool)> {
     match event {
         MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, .. } => Some((*robot, true)),
@@ -176,7 +176,7 @@ fn touch(event: &MatchEvent) -> Option<(RobotId, bool)> {
     }
 }
 
-/// The robot that an event is about, where it happened (m, pitch frame), and the referee's reasons.
+/// The robot of an event, its position (m, pitch frame), and the evidence of the referee.
 fn circumstances(event: &MatchEvent) -> (Option<RobotId>, Option<Vec2>, Option<&Evidence>) {
     match event {
         MatchEvent::Kick { robot, .. }
@@ -206,7 +206,7 @@ fn log_events(events: Res<CycleEvents>, clock: Res<CycleClock>, mut log: ResMut<
     log.note(clock.end_time_s(), events.iter());
 }
 
-/// The team that an event is about, whether it is important, and what it is; nothing for what happens all the time.
+/// The team, the importance and the text of an event; `None` for events that happen all the time.
 fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
     let (team, important, text) = match event {
         MatchEvent::Kick { reason: Some(KickMiss::Busy | KickMiss::Penalised | KickMiss::PlayStopped), .. } => {
@@ -252,7 +252,7 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
             (Some(robot.team), false, format!("{robot} penalised for {}", reason.words()))
         }
         MatchEvent::TooManyMessages { team, .. } => {
-            (Some(*team), true, format!("{team} has sent too many messages: its goals do not count"))
+            (Some(*team), true, format!("{team} sent too many messages: its goals do not count"))
         }
         MatchEvent::PenaltyOver { robot, .. } => (Some(robot.team), false, format!("{robot} is back")),
         MatchEvent::HalfBegins { half } => (None, true, format!("Half {half} begins")),

@@ -1,5 +1,5 @@
-//! Penalties, and what happened: a click on an event goes to that moment, and shows where it was and why the referee decided
-//! so.
+//! The panel of penalties and events. A click on an event shows its moment, marks its position and explains the
+//! decision of the referee.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, RichText};
@@ -24,14 +24,14 @@ use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
 use naoisis_sim::scenario::Scenario;
 
-/// Entries of the list that are shown, and in the past, of what is to come.
+/// The number of entries that are shown, and of entries after the moment if the past is shown.
 const SHOWN: usize = 60;
 const TO_COME: usize = 2;
 /// The least height of the list, logical pixels.
 const LEAST_HEIGHT: f32 = 48.0;
 /// The panel.
 const DOCK: Dock = Dock { name: "events", edge: Edge::Right, size: 230.0, least: 150.0, most_share: 0.35 };
-/// An event is looked at again from so long before it, s.
+/// How long before an event its replay starts, s.
 const RUN_UP_S: f64 = 2.0;
 
 /// Shows penalties and events.
@@ -51,15 +51,15 @@ impl Plugin for EventsPanelPlugin {
     }
 }
 
-/// The event that is looked at, and where it was, m, pitch frame.
+/// The selected event with its position, m, pitch frame.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct ShownEvent(pub Option<(LogEntry, Option<Vec2>)>);
 
-/// The event of the list that is to be looked at; again, that it no longer is.
+/// Selects an event of the list, or deselects it.
 #[derive(Message, Clone, PartialEq, Debug)]
 pub struct EventChoice(pub LogEntry);
 
-/// Another match has other events.
+/// Deselects the event of another match.
 fn forget_event(log: Res<EventLog>, mut shown: ResMut<ShownEvent>) {
     if shown.0.as_ref().is_some_and(|(entry, _)| !log.has(entry)) {
         shown.0 = None;
@@ -90,19 +90,19 @@ fn choose_event(
     }
 }
 
-/// The cycle in which an event was.
+/// The cycle of an event.
 fn cycle_of(entry: &LogEntry, clock: &CycleClock) -> u64 {
     (entry.time_s / clock.period_s).round() as u64
 }
 
-/// Where an event was that does not say so itself: at its robot, or at the ball.
+/// The position of an event without one: that of its robot, or of the ball.
 fn place_in_record(entry: &LogEntry, clock: &CycleClock, history: &mut History) -> Option<Vec2> {
     let record = history.record(cycle_of(entry, clock)).ok()??;
     let robot = record.robots.iter().find(|robot| Some(robot.id) == entry.robot).map(|robot| robot.pose.position);
     robot.or(record.ball.map(|ball| ball.position_m.truncate()))
 }
 
-/// Marks where the event was, and whoever and whatever the evidence speaks of.
+/// Marks the position of the event, and the robots and areas of the evidence.
 fn mark_place(shown: Res<ShownEvent>, time: Res<Time<Real>>, mut brush: Brush) {
     let Some((entry, place)) = &shown.0 else { return };
     let colour = palette::ink(DrawColour::Yellow);
@@ -158,7 +158,7 @@ fn show_events(
         }
         filter.set_if_neq(wanted);
         if log.is_empty() {
-            let nothing = if listed.hidden > 0 { "Nothing that is listed." } else { "Nothing has happened yet." };
+            let nothing = if listed.hidden > 0 { "No listed events yet." } else { "No events yet." };
             ui.label(dim(nothing));
         }
         for (id, penalty) in &penalties {
@@ -188,13 +188,13 @@ fn show_events(
     Ok(())
 }
 
-/// The entries until now, as far as they are shown, and the few that come next.
+/// The entries until now that are shown, and a few after it.
 fn around(log: &[LogEntry], now_s: f64) -> &[LogEntry] {
     let now = log.partition_point(|entry| entry.time_s <= now_s);
     &log[now.saturating_sub(SHOWN)..(now + TO_COME).min(log.len())]
 }
 
-/// A line of the list; whether it was clicked.
+/// Shows a line of the list. Returns whether it was clicked.
 fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: bool) -> bool {
     ui.horizontal(|ui| {
         ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
@@ -208,22 +208,22 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
         let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
         let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &entry.text));
-        response.on_hover_text("Click: that moment, where it was, and why").clicked()
+        response.on_hover_text("Click: show the moment, the place and the reason").clicked()
     })
     .inner
 }
 
-/// What is known of an event; whether it is to be looked at again.
+/// Shows the details of an event. Returns whether its replay was asked for.
 fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry) -> bool {
     ui.separator();
     ui.label(RichText::new(&entry.text).size(text_size::ENTRY).strong());
     for line in entry.evidence.iter().flat_map(reasons) {
         ui.add(egui::Label::new(dim(line).size(text_size::SMALL)).wrap());
     }
-    ui.small_button("Look at it again").on_hover_text("From two seconds before it").clicked()
+    ui.small_button("Replay").on_hover_text("Starts two seconds before the event").clicked()
 }
 
-/// The referee's reasons, line by line.
+/// The evidence of the referee, line by line.
 fn reasons(evidence: &Evidence) -> Vec<String> {
     let mut lines = vec![evidence.rule.to_string()];
     if let Some(measured) = &evidence.measured {
@@ -239,7 +239,7 @@ fn reasons(evidence: &Evidence) -> Vec<String> {
     lines
 }
 
-/// What was measured, with as many digits as tell it from the limit, and by how much it is beyond.
+/// A measurement with as many digits as distinguish it from its limit, and its difference from the limit.
 fn measured_words(measured: &Measurement) -> String {
     const MOST_DIGITS: u32 = 5;
     let Measurement { what, value, limit } = measured;

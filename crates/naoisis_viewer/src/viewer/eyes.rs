@@ -1,8 +1,8 @@
-//! What robots' cameras see, as images for people: only of those cameras that someone looks at.
+//! Images of the robots' cameras for the panels, drawn only for cameras that are watched.
 //!
-//! Drawn by the software renderer that also draws the images that robots see by, of the instant at which the robots
-//! sensed: percepts lie where they were recognised. Where a robot sees by images of its own, those are shown. Overlays
-//! are not in the scene that is drawn, so that no camera sees them.
+//! They are drawn by the software renderer that also draws the images for robots, of the instant at which the robots
+//! sensed, so detections lie on the objects. If a robot sees by images of its own, these are shown. Overlays are not
+//! part of the rendered scene, so no camera sees them.
 
 use bevy::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,7 +28,7 @@ use naoisis_sensing::sensing::scene::SensingSystems;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// Draws what robots see, for people.
+/// Draws images of the robots' cameras for the panels.
 pub struct EyesPlugin;
 
 impl Plugin for EyesPlugin {
@@ -54,44 +54,44 @@ impl Plugin for EyesPlugin {
     }
 }
 
-/// The systems that draw the images. Whoever shows one says so in [`Watched`] before them.
+/// The systems that draw the images. Systems that show an image add its camera to [`Watched`] before them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct EyesSystems;
 
-/// The cameras that someone looks at in this frame.
+/// The cameras that are watched in this frame.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
 pub struct Watched {
     /// Robots and their cameras.
     pub cameras: BTreeSet<(RobotId, CameraName)>,
 }
 
-/// The match as it was when the robots sensed it last.
+/// The scene of the match when the robots sensed it last.
 #[derive(Resource, Default, Debug)]
 pub struct SensedScene {
-    /// The cycle in which they did.
+    /// The cycle in which they sensed it.
     cycle: Option<u64>,
     scene: Scene,
-    /// How their legs go in what was recorded, where nobody kept it.
+    /// The strides of robots in recorded cycles, which records do not contain.
     strides: BTreeMap<RobotId, Stride>,
 }
 
-/// What the cameras saw that someone looks at.
+/// The images of the cameras that are watched.
 #[derive(Resource, Default)]
 pub struct EyeImages {
     /// Each with the cycle in which it was taken.
     images: BTreeMap<(RobotId, CameraName), (u64, Image)>,
     prepared: PreparedScene,
     workers: Vec<Renderer>,
-    /// Images drawn since the program began.
+    /// The number of images drawn since the start of the program.
     pub drawn: u64,
-    /// The time that the last ones took.
+    /// The time for drawing the last images.
     pub last_took: Duration,
-    /// How many those were.
+    /// The number of the last images.
     pub last_count: usize,
 }
 
 impl EyeImages {
-    /// The image of a camera that is watched, and the cycle in which it was taken.
+    /// The image of a watched camera, and the cycle in which it was taken.
     pub fn image(&self, robot: RobotId, side: CameraName) -> Option<(u64, &Image)> {
         self.images.get(&(robot, side)).map(|(cycle, image)| (*cycle, image))
     }
@@ -102,14 +102,13 @@ fn forget_scene(mut sensed: ResMut<SensedScene>, mut images: ResMut<EyeImages>) 
     images.images.clear();
 }
 
-/// Keeps what the robots sense in the cycle under way.
+/// Stores the scene that the robots sense in the current cycle.
 fn keep_scene(clock: Res<CycleClock>, scene: Res<Scene>, mut sensed: ResMut<SensedScene>) {
     sensed.cycle = Some(clock.cycle);
     sensed.scene.clone_from(&scene);
 }
 
-/// What was sensed in a cycle of the past, or in one that was over before anybody looked: the world at the end of the
-/// cycle before.
+/// Finds the scene of a cycle that is not stored: the world at the end of the cycle before, from the records.
 fn find_past_scene(
     clock: Res<CycleClock>,
     timeline: Res<Timeline>,
@@ -136,7 +135,7 @@ fn find_past_scene(
 }
 
 impl SensedScene {
-    /// Takes over what a record says of robots, whose bodies and kicks are known, and ball. All else is as it always was.
+    /// Copies the robots and the ball of a record into a scene. Everything else stays.
     fn take_record(
         &mut self,
         cycle: u64,
@@ -164,7 +163,7 @@ impl SensedScene {
     }
 }
 
-/// An image to be drawn.
+/// An image that is to be drawn.
 struct ImageJob {
     camera: (RobotId, CameraName),
     view: View,

@@ -1,4 +1,4 @@
-//! Carpet, lines, goals and nets, as the scenario's pitch has them.
+//! The models of carpet, lines, goals and nets, for the pitch of the scenario.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
@@ -13,12 +13,12 @@ use naoisis_core::pitch::{End, Pitch};
 use naoisis_sensing::appearance::field::{self, GroundShape};
 use naoisis_sensing::appearance::{Label, colours};
 
-/// The lines lie on the carpet, m.
+/// The height of the lines above the carpet, m.
 const LINE_HEIGHT: f32 = 0.003;
-/// Corners of the centre circle's polygon.
+/// The number of corners of the centre circle.
 const CIRCLE_CORNERS: u32 = 96;
 
-/// Shows the pitch, and shows it anew when it changes.
+/// Spawns the model of the pitch, and replaces it when the pitch changes.
 pub struct FieldPlugin;
 
 impl Plugin for FieldPlugin {
@@ -27,7 +27,7 @@ impl Plugin for FieldPlugin {
     }
 }
 
-/// Marks what belongs to the pitch.
+/// Marks the parts of the model.
 #[derive(Component)]
 struct FieldPart;
 
@@ -68,7 +68,7 @@ fn lay_out_field(
     }
 }
 
-/// All ground of one kind as one flat mesh that looks up.
+/// All ground of one kind as one flat mesh that faces up.
 fn ground(pitch: &Pitch, label: Label) -> Mesh {
     let mut flat = FlatMesh::default();
     for mark in field::ground(pitch).into_iter().filter(|mark| mark.label == label) {
@@ -80,7 +80,7 @@ fn ground(pitch: &Pitch, label: Label) -> Mesh {
     flat.finish()
 }
 
-/// Quadrilaterals on the ground.
+/// A mesh of quadrilaterals on the ground.
 #[derive(Default)]
 struct FlatMesh {
     corners: Vec<[f32; 3]>,
@@ -88,14 +88,14 @@ struct FlatMesh {
 }
 
 impl FlatMesh {
-    /// Four corners, counter-clockwise as seen from above.
+    /// Adds four corners, counter-clockwise from above.
     fn quadrilateral(&mut self, corners: [Vec2; 4]) {
         let first = self.corners.len() as u32;
         self.corners.extend(corners.map(|corner| [corner.x, corner.y, 0.0]));
         self.indices.extend([0, 1, 2, 0, 2, 3].map(|index| first + index));
     }
 
-    /// What is between two circles around a centre.
+    /// Adds the ring between two circles.
     fn ring(&mut self, centre: Vec2, inner: f32, outer: f32) {
         let direction = |corner: u32| unit(TAU * (corner % CIRCLE_CORNERS) as f32 / CIRCLE_CORNERS as f32);
         for corner in 0..CIRCLE_CORNERS {
@@ -115,7 +115,7 @@ impl FlatMesh {
     }
 }
 
-/// The strings of a net, as lines.
+/// The strings of a net as lines.
 fn net_lines(strings: &[[Vec3; 2]]) -> Mesh {
     let ends: Vec<[f32; 3]> = strings.as_flattened().iter().map(|end| end.to_array()).collect();
     let count = ends.len();

@@ -1,4 +1,4 @@
-//! The record button: a video, or a folder of PNG files, of what the window shows, panels and all.
+//! Records the window, with its panels, as a video or a folder of PNG files.
 
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
@@ -11,7 +11,7 @@ use naoisis_record::record::encoder::RecordError;
 use naoisis_record::record::film::{FRAME_S, Film};
 use naoisis_sensing::sensing::camera::image::Image as Picture;
 
-/// So many files of one name are kept beside each other.
+/// The most files of one name.
 const MOST_OF_ONE_NAME: u32 = 1000;
 
 /// Records what is shown.
@@ -26,31 +26,31 @@ impl Plugin for FilmPlugin {
     }
 }
 
-/// The film that is being taken, and those that are still being written.
+/// The recording in progress, and recordings that are still being written.
 #[derive(Resource, Debug, Default)]
 pub struct Filming {
     film: Option<(Film, f64)>,
-    /// When a picture was last asked for, s of real time.
+    /// When a picture was last requested, s of real time.
     asked_at_s: Option<f64>,
-    /// It ends with the first picture, for which it still waits.
+    /// Whether the recording ends after the first picture, which has not arrived yet.
     ends_soon: bool,
     ending: Vec<(PathBuf, JoinHandle<Result<u64, RecordError>>)>,
 }
 
 impl Filming {
-    /// Whether a film is being taken.
+    /// Whether a recording is in progress.
     pub fn is_on(&self) -> bool {
         self.film.is_some()
     }
 
-    /// Takes a film from now on, s of real time.
+    /// Starts a recording at `now_s`, s of real time.
     pub fn begin(&mut self, film: Film, now_s: f64) {
         self.film = Some((film, now_s));
         self.asked_at_s = None;
         self.ends_soon = false;
     }
 
-    /// Lets the film be written to its end in peace.
+    /// Ends the recording; it is written in the background.
     fn end(&mut self) {
         if let Some((film, _)) = self.film.take() {
             let path = film.path().to_owned();
@@ -86,7 +86,7 @@ fn toggle(
     }
 }
 
-/// A film in the current folder, under a name that is free.
+/// A recording in the current folder, with a free name.
 fn create(kind: ToggleFilm, cycle: u64) -> Result<Film, RecordError> {
     let mut attempt = 1;
     loop {
@@ -103,7 +103,7 @@ fn create(kind: ToggleFilm, cycle: u64) -> Result<Film, RecordError> {
     }
 }
 
-/// Asks for a picture of the window when the film wants one.
+/// Requests a picture of the window when one is due.
 fn take_pictures(time: Res<Time<Real>>, mut filming: ResMut<Filming>, mut commands: Commands) {
     if !filming.is_on() {
         return;
@@ -118,7 +118,7 @@ fn take_pictures(time: Res<Time<Real>>, mut filming: ResMut<Filming>, mut comman
         let Some((film, began_at_s)) = &mut filming.film else { return };
         let Some(picture) = picture_of(&captured.image) else { return };
         if !film.add((now_s - *began_at_s).max(0.0), picture) {
-            notice.tell("The window has another size: the film ends here");
+            notice.tell("The size of the window has changed: the recording ends here");
             filming.end();
         } else if filming.ends_soon {
             filming.end();
@@ -142,13 +142,13 @@ fn tell_of_ends(mut filming: ResMut<Filming>, mut notice: ResMut<Notice>) {
     for (path, thread) in ended {
         notice.tell(match thread.join() {
             Ok(Ok(pictures)) => format!("Saved {}: {:.1} s", path.display(), pictures as f64 * FRAME_S),
-            Ok(Err(error)) => format!("The film ended early: {error}"),
-            Err(_) => format!("The film ended early: {}", path.display()),
+            Ok(Err(error)) => format!("The recording ended early: {error}"),
+            Err(_) => format!("The recording ended early: {}", path.display()),
         });
     }
 }
 
-/// Whoever closes the window while a film is taken wants all of it.
+/// Completes the recordings when the window is closed.
 fn finish_at_exit(mut exits: MessageReader<AppExit>, mut filming: ResMut<Filming>) {
     if exits.read().next().is_none() {
         return;
@@ -156,7 +156,7 @@ fn finish_at_exit(mut exits: MessageReader<AppExit>, mut filming: ResMut<Filming
     filming.end();
     for (path, thread) in core::mem::take(&mut filming.ending) {
         if !matches!(thread.join(), Ok(Ok(_))) {
-            warn!("{}: the film is not whole", path.display());
+            warn!("{}: the recording is incomplete", path.display());
         }
     }
 }

@@ -1,12 +1,12 @@
-//! How long it takes until something is seen.
+//! Measures the time from the start to the first frame.
 
 use bevy::diagnostic::FrameCount;
 use bevy::prelude::*;
 use std::time::Instant;
 
-/// Says how long it took from the start to the first frame.
+/// Reports the time from the start to the first frame.
 pub struct FirstFramePlugin {
-    /// The start: when the plugin was made, or earlier, if the program says so.
+    /// The start: the creation of the plugin, or earlier if the program sets it.
     pub began: Instant,
 }
 
@@ -19,7 +19,7 @@ impl Default for FirstFramePlugin {
 impl Plugin for FirstFramePlugin {
     fn build(&self, app: &mut App) {
         let began = self.began;
-        let tell = move || info!("the first frame was there after {:.2} s", began.elapsed().as_secs_f32());
+        let tell = move || info!("first frame after {:.2} s", began.elapsed().as_secs_f32());
         // Where drawing goes on beside the next frame, the first is done when the second has been handed over.
         app.add_systems(Last, tell.run_if(|frame: Res<FrameCount>| frame.0 == 2));
     }

@@ -1,4 +1,4 @@
-//! Ghosts: the robots and the ball of another way that the match went, translucent, on the same pitch at the same moment.
+//! Ghosts: the robots and the ball of another branch of the match, translucent, on the same pitch at the same moment.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -22,9 +22,10 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::appearance::colours;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 
-/// How much of what is behind a ghost it covers, 0 to 1.
+/// The opacity of a ghost, 0 to 1.
 const COVER: f32 = 0.38;
-/// A ghost nearer than this to the robot or the ball itself is not drawn, m: they would flicker through each other.
+/// The least distance between a ghost and the robot or ball itself, m. Nearer ghosts are hidden, because they would
+/// flicker.
 const SAME_M: f32 = 0.01;
 
 /// Shows the [`Ghosts`].
@@ -39,20 +40,20 @@ impl Plugin for GhostsPlugin {
     }
 }
 
-/// Which way that the match went is shown beside the one that is shown.
+/// The branch whose ghosts are shown.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Ghosts {
     /// The index in the [`Branches`].
     pub of: Option<usize>,
-    /// How many ghosts are seen now.
+    /// The number of visible ghosts.
     pub seen: usize,
 }
 
-/// A ghost of a robot, or of the ball.
+/// The ghost of a robot, or of the ball.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
 struct Ghost(Option<RobotId>);
 
-/// What is read of the other way: the records around the moment that is shown.
+/// The records of the other branch around the moment that is shown.
 #[derive(Default)]
 struct Read {
     of: Option<(usize, u64)>,
@@ -60,7 +61,7 @@ struct Read {
     before: Option<CycleRecord>,
 }
 
-/// Where a ghost is.
+/// The place of a ghost.
 struct Place {
     pose: Pose,
     body: Option<GhostBody>,
@@ -95,7 +96,8 @@ fn place_ghosts(
         if read.of.is_none_or(|(of, _)| of != index) {
             let common = branches.common(index, branches.shown());
             if cycle <= common {
-                notice.tell(format!("Ghosts: until {:.1} s both are the same", common as f64 * clock.period_s));
+                notice
+                    .tell(format!("Ghosts: both branches are the same until {:.1} s", common as f64 * clock.period_s));
             }
         }
         let before = cycle.checked_sub(1).and_then(|before| branches.bypass_change_detection().record(index, before));
@@ -157,7 +159,7 @@ fn place_ghosts(
     }
 }
 
-/// Where everybody who is on the pitch is between two records.
+/// The places of all robots on the pitch and of the ball, interpolated between two records.
 fn places(
     now: &CycleRecord,
     before: Option<&CycleRecord>,
@@ -182,7 +184,7 @@ fn places(
     places
 }
 
-/// Says which robot a ghost is.
+/// Draws the names of the ghosts.
 fn draw_names(ghosts: Query<(&Ghost, &Transform, &Visibility)>, mut brush: Brush) {
     for (ghost, transform, visibility) in &ghosts {
         if let (Some(id), true) = (ghost.0, *visibility != Visibility::Hidden) {

@@ -1,4 +1,4 @@
-//! Moments of the match from which any other can be had again: every few seconds the whole match is kept as it is.
+//! Keyframes: the whole match is stored every few seconds, so that any moment can be rebuilt.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -8,21 +8,22 @@ use naoisis_core::behaviour::Program;
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::whatif::Moment;
 
-/// From one to the next, s.
+/// The time between two keyframes, s.
 pub const INTERVAL_S: f64 = 5.0;
-/// Why a match cannot be kept.
-const PROGRAMS: &str = "robots of this match are played by programs, whose thoughts nobody but they can take back";
-/// Beyond this many bytes every other one is forgotten.
+/// Why a match cannot be stored.
+const PROGRAMS: &str = "robots of this match are played by programs, whose state cannot be stored";
+/// The size from which every other keyframe is dropped, bytes.
 const MOST_BYTES: usize = 200 << 20;
 
-/// Makes an app with all that the program's matches have.
+/// A function that makes an app with everything that the program's matches need.
 pub type MakeApp = &'static (dyn Fn() -> App + Sync);
 
-/// Makes the apps in which the match is played again, one for each thread. Without it none is.
+/// Makes the apps in which the match is replayed, one for each thread. Without it, nothing is replayed.
 #[derive(Resource, Clone, Copy)]
 pub struct Simulator(pub MakeApp);
 
-/// The moments of the match that is shown, by the cycle that had just ended. Those who play it again share them.
+/// The keyframes of the match that is shown, by the cycle that had just ended. Threads that replay the match share
+/// them.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct Keyframes(Arc<Mutex<Kept>>);
 
@@ -30,9 +31,9 @@ pub struct Keyframes(Arc<Mutex<Kept>>);
 struct Kept {
     moments: BTreeMap<u64, Moment>,
     bytes: usize,
-    /// Whether something was done since the last one that playing the match again does not do.
+    /// Whether an action since the last keyframe would be missing in a replay.
     is_changed: bool,
-    /// Why there can be none.
+    /// Why there are no keyframes.
     fault: Option<String>,
 }
 
@@ -42,12 +43,12 @@ impl Keyframes {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether these are the same, and not only alike: those of one match.
+    /// Whether both are keyframes of the same match.
     pub fn is_same(&self, other: &Keyframes) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Keeps a moment.
+    /// Adds a keyframe.
     pub fn keep(&self, cycle: u64, moment: Moment) {
         let mut kept = self.kept();
         kept.bytes += moment.size_bytes();
@@ -65,27 +66,27 @@ impl Keyframes {
         }
     }
 
-    /// The last moment that is not after a cycle.
+    /// The last keyframe that is not after `cycle`.
     pub fn before(&self, cycle: u64) -> Option<(u64, Moment)> {
         self.kept().moments.range(..=cycle).next_back().map(|(kept, moment)| (*kept, moment.clone()))
     }
 
-    /// The cycle of the last one.
+    /// The cycle of the last keyframe.
     pub fn last(&self) -> Option<u64> {
         self.kept().moments.keys().next_back().copied()
     }
 
-    /// Notes that something was done by hand in the cycle under way: after it the match is kept.
+    /// Notes that an action by hand happened in the current cycle: a keyframe is added after it.
     pub fn note_change(&self) {
         self.kept().is_changed = true;
     }
 
-    /// Why there can be none, if so.
+    /// Why there are no keyframes, if so.
     pub fn fault(&self) -> Option<String> {
         self.kept().fault.clone()
     }
 
-    /// Others with the moments until a cycle, for a match that goes on from there in another way.
+    /// The keyframes until `cycle`, for a branch of the match.
     pub fn until(&self, cycle: u64) -> Keyframes {
         let mut kept = self.kept().clone();
         kept.moments.retain(|kept, _| *kept <= cycle);
@@ -94,7 +95,7 @@ impl Keyframes {
     }
 }
 
-/// Keeps the match in `world` as it is, if it is time to, or if something was done that playing it again does not do by itself.
+/// Adds a keyframe of `world` if one is due, or after an action that a replay would miss.
 pub fn keep_if_due(world: &mut World) {
     let Some(keyframes) = world.get_resource::<Keyframes>().cloned() else { return };
     let clock = *world.resource::<CycleClock>();

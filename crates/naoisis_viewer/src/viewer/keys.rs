@@ -1,4 +1,4 @@
-//! What the keys do. The help lists the same table.
+//! The keys of the window. The help shows the same table.
 
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
@@ -17,7 +17,7 @@ use naoisis_core::camera_model::CameraName;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::Team;
 
-/// Carries out what the keys mean.
+/// Performs the actions of keys.
 pub struct KeysPlugin;
 
 impl Plugin for KeysPlugin {
@@ -37,20 +37,20 @@ impl Plugin for KeysPlugin {
     }
 }
 
-/// A key and what it does.
+/// A key and its action.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Binding {
     /// The key.
     pub key: KeyCode,
     /// Whether Shift is held down.
     pub shift: bool,
-    /// Whether Ctrl is held down, or the command key.
+    /// Whether Ctrl or the command key is held down.
     pub control: bool,
-    /// The key's name on a keyboard.
+    /// The name of the key on a keyboard.
     pub name: &'static str,
-    /// What it does, for people.
+    /// The description for the help.
     pub description: &'static str,
-    /// What it does.
+    /// The action.
     pub action: Action,
 }
 
@@ -68,19 +68,19 @@ const fn with_control(binding: Binding) -> Binding {
 
 /// All keys.
 pub const BINDINGS: &[Binding] = &[
-    binding(KeyCode::Space, "Space", "Pause, go on", Action::Command(ViewerCommand::TogglePause)),
+    binding(KeyCode::Space, "Space", "Pause, continue", Action::Command(ViewerCommand::TogglePause)),
     binding(KeyCode::ArrowRight, "Right", "One cycle", Action::Command(ViewerCommand::Step)),
     binding(KeyCode::ArrowUp, "Up", "Faster", Action::Command(ViewerCommand::Faster)),
     binding(KeyCode::ArrowDown, "Down", "Slower", Action::Command(ViewerCommand::Slower)),
     binding(KeyCode::ArrowLeft, "Left", "One cycle back", Action::Timeline(TimelineCommand::Step(-1))),
     binding(KeyCode::PageUp, "Page up", "Five seconds back", Action::Timeline(TimelineCommand::Skip(-5.0))),
-    binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Timeline(TimelineCommand::Skip(5.0))),
+    binding(KeyCode::PageDown, "Page down", "Five seconds forward", Action::Timeline(TimelineCommand::Skip(5.0))),
     binding(KeyCode::Home, "Home", "To the start", Action::Timeline(TimelineCommand::GoTo(0))),
     binding(KeyCode::End, "End", "To the present", Action::Timeline(TimelineCommand::Present)),
-    binding(KeyCode::Comma, ",", "To the listed event before", Action::Find(FindEvent::Previous)),
+    binding(KeyCode::Comma, ",", "To the previous listed event", Action::Find(FindEvent::Previous)),
     binding(KeyCode::Period, ".", "To the next listed event", Action::Find(FindEvent::Next)),
-    binding(KeyCode::KeyF, "F", "Branch from here, beside the match", Action::PlayFromHere),
-    binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
+    binding(KeyCode::KeyF, "F", "New branch from here", Action::PlayFromHere),
+    binding(KeyCode::KeyR, "R", "Restart the same match", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
         KeyCode::KeyR,
         "Shift R",
@@ -98,7 +98,7 @@ pub const BINDINGS: &[Binding] = &[
     with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(SelectionCommand::Previous))),
     binding(KeyCode::Escape, "Esc", "No robot", Action::Select(SelectionCommand::Nobody)),
     binding(KeyCode::KeyV, "V", "Watch, debug, teach", Action::NextWorkspace(1)),
-    with_shift(binding(KeyCode::KeyV, "Shift V", "The one before", Action::NextWorkspace(-1))),
+    with_shift(binding(KeyCode::KeyV, "Shift V", "Teach, debug, watch", Action::NextWorkspace(-1))),
     binding(KeyCode::KeyI, "I", "The selected robot", Action::Toggle(Switch::Robot)),
     binding(KeyCode::KeyC, "C", "The cameras of all robots", Action::Toggle(Switch::Cameras)),
     binding(KeyCode::KeyO, "O", "Overlays", Action::Toggle(Switch::Overlays)),
@@ -113,15 +113,20 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyB, "B", "Drop the ball on the centre", Action::Hand(HandAction::DropBall)),
     binding(KeyCode::KeyP, "P", "Penalise or return the robot", Action::Hand(HandAction::PenaliseOrReturn)),
     binding(KeyCode::KeyD, "D", "Drive the selected robot", Action::Hand(HandAction::Drive)),
-    with_control(binding(KeyCode::KeyZ, "Ctrl Z", "Take back what was done by hand", Action::Hand(HandAction::Undo))),
-    with_control(with_shift(binding(KeyCode::KeyZ, "Ctrl Shift Z", "Do it again", Action::Hand(HandAction::Redo)))),
-    with_control(binding(KeyCode::KeyY, "Ctrl Y", "Do it again", Action::Hand(HandAction::Redo))),
+    with_control(binding(KeyCode::KeyZ, "Ctrl Z", "Undo the last action", Action::Hand(HandAction::Undo))),
+    with_control(with_shift(binding(
+        KeyCode::KeyZ,
+        "Ctrl Shift Z",
+        "Redo the undone action",
+        Action::Hand(HandAction::Redo),
+    ))),
+    with_control(binding(KeyCode::KeyY, "Ctrl Y", "Redo the undone action", Action::Hand(HandAction::Redo))),
     binding(KeyCode::KeyU, "U", "Pen: arrows, with Shift zones", Action::Teach(TeachAction::Pen)),
-    binding(KeyCode::KeyX, "X", "Take back what was drawn last", Action::Teach(TeachAction::Erase)),
+    binding(KeyCode::KeyX, "X", "Erase the last stroke", Action::Teach(TeachAction::Erase)),
     binding(KeyCode::KeyY, "Y", "One robot's world, or the truth", Action::Teach(TeachAction::RobotsWorld)),
     binding(KeyCode::KeyK, "K", "Bookmark with a caption", Action::Teach(TeachAction::Bookmark)),
     binding(KeyCode::KeyJ, "J", "Next bookmark", Action::Teach(TeachAction::NextBookmark)),
-    with_shift(binding(KeyCode::KeyJ, "Shift J", "Bookmark before", Action::Teach(TeachAction::PreviousBookmark))),
+    with_shift(binding(KeyCode::KeyJ, "Shift J", "Previous bookmark", Action::Teach(TeachAction::PreviousBookmark))),
     binding(KeyCode::F9, "F9", "Save the situation", Action::Hand(HandAction::KeepSituation)),
     binding(KeyCode::Equal, "+", "Larger panels", Action::ScalePanels(1)),
     with_shift(binding(KeyCode::Equal, "Shift =", "Larger panels", Action::ScalePanels(1))),
@@ -132,11 +137,11 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::F8, "F8", "Record a video", Action::Film(ToggleFilm::Video)),
     with_shift(binding(KeyCode::F8, "Shift F8", "Record PNG files", Action::Film(ToggleFilm::Frames))),
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
-    binding(KeyCode::F10, "F10", "What a frame costs", Action::Toggle(Switch::Statistics)),
+    binding(KeyCode::F10, "F10", "Cost of a frame", Action::Toggle(Switch::Statistics)),
     binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
 ];
 
-/// The keys of the robots' numbers, from 1.
+/// The keys of the numbers of robots, from 1.
 const NUMBERS: [KeyCode; 9] = [
     KeyCode::Digit1,
     KeyCode::Digit2,
@@ -149,12 +154,12 @@ const NUMBERS: [KeyCode; 9] = [
     KeyCode::Digit9,
 ];
 
-/// What else there is to press, for the help: its group, the key, what it does.
+/// Further keys and gestures for the help: group, key, description.
 const OTHERS: &[(&str, &str, &str)] = &[
     ("Robots", "1 … 9", "Blue's robot of this number"),
     ("Robots", "Shift 1 … 9", "Pink's robot of this number"),
     ("Robots", "Click", "Select a robot"),
-    ("By hand", "Drag a robot, the ball", "Put it elsewhere"),
+    ("By hand", "Drag a robot, the ball", "Move it"),
     ("By hand", "Shift drag a robot", "Turn it"),
     ("By hand", "Shift drag the ball", "Kick it"),
     ("View", "Left drag", "Turn the view"),
@@ -163,24 +168,24 @@ const OTHERS: &[(&str, &str, &str)] = &[
     ("View", "Wheel", "Closer, farther"),
 ];
 
-/// What the help lists together.
+/// A group of the help.
 #[derive(Clone, PartialEq, Debug)]
 pub struct HelpGroup {
-    /// What its keys have to do with.
+    /// The name of the group.
     pub name: &'static str,
-    /// Keys and what they do: a line for each thing, with the first key that does it.
+    /// Keys and descriptions: one line for each action, with its first key.
     pub lines: Vec<(&'static str, &'static str)>,
 }
 
-/// The groups of the help, in their order.
-const GROUPS: [&str; 7] = ["Time", "By hand", "Robots", "View", "Panels", "To others", "Pictures"];
+/// The groups of the help, in order.
+const GROUPS: [&str; 7] = ["Time", "By hand", "Robots", "View", "Panels", "Presenting", "Pictures"];
 
-/// Which of them an action belongs to.
+/// The group of an action.
 fn group_of(action: Action) -> &'static str {
     match action {
         Action::Command(_) | Action::Timeline(_) | Action::Find(_) | Action::PlayFromHere => "Time",
         Action::Hand(_) => "By hand",
-        Action::Teach(_) => "To others",
+        Action::Teach(_) => "Presenting",
         Action::Select(_) => "Robots",
         Action::View(_) => "View",
         Action::Toggle(_) | Action::ScalePanels(_) | Action::Workspace(_) | Action::NextWorkspace(_) => "Panels",
@@ -188,7 +193,7 @@ fn group_of(action: Action) -> &'static str {
     }
 }
 
-/// Keys and what they do, for the help.
+/// The keys and descriptions for the help.
 pub fn help() -> Vec<HelpGroup> {
     let is_first = |(index, binding): &(usize, &Binding)| {
         BINDINGS[..*index].iter().all(|other| other.description != binding.description)
@@ -200,7 +205,8 @@ pub fn help() -> Vec<HelpGroup> {
     GROUPS.into_iter().map(|name| HelpGroup { name, lines: of_group(name).collect() }).collect()
 }
 
-/// Tab is the next robot. In the panels it would choose the next button, and from then on they had all keys.
+/// Removes Tab from the input of the panels, because it selects the next robot. In the panels it would move the focus,
+/// which then takes all keys.
 fn keep_tab_from_panels(mut inputs: Query<&mut EguiInput>) {
     for mut input in &mut inputs {
         input.events.retain(|event| !matches!(event, Event::Key { key: Key::Tab, .. }));

@@ -1,4 +1,4 @@
-//! Words on the pitch: names above the robots, and those of the overlays; a ring about a ball that is small.
+//! Labels on the pitch: the names of robots, the words of overlays, and a ring around a small ball.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2, Stroke};
@@ -19,12 +19,12 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::team::RobotId;
 
-/// From the upper edge of a robot, as it is seen, to the middle of its name, logical pixels.
+/// The distance from the upper edge of a robot to the centre of its name, logical pixels.
 const ABOVE_PIXELS: f32 = 12.0;
-/// A ball that is seen with a smaller radius has a ring of this one about it, logical pixels.
+/// The radius of the ring around a ball that appears smaller, logical pixels.
 const LEAST_BALL_PIXELS: f32 = 9.0;
 
-/// Writes the robots' names.
+/// Writes the names of robots.
 pub struct LabelsPlugin;
 
 impl Plugin for LabelsPlugin {
@@ -96,8 +96,8 @@ fn draw_labels(
     Ok(())
 }
 
-/// From a robot's place to the point of its body that is seen uppermost by a camera whose upward direction this is, m, in
-/// Bevy's world.
+/// The vector from a robot's position to the uppermost point of its body for a camera with the upward direction `up`,
+/// m, in Bevy's world.
 fn upper_edge(body: &Body, posture: Posture, up: Vec3) -> Vec3 {
     let height = if posture.is_upright() { body.height_m } else { body.lying_height_m };
     let half_extents = Vec2::new(body.torso.half_width_m, height / 2.0);
@@ -106,7 +106,7 @@ fn upper_edge(body: &Body, posture: Posture, up: Vec3) -> Vec3 {
     height / 2.0 * Vec3::Y + reach * up
 }
 
-/// Where the ball is only some pixels large, a ring shows where it is.
+/// Draws a ring around a ball that is only a few pixels large.
 fn ring_ball(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,

@@ -1,5 +1,5 @@
-//! Where panels are: docked at the edges of the window, each at the edge of what those before it leave, so that none covers
-//! another or the pitch. What they leave is for the match.
+//! The layout of the window: panels are docked at its edges one after the other, so that none covers another or the
+//! pitch. The match gets the remaining area.
 //!
 //! ```text
 //! score
@@ -7,11 +7,11 @@
 //! robot | the match                  | cameras, …    | events
 //! robot | lanes
 //! timeline
-//! what is done by hand
+//! interventions
 //! controls
 //! ```
 //!
-//! The edges of the large ones can be dragged; how large they are is remembered.
+//! The edges of large panels can be dragged; their sizes are remembered.
 
 use bevy::prelude::*;
 use bevy_egui::egui::containers::panel::PanelState;
@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use super::display_settings::is_debugging;
 use super::theme::{MARGIN, ThemeSystems, bright, text_size};
 
-/// Docks panels, and knows what they leave.
+/// Docks panels, and computes the free area.
 pub struct LayoutPlugin;
 
 impl Plugin for LayoutPlugin {
@@ -53,31 +53,31 @@ impl Plugin for LayoutPlugin {
 /// The systems that show panels, in the order in which they take their part of the window.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LayoutSystems {
-    /// Words on the pitch: all panels are before them.
+    /// Labels on the pitch, which are behind all panels.
     Behind,
-    /// Score and clock, above.
+    /// Score and clock, at the top.
     Score,
     /// Pause, speed, scenario, at the bottom.
     Controls,
-    /// What is done by hand, above those.
+    /// The buttons for interventions, above the controls.
     Hands,
-    /// The timeline, above those.
+    /// The timeline, above the interventions.
     TimelineBar,
     /// The selected robot, at the left.
     Robot,
     /// The lanes, below the match.
     Lanes,
-    /// Curves, above the lanes.
+    /// The plots, above the lanes.
     Plots,
-    /// What is opened when it is wanted, at the right: one at a time.
+    /// Panels of which one at a time is open, at the right.
     Right,
-    /// What happened, at the right.
+    /// The events, at the right.
     Events,
-    /// What is above the match for a while.
+    /// Temporary areas above the match.
     Floating,
 }
 
-/// The least edge of the area, logical pixels: in a window that is full of panels, too, something is looked at.
+/// The least edge of the free area, logical pixels, also in a window full of panels.
 const LEAST_EDGE: f32 = 40.0;
 
 /// The part of the window that panels leave free, logical pixels of the window.
@@ -85,24 +85,24 @@ const LEAST_EDGE: f32 = 40.0;
 pub struct FreeArea(Option<Rect>);
 
 impl FreeArea {
-    /// An area that is known to be free.
+    /// A known free area.
     pub fn new(area: Rect) -> Self {
         Self(Some(area))
     }
 
-    /// Whether panels have been shown.
+    /// Whether panels have been laid out.
     pub fn is_known(&self) -> bool {
         self.0.is_some()
     }
 
-    /// It, in a window of this size; all of the window, while nothing is known of panels.
+    /// The free area in a window of this size; the whole window before panels have been laid out.
     pub fn within(&self, window: Vec2) -> Rect {
         let window = Rect::from_corners(Vec2::ZERO, window.max(Vec2::ONE));
         let free = self.0.map_or(window, |free| free.intersect(window));
         Rect::from_center_size(free.center(), free.size().max(Vec2::splat(LEAST_EDGE).min(window.size())))
     }
 
-    /// The width of it by its height.
+    /// The aspect (width by height) of the free area.
     pub fn aspect(&self, window: Vec2) -> f32 {
         let size = self.within(window).size();
         (size.x / size.y).clamp(0.2, 5.0)
@@ -113,7 +113,7 @@ impl FreeArea {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OverPanel(bool);
 
-/// Whether the mouse is taken for something else than the match and its view.
+/// Whether the mouse is used for something other than the match and the camera.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct MouseTaken(pub bool);
 
@@ -134,13 +134,13 @@ fn find_panel(
     Ok(())
 }
 
-/// Whether what the mouse does is for the match. What the panels want is known of the frame before; on a slow display the
-/// mouse may have come to a panel, and clicked, since then.
+/// Whether input of the mouse is for the match. egui's wishes are those of the last frame; on a slow display the mouse
+/// may have reached and clicked a panel since then.
 pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>, taken: Res<MouseTaken>) -> bool {
     mouse_is_over_match(&wants, &over) && !taken.0
 }
 
-/// Whether what the mouse does is not for panels.
+/// Whether input of the mouse is not for panels.
 pub fn mouse_is_over_match(wants: &EguiWantsInput, over: &OverPanel) -> bool {
     !over.0 && !wants.wants_any_pointer_input()
 }
@@ -153,7 +153,7 @@ fn note_free_area(mut contexts: EguiContexts, mut free: ResMut<FreeArea>) -> Res
     Ok(())
 }
 
-/// What the panels that were docked in this frame leave, logical pixels of the panels.
+/// The area that the panels docked in this frame leave free, logical pixels of the panels.
 pub fn free_area(context: &Context) -> egui::Rect {
     let pass = context.cumulative_pass_nr();
     let noted = context.data(|data| data.get_temp::<(u64, egui::Rect)>(free_area_id()));
@@ -164,7 +164,7 @@ fn free_area_id() -> Id {
     Id::new("free area")
 }
 
-/// Takes an edge of what is left for a panel.
+/// Docks a panel at an edge of the free area.
 fn dock<R>(context: &Context, name: &str, panel: Panel, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
     let area = UiBuilder::new().layer_id(LayerId::background()).max_rect(free_area(context));
     let mut ui = egui::Ui::new(context.clone(), Id::new(("docked", name)), area);
@@ -175,33 +175,33 @@ fn dock<R>(context: &Context, name: &str, panel: Panel, show: impl FnOnce(&mut e
     shown.inner
 }
 
-/// Shows a bar along the upper edge, as high as what is in it.
+/// Shows a bar along the upper edge, as high as its contents.
 pub fn bar_above<R>(context: &Context, name: &'static str, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
     dock(context, name, Panel::top(name).resizable(false).show_separator_line(false), show)
 }
 
-/// Shows a bar along the lower edge, as high as what is in it.
+/// Shows a bar along the lower edge, as high as its contents.
 pub fn bar_below<R>(context: &Context, name: &'static str, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
     dock(context, name, Panel::bottom(name).resizable(false).show_separator_line(false), show)
 }
 
-/// Sizes of the panels whose edges were dragged, by their names, logical pixels of the panels.
+/// Sizes of the panels whose edges were dragged, by name, logical pixels of the panels.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct PanelSizes(BTreeMap<String, f32>);
 
-/// A panel with an edge that can be dragged.
+/// A docked panel with an edge that can be dragged.
 #[derive(Clone, Copy, Debug)]
 pub struct Dock {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// Where it is.
+    /// The edge of the window.
     pub edge: Edge,
-    /// Its width, or height, at first, logical pixels of the panels.
+    /// Its initial width or height, logical pixels of the panels.
     pub size: f32,
-    /// The least that it can be.
+    /// Its least size.
     pub least: f32,
-    /// The most that it can be, as a share of the window's.
+    /// Its greatest size, as a fraction of the window's.
     pub most_share: f32,
 }
 
@@ -216,13 +216,13 @@ pub enum Edge {
     Below,
 }
 
-/// The least of the window's width, and of its height, that is left for the match.
+/// The least fraction of the window's width and height that is left for the match.
 const MATCH: f32 = 0.35;
-/// Panels below the match have this height at least, whatever is left for it, logical pixels.
+/// The least height of panels below the match, even if less is left for it, logical pixels.
 const LEAST_BELOW: f32 = 70.0;
 
 impl Dock {
-    /// The sizes that it can have in a window of this size, of which panels have left so much.
+    /// The range of its size in a window of this size in which other panels have left `left`.
     fn range(&self, window: egui::Vec2, left: egui::Vec2) -> Rangef {
         let of = if self.edge == Edge::Below { window.y } else { window.x };
         let most = self.most_share * of;
@@ -232,19 +232,19 @@ impl Dock {
         Rangef::new(self.least.min(most), most)
     }
 
-    /// The size that it has at first, or had the last time.
+    /// Its initial or remembered size.
     fn wanted(&self, sizes: &PanelSizes) -> f32 {
         sizes.0.get(self.name).copied().filter(|size| size.is_finite()).unwrap_or(self.size)
     }
 
-    /// Whether there would still be something of the match beside it.
+    /// Whether the match would still have room beside it.
     pub fn has_room(&self, context: &Context, sizes: &PanelSizes) -> bool {
         let (window, left) = (context.content_rect().size(), free_area(context).size());
         let width = self.range(window, left).clamp(self.wanted(sizes));
         left.x - width >= MATCH * window.x
     }
 
-    /// Shows it.
+    /// Shows the panel.
     pub fn show<R>(self, context: &Context, sizes: &mut PanelSizes, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
         let id = Id::new(self.name);
         let range = self.range(context.content_rect().size(), free_area(context).size());
@@ -281,7 +281,7 @@ impl Dock {
     }
 }
 
-/// The title of a panel that is opened when it is wanted, and a button that closes it; whether that was clicked.
+/// Shows the title of a panel with a button that closes it. Returns whether the button was clicked.
 pub fn title(ui: &mut egui::Ui, words: &str) -> bool {
     ui.horizontal(|ui| {
         ui.label(bright(words).size(text_size::IMPORTANT));
@@ -291,7 +291,7 @@ pub fn title(ui: &mut egui::Ui, words: &str) -> bool {
     .inner
 }
 
-/// An area above the match, at an edge or in a corner of what is left of the window.
+/// An area above the match, at an edge or in a corner of the free area.
 pub fn floating(context: &Context, name: &str, align: Align2) -> egui::Area {
     let place = align.pos_in_rect(&free_area(context).shrink(MARGIN));
     egui::Area::new(Id::new(name)).pivot(align).fixed_pos(place)
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
     use bevy_egui::egui::{Event, PointerButton, RawInput, Rect as Area, Ui, vec2};
 
-    /// Frames of a window of a size, with something happening in each.
+    /// Runs frames of a window of this size with the given events.
     fn frames(context: &Context, size: [f32; 2], events: &[Vec<Event>], mut show: impl FnMut(&Context)) {
         let screen_rect = Some(Area::from_min_size(Pos2::ZERO, size.into()));
         for events in events {
@@ -326,7 +326,7 @@ mod tests {
         free_area(context)
     }
 
-    /// What is left in a window of this size after these events.
+    /// The free area in a window of this size after these events.
     fn left(world: &mut World, context: &Context, size: [f32; 2], events: &[Vec<Event>]) -> Area {
         let mut area = Area::NOTHING;
         frames(context, size, events, |context| area = show_panels(context, &mut world.resource_mut::<PanelSizes>()));

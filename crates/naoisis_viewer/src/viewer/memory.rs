@@ -1,9 +1,9 @@
-//! What the viewer remembers from one time to the next: the window's size, what is shown, and which scenario was played last.
+//! The state of the viewer that persists between runs: the size of the window, panels, the last scenario.
 //!
-//! It is kept in a file of the user's, `naoisis/viewer.json` in the folder for settings (`~/.config` on Linux), or in the folder
-//! that the environment variable `NAOISIS_CONFIG_DIR` names; an empty one means that nothing is remembered. A file that cannot be
-//! understood is left out, with a warning, and written anew. `naoisis` itself remembers; a program of one's own does when it
-//! inserts [`ViewerMemory`].
+//! It is stored in a file of the user, `naoisis/viewer.json` in the configuration folder (`~/.config` on Linux) or in
+//! the folder that the environment variable `NAOISIS_CONFIG_DIR` names; an empty variable disables it. An invalid file
+//! is ignored with a warning and replaced. The command `naoisis` uses this; your own program does when it inserts
+//! [`ViewerMemory`].
 
 use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
@@ -19,16 +19,16 @@ use super::plots::{Pin, Plots};
 use naoisis_core::read_file::read_file;
 use naoisis_core::replace_file::replace_file;
 
-/// The environment variable that names the folder.
+/// The environment variable with the folder.
 pub const FOLDER_VARIABLE: &str = "NAOISIS_CONFIG_DIR";
-/// The file in it.
+/// The name of the file.
 const FILE: &str = "viewer.json";
-/// A larger one is not ours.
+/// The greatest size of a valid file, bytes.
 const LARGEST_FILE_BYTES: u64 = 1 << 20;
-/// Changes are written down so often, s.
+/// The time between two writes, s.
 const INTERVAL_S: f32 = 1.0;
 
-/// Keeps [`ViewerMemory`] up to date, where there is one.
+/// Keeps [`ViewerMemory`] up to date, if it was inserted.
 pub struct MemoryPlugin;
 
 impl Plugin for MemoryPlugin {
@@ -38,38 +38,38 @@ impl Plugin for MemoryPlugin {
     }
 }
 
-/// What is remembered.
+/// The persistent state.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Remembered {
-    /// Width and height of the window, logical pixels.
+    /// The width and height of the window, logical pixels.
     pub window: Option<[f32; 2]>,
     /// Which panels are shown, and how.
     #[serde(rename = "shown")]
     pub display: Option<DisplaySettings>,
-    /// How large the panels are whose edges were dragged.
+    /// The sizes of panels whose edges were dragged.
     pub panels: Option<PanelSizes>,
-    /// What is drawn on the pitch.
+    /// The overlays.
     pub overlays: Option<Overlays>,
-    /// What is plotted.
+    /// The plotted fields.
     pub plots: Option<Vec<Pin>>,
-    /// The scenario that was played last: a built-in one's name, or a file.
+    /// The last scenario: the name of a built-in one, or a file.
     pub scenario: Option<String>,
-    /// The scenarios and traces that were opened last, by their files, the last one first.
+    /// The scenarios and traces that were opened last, most recent first.
     pub recent: Vec<String>,
 }
 
-/// Where it is remembered.
+/// The persistent state with its file.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct ViewerMemory {
-    /// What was remembered, and is.
+    /// The state.
     pub remembered: Remembered,
-    /// The file; nothing is written without one.
+    /// The file; `None` if nothing is written.
     path: Option<PathBuf>,
 }
 
 impl ViewerMemory {
-    /// That of this user.
+    /// The state of the current user.
     pub fn of_user() -> Self {
         let folder = match std::env::var_os(FOLDER_VARIABLE) {
             Some(folder) => (!folder.is_empty()).then(|| PathBuf::from(folder)),
@@ -78,11 +78,11 @@ impl ViewerMemory {
         folder.map_or_else(Self::default, |folder| Self::in_file(folder.join(FILE)))
     }
 
-    /// That in a file, which need not be there.
+    /// The state in a file, which may be missing.
     pub fn in_file(path: PathBuf) -> Self {
         let remembered = match read_file(&path, LARGEST_FILE_BYTES) {
             Ok(text) => serde_json::from_slice(&text).unwrap_or_else(|error| {
-                warn!("{}: not understood, and so not used: {error}", path.display());
+                warn!("{}: invalid and ignored: {error}", path.display());
                 Remembered::default()
             }),
             Err(error) => {
@@ -95,7 +95,7 @@ impl ViewerMemory {
         Self { remembered, path: Some(path) }
     }
 
-    /// Writes down what is new.
+    /// Writes the state if it has changed.
     fn update(&mut self, remembered: Remembered) {
         if remembered == self.remembered {
             return;
@@ -104,7 +104,7 @@ impl ViewerMemory {
         if let Some(path) = &self.path
             && let Err(error) = write(path, &self.remembered)
         {
-            warn!("{}: {error}; nothing is remembered", path.display());
+            warn!("{}: {error}; the state of the window is not saved", path.display());
             self.path = None;
         }
     }
@@ -147,7 +147,7 @@ fn recall(
     }
 }
 
-/// Now and then, and at the end.
+/// Whether to write: at intervals, and when the program ends.
 fn is_time(time: Res<Time<Real>>, exits: MessageReader<AppExit>, mut last_s: Local<f32>) -> bool {
     let is_time = !exits.is_empty() || time.elapsed_secs() - *last_s > INTERVAL_S;
     if is_time {
@@ -177,7 +177,7 @@ fn remember(
 }
 
 impl ViewerMemory {
-    /// Remembers the scenario that is played, a built-in one's name or a file.
+    /// Remembers the current scenario: the name of a built-in one, or a file.
     pub fn note_scenario(&mut self, scenario: &str) {
         let scenario = Some(scenario.to_owned());
         self.update(Remembered { scenario, ..self.remembered.clone() });
@@ -185,7 +185,7 @@ impl ViewerMemory {
 
     /// Remembers a file that was opened.
     pub fn note_recent(&mut self, path: &str) {
-        /// So many are remembered.
+        /// The most files that are remembered.
         const MOST: usize = 6;
         let others = self.remembered.recent.iter().filter(|other| *other != path).cloned();
         let recent = core::iter::once(path.to_owned()).chain(others).take(MOST).collect();

@@ -1,7 +1,7 @@
 //! The window in which a match is watched.
 //!
-//! The viewer only reads the simulation and sends it commands ([`ViewerCommand`]): the same scenario and seed give
-//! the same trace here as headless, at whatever speed they are watched. A program of one's own shows its match with
+//! The viewer only reads the simulation and sends it commands ([`ViewerCommand`]): the same scenario and seed give the
+//! same trace here as without a window, at any speed. A program shows its match with
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -15,53 +15,53 @@
 //! # Ok::<(), naoisis::scenario::ScenarioFault>(())
 //! ```
 //!
-//! | file | what it shows or does |
+//! | module | contents |
 //! |---|---|
-//! | [`shared`] | what all parts know, and tell each other |
-//! | [`drive`], [`speed`] | runs the cycles: pause, single cycle, speed, restart |
-//! | [`timeline`] | the past of the match, and of one that a trace was written of |
-//! | `timeline_bar` | the bar below the match: where it is, what happened when, the ways that it went |
+//! | [`shared`] | messages between the parts of the viewer, and state that all of them use |
+//! | [`drive`], [`speed`] | running the cycles: pause, single cycle, speed, restart |
+//! | [`timeline`] | the past of the match, and replays of traces |
+//! | `timeline_bar` | the bar below the match: position, events, branches |
 //! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
-//! | `drawing` | shadows and smooth edges, where they cost little |
-//! | `field` | carpet, lines, goals, nets |
-//! | `robot_model`, `robot_animation` | robots and how they move |
-//! | `ball_and_posts` | ball and posts |
-//! | [`camera`] | where the match is watched from |
-//! | [`keys`], [`display_settings`] | what the keys do; which panels are shown, and how |
-//! | [`hands`] | drags, turns, kicks, whistles; drives a robot |
-//! | [`overlays`] | what is drawn on the pitch of what robots see, hear, believe and want |
-//! | [`eyes`] | images of the robots' cameras that someone looks at |
-//! | [`robot_panel`] | what the selected robot sees, hears, wants, believes and keeps in mind |
-//! | [`cycle_samples`] | the latest cycles in numbers |
-//! | [`behaviour_state`] | what a behaviour keeps in mind, by reflection |
-//! | [`keyframes`], [`rebuild`] | any moment whole: what records leave out is played again in the background |
-//! | [`branches`] | the ways that the match went, when a moment was played on in another way |
-//! | [`ghosts`] | another of them on the same pitch at the same moment, translucent |
-//! | [`many_times`] | this moment, played on many times with other chance |
-//! | [`lanes`] | the whole match at a glance, a lane for each robot; events of a kind |
-//! | [`plots`] | any number of robots and the ball as a curve, over the whole match |
-//! | `time_axis` | where cycles are on lanes and plots, and the part of the match that is looked at |
-//! | `pen_marks` | what the pen draws |
-//! | `new_file` | files that a button writes, never over another |
-//! | [`workspace`] | what the window is used for: to watch, to debug, to teach |
-//! | [`watch`] | a large score, goals again in slow motion, a summary at the end |
-//! | [`teach`] | a pen, one robot's world alone, moments with captions |
+//! | `drawing` | shadows and anti-aliasing |
+//! | `field` | models of carpet, lines, goals, nets |
+//! | `robot_model`, `robot_animation` | models of robots and their motion |
+//! | `ball_and_posts` | models of ball and posts |
+//! | [`camera`] | the camera of the window |
+//! | [`keys`], [`display_settings`] | keys; which panels are shown, and how |
+//! | [`hands`] | dragging, turning, kicking, whistling; driving a robot |
+//! | [`overlays`] | drawings on the pitch: perceptions, beliefs and commands of robots |
+//! | [`eyes`] | images of the robots' cameras |
+//! | [`robot_panel`] | perceptions, commands, beliefs and behaviour of the selected robot |
+//! | [`cycle_samples`] | numbers of the latest cycles |
+//! | [`behaviour_state`] | the state of a behaviour, by reflection |
+//! | [`keyframes`], [`rebuild`] | the whole state at any moment: what records leave out is replayed in the background |
+//! | [`branches`] | branches of the match from any moment |
+//! | [`ghosts`] | another branch on the same pitch, translucent |
+//! | [`many_times`] | repetitions of a moment with other random numbers |
+//! | [`lanes`] | the whole match, one lane per robot; jumps to events |
+//! | [`plots`] | numbers of robots and the ball over the whole match |
+//! | `time_axis` | the time axis of lanes and plots |
+//! | `pen_marks` | strokes of the pen |
+//! | `new_file` | new files that never replace others |
+//! | [`workspace`] | the three uses of the window: watch, debug, teach |
+//! | [`watch`] | a large score, replays of goals, a summary at the end |
+//! | [`teach`] | a pen, the world of one robot, bookmarks with captions |
 //! | `panels` | score, clock, controls, help |
-//! | `events_panel` | penalties, what happened, where and why |
-//! | [`selection`] | which robot the user looks at |
-//! | [`statistics`] | what a frame costs |
-//! | [`memory`] | what is remembered from one time to the next |
-//! | [`match_panel`] | scenario, teams, settings; a scenario's file is watched |
-//! | [`start_page`] | what there is to open, where nothing was said; files that are dropped |
-//! | `scenario_list` | the built-in scenarios to choose from |
-//! | [`film`] | a video of the window |
-//! | [`first_frame`] | how long the start takes |
-//! | [`report_state`] | what is shown, as JSON lines |
+//! | `events_panel` | penalties and events |
+//! | [`selection`] | the selected robot |
+//! | [`statistics`] | the cost of a frame |
+//! | [`memory`] | state that persists between runs |
+//! | [`match_panel`] | scenario, teams, settings; watching of scenario files |
+//! | [`start_page`] | the first page; files that are dropped |
+//! | `scenario_list` | the list of built-in scenarios |
+//! | [`film`] | recording of the window |
+//! | [`first_frame`] | the time until the first frame |
+//! | [`report_state`] | the state of the window as JSON lines |
 //! | [`widgets`] | the buttons and boxes of the panels, by name |
-//! | [`theme`], `layout` | dark and light panels, and where they are |
-//! | `labels` | names above the robots, words of the overlays |
-//! | [`event_log`] | what happened in the match |
-//! | [`event_filter`] | which of it is listed |
+//! | [`theme`], `layout` | dark and light panels, and their layout |
+//! | `labels` | names of robots, words of overlays |
+//! | [`event_log`] | the log of events |
+//! | [`event_filter`] | the filter of the list of events |
 
 use bevy::app::PluginGroupBuilder;
 use bevy::log::{BoxedFmtLayer, LogPlugin, tracing_subscriber};
@@ -130,11 +130,11 @@ pub use shared::{TimelineCommand, ViewerCommand};
 pub use speed::Speed;
 pub use timeline::Timeline;
 
-/// Size of the window at first, in logical pixels.
+/// The initial size of the window, logical pixels.
 const WINDOW_SIZE: (u32, u32) = (1280, 720);
 
-/// Everything that a program needs to show its match in a window: Bevy's `DefaultPlugins`, set up for it, and the
-/// viewer's own. The match itself comes from [`NaoisisPlugins`](naoisis_sim::simulation::NaoisisPlugins).
+/// Everything that a program needs to show its match in a window: Bevy's `DefaultPlugins`, configured for it, and the
+/// plugins of the viewer. The match itself comes from [`NaoisisPlugins`](naoisis_sim::simulation::NaoisisPlugins).
 pub struct ViewerPlugins;
 
 impl PluginGroup for ViewerPlugins {
@@ -201,7 +201,7 @@ impl PluginGroup for ViewerPlugins {
     }
 }
 
-/// Messages without colours, where standard error is a file or a pipe; Bevy's own otherwise.
+/// A log layer without colours if standard error is a file or a pipe; else Bevy's own.
 fn plain_unless_in_a_terminal(_app: &mut App) -> Option<BoxedFmtLayer> {
     if io::stderr().is_terminal() {
         return None;

@@ -1,15 +1,15 @@
-//! Files that the window writes when somebody presses a button: under a name that tells what is in them, and never over another.
+//! New files that the window writes: with a descriptive name, never replacing others.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-/// So many files of one name are kept beside each other.
+/// The most files of one name.
 const MOST_OF_ONE_NAME: u32 = 1000;
-/// Names are cut after so many letters.
+/// The greatest length of a name, letters.
 const LONGEST_NAME: usize = 60;
 
-/// A name without what file systems object to.
+/// A name without characters that file systems forbid.
 pub fn stem(name: &str) -> String {
     let letters = name.chars().map(|letter| if letter.is_alphanumeric() || letter == '-' { letter } else { '_' });
     let mut stem: String = letters.take(LONGEST_NAME).collect();
@@ -19,7 +19,7 @@ pub fn stem(name: &str) -> String {
     stem
 }
 
-/// Writes a file that was not there before: `NAME.ENDING`, or `NAME-2.ENDING` and so on.
+/// Writes a new file: `NAME.ENDING`, or `NAME-2.ENDING` and so on.
 ///
 /// # Errors
 /// Those of the file system.

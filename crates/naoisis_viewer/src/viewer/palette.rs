@@ -1,4 +1,4 @@
-//! The colours of what is shown: those of the [appearance](naoisis_sensing::appearance::colours), as Bevy and the panels take them.
+//! The colours of the [appearance](naoisis_sensing::appearance::colours) for Bevy and for the panels.
 
 use bevy::prelude::*;
 use bevy_egui::egui::Color32;
@@ -8,7 +8,7 @@ use naoisis_core::pitch::GoalColour;
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours::{self, Colour};
 
-/// The sky, and what fades into it.
+/// The colour of the sky, and of fog.
 pub const SKY: Color = from_appearance(colours::SKY);
 /// The floor of the hall.
 pub const FLOOR: Color = from_appearance(colours::FLOOR);
@@ -30,13 +30,13 @@ pub const fn goal(colour: GoalColour) -> Color {
     from_appearance(colours::goal(colour))
 }
 
-/// The colour of an overlay, or of what a behaviour draws.
+/// The colour of overlays and of drawings of behaviours.
 pub fn ink(ink: DrawColour) -> Color {
     let [red, green, blue] = ink.rgb();
     Color::srgb_u8(red, green, blue)
 }
 
-/// The same colour in a panel.
+/// The same colour for a panel.
 pub fn in_panel(colour: Color) -> Color32 {
     let [red, green, blue, alpha] = colour.to_srgba().to_u8_array();
     Color32::from_rgba_unmultiplied(red, green, blue, alpha)

@@ -1,4 +1,4 @@
-//! Score, clock and state, controls, help.
+//! The panels of score, clock, controls and help.
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -21,7 +21,7 @@ use naoisis_core::game::{Game, GameState};
 use naoisis_core::team::Team;
 use naoisis_sim::scenario::{BehaviourSpec, Scenario};
 
-/// Height of the score, logical pixels.
+/// The height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
 
 /// The panels.
@@ -49,7 +49,7 @@ fn show_score(
     team_names: TeamNames,
     mut actions: MessageWriter<Action>,
 ) -> Result {
-    /// For those who have not yet found it.
+    /// The hint for new users.
     const HINT: &str = "Click a robot to see what it knows. H: all keys.";
     let names = team_names.both();
     let text = match game.time_left_s(&clock) {
@@ -79,8 +79,8 @@ fn show_score(
     Ok(())
 }
 
-/// What is shown in the middle of a bar, as wide as it was in the frame before; at its end other things, and where there is room,
-/// words before it.
+/// Shows contents in the middle of a bar (by their width in the last frame), others at its end, and a text before them
+/// if there is room.
 fn in_the_middle(
     ui: &mut egui::Ui,
     beside: &str,
@@ -133,7 +133,7 @@ fn show_controls(
                     .clicked()
             };
             let stands = playback.paused || is_over;
-            let (pause, hint) = if stands { ("▶", "Go on (Space)") } else { ("⏸", "Pause (Space)") };
+            let (pause, hint) = if stands { ("▶", "Continue (Space)") } else { ("⏸", "Pause (Space)") };
             if button(ui, pause, hint) {
                 send(Action::Command(ViewerCommand::TogglePause));
             }
@@ -149,7 +149,7 @@ fn show_controls(
                 send(Action::Command(ViewerCommand::Faster));
             }
             ui.separator();
-            if button(ui, "⟲", "Same match from the start (R)") {
+            if button(ui, "⟲", "Restart the same match (R)") {
                 send(Action::Command(ViewerCommand::Restart));
             }
             if button(ui, "🎲", "New match with the next seed (Shift R)") {
@@ -177,7 +177,7 @@ fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(S
             }
         }
     });
-    named(shown.response, "Speed", &text).on_hover_text("Simulated seconds a second");
+    named(shown.response, "Speed", &text).on_hover_text("Simulated seconds per second");
 }
 
 fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, choose: impl FnMut(&'static str)) {
@@ -187,7 +187,7 @@ fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, choose: impl 
     named(response, "Another scenario", current).on_hover_text("Another scenario, from the start");
 }
 
-/// A list has a name, for those who cannot see what is around it.
+/// Gives a list a name for screen readers.
 fn named(response: egui::Response, name: &str, value: &str) -> egui::Response {
     response.widget_info(|| {
         let mut info = WidgetInfo::labeled(WidgetType::ComboBox, true, name);
@@ -197,7 +197,7 @@ fn named(response: egui::Response, name: &str, value: &str) -> egui::Response {
     response
 }
 
-/// Where the match is and how fast it goes.
+/// The state of the match and its speed, as text.
 fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, is_over: bool) -> String {
     let mut parts = Vec::new();
     if let Some(scenario) = scenario {
@@ -213,7 +213,7 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, 
 }
 
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
-    /// Width of the list, and what of the window's height it leaves to everything else, logical pixels.
+    /// The width of the list, and the height left for everything else, logical pixels.
     const WIDTH: f32 = 1040.0;
     const AROUND: f32 = 150.0;
 
@@ -235,9 +235,9 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
     Ok(())
 }
 
-/// The groups in as many columns as there is room for, each of them about as long.
+/// Shows the groups in as many columns as fit, of about the same length.
 fn show_keys(ui: &mut egui::Ui) {
-    /// Width of a column, logical pixels.
+    /// The width of a column, logical pixels.
     const COLUMN: f32 = 320.0;
 
     let groups = keys::help();
@@ -251,10 +251,11 @@ fn show_keys(ui: &mut egui::Ui) {
     });
 }
 
-/// Besides its lines a group of the help has its name and a gap.
+/// The lines for the name of a group and the gap after it.
 const AROUND_GROUP: usize = 2;
 
-/// What has these heights, one after another in at most so many columns, the highest of which is as low as can be.
+/// Divides items of these heights into at most `columns` consecutive columns, so that the highest column is as low as
+/// possible.
 fn in_columns(heights: &[usize], columns: usize) -> Vec<Range<usize>> {
     let split = |most: usize| {
         let (mut split, mut begin, mut filled) = (Vec::new(), 0, 0);
@@ -284,7 +285,7 @@ fn show_key_group(ui: &mut egui::Ui, group: &HelpGroup) {
     ui.add_space(8.0);
 }
 
-/// What the teams are called.
+/// The names of the teams.
 #[derive(SystemParam)]
 pub(super) struct TeamNames<'w> {
     scenario: Option<Res<'w, Scenario>>,
@@ -292,13 +293,13 @@ pub(super) struct TeamNames<'w> {
 }
 
 impl TeamNames<'_> {
-    /// Blue's name and pink's.
+    /// The names of blue and pink.
     pub fn both(&self) -> [String; 2] {
         Team::BOTH.map(|team| team_name(team, self.scenario.as_deref(), &self.registry))
     }
 }
 
-/// The team's name: that of the scenario, or of the team whose behaviours its robots have, or its colour.
+/// The name of a team: that of the scenario, or of the team with the behaviours of its robots, or its colour.
 fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegistry) -> String {
     let named = |scenario: &Scenario| match (&scenario.teams, team) {
         (Some(teams), team) => Some(teams.name(team).to_owned()),
@@ -314,7 +315,7 @@ fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegist
     scenario.and_then(named).unwrap_or_else(|| team.name().to_owned())
 }
 
-/// What a state of the game is called.
+/// The name of a state of the game.
 pub(super) fn state_name(state: GameState) -> &'static str {
     match state {
         GameState::Initial => "initial",

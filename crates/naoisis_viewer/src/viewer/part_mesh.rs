@@ -1,5 +1,5 @@
-//! Meshes of the [appearance's](naoisis_sensing::appearance) parts: one mesh with colours in its vertices, and one material for all of
-//! them, instead of one each.
+//! Meshes of the parts of the [appearance](naoisis_sensing::appearance): one mesh with vertex colours, and one material
+//! for all, instead of one each.
 
 use bevy::mesh::MeshMergeError;
 use bevy::prelude::*;
@@ -8,7 +8,7 @@ use super::palette;
 use naoisis_gpu::mesh::mesh_of;
 use naoisis_sensing::appearance::shapes::Part;
 
-/// One mesh of all these parts, each in its own frame; a speck where there are none. Its colours are in the vertices.
+/// Merges parts into one mesh with vertex colours. Without parts, the mesh is a tiny triangle.
 pub fn mesh_of_parts<'a, Frame: 'a>(parts: impl IntoIterator<Item = &'a Part<Frame>>) -> Mesh {
     let mut meshes = parts.into_iter().map(coloured_mesh);
     let mut whole = meshes.next().unwrap_or_else(|| Cuboid::from_length(0.0).into());
@@ -27,15 +27,16 @@ fn coloured_mesh<Frame>(part: &Part<Frame>) -> Mesh {
     mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours)
 }
 
-/// The material of all meshes of parts: white, for the colours are in the vertices.
+/// The material of all merged meshes: white, because vertices have the colours.
 pub fn part_material() -> StandardMaterial {
     StandardMaterial { perceptual_roughness: 0.5, reflectance: 0.3, ..default() }
 }
 
-/// All primitives have the same attributes, so this does not happen; if it does, a part is missing in the picture.
+/// Logs a failure to merge, which should not happen because all primitives have the same attributes. The part is then
+/// missing.
 fn report(merged: Result<(), MeshMergeError>) {
     if let Err(problem) = merged {
-        error!("a part of a body cannot be shown: {problem}");
+        error!("a part of a body cannot be drawn: {problem}");
     }
 }
 

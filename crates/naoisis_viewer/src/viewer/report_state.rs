@@ -1,40 +1,40 @@
-//! What the viewer shows, in JSON lines: for tests that drive the window from outside, and for whoever wants to follow it.
+//! The state of the window as JSON lines, for tests that drive the window from outside.
 //!
-//! A line is written at the end of every frame after which something is different; the file is flushed with each. It has
+//! A line is written at the end of every frame in which something has changed, and flushed. Its fields:
 //!
-//! | field | what |
+//! | field | contents |
 //! |---|---|
 //! | `frame` | frames since the start of the program |
-//! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
-//! | `shift`, `control`, `typing` | whether Shift is held down, and Ctrl; whether keys go to a field of a panel |
-//! | `pressed` | whether the left button of the mouse is held down |
-//! | `held` | whether the mouse has hold of a robot or the ball, or draws |
-//! | `scenario`, `seed`, `teams` | what is played, and by whom |
-//! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
-//! | `paused`, `speed`, `replay`, `over` | how it is shown |
-//! | `state`, `score` | of the game |
-//! | `ball`, `robots` | of each the `pose` (m, m, degrees), the place in the window (`pixel`, if it is there); of robots whether they are `penalised`, and the `head` (yaw, pitch, degrees) |
+//! | `window`, `pointer` | width and height of the window, and the position of the mouse, logical pixels |
+//! | `shift`, `control`, `typing` | whether Shift or Ctrl is held down; whether keys go to a field of a panel |
+//! | `pressed` | whether the left mouse button is held down |
+//! | `held` | whether the mouse drags a robot or the ball, or draws |
+//! | `scenario`, `seed`, `teams` | the match |
+//! | `cycle`, `shown_cycle` | the current cycle of the match; the cycle that is shown, if it is in the past |
+//! | `paused`, `speed`, `replay`, `over` | how the match is shown |
+//! | `state`, `score` | the state of the game |
+//! | `ball`, `robots` | for each the `pose` (m, m, degrees) and the position in the window (`pixel`, if visible); for robots `penalised`, and `head` (yaw, pitch, degrees) |
 //! | `selected`, `driven` | robots |
-//! | `filming` | whether a video of the window is being recorded |
+//! | `filming` | whether the window is being recorded |
 //! | `shown` | the switches of the panels |
-//! | `overlays` | how many switches of overlays are on |
-//! | `problem`, `notice` | what the user is told |
-//! | `costs` | of a frame, while they are shown: frames/s, the processor's time for match and panels and for drawing (ms), draw calls, robots' images/s |
-//! | `event` | the event of the list that is looked at |
-//! | `branches` | how many ways the match went, and which of them is shown, from 0 |
-//! | `many_times` | of the moment that is or was played on: how often so far, and whether it still is |
-//! | `behaviour` | of the selected robot, how many components it keeps in mind at the moment that is shown; none while that is not known |
-//! | `free` | the part of the window that panels leave for the match: its upper left and its lower right corner, logical pixels |
-//! | `goal_replay` | the words beside a goal that is shown again; none otherwise |
-//! | `summary` | whether the match is summed up |
-//! | `pen` | how much was drawn, while the mouse draws; none otherwise |
-//! | `truth` | whether all is shown as it is, and not as a robot believes it to be |
-//! | `bookmarks` | how many there are, and which is shown, if one is |
-//! | `plots` | how many fields are plotted, and how many curves they have |
-//! | `events` | how many events are listed, and how many are not |
-//! | `ghosts` | which of the ways is seen as ghosts, and how many ghosts there are; none otherwise |
-//! | `undo` | how much can be taken back, and done again |
-//! | `widgets` | what can be operated in the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
+//! | `overlays` | the number of overlay switches that are on |
+//! | `problem`, `notice` | messages to the user |
+//! | `costs` | of a frame, while shown: frames/s, processor time for match and panels and for drawing (ms), draw calls, robots' images/s |
+//! | `event` | the selected event |
+//! | `branches` | the number of branches, and the index of the one that is shown |
+//! | `many_times` | the number of finished repetitions, and whether they are running |
+//! | `behaviour` | the number of state components of the selected robot's behaviour at the moment that is shown; null if unknown |
+//! | `free` | the free area for the match: its upper left and its lower right corner, logical pixels |
+//! | `goal_replay` | the text of the goal that is replayed; null otherwise |
+//! | `summary` | whether the summary of the match is shown |
+//! | `pen` | the number of strokes, while the mouse draws; null otherwise |
+//! | `truth` | whether the truth is shown, not the world of one robot |
+//! | `bookmarks` | the number of bookmarks, and the one that is shown |
+//! | `plots` | the numbers of plotted fields and of curves |
+//! | `events` | the numbers of listed and of hidden events |
+//! | `ghosts` | the branch that is shown as ghosts, and the number of ghosts; null otherwise |
+//! | `undo` | the numbers of steps to undo and to redo |
+//! | `widgets` | the widgets of the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
 
 use bevy::diagnostic::FrameCount;
 use bevy::ecs::system::SystemParam;
@@ -79,7 +79,7 @@ use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::Scenario;
 
-/// Writes what is shown.
+/// Writes the state of the window.
 pub struct ReportStatePlugin;
 
 impl Plugin for ReportStatePlugin {
@@ -90,7 +90,7 @@ impl Plugin for ReportStatePlugin {
     }
 }
 
-/// Where the state is written to.
+/// The output of the state.
 #[derive(Resource)]
 pub struct StateReport {
     output: Box<dyn Write + Send + Sync>,
@@ -98,7 +98,7 @@ pub struct StateReport {
 }
 
 impl StateReport {
-    /// A new file.
+    /// Creates a new file.
     ///
     /// # Errors
     /// When it cannot be created.
@@ -106,12 +106,12 @@ impl StateReport {
         Ok(Self::to(File::create(path)?))
     }
 
-    /// Anything that can be written to.
+    /// Writes to any output.
     pub fn to(output: impl Write + Send + Sync + 'static) -> Self {
         Self { output: Box::new(output), last: Value::Null }
     }
 
-    /// Writes a line, if anything but the frame's number is new.
+    /// Writes a line if anything but the number of the frame has changed.
     fn write(&mut self, frame: u32, state: Value) -> io::Result<()> {
         if state == self.last {
             return Ok(());
@@ -124,7 +124,7 @@ impl StateReport {
     }
 }
 
-/// All that is reported.
+/// All resources that are reported.
 #[derive(SystemParam)]
 struct Reported<'w, 's> {
     scenario: Option<Res<'w, Scenario>>,
@@ -161,7 +161,7 @@ struct Reported<'w, 's> {
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
     if let Err(error) = report.write(frame.0, reported.state()) {
-        warn!("the state of the viewer cannot be written any more: {error}");
+        warn!("the state of the window can no longer be written: {error}");
         commands.remove_resource::<StateReport>();
     }
 }
@@ -253,7 +253,7 @@ fn costs(statistics: &FrameStatistics) -> Value {
     })
 }
 
-/// How many switches of an overlay are on.
+/// The number of switches of an overlay that are on.
 fn switches_of(shows: &Shows, workspace: Workspace) -> usize {
     usize::from(shows.all) + usize::from(shows.of_selected(workspace)) + shows.robots.len()
 }

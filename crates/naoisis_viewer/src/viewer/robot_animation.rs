@@ -1,7 +1,7 @@
-//! How robots move their limbs: steps, kicks, heads, falls.
+//! Motion of the robots' limbs: steps, kicks, heads, falls.
 //!
-//! As the [appearance](naoisis_sensing::appearance::stride) has it, but at the time that is shown, which runs smoothly between the
-//! cycles.
+//! It follows the [appearance](naoisis_sensing::appearance::stride), but at the displayed time, which runs smoothly
+//! between the cycles.
 
 use bevy::prelude::*;
 
@@ -26,7 +26,7 @@ impl Plugin for RobotAnimationPlugin {
     }
 }
 
-/// The stride at the time that is shown. The robot's own is that of the cycles.
+/// The stride at the displayed time. The robot's own stride changes once per cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
 struct DisplayedStride(Stride);
 
@@ -61,7 +61,7 @@ fn move_limbs(
     }
 }
 
-/// What moves the limbs of a robot that is not in the match, but in another way that it went.
+/// The state that moves the limbs of a ghost.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
 pub struct GhostBody {
     id: RobotId,
@@ -74,17 +74,17 @@ pub struct GhostBody {
 }
 
 impl GhostBody {
-    /// That of a robot as a record has it, with the usual body.
+    /// The state of a robot from a record, with the default body.
     pub fn new(id: RobotId, pose: Pose, velocity: Velocity, head: HeadAngles, posture: Posture) -> Self {
         Self { id, pose, velocity, head, posture, body: Body::default(), stride: Stride::default() }
     }
 
-    /// The same with another body.
+    /// Sets the body.
     pub fn with_body(self, body: Body) -> Self {
         Self { body, ..self }
     }
 
-    /// What it does in another cycle; it goes on in its stride.
+    /// Updates the state from another cycle, and keeps the stride.
     pub fn update(&mut self, new: GhostBody) {
         *self = GhostBody { body: self.body, stride: self.stride, ..new };
     }

@@ -1,4 +1,4 @@
-//! Robots: the [appearance's](naoisis_sensing::appearance::robot) NAO, limb by limb.
+//! Models of robots from the limbs of the [appearance](naoisis_sensing::appearance::robot).
 
 use bevy::prelude::*;
 use core::array;
@@ -9,7 +9,7 @@ use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::appearance::posing::Limb;
 use naoisis_sensing::appearance::robot::{RobotDesign, RobotPart};
 
-/// Shows robots as they come into the match.
+/// Spawns the models of robots when these enter the match.
 pub struct RobotModelPlugin;
 
 impl Plugin for RobotModelPlugin {
@@ -18,20 +18,20 @@ impl Plugin for RobotModelPlugin {
     }
 }
 
-/// The entities that a robot is drawn by, its children, one for each limb.
+/// The entities of a robot's limbs, which are its children.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
 pub struct RobotLimbs {
-    /// Each at the index of its [`Limb`].
+    /// The entities, indexed by [`Limb`].
     pub limbs: [Entity; Limb::COUNT],
 }
 
-/// The meshes of the robots that were shown.
+/// The meshes of robots, for reuse.
 #[derive(Resource)]
 pub(super) struct RobotMeshes {
     material: Handle<StandardMaterial>,
-    /// Robots of a team with the same body share those of their limbs.
+    /// Meshes of limbs are shared by robots of a team with the same body.
     limbs: Vec<(Team, Body, [Handle<Mesh>; Limb::COUNT])>,
-    /// The trunk has the number and the team's colour.
+    /// Meshes of trunks have the number and the colour of the robot.
     trunks: Vec<(RobotId, Body, Handle<Mesh>)>,
 }
 
@@ -68,7 +68,7 @@ impl RobotMeshes {
     }
 }
 
-/// Gives an entity the limbs of a robot with a body, of a material or of the robots' own.
+/// Adds the limbs of a robot to an entity, with the given material or that of robots.
 pub(super) fn add_limbs(
     entity: Entity,
     (id, body): (RobotId, &Body),

@@ -1,4 +1,4 @@
-//! The built-in scenarios to choose from: matches first, then experiments.
+//! The list of built-in scenarios: matches first, then experiments.
 
 use bevy_egui::egui::{ComboBox, Response, Ui};
 use std::sync::OnceLock;
@@ -6,10 +6,10 @@ use std::sync::OnceLock;
 use super::theme::{dim, text_size};
 use naoisis_sim::scenario::{LIBRARY, ScenarioFile};
 
-/// The list is at most so high, logical pixels.
+/// The greatest height of the list, logical pixels.
 const HEIGHT: f32 = 460.0;
 
-/// Shows a list of the built-in scenarios, and tells which one is chosen.
+/// Shows a list of the built-in scenarios; `choose` receives the chosen one.
 pub fn show(ui: &mut Ui, list: ComboBox, current: &str, mut choose: impl FnMut(&'static str)) -> Response {
     let shown = list.height(HEIGHT).show_ui(ui, |ui| {
         for (heading, names) in [("Matches", &in_order().matches), ("Experiments", &in_order().experiments)] {
@@ -24,15 +24,15 @@ pub fn show(ui: &mut Ui, list: ComboBox, current: &str, mut choose: impl FnMut(&
     shown.response
 }
 
-/// The built-in scenarios, each kind by name.
+/// The built-in scenarios by kind, each sorted by name.
 struct InOrder {
-    /// Two teams play.
+    /// Matches of two teams.
     matches: Vec<&'static str>,
-    /// Anything else.
+    /// All others.
     experiments: Vec<&'static str>,
 }
 
-/// They are read when the list is opened for the first time.
+/// Reads the scenarios when the list is opened for the first time.
 fn in_order() -> &'static InOrder {
     static IN_ORDER: OnceLock<InOrder> = OnceLock::new();
     IN_ORDER.get_or_init(|| {

@@ -1,4 +1,4 @@
-//! Which robot the user looks at: chosen by a click, a key or from a list.
+//! The selected robot: chosen by a click, a key or from a list.
 
 use bevy::prelude::*;
 
@@ -11,9 +11,9 @@ use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
 use naoisis_core::team::RobotId;
 
-/// A press and a release with less movement between them are a click, logical pixels.
+/// The greatest movement of the mouse between press and release of a click, logical pixels.
 const CLICK_PIXELS: f32 = 4.0;
-/// A click may miss the body of a robot by so much, m.
+/// The tolerance of a click on a robot's body, m.
 const MISS_M: f32 = 0.02;
 
 /// Selects robots.
@@ -88,10 +88,10 @@ fn click_on_robots(
     choices.write(hit.map_or(SelectionCommand::Nobody, SelectionCommand::Robot));
 }
 
-/// What the mouse can meet of a robot: an upright cylinder on the ground.
+/// The shape by which a robot is picked: an upright cylinder on the ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PickTarget {
-    /// Where its axis is, m, pitch frame.
+    /// The position of its axis, m, pitch frame.
     pub place: Vec2,
     /// Its radius, m.
     pub reach_m: f32,
@@ -100,13 +100,13 @@ pub struct PickTarget {
 }
 
 impl PickTarget {
-    /// That of a robot with this body at a place.
+    /// The shape of a robot with this body at `place`.
     pub fn of(body: &Body, place: Vec2) -> Self {
         Self { place, reach_m: body.torso.half_width_m + MISS_M, height_m: body.height_m }
     }
 }
 
-/// The nearest of the robots that a ray from `origin` meets, pitch frame, m.
+/// The nearest robot that a ray from `origin` hits, pitch frame, m.
 pub fn pointed_at(
     origin: Vec3,
     direction: Vec3,
@@ -119,7 +119,7 @@ pub fn pointed_at(
         .map(|(id, _)| id)
 }
 
-/// How far along a ray it meets a robot, if it does.
+/// The distance along a ray at which it hits a robot, if it does.
 fn along_ray(origin: Vec3, direction: Vec3, PickTarget { place, reach_m, height_m }: PickTarget) -> Option<f32> {
     // Of the points of the ray within reach of the robot's axis seen from above, the nearest that is neither above the
     // robot nor below the ground; of a ray straight down all are as near to the axis.

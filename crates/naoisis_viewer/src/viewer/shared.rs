@@ -1,5 +1,4 @@
-//! What the parts of the viewer tell each other, and what all of them know: messages, the order of those who write and read
-//! them, and what is shown now.
+//! Messages between the parts of the viewer, the order of their senders and receivers, and state that all parts use.
 
 use bevy::prelude::*;
 
@@ -10,7 +9,7 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::team::{RobotId, Team};
 
-/// The systems that carry out what the keys mean.
+/// The systems that perform the actions of keys.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct KeysSystems;
 
@@ -18,157 +17,157 @@ pub struct KeysSystems;
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SelectionSystems;
 
-/// The systems that let the user move the camera.
+/// The systems that move the camera.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct CameraSystems;
 
-/// What a key, or a button, does.
+/// An action of a key or a button.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub enum Action {
-    /// Something for the match.
+    /// A command about the match.
     Command(ViewerCommand),
-    /// Another moment of the match.
+    /// A change of the moment that is shown.
     Timeline(TimelineCommand),
-    /// The moment that is shown, played on beside the match.
+    /// Plays on from the moment that is shown, as a new branch.
     PlayFromHere,
-    /// The moment of another event.
+    /// Jumps to another event.
     Find(FindEvent),
-    /// Another view.
+    /// Changes the view.
     View(ViewPreset),
-    /// Another robot.
+    /// Selects another robot.
     Select(SelectionCommand),
-    /// Shows or hides something.
+    /// Shows or hides a part of the window.
     Toggle(Switch),
-    /// Uses the window for this.
+    /// Changes the use of the window.
     Workspace(Workspace),
-    /// Uses the window for the next thing (1), or the one before (-1).
+    /// Changes to the next (1) or previous (-1) use of the window.
     NextWorkspace(i8),
-    /// Something for the match, by hand.
+    /// An intervention by hand.
     Hand(HandAction),
-    /// Something for those to whom the match is shown.
+    /// An action for presenting the match.
     Teach(TeachAction),
-    /// Larger panels and text (1), or smaller ones (-1).
+    /// Makes panels and text larger (1) or smaller (-1).
     ScalePanels(i8),
-    /// Writes a picture of the window to the current folder.
+    /// Saves a picture of the window in the current folder.
     Screenshot,
-    /// Begins or ends a film of the window in the current folder.
+    /// Starts or ends a recording of the window in the current folder.
     Film(ToggleFilm),
 }
 
-/// What the user wants of the match.
+/// Commands about the match.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub enum ViewerCommand {
-    /// Stop, or go on.
+    /// Pauses or continues.
     TogglePause,
-    /// Stop if it runs, and run one cycle.
+    /// Pauses if the match runs, and runs one cycle.
     Step,
-    /// The next higher speed.
+    /// Selects the next higher speed.
     Faster,
-    /// The next lower speed.
+    /// Selects the next lower speed.
     Slower,
-    /// This speed.
+    /// Sets the speed.
     SetSpeed(Speed),
-    /// From the start, the same match again.
+    /// Restarts the same match.
     Restart,
-    /// From the start, with the next seed.
+    /// Restarts with the next seed.
     RestartWithNextSeed,
-    /// The built-in scenario of this name, from the start.
+    /// Starts the built-in scenario of this name.
     Load(&'static str),
 }
 
-/// What the user wants to see.
+/// Commands about the moment that is shown.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub enum TimelineCommand {
-    /// The end of this cycle; of one that is not there yet, the present.
+    /// Shows the end of this cycle, or the present if it has not been played.
     GoTo(u64),
-    /// So many cycles later; earlier, if negative. The match stands then.
+    /// Moves by this number of cycles and pauses. Negative numbers go back.
     Step(i64),
-    /// So many seconds later; earlier, if negative.
+    /// Moves by this number of seconds. Negative numbers go back.
     Skip(f64),
-    /// The match as it is now; of a replay, its end.
+    /// Shows the present; in a replay, the end.
     Present,
 }
 
-/// The moment of the next event of the chosen kind is to be shown, or of the one before: of the selected robot, if one is.
+/// Jumps to an event of the chosen kind, of the selected robot if there is one.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FindEvent {
-    /// The next one.
+    /// The next event.
     Next,
-    /// The one before.
+    /// The previous event.
     Previous,
 }
 
-/// The views to choose from.
+/// The views.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ViewPreset {
     /// The whole pitch from the side, as on television.
     Broadcast,
     /// The whole pitch from above.
     TopDown,
-    /// The part of the pitch where the match is played.
+    /// The part of the pitch where play is.
     FollowPlay,
-    /// Close to the ball, wherever it goes.
+    /// Close to the ball, following it.
     FollowBall,
-    /// Behind the selected robot, wherever it goes.
+    /// Behind the selected robot, following it.
     FollowRobot,
-    /// What one of the selected robot's cameras sees.
+    /// Through a camera of the selected robot.
     Eyes(CameraName),
-    /// Wherever the mouse flies to.
+    /// Flying freely by the mouse.
     Fly,
 }
 
-/// Another robot is to be selected.
+/// Selects a robot.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SelectionCommand {
-    /// This one, if it is in the match.
+    /// This robot, if it is in the match.
     Robot(RobotId),
-    /// Blue's or pink's robot of this number.
+    /// The robot of this team and number.
     Number(Team, u8),
-    /// The next one in the order of the ids.
+    /// The next robot by id.
     Next,
-    /// The one before.
+    /// The previous robot by id.
     Previous,
-    /// No robot is selected.
+    /// No robot.
     Nobody,
 }
 
-/// What the user does to the match other than with the mouse.
+/// Interventions by keys and buttons.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub enum HandAction {
-    /// The whistle.
+    /// Blows the whistle.
     Whistle,
-    /// Removes the selected robot from the pitch, or ends its penalty.
+    /// Penalises the selected robot, or ends its penalty.
     PenaliseOrReturn,
-    /// Puts the ball on the centre, in play.
+    /// Puts the ball on the centre mark, in play.
     DropBall,
-    /// Drives the selected robot by the keyboard, or stops to.
+    /// Starts or stops driving the selected robot by the keyboard.
     Drive,
-    /// Saves the present situation as a scenario file.
+    /// Saves the current situation as a scenario file.
     KeepSituation,
-    /// Takes back what was done last.
+    /// Undoes the last step.
     Undo,
-    /// Does again what was taken back.
+    /// Redoes the last undone step.
     Redo,
 }
 
-/// What the user does for those to whom the match is shown.
+/// Actions for presenting the match.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum TeachAction {
-    /// The mouse draws, or no longer.
+    /// Switches drawing by the mouse.
     Pen,
-    /// Takes back what was drawn last.
+    /// Removes the last stroke.
     Erase,
-    /// Only the world of the selected robot, as it believes it to be, or the truth again.
+    /// Switches between the world as the selected robot believes it and the truth.
     RobotsWorld,
-    /// Keeps this moment with a caption.
+    /// Adds a bookmark with a caption at this moment.
     Bookmark,
-    /// Shows the next of the moments that were kept.
+    /// Shows the next bookmark.
     NextBookmark,
-    /// Shows the one before.
+    /// Shows the previous bookmark.
     PreviousBookmark,
 }
 
-/// Begins a film of what is shown, or ends the one that is being taken.
+/// Starts or ends a recording of the window.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ToggleFilm {
     /// A video.
@@ -177,27 +176,27 @@ pub enum ToggleFilm {
     Frames,
 }
 
-/// How the match is being shown.
+/// The state of playback.
 #[derive(Resource, Clone, PartialEq, Debug)]
 pub struct Playback {
-    /// Whether the match stands still.
+    /// Whether the match is paused.
     pub paused: bool,
     /// The wanted speed.
     pub speed: Speed,
-    /// The speed of late, in simulated seconds a second.
+    /// The recent speed, simulated seconds per second.
     pub achieved: f32,
-    /// What is wrong with the last command, if anything.
+    /// The error of the last command, if any.
     pub problem: Option<String>,
-    /// The cycle after which the match is over, where the scenario says.
+    /// The last cycle of the match, if the scenario limits it.
     pub(super) last_cycle: Option<u64>,
-    /// Whether a cycle could not be finished, so that the match cannot go on.
+    /// Whether a cycle failed, so that the match cannot continue.
     pub(super) failed: bool,
-    /// Cycles run, and over which time, since the achieved speed was last worked out.
+    /// The cycles that were run since the achieved speed was computed, and the time.
     pub(super) measured: (f64, f32),
 }
 
 impl Playback {
-    /// Notes that so many cycles were shown.
+    /// Notes that this many cycles were shown.
     pub(super) fn note_progress(&mut self, cycles: f64) {
         self.measured.0 += cycles;
     }
@@ -217,12 +216,12 @@ impl Default for Playback {
     }
 }
 
-/// Whether the match has come to its end.
+/// Whether the match has ended.
 pub fn is_over(game: &Game, clock: &CycleClock, playback: &Playback) -> bool {
     game.state == GameState::Finished || playback.last_cycle.is_some_and(|last| clock.cycle >= last)
 }
 
-/// Where between the start (0) and the end (1) of the last cycle the match is shown.
+/// The displayed time as a fraction of the last cycle, from its start (0) to its end (1).
 #[derive(Resource, Clone, Copy, PartialEq, Debug)]
 pub struct DisplayFraction(pub f32);
 
@@ -236,21 +235,21 @@ impl Default for DisplayFraction {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Selection(pub Option<RobotId>);
 
-/// What the user is told of what was done, for a while.
+/// A notice to the user, shown for some seconds.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct Notice {
-    /// The words.
+    /// The text.
     pub text: String,
-    /// For how long they are still shown, s.
+    /// The remaining time, s.
     pub left_s: f32,
 }
 
 impl Notice {
-    /// How long words are shown, s: at least, and more for each letter, as people read.
+    /// The least time for which a notice is shown, s; longer texts are shown longer.
     const SHOWN_S: f32 = 6.0;
     const LETTER_S: f32 = 0.1;
 
-    /// Tells something.
+    /// Shows a notice.
     pub fn tell(&mut self, text: impl Into<String>) {
         let text = text.into();
         let left_s = Self::SHOWN_S.max(3.0 + Self::LETTER_S * text.chars().count() as f32);
@@ -262,7 +261,7 @@ impl Notice {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct RobotsWorld(pub bool);
 
-/// Whether all is shown as it is.
+/// Whether the truth is shown.
 pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
     world.is_none_or(|world| !world.0)
 }

@@ -1,18 +1,18 @@
-//! The speeds at which a match can be shown.
+//! The speeds of playback.
 
 use core::fmt;
 
-/// How fast the match is shown.
+/// A speed of playback.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Speed {
-    /// This many simulated seconds a second.
+    /// This many simulated seconds per second.
     Times(f64),
-    /// As fast as it goes.
+    /// As fast as possible.
     Unlimited,
 }
 
 impl Speed {
-    /// The speeds to choose from, in order.
+    /// All speeds that can be chosen, in order.
     pub const ALL: [Speed; 9] = [
         Speed::Times(0.1),
         Speed::Times(0.25),
@@ -25,7 +25,7 @@ impl Speed {
         Speed::Unlimited,
     ];
 
-    /// The next of [`Speed::ALL`] in a direction, if there is one.
+    /// The next of [`Speed::ALL`] in a direction; the same at the ends.
     pub fn neighbour(self, steps: isize) -> Speed {
         let index = Speed::ALL.iter().position(|speed| *speed == self).unwrap_or(3);
         index.checked_add_signed(steps).and_then(|index| Speed::ALL.get(index)).copied().unwrap_or(self)

@@ -1,8 +1,8 @@
 //! The pitch frame in Bevy's world, the light, and smooth motion between cycles.
 //!
 //! In the simulation z points up, in Bevy y. The pitch root carries the one rotation between the two; robots, ball,
-//! posts, camera and light are its children and all use the pitch frame. Truth is `Pose`: `Transform` follows it, for
-//! display only.
+//! posts, camera and light are its children and all use the pitch frame. `Pose` is the truth; `Transform` follows it,
+//! for display only.
 
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap};
 use bevy::prelude::*;
@@ -16,12 +16,12 @@ use naoisis_core::geometry::{Pose, angle_of, wrap_angle};
 use naoisis_core::robot::PreviousPose;
 use naoisis_sim::simulation::MatchEntity;
 
-/// Nothing on a pitch is faster than this, m/s: what went further in a cycle was put where it is.
+/// The greatest speed on a pitch, m/s. A larger displacement means that an object was placed.
 const FASTEST_MPS: f32 = 12.0;
 /// Half the side of the hall's floor, m.
 const FLOOR_HALF_SIDE: f32 = 60.0;
 
-/// The pitch root, light and sky; puts what is simulated on the stage.
+/// Spawns the pitch root, light and sky, and makes simulated entities children of the pitch root.
 pub struct StagePlugin;
 
 impl Plugin for StagePlugin {
@@ -39,11 +39,11 @@ impl Plugin for StagePlugin {
     }
 }
 
-/// The systems that put what is simulated where it is shown.
+/// The systems that set the displayed transforms.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct StageSystems;
 
-/// The entity whose children live in the pitch frame.
+/// The entity whose children are in the pitch frame.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
 pub struct PitchRoot(pub Entity);
 
@@ -93,7 +93,7 @@ fn lay_floor(
     ));
 }
 
-/// Gives whatever enters the match a place in the pitch frame.
+/// Adds an entity that enters the match to the pitch frame.
 fn enter_stage(added: On<Add, MatchEntity>, poses: Query<&Pose>, root: Res<PitchRoot>, mut commands: Commands) {
     let transform = poses.get(added.entity).map(|pose| transform_of(*pose)).unwrap_or_default();
     commands.entity(added.entity).insert((ChildOf(root.0), transform, Visibility::default()));
@@ -110,14 +110,14 @@ fn place_entities(
     }
 }
 
-/// A penalised robot is off the pitch.
+/// Hides penalised robots.
 fn hide_penalised(mut robots: Query<(&Penalty, &mut Visibility), Changed<Penalty>>) {
     for (penalty, mut visibility) in &mut robots {
         *visibility = if penalty.is_off_pitch() { Visibility::Hidden } else { Visibility::Inherited };
     }
 }
 
-/// The pose at which something is shown, pitch frame.
+/// The displayed pose, pitch frame.
 pub fn pose_of(transform: &Transform) -> Pose {
     let forward = transform.rotation * Vec3::X;
     Pose { position: transform.translation.truncate(), heading: angle_of(forward.truncate()) }
@@ -127,7 +127,7 @@ pub(super) fn transform_of(pose: Pose) -> Transform {
     Transform::from_translation(pose.position.extend(0.0)).with_rotation(Quat::from_rotation_z(pose.heading))
 }
 
-/// Where a thing is at a fraction of a cycle of `period` seconds. What was put elsewhere is there at once.
+/// Interpolates a pose at a fraction of a cycle of `period` seconds. Objects that were placed jump at once.
 pub fn between(start: Pose, end: Pose, fraction: f32, period: f32) -> Pose {
     if start.position.distance(end.position) > FASTEST_MPS * period {
         return end;

@@ -1,5 +1,5 @@
-//! The first page, where nobody has said what to open: what the window can be used for, files that were opened last, how to begin with
-//! a behaviour of one's own. A file that is dropped into the window is opened, at any time.
+//! The start page of a window without a match: the uses of the window, recent files, and how to start your own program.
+//! A file that is dropped into the window is opened at any time.
 
 use bevy::prelude::*;
 use bevy::window::FileDragAndDrop;
@@ -14,12 +14,12 @@ use super::memory::ViewerMemory;
 use super::shared::{Action, Playback};
 use super::theme::{bright, card, dim, panel, text_size};
 
-/// How one begins with a program of one's own, for people.
+/// An example of starting a program as a team.
 const OWN_PROGRAM: &str = "naoisis play --blue \"exec:python3 my_team.py\"";
-/// The widest that it is, logical pixels.
+/// The greatest width of the page, logical pixels.
 const WIDTH: f32 = 560.0;
 
-/// Shows the page, and opens files that are dropped.
+/// Shows the page, and opens dropped files.
 pub struct StartPagePlugin;
 
 impl Plugin for StartPagePlugin {
@@ -30,7 +30,7 @@ impl Plugin for StartPagePlugin {
     }
 }
 
-/// Whether the page is shown; the match behind it waits.
+/// Whether the page is shown; the match behind it is paused.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct StartPage(pub bool);
 
@@ -38,7 +38,7 @@ fn is_open(page: Res<StartPage>) -> bool {
     page.0
 }
 
-/// The match stands until it is chosen; whoever starts it by a key has chosen it.
+/// Pauses the match until a use is chosen. Continuing it by a key closes the page.
 fn wait_for_choice(mut page: ResMut<StartPage>, mut playback: ResMut<Playback>, mut has_begun: Local<bool>) {
     if !page.0 {
         return;
@@ -93,7 +93,7 @@ fn show(
             }
             ui.add_space(10.0);
             ui.label(bright("Open a scenario or a trace").size(text_size::IMPORTANT));
-            ui.label(dim("Drop its file into the window, or write where it is."));
+            ui.label(dim("Drop its file into the window, or type its path."));
             ui.horizontal(|ui| {
                 let text = TextEdit::singleline(&mut *typed).hint_text("match.jsonl.zst").desired_width(width - 80.0);
                 let text = ui.add(text);
@@ -128,11 +128,11 @@ fn show(
     Ok(())
 }
 
-/// What the window can be used for, and in words.
+/// The uses of the window with descriptions.
 const CHOICES: [(Workspace, &str, &str); 3] = [
-    (Workspace::Watch, "Watch a match", "A camera that follows play, goals again, the match in numbers."),
-    (Workspace::Debug, "Debug a match", "What robots see, believe and want, and why; what if."),
-    (Workspace::Teach, "Teach with a match", "Nothing but the pitch, a pen, moments with captions."),
+    (Workspace::Watch, "Watch a match", "A camera that follows play, replays of goals, statistics."),
+    (Workspace::Debug, "Debug a match", "Perceptions, beliefs and decisions of robots, and repetitions of moments."),
+    (Workspace::Teach, "Teach with a match", "Only the pitch, with a pen and bookmarks with captions."),
 ];
 
 #[cfg(test)]

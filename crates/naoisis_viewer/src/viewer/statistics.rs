@@ -1,4 +1,4 @@
-//! What a frame costs: its time, the processor's part of it, draw calls and passes, and the images of robots' cameras.
+//! The cost of a frame: its time, the processor's share, draw calls and passes, and the images of robots' cameras.
 
 use bevy::core_pipeline::core_3d::{AlphaMask3d, Opaque3d, Transparent3d};
 use bevy::diagnostic::DiagnosticsStore;
@@ -20,10 +20,10 @@ use super::layout::{self, LayoutSystems};
 use super::shared::Playback;
 use super::theme::{bright, card, dim, text_size};
 
-/// Numbers are means over about this time, s.
+/// The time over which numbers are averaged, s.
 const MEAN_OVER_S: f32 = 0.5;
 
-/// Measures frames, and shows what they cost.
+/// Measures frames, and shows their cost.
 pub struct StatisticsPlugin;
 
 impl Plugin for StatisticsPlugin {
@@ -51,24 +51,24 @@ impl Plugin for StatisticsPlugin {
     }
 }
 
-/// What frames cost of late.
+/// The recent cost of frames.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct FrameStatistics {
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_s: f32,
-    /// The processor's time for a frame in the match and the panels, s.
+    /// Processor time per frame for the match and the panels, s.
     pub main_s: f32,
-    /// The time in which the frame before is drawn meanwhile, waiting for the display included, s.
+    /// The time in which the previous frame is drawn meanwhile, including waiting for the display, s.
     pub rendering_s: f32,
-    /// Draw calls in a frame, the panels' apart.
+    /// Draw calls per frame, without panels.
     pub draw_calls: u32,
-    /// Images of robots' cameras drawn in a second.
+    /// Images of robots' cameras per second.
     pub eye_images_per_s: f32,
-    /// From when the viewer was put together until the first picture of the match was drawn, s.
+    /// The time from building the viewer to the first picture of the match, s.
     pub first_picture_s: Option<f32>,
 }
 
-/// What is being summed up.
+/// The sums since the last average.
 #[derive(Resource, Default)]
 struct FrameClock {
     began: Option<Instant>,
@@ -78,7 +78,7 @@ struct FrameClock {
     eye_images: u64,
 }
 
-/// What the renderer counts, on its own thread.
+/// The counts of the renderer, on its own thread.
 #[derive(Resource, Clone)]
 struct DrawCounts(Arc<Counts>);
 
@@ -94,12 +94,12 @@ impl Default for DrawCounts {
 }
 
 struct Counts {
-    /// When the viewer was put together.
+    /// When the viewer was built.
     start: Instant,
-    /// How long the first picture took from then on, ns; 0 before.
+    /// The time until the first picture, ns; 0 before it.
     first_picture_ns: AtomicU64,
     draw_calls: AtomicU32,
-    /// Of all frames so far, ns.
+    /// The drawing time of all frames so far, ns.
     rendering_ns: AtomicU64,
 }
 
@@ -138,7 +138,7 @@ fn end_frame(
     *clock = FrameClock { began: None, since: Some(now), frames: 0, main: Duration::ZERO, eye_images: eyes.drawn };
 }
 
-/// When the renderer began a frame.
+/// When the renderer started a frame.
 #[derive(Resource)]
 struct RenderingSince(Instant);
 
@@ -168,7 +168,7 @@ fn count_draws(
     counts.0.draw_calls.store(draw_calls as u32, Ordering::Relaxed);
 }
 
-/// What can be drawn together is one call.
+/// The number of draw calls of a phase, in which items that are drawn together count as one.
 fn binned<Item: BinnedPhaseItem>(phases: &ViewBinnedRenderPhases<Item>) -> usize {
     let of_phase = |phase: &bevy::render::render_phase::BinnedRenderPhase<Item>| {
         let unbatchable: usize = phase.unbatchable_meshes.values().map(|bin| bin.entities.len()).sum();
@@ -231,7 +231,7 @@ fn line(ui: &mut egui::Ui, name: &str, value: &str) {
     ui.end_row();
 }
 
-/// The passes of a frame and the processor's time in each, ms.
+/// The passes of a frame and their processor time, ms.
 fn passes(diagnostics: &DiagnosticsStore) -> Vec<(String, f64)> {
     let mut passes: Vec<(String, f64)> = diagnostics
         .iter()

@@ -1,7 +1,8 @@
-//! How panels look: dark or light, colours, sizes of text.
+//! The look of panels: dark or light, colours, sizes of text.
 //!
-//! Colours say the same thing twice: whatever has a team's colour also has its name, and the colours of overlays
-//! ([`DrawColour`](naoisis_core::behaviour::drawings::DrawColour)) are Okabe and Ito's, which people with any kind of colour blindness tell apart.
+//! No information is in colours alone: everything with the colour of a team also has its name, and the colours of
+//! overlays ([`DrawColour`](naoisis_core::behaviour::drawings::DrawColour)) are those of Okabe and Ito, which can be distinguished
+//! with any kind of colour blindness.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText, Stroke, Theme, Visuals};
@@ -11,13 +12,13 @@ use super::display_settings::DisplaySettings;
 use super::palette;
 use naoisis_core::team::Team;
 
-/// Distance of the panels from the window's edge, logical pixels.
+/// The distance of panels from the edge of the window, logical pixels.
 pub const MARGIN: f32 = 10.0;
 
-/// Whoever holds the button down for longer does not click, s.
+/// The longest time between press and release of a click, s.
 const LONGEST_CLICK_S: f64 = 5.0;
 
-/// Sizes of the panels' text, logical pixels.
+/// The sizes of text in panels, logical pixels.
 pub(super) mod text_size {
     pub const SMALL: f32 = 11.5;
     pub const ENTRY: f32 = 12.5;
@@ -29,11 +30,11 @@ pub(super) mod text_size {
     pub const ALL: [f32; 7] = [SMALL, ENTRY, IMPORTANT, BUTTON, TEAM, TITLE, SCORE];
 }
 
-/// The systems that prepare the panels' looks: panels are shown after them.
+/// The systems that prepare the look of panels; systems that show panels run after them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ThemeSystems;
 
-/// Sets the panels' looks.
+/// Sets the look of panels.
 pub struct ThemePlugin;
 
 impl Plugin for ThemePlugin {
@@ -85,7 +86,8 @@ fn choose_theme(mut contexts: EguiContexts, display: Res<DisplaySettings>) -> Re
     Ok(())
 }
 
-/// A letter is missing in the first frame that has it; so each frame has all of them, since they are forgotten at times.
+/// Loads all letters in each frame. A letter that is not loaded is missing in the first frame that uses it, and egui
+/// drops letters at times.
 fn load_letters(mut contexts: EguiContexts) -> Result {
     let ctx = contexts.ctx_mut()?;
     let letters: String = (' '..='~').chain("×−–±²°…▶⏸⏭⟲🎲⛔▾▸✔✖".chars()).collect();
@@ -111,12 +113,12 @@ pub fn panel(name: &str, align: Align2, offset: [f32; 2]) -> egui::Area {
     egui::Area::new(egui::Id::new(name)).anchor(align, offset)
 }
 
-/// Text that is read first.
+/// Prominent text.
 pub fn bright(text: impl Into<String>) -> RichText {
     RichText::new(text).strong()
 }
 
-/// Text that is read last.
+/// Less prominent text.
 pub fn dim(text: impl Into<String>) -> RichText {
     RichText::new(text).weak()
 }
@@ -136,12 +138,12 @@ fn team_colour_on(dark: bool, team: Team) -> Color32 {
     }
 }
 
-/// The colour of what went wrong.
+/// The colour of problems.
 pub fn problem_colour(ui: &egui::Ui) -> Color32 {
     if ui.visuals().dark_mode { Color32::from_rgb(255, 140, 120) } else { Color32::from_rgb(176, 40, 10) }
 }
 
-/// A patch of a team's colour: blue's is a square, pink's round, for those who cannot tell the colours apart.
+/// A patch of a team's colour: square for blue, round for pink, for people who cannot tell the colours apart.
 pub fn band(ui: &mut egui::Ui, team: Team, size: egui::Vec2) {
     let (area, _) = ui.allocate_exact_size(size, egui::Sense::hover());
     let rounding = if team == Team::Blue { 2.0 } else { size.min_elem() / 2.0 };

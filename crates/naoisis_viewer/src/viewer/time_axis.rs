@@ -1,17 +1,17 @@
-//! Where the cycles of a match are across a panel: the same part of the match in lanes and plots.
+//! The time axis of a panel; lanes and plots show the same part of the match.
 
 use bevy::math::ops;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Rect as Area, Stroke};
 
-/// The least part of the match that is shown, cycles.
+/// The shortest visible part of the match, cycles.
 const LEAST_PART: f64 = 30.0;
 
-/// The part of the match that is looked at: its first and its last cycle; the whole match without.
+/// The visible part of the match: its first and its last cycle; `None` for the whole match.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct ShownPart(pub Option<[f64; 2]>);
 
-/// Where cycles are.
+/// The mapping from cycles to pixels.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Axis {
     /// The first and the last cycle.
@@ -23,19 +23,19 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Where a cycle is, logical pixels.
+    /// The position of a cycle, logical pixels.
     pub fn x(&self, cycle: f64) -> f32 {
         let [first, last] = self.part;
         self.left + ((cycle - first) / (last - first)) as f32 * self.width
     }
 
-    /// The cycle at a place.
+    /// The cycle at a position.
     pub fn cycle(&self, x: f32) -> f64 {
         let [first, last] = self.part;
         first + f64::from((x - self.left) / self.width) * (last - first)
     }
 
-    /// The part after zooming in by a factor about a cycle, and moving by some cycles, within the whole match.
+    /// The part after zooming by `factor` about a cycle and moving by some cycles, within the whole match.
     fn moved(&self, whole: [f64; 2], about: f64, factor: f64, by: f64) -> [f64; 2] {
         let length =
             ((self.part[1] - self.part[0]) / factor).clamp(LEAST_PART.min(whole[1] - whole[0]), whole[1] - whole[0]);
@@ -44,7 +44,7 @@ impl Axis {
         [first, first + length]
     }
 
-    /// The part that is looked at after what the mouse did: the wheel comes closer, a drag moves, a double click shows all.
+    /// The part after the input of the mouse: the wheel zooms, a drag moves, a double click shows all.
     pub fn changed_part(&self, ui: &egui::Ui, response: &egui::Response, whole: [f64; 2]) -> Option<ShownPart> {
         if response.double_clicked() {
             return Some(ShownPart(None));
@@ -61,7 +61,7 @@ impl Axis {
     }
 }
 
-/// A line from above downwards, where it is within an area.
+/// Draws a vertical line if it is within an area.
 pub fn upright(ui: &egui::Ui, x: f32, area: Area, stroke: Stroke) {
     if area.x_range().contains(x) {
         ui.painter().vline(x, area.y_range(), stroke);

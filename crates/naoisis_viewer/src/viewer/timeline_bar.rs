@@ -1,4 +1,4 @@
-//! The bar below the match: where it is, what happened when, and where to go.
+//! The timeline bar below the match: the current moment, marks of events, and branches.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Color32, Pos2, Rangef, Sense, Stroke, WidgetInfo};
@@ -15,14 +15,14 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::history::History;
 use naoisis_record::record::match_marks::{Mark, MarkKind};
 
-/// The bar's least width, and the width of what is beside it, logical pixels.
+/// The least width of the bar, and the width of the parts beside it, logical pixels.
 const LEAST_WIDTH: f32 = 120.0;
 const BESIDE_BAR: f32 = 400.0;
-/// The bar's height, and what it leaves at its ends, logical pixels.
+/// The height of the bar, and the margins at its ends, logical pixels.
 const HEIGHT: f32 = 18.0;
 const END: f32 = 6.0;
 
-/// Height of the line of each way that the match went, logical pixels.
+/// The height of the line of a branch, logical pixels.
 const BRANCH_HEIGHT: f32 = 11.0;
 
 /// Shows the bar.
@@ -79,14 +79,18 @@ fn show_bar(
             ui.label(dim(time(end as f64)));
             let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Branch from here"));
             let hint = if is_paused {
-                "F: a match of its own begins with this moment, and stands until Space; this one stays"
+                "F: starts a branch at this moment, paused until Space; the original match stays"
             } else {
-                "F: a match of its own goes on from this moment; this one stays"
+                "F: starts a branch at this moment; the original match stays"
             };
             if button.on_hover_text(hint).clicked() {
                 ways.write(BranchCommand::PlayFromHere);
             }
-            if ui.button("Many times").on_hover_text("T: what comes of this moment, and how often").clicked() {
+            if ui
+                .button("Many times")
+                .on_hover_text("T: plays on from this moment many times and counts the outcomes")
+                .clicked()
+            {
                 actions.write(Action::Toggle(Switch::ManyTimes));
             }
             if !timeline.is_replay() {
@@ -111,16 +115,15 @@ fn show_bar(
     Ok(())
 }
 
-/// What is clicked in the tree.
+/// What was clicked in the tree.
 enum Clicked {
-    /// This way is to be shown.
+    /// A branch, to show it.
     Branch(usize),
-    /// It is to be shown as ghosts, or no longer.
+    /// A branch, to show or hide its ghosts.
     Ghosts(usize),
 }
 
-/// The tree of the ways that the match went, a line for each below the bar, where the one that is shown has been played until a
-/// cycle, and one may be seen as ghosts; what is clicked.
+/// Shows the tree of branches, one line for each below the bar. Returns what was clicked.
 fn show_branches(
     ui: &mut egui::Ui,
     (branches, ghosts): (&Branches, Option<usize>),
@@ -128,7 +131,7 @@ fn show_branches(
     bar: Rangef,
     share: impl Fn(u64) -> f32,
 ) -> Option<Clicked> {
-    /// Width of the word, logical pixels.
+    /// The width of the label, logical pixels.
     const WORD: f32 = 44.0;
 
     let mut clicked = None;
@@ -184,17 +187,15 @@ fn show_branches(
         let font = egui::FontId::proportional(BRANCH_HEIGHT - 1.0);
         let beside = disc + egui::vec2(7.0, 0.0);
         ui.painter().text(beside, egui::Align2::LEFT_CENTER, "ghosts", font, colour);
-        if response
-            .on_hover_text("Its robots and its ball, translucent, on the same pitch at the same moment")
-            .clicked()
-        {
+        if response.on_hover_text("Shows its robots and ball, translucent, at the same moment").clicked() {
             clicked = Some(Clicked::Ghosts(index));
         }
     }
     clicked
 }
 
-/// A goal is a disc, a penalty a triangle, a ball that is out a short upright line, the start or end of a half a long one.
+/// Draws a mark: a disc for a goal, a triangle for a penalty, a short line for a ball that is out, a long one for the
+/// start or end of a half.
 fn draw_mark(ui: &egui::Ui, painter: &egui::Painter, mark: &Mark, at: Pos2) {
     let colour = mark.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
     let up = |height: f32| Pos2::new(at.x, at.y - height);
@@ -216,19 +217,19 @@ fn draw_mark(ui: &egui::Ui, painter: &egui::Painter, mark: &Mark, at: Pos2) {
     }
 }
 
-/// Where in the bar a moment is, 0 to 1.
+/// The position of a cycle in the bar, 0 to 1.
 fn share(cycle: f64, first: u64, last: u64) -> f32 {
     let length = last.saturating_sub(first).max(1) as f64;
     ((cycle - first as f64) / length).clamp(0.0, 1.0) as f32
 }
 
-/// The cycle at a share of the bar.
+/// The cycle at a position of the bar.
 fn cycle_at(share: f32, first: u64, last: u64) -> u64 {
     let length = last.saturating_sub(first) as f64;
     first + (f64::from(share.clamp(0.0, 1.0)) * length).round() as u64
 }
 
-/// The time under the mouse, and what happened there.
+/// The tooltip: the time under the mouse, and the events there.
 fn hint(cycle: u64, marks: &[Mark], length: u64, time: &str) -> String {
     // About four pixels of the bar.
     let reach = length / 100;

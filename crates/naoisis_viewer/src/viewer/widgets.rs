@@ -1,6 +1,6 @@
-//! The buttons, boxes, sliders and texts of the panels as others than eyes find them: by name.
+//! The widgets of the panels by role and name, from the tree that egui makes for screen readers.
 //!
-//! They are those of the tree that egui makes for screen readers. It is made only when the viewer's state is reported.
+//! The tree is only made when the state of the window is reported.
 
 use bevy::prelude::*;
 use bevy_egui::egui::accesskit::{Action, Node, NodeId, Role, Toggled, TreeUpdate};
@@ -9,7 +9,7 @@ use core::cmp::Ordering;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Keeps a list of what can be operated in the panels.
+/// Keeps a list of the widgets of the panels.
 pub struct WidgetsPlugin;
 
 impl Plugin for WidgetsPlugin {
@@ -20,24 +20,24 @@ impl Plugin for WidgetsPlugin {
     }
 }
 
-/// The systems that list what can be operated: only for those who read it.
+/// The systems that list widgets. They only run while the state is reported.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WidgetsSystems;
 
-/// What can be operated in the panels that are shown, from the upper edge of the window downwards.
+/// The widgets of the visible panels, from top to bottom.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct Widgets(pub Vec<Widget>);
 
-/// Something in a panel that can be operated.
+/// A widget.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Widget {
-    /// What it is: `Button`, `CheckBox`, `ComboBox`, `Slider`, `SpinButton`, `TextInput`.
+    /// Its role: `Button`, `CheckBox`, `ComboBox`, `Slider`, `SpinButton`, `TextInput`.
     pub role: String,
-    /// Its words, or those beside it that say what it is.
+    /// Its text, or the label beside it.
     pub name: String,
-    /// What it is set to, if anything: `true` and `false` of boxes and entries of lists, words of texts, a number.
+    /// Its value, if any: `true` or `false` of boxes and entries of lists, the text, a number.
     pub value: Option<String>,
-    /// Left, upper, right and lower edge in the window, logical pixels.
+    /// Its left, upper, right and lower edge in the window, logical pixels.
     pub edges: [f64; 4],
 }
 
@@ -56,7 +56,7 @@ fn list_widgets(outputs: Query<&EguiOutput>, windows: Query<&Window>, mut widget
     widgets.0 = outputs.iter().filter_map(of_output).flatten().collect();
 }
 
-/// What of a tree can be operated; a pixel of the panels is so many of the window.
+/// The widgets of a tree; `scale` converts pixels of the panels to those of the window.
 fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
     let nodes: BTreeMap<NodeId, &Node> = tree.nodes.iter().map(|(id, node)| (*id, node)).collect();
     let name_of = |node: &Node| {

@@ -1,6 +1,6 @@
-//! Three ways to use the window, one key apart: to watch a match, to find out what its robots think, and to show it to others.
+//! The three uses of the window: to watch a match, to debug its robots, and to teach.
 //!
-//! Panels that are docked belong to the second; the others have the whole window for the match.
+//! Docked panels belong to debugging; the others use the whole window for the match.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2};
@@ -12,10 +12,10 @@ use super::layout::{self, LayoutSystems};
 use super::shared::{Action, CameraSystems, Notice, ViewPreset};
 use super::theme::card;
 
-/// In the ways without panels the three names are seen for so long after the mouse has moved, s.
+/// How long the names of the uses are shown after the mouse has moved, in uses without panels, s.
 const SHOWN_S: f32 = 3.0;
 
-/// Changes from one way to the other.
+/// Switches between the uses of the window.
 pub struct WorkspacePlugin;
 
 impl Plugin for WorkspacePlugin {
@@ -27,16 +27,16 @@ impl Plugin for WorkspacePlugin {
     }
 }
 
-/// What can be done, for who has just come to this way.
+/// A hint after switching to a use.
 fn hint(workspace: Workspace) -> &'static str {
     match workspace {
-        Workspace::Watch => "Watch: the camera follows play, goals come again. Space: pause; V: debug",
-        Workspace::Debug => "Debug: a click on a robot shows what it knows; V: teach",
-        Workspace::Teach => "Teach: U pen, Y one robot's world, K bookmark, J next one; V: watch",
+        Workspace::Watch => "Watch: the camera follows play, goals are replayed. Space: pause; V: debug",
+        Workspace::Debug => "Debug: click a robot to see what it knows; V: teach",
+        Workspace::Teach => "Teach: U: pen, Y: one robot's world, K: bookmark, J: next one; V: watch",
     }
 }
 
-/// Looks at the match as one does in this way, and says how to go on.
+/// Sets the camera for a use, and shows its hint.
 fn enter(
     display: Res<DisplaySettings>,
     camera: Single<&ViewerCamera>,
@@ -62,17 +62,17 @@ fn enter(
     }
 }
 
-/// The three names, of which one is chosen by a click.
+/// Shows the three names; a click chooses one.
 pub fn show_choice(ui: &mut egui::Ui, now: Workspace, actions: &mut MessageWriter<Action>) {
     for workspace in Workspace::ALL {
         let chosen = ui.selectable_label(workspace == now, workspace.name());
-        if chosen.on_hover_text("V: the next of the three").clicked() {
+        if chosen.on_hover_text("V: the next use of the window").clicked() {
             actions.write(Action::Workspace(workspace));
         }
     }
 }
 
-/// Where there are no panels, for who uses the mouse.
+/// Shows the names in uses without panels while the mouse moves.
 fn show_floating_choice(
     mut contexts: EguiContexts,
     time: Res<Time<Real>>,

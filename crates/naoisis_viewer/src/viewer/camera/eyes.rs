@@ -1,10 +1,10 @@
-//! Through a robot's eyes: the view of one of its cameras, as the simulation's own camera model has it.
+//! The view of a robot's camera, as the camera model of the simulation defines it.
 
 use bevy::math::{Affine3A, ops};
 use bevy::prelude::*;
 use naoisis_core::camera_model::{CameraIntrinsics, CameraView};
 
-/// The place in the pitch frame of a camera that looks as a robot's does.
+/// The transform, in the pitch frame, of a Bevy camera that looks like the robot's camera.
 pub fn transform(camera: &CameraView, pitch_from_robot: Affine3A) -> Transform {
     // Bevy's cameras look along -z, with y up.
     let axes = Mat3::from_cols(camera.right, -camera.down, -camera.forward);
@@ -12,14 +12,14 @@ pub fn transform(camera: &CameraView, pitch_from_robot: Affine3A) -> Transform {
     Transform::from_translation(pitch_from_robot.transform_point3(camera.lens)).with_rotation(rotation)
 }
 
-/// The vertical angle of view, radians, with which the whole of a robot's image just fits into an area `aspect` times as
-/// wide as high.
+/// The vertical field of view, radians, with which the image of a robot just fits into an area of the given `aspect`
+/// (width by height).
 pub fn field_of_view(intrinsics: CameraIntrinsics, aspect: f32) -> f32 {
     let half = intrinsics.size / 2.0 / intrinsics.focal_length;
     2.0 * ops::atan(half.y.max(half.x / aspect))
 }
 
-/// The part of an area of the window in which the robot's image is then.
+/// The part of an area of the window that the robot's image fills.
 pub fn image_in(intrinsics: CameraIntrinsics, area: Rect) -> Rect {
     let scale = (area.size() / intrinsics.size).min_element();
     Rect::from_center_size(area.center(), scale * intrinsics.size)
@@ -35,7 +35,7 @@ mod tests {
     use naoisis_sensing::appearance::scene::world_from_body;
     use naoisis_sensing::sensing::camera::CameraSettings;
 
-    /// Where a point of the pitch is seen in a window through a robot's eyes, logical pixels.
+    /// The window coordinates of a point of the pitch in the view of a robot's camera, logical pixels.
     fn in_window(camera: &CameraView, robot: Pose, point: Vec3, window: Vec2) -> Vec2 {
         let aspect = window.x / window.y;
         let place = transform(camera, world_from_body(robot, Posture::Upright, &Body::default()));

@@ -1,29 +1,29 @@
-//! How the match is seen in the part of the window that panels leave free: as if it were the whole window. It goes on behind the
-//! panels.
+//! A projection that centres the match in the part of the window that panels leave free. The picture continues behind
+//! the panels.
 
 use bevy::camera::{CameraProjection, SubCameraView};
 use bevy::math::{Vec3A, ops};
 use bevy::prelude::*;
 
-/// A perspective whose angle of view is that of an area of the window, with what is looked at in its middle. The rest of the
-/// window shows what is beside that.
+/// A perspective projection with the field of view and the centre of an area of the window. The rest of the window
+/// shows the surroundings.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct AreaPerspective {
-    /// Vertical angle of view of the area, radians.
+    /// The vertical field of view of the area, radians.
     pub field_of_view: f32,
-    /// Nothing nearer is drawn, m.
+    /// The near plane, m.
     pub near_m: f32,
-    /// Where the area is in the window, logical pixels.
+    /// The area, logical pixels of the window.
     pub area: Rect,
-    /// Size of the window, logical pixels.
+    /// The size of the window, logical pixels.
     pub window: Vec2,
 }
 
-/// What is farther is not drawn, m.
+/// The far plane, m.
 const FAR_M: f32 = 1000.0;
 
 impl AreaPerspective {
-    /// The edges of the window as seen from the camera: left, right, lower and upper, as tangents of their angles.
+    /// The edges of the window from the camera: left, right, lower and upper, as tangents of their angles.
     fn tangents(&self) -> [f32; 4] {
         let per_pixel = 2.0 * ops::tan(self.field_of_view / 2.0) / self.area.height().max(1.0);
         let middle = self.area.center();
@@ -70,7 +70,7 @@ impl CameraProjection for AreaPerspective {
 mod tests {
     use super::*;
 
-    /// Where something is seen in the window, logical pixels.
+    /// The window coordinates of a point, logical pixels.
     fn seen(perspective: &AreaPerspective, place: Vec3) -> Vec2 {
         let clip = perspective.get_clip_from_view().project_point3(place);
         (clip.truncate() * Vec2::new(0.5, -0.5) + 0.5) * perspective.window

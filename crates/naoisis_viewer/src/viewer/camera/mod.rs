@@ -1,5 +1,5 @@
-//! Where the match is watched from: from the side, from above, with the ball, with a robot, through a robot's eyes, or
-//! from wherever one flies.
+//! The camera of the window: from the side, from above, following play, the ball or a robot, through a robot's camera,
+//! or flying freely.
 
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
@@ -32,13 +32,13 @@ use naoisis_sensing::appearance::scene::world_from_body;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 
-/// How fast the camera goes where it should, 1/s.
+/// The rate at which the camera approaches its target, 1/s.
 const EASING_PER_S: f32 = 8.0;
-/// How fast it goes along with play, which may go to and fro, 1/s.
+/// The rate at which the camera follows play, 1/s. It is low because play moves back and forth.
 const PLAY_EASING_PER_S: f32 = 1.2;
-/// Pixels of a touch pad that are one notch of a wheel.
+/// Pixels of a touch pad that count as one notch of a wheel.
 const PIXELS_PER_NOTCH: f32 = 40.0;
-/// Nothing nearer than this is drawn, m: the lens of a robot is close to its face.
+/// The near plane, m; small, because the lens of a robot is close to its face.
 const NEAR_M: f32 = 0.02;
 
 /// The camera of the window.
@@ -66,45 +66,45 @@ impl Plugin for ViewerCameraPlugin {
     }
 }
 
-/// The system by which the mouse moves the camera: whoever needs the mouse holds it up.
+/// The system that moves the camera by the mouse. Systems that need the mouse run before it.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct CameraMouse;
 
-/// A place of the pitch is to be looked at, m.
+/// Asks the camera to look at a position on the pitch, m.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub struct LookAt(pub Vec2);
 
-/// What the camera goes along with.
+/// What the camera follows.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum CameraMode {
-    /// The whole pitch, in whatever panels leave of the window.
+    /// Shows the whole pitch in the free area of the window.
     Pitch(Overview),
-    /// Nothing: the mouse turns it about a point of the pitch.
+    /// Turns about a point of the pitch by the mouse.
     #[default]
     Orbit,
-    /// Nothing: the mouse flies it.
+    /// Flies by the mouse.
     Fly,
-    /// Play: the ball, and what is around it.
+    /// Follows play: the ball and its surroundings.
     Play,
-    /// The ball.
+    /// Follows the ball.
     Ball,
-    /// The selected robot, which had this heading last.
+    /// Follows the selected robot.
     Robot {
-        /// Counter-clockwise from +x, radians, pitch frame.
+        /// The last heading of the robot, counter-clockwise from +x, radians, pitch frame.
         heading: f32,
     },
-    /// A camera of the selected robot.
+    /// Looks through a camera of the selected robot.
     Eyes(CameraName),
 }
 
-/// The camera of the window: where it is, and where it goes.
+/// The camera of the window.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
 pub struct ViewerCamera {
-    /// Where it is.
+    /// The current viewpoint.
     pub current: Viewpoint,
-    /// Where it goes.
+    /// The viewpoint that it approaches.
     pub wanted: Viewpoint,
-    /// What it goes along with.
+    /// What it follows.
     pub mode: CameraMode,
 }
 
@@ -131,7 +131,7 @@ fn size_of(window: Query<&Window>) -> Vec2 {
     window.iter().next().map_or(Vec2::new(1280.0, 720.0), Window::size)
 }
 
-/// What was in view remains so when a panel opens, from farther away.
+/// Moves the camera back when a panel opens, so that the same things stay in view.
 fn make_room(
     free: Res<FreeArea>,
     pitch: Res<Pitch>,
@@ -152,9 +152,9 @@ fn make_room(
     }
 }
 
-/// How much of what is looked at there is in an area this many times as wide as high: less in narrow ones.
+/// The factor of the distance for an area of this aspect: larger for narrow areas.
 fn room_for_views(aspect: f32) -> f32 {
-    /// What is looked at is about as wide, by its height, as a pitch is.
+    /// The aspect of typical views, about that of a pitch.
     const OF_VIEWS: f32 = 1.5;
     (aspect / OF_VIEWS).min(1.0)
 }
@@ -248,7 +248,7 @@ fn use_mouse(
     camera.wanted = wanted;
 }
 
-/// Goes along with play, the ball or the robot.
+/// Follows play, the ball or the robot.
 fn follow(
     time: Res<Time<Real>>,
     (pitch, free, window): (Res<Pitch>, Res<FreeArea>, Query<&Window>),
@@ -284,7 +284,7 @@ fn follow(
     }
 }
 
-/// The camera of this name; of a robot that has none of it, its first or, for the lower one of a NAO, its last.
+/// The camera with this name. If the robot does not have it: its last camera for the NAO's lower one, else its first.
 pub fn mount_of(settings: &CameraSettings, name: CameraName) -> Option<&CameraMount> {
     let cameras = settings.mounts.as_slice();
     let other = if name == CameraName::BOTTOM { cameras.last() } else { cameras.first() };
@@ -339,14 +339,15 @@ fn move_camera(
     }
 }
 
-/// An area a share of the way to another; all of it when they are as good as the same.
+/// Interpolates between two areas. Returns `to` when they are almost the same.
 fn between_areas(from: Rect, to: Rect, share: f32) -> Rect {
     let between = Rect { min: from.min.lerp(to.min, share), max: from.max.lerp(to.max, share) };
     let is_there = between.min.abs_diff_eq(to.min, 0.5) && between.max.abs_diff_eq(to.max, 0.5);
     if is_there { to } else { between }
 }
 
-/// A robot does not see itself; in one robot's world there is only what it believes.
+/// Hides the body of the robot through whose camera the match is seen, and all robots while only one robot's world is
+/// shown.
 fn hide_own_body(
     camera: Single<&ViewerCamera>,
     world: Option<Res<RobotsWorld>>,
@@ -367,7 +368,7 @@ fn hide_own_body(
 }
 
 impl ViewerCamera {
-    /// The camera through which the match is watched, and whose: none but for a robot's eyes.
+    /// The robot and camera through which the match is seen, in the mode [`CameraMode::Eyes`].
     pub fn eyes(&self, selection: &Selection) -> Option<(RobotId, CameraName)> {
         match self.mode {
             CameraMode::Eyes(side) => selection.0.map(|id| (id, side)),

@@ -1,4 +1,4 @@
-//! A place to look from, and how the mouse moves it.
+//! A viewpoint and its changes by the mouse.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -7,23 +7,23 @@ use core::f32::consts::FRAC_PI_2;
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::Pitch;
 
-/// Vertical angle of view, radians.
+/// The vertical field of view, radians.
 pub const FIELD_OF_VIEW: f32 = 0.5;
-/// Turn for a drag of one pixel, radians.
+/// The turn for a drag of one pixel, radians.
 const TURN_PER_PIXEL: f32 = 0.005;
-/// Change of the logarithm of the distance for one notch of the wheel.
+/// The change of the logarithm of the distance for one notch of the wheel.
 const ZOOM_PER_NOTCH: f32 = 0.12;
-/// From straight above there is no up; it is never quite straight, radians.
+/// The largest elevation, radians; less than vertical, where the up direction is undefined.
 const STEEPEST: f32 = FRAC_PI_2 - 0.002;
-/// The camera stays above the ground, radians.
+/// The smallest elevation, radians, so that the camera stays above the ground.
 const FLATTEST: f32 = 0.03;
-/// Looking around, it may look up so far, radians.
+/// How far the camera may look up when it looks around, radians.
 const HIGHEST_LOOK: f32 = -1.2;
-/// Flying, it stays so far above the ground, m.
+/// The lowest height in flight, m.
 const LOWEST_FLIGHT: f32 = 0.05;
-/// Way of a flight for one notch of the wheel, m.
+/// The distance of a flight for one notch of the wheel, m.
 const FLIGHT_PER_NOTCH: f32 = 0.3;
-/// Distances that can be chosen, m.
+/// The range of distances, m.
 const DISTANCES: [f32; 2] = [0.4, 40.0];
 
 /// Views of the whole pitch.
@@ -35,40 +35,40 @@ pub enum Overview {
     TopDown,
 }
 
-/// A place to look from.
+/// A viewpoint of the camera.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Viewpoint {
     /// The point looked at, m, pitch frame.
     pub focus: Vec3,
-    /// Direction in which one stands from there: 0 at -y, a quarter turn at +x, radians.
+    /// The direction from the focus to the camera: 0 at -y, a quarter turn at +x, radians.
     pub azimuth: f32,
-    /// Angle above the ground, radians.
+    /// The elevation above the ground, radians.
     pub elevation: f32,
     /// Distance, m.
     pub distance: f32,
 }
 
 impl Viewpoint {
-    /// From the focus to the camera, unit vector.
+    /// The unit vector from the focus to the camera.
     fn direction(&self) -> Vec3 {
         let (sin_azimuth, cos_azimuth) = ops::sin_cos(self.azimuth);
         let (sin_elevation, cos_elevation) = ops::sin_cos(self.elevation);
         Vec3::new(sin_azimuth * cos_elevation, -cos_azimuth * cos_elevation, sin_elevation)
     }
 
-    /// Where the camera is, m, pitch frame.
+    /// The position of the camera, m, pitch frame.
     pub fn eye(&self) -> Vec3 {
         self.focus + self.distance * self.direction()
     }
 
-    /// The camera's place in the pitch frame.
+    /// The transform of the camera in the pitch frame.
     pub fn transform(&self) -> Transform {
         Transform::from_translation(self.eye()).looking_at(self.focus, Vec3::Z)
     }
 
-    /// A view of the whole pitch, as large as it can be in an area `aspect` times as wide as high.
+    /// A view of the whole pitch, as large as it fits into an area with this `aspect` (width by height).
     pub fn of_pitch(preset: Overview, pitch: &Pitch, aspect: f32) -> Self {
-        /// What stands on the pitch is so high, m.
+        /// The height of what stands on the pitch, m.
         const ROBOTS_M: f32 = 0.6;
         let elevation = match preset {
             Overview::Broadcast => 0.6,
@@ -83,7 +83,8 @@ impl Viewpoint {
         Self { focus: Vec3::ZERO, azimuth: 0.0, elevation, distance: 1.0 }.fitted(&points, aspect)
     }
 
-    /// Seen from the same side, as near as all points are in view, in an area `aspect` times as wide as high.
+    /// The viewpoint with the same direction, as near as possible with all `points` in view, in an area with this
+    /// `aspect`.
     fn fitted(self, points: &[Vec3], aspect: f32) -> Self {
         let transform = Transform::default().looking_to(-self.direction(), Vec3::Z);
         let (right, up, ahead) = (*transform.right(), *transform.up(), *transform.forward());
@@ -100,11 +101,12 @@ impl Viewpoint {
         Self { focus: eye + distance * ahead, distance, ..self }
     }
 
-    /// The part of the pitch about the ball, from the side, as on television: nearer than the whole, and never beyond its ends.
+    /// A view of the part of the pitch about the ball, from the side: nearer than the whole pitch, and never beyond its
+    /// ends.
     pub fn of_play(ball: Vec2, pitch: &Pitch, aspect: f32) -> Self {
-        /// Of the distance from which the whole pitch is seen.
+        /// The distance, as a fraction of that for the whole pitch.
         const NEARNESS: f32 = 0.6;
-        /// How far the middle of the picture goes along with the ball.
+        /// How far the centre of the picture follows the ball, as fractions.
         const ALONG: Vec2 = Vec2::new(0.75, 0.4);
         let whole = Self::of_pitch(Overview::Broadcast, pitch, aspect);
         let half = Vec2::new(pitch.half_length(), pitch.half_width());
@@ -112,23 +114,23 @@ impl Viewpoint {
         Self { focus, elevation: 0.5, distance: NEARNESS * whole.distance, ..whole }
     }
 
-    /// Close to the ball, from the side.
+    /// A close view of the ball from the side.
     pub fn of_ball(ball: Vec2) -> Self {
         Self { focus: ball.extend(0.0), azimuth: 0.0, elevation: 0.4, distance: 3.2 }
     }
 
-    /// Behind a robot, over its shoulders.
+    /// A view from behind a robot, over its shoulders.
     pub fn behind(robot: Pose) -> Self {
         let focus = robot.transform_point(Vec2::new(0.5, 0.0)).extend(0.3);
         Self { focus, azimuth: robot.heading - FRAC_PI_2, elevation: 0.35, distance: 2.4 }
     }
 
-    /// At a place of the pitch, from where one looks at it now.
+    /// A view of a position on the pitch from the same direction.
     pub fn at(self, place: Vec2) -> Self {
         Self { focus: place.extend(0.0), distance: self.distance.min(3.5), ..self }
     }
 
-    /// A place a share of the way to another.
+    /// Interpolates between two viewpoints.
     pub fn eased(self, to: Viewpoint, share: f32) -> Viewpoint {
         Viewpoint {
             focus: self.focus.lerp(to.focus, share),
@@ -138,14 +140,14 @@ impl Viewpoint {
         }
     }
 
-    /// Turns by a drag of this many pixels.
+    /// Turns the viewpoint by a drag of this many pixels.
     pub fn turned(mut self, pixels: Vec2) -> Self {
         self.azimuth -= pixels.x * TURN_PER_PIXEL;
         self.elevation = (self.elevation + pixels.y * TURN_PER_PIXEL).clamp(FLATTEST, STEEPEST);
         self
     }
 
-    /// Moves along the ground by a drag of this many pixels in an area of this height.
+    /// Moves the viewpoint along the ground by a drag of this many pixels in an area of this height.
     pub fn shifted(mut self, pixels: Vec2, height: f32) -> Self {
         let metres = pixels * self.metres_per_pixel(height);
         let (sin, cos) = ops::sin_cos(self.azimuth);
@@ -155,23 +157,23 @@ impl Viewpoint {
         self
     }
 
-    /// Goes closer by this many notches of the wheel.
+    /// Moves closer by this many notches of the wheel.
     pub fn zoomed(self, notches: f32) -> Self {
         self.farther(ops::exp(-ZOOM_PER_NOTCH * notches))
     }
 
-    /// From so many times as far away.
+    /// Multiplies the distance by `factor`.
     pub fn farther(mut self, factor: f32) -> Self {
         self.distance = (self.distance * factor).clamp(DISTANCES[0], DISTANCES[1]);
         self
     }
 
-    /// How large a pixel is at the focus, in an area of this height, m.
+    /// The size of a pixel at the focus in an area of this height, m.
     fn metres_per_pixel(&self, height: f32) -> f32 {
         2.0 * self.distance * ops::tan(FIELD_OF_VIEW / 2.0) / height
     }
 
-    /// Looks around from where it is, by a drag of this many pixels.
+    /// Looks around from the same position by a drag of this many pixels.
     pub fn looked(self, pixels: Vec2) -> Self {
         let eye = self.eye();
         let mut looked = self;
@@ -181,20 +183,20 @@ impl Viewpoint {
         looked
     }
 
-    /// Flies ahead by this many notches of the wheel.
+    /// Flies forward by this many notches of the wheel.
     pub fn flown(self, notches: f32) -> Self {
         let way = -FLIGHT_PER_NOTCH * notches * self.direction();
         self.lifted_to_flight(self.focus + way)
     }
 
-    /// Flies to the side and up by a drag of this many pixels in an area of this height.
+    /// Flies sideways and up by a drag of this many pixels in an area of this height.
     pub fn drifted(self, pixels: Vec2, height: f32) -> Self {
         let metres = 2.0 * FLIGHT_PER_NOTCH * 10.0 * pixels / height;
         let (sin, cos) = ops::sin_cos(self.azimuth);
         self.lifted_to_flight(self.focus - metres.x * Vec3::new(cos, sin, 0.0) + metres.y * Vec3::Z)
     }
 
-    /// With another focus, but not below the ground.
+    /// Sets the focus, but keeps the camera above the ground.
     fn lifted_to_flight(self, focus: Vec3) -> Self {
         let moved = Self { focus, ..self };
         let lift = (LOWEST_FLIGHT - moved.eye().z).max(0.0);

@@ -1,8 +1,8 @@
 //! Runs the match: pause, single cycle, speed, restart.
 //!
-//! The [`Cycle`](naoisis_core::cycle::Cycle) runs from `FixedUpdate`, whose step is the scenario's cycle; pause and speed act on
-//! `Time<Virtual>`. As fast as it goes, cycles fill a part of every frame instead. What a cycle does depends on
-//! neither: the match is the same at every speed.
+//! The [`Cycle`](naoisis_core::cycle::Cycle) runs from `FixedUpdate` with the period of the scenario; pause and speed
+//! change `Time<Virtual>`. At unlimited speed, cycles fill a part of every frame instead. The match is the same at
+//! every speed.
 
 use bevy::prelude::*;
 use bevy::time::TimeSystems;
@@ -25,11 +25,11 @@ use naoisis_record::record::history::History;
 use naoisis_sim::scenario::{Scenario, ScenarioFault, ScenarioFile};
 use naoisis_sim::simulation;
 
-/// The part of a frame that is spent on cycles when they go as fast as possible.
+/// The part of a frame for cycles at unlimited speed.
 const BUDGET: Duration = Duration::from_millis(12);
-/// A frame that took longer than this does not make the match jump: a slow display shows a slow match.
+/// The longest frame that the match follows in real time. With slower frames the match becomes slower, too.
 const LONGEST_FRAME: Duration = Duration::from_millis(500);
-/// Over which time the achieved speed is measured, s.
+/// The time over which the achieved speed is measured, s.
 const MEASURED_OVER_S: f32 = 0.5;
 
 /// Runs the match in the window.
@@ -132,24 +132,24 @@ fn restart(world: &mut World, seed_step: u64) {
     world.resource_mut::<Playback>().problem = result.err().map(|fault| fault.to_string());
 }
 
-/// The text that the match is from, where it is known: what is chosen later is laid over it.
+/// The text of the scenario, if it is known. Later choices are merged into it.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct PlayedFile(pub Option<ScenarioFile>);
 
-/// Starts the match of a file in place of the present one.
+/// Starts the match of a file, in place of the current one.
 ///
 /// # Errors
-/// What is wrong with it, in words; the present match goes on then.
+/// What is wrong with it, in words; the current match then continues.
 pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), String> {
     start(world, &file.scenario).map_err(|fault| file.source.error(&fault).headline())?;
     world.insert_resource(PlayedFile(Some(file)));
     Ok(())
 }
 
-/// Starts a match in place of the present one.
+/// Starts a match, in place of the current one.
 ///
 /// # Errors
-/// What is wrong with the scenario; the present match goes on then.
+/// What is wrong with the scenario; the current match then continues.
 pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     simulation::start_match(world, scenario)?;
     timeline::forget(world);
@@ -159,7 +159,7 @@ pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), Scenar
     Ok(())
 }
 
-/// Makes Bevy's clocks those of the match and of the wanted speed.
+/// Sets Bevy's clocks to the period of the match and the wanted speed.
 fn set_clocks(
     scenario: Option<Res<Scenario>>,
     mut playback: ResMut<Playback>,
@@ -184,7 +184,7 @@ fn set_clocks(
     }
 }
 
-/// Runs a cycle unless the match is over, there is none, or its past is shown.
+/// Runs a cycle. Returns false if the match is over, there is none, or its past is shown.
 fn advance(world: &mut World) -> bool {
     let stands = world.resource::<Timeline>().is_past() || world.resource::<Playback>().failed;
     if stands || !world.contains_resource::<Scenario>() || is_over_in(world) {

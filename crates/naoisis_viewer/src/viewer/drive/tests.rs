@@ -6,7 +6,7 @@ use bevy::time::TimeUpdateStrategy;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
-/// A ball that rolls and a robot that watches it, 1/30 s a cycle, shown at 60 frames/s.
+/// A match with a rolling ball and a robot that watches it, with 1/30 s per cycle and 60 frames/s.
 fn app() -> App {
     let scenario = Scenario::from_json(
         r#"{ "rules": "free", "seed": 7, "duration_s": 4.0, "ball": { "velocity_mps": [1.0, 0.0] },

@@ -1,4 +1,4 @@
-//! What the mouse has hold of, and where it would put it.
+//! What the mouse drags, and where it would be put.
 
 use bevy::prelude::*;
 
@@ -7,26 +7,26 @@ use naoisis_core::game::Intervention;
 use naoisis_core::geometry::{Pose, angle_of};
 use naoisis_core::team::RobotId;
 
-/// A ball is never sent off faster than this, m/s, however far away it is to come to rest.
+/// The greatest speed of a kick by the mouse, m/s.
 const FASTEST_KICK_MPS: f32 = 8.0;
 
-/// A ray of sight in the pitch frame.
+/// A ray in the pitch frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sight {
-    /// Where it begins, m.
+    /// The origin, m.
     pub origin: Vec3,
-    /// Where it goes.
+    /// The direction.
     pub direction: Vec3,
 }
 
 impl Sight {
-    /// Where it passes this height, m, if it does.
+    /// The point at this height, m; `None` if the ray does not reach it.
     pub fn at_height(&self, height: f32) -> Option<Vec2> {
         let along = (height - self.origin.z) / self.direction.z;
         (along.is_finite() && along > 0.0).then(|| (self.origin + along * self.direction).truncate())
     }
 
-    /// The height at which it passes nearest to a vertical axis, m, at most that of the robot there.
+    /// The height at which the ray passes nearest to a vertical axis, m, at most `highest_m`.
     pub fn height_at(&self, axis: Vec2, highest_m: f32) -> f32 {
         let level = self.direction.truncate();
         let along = (axis - self.origin.truncate()).dot(level) / level.length_squared();
@@ -34,34 +34,34 @@ impl Sight {
     }
 }
 
-/// What the mouse has hold of.
+/// What the mouse drags.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Held {
-    /// A robot, which is to stand elsewhere.
+    /// Moves a robot.
     Robot(RobotId),
-    /// A robot, which is to face the mouse.
+    /// Turns a robot towards the mouse.
     RobotToTurn(RobotId),
-    /// The ball, which is to lie elsewhere.
+    /// Moves the ball.
     Ball,
-    /// The ball, which is to roll to the mouse.
+    /// Kicks the ball towards the mouse.
     BallToKick,
 }
 
-/// How something is held.
+/// A drag that has started.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Grip {
-    /// What is held.
+    /// What is dragged.
     pub held: Held,
-    /// Where it is, pitch frame.
+    /// Its pose, pitch frame.
     pub pose: Pose,
-    /// The height of the point at which it is held, m.
+    /// The height of the point at which it was taken, m.
     pub height: f32,
-    /// From the point at which it is held to where it is, seen from above, m.
+    /// The offset from this point to its position, seen from above, m.
     pub offset: Vec2,
 }
 
 impl Grip {
-    /// Takes hold of something of this height, m, along a ray; not of what is at the horizon.
+    /// Starts a drag of something of height `height_m` along a ray. `None` near the horizon.
     pub fn new(held: Held, pose: Pose, height_m: f32, sight: &Sight) -> Option<Self> {
         let height = match held {
             Held::Robot(_) => sight.height_at(pose.position, height_m),
@@ -74,7 +74,7 @@ impl Grip {
         Some(Self { held, pose, height, offset })
     }
 
-    /// What the referee is asked to do when the mouse lets go along a ray, on a carpet of these half extents, m.
+    /// The intervention of releasing the mouse at a ray, on a carpet of these half extents, m.
     pub fn release(&self, sight: &Sight, carpet: Vec2, rolling: Rolling) -> Option<Intervention> {
         let place = sight.at_height(self.height)? + self.offset;
         let on_carpet = place.clamp(-carpet, carpet);
@@ -103,7 +103,7 @@ mod tests {
     const ROBOT: RobotId = RobotId::new(Team::Blue, 1);
     const CARPET: Vec2 = Vec2::new(3.7, 2.7);
 
-    /// From 4 m up and 4 m away to a point.
+    /// A ray to `point` from 4 m above and 4 m away.
     fn to(point: Vec3) -> Sight {
         let origin = Vec3::new(0.0, -4.0, 4.0);
         Sight { origin, direction: (point - origin).normalize() }

@@ -1,7 +1,7 @@
-//! A robot driven by the keyboard: it does what the keys say, whatever its behaviour wants.
+//! Controls a robot by the keyboard, in place of its behaviour.
 //!
-//! The keys are read once a frame, and once a cycle what they say takes the place of the behaviour's commands. Limits and
-//! errors of the legs, the time that a kick takes and the rules are those of every robot.
+//! The keys are read once per frame, and replace the commands of the behaviour once per cycle. The limits and errors of
+//! walking, the duration of kicks and the rules are those of every robot.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
@@ -20,7 +20,7 @@ use naoisis_core::robot::kick::{KickCommand, KickRequest, KickSettings};
 use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
 use naoisis_core::team::RobotId;
 
-/// How fast the head follows the keys, of the speed that its joints reach: slow enough to aim.
+/// The speed of the head, as a fraction of its greatest; slow enough to aim.
 const HEAD_SHARE: f32 = 0.3;
 
 /// Drives a robot.
@@ -34,31 +34,31 @@ impl Plugin for DrivingPlugin {
     }
 }
 
-/// Who is driven, and what the keys say.
+/// The robot that is driven, and the state of the keys.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct Driving {
     /// The robot, if any.
     pub robot: Option<RobotId>,
-    /// What it is to do.
+    /// What the keys ask for.
     wish: Wish,
-    /// From where the match was watched before.
+    /// The camera before driving.
     view: Option<ViewerCamera>,
 }
 
-/// What the keys say.
+/// What the keys ask for.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Wish {
     /// Forward, left, counter-clockwise: -1 to 1.
     walk: Vec3,
     /// Left, down: -1 to 1.
     head: Vec2,
-    /// Look straight ahead.
+    /// Whether to look straight ahead.
     look_ahead: bool,
-    /// The kick to begin, which lasts until a cycle has begun it.
+    /// The kick to start, kept until a cycle has started it.
     kick: Option<DrivenKick>,
 }
 
-/// The keys that drive, and what they do, for the help.
+/// The keys and their meanings, for the help.
 pub const KEYS: &[(&str, &str)] = &[
     ("W A S D", "Walk"),
     ("Q E", "Turn"),
@@ -66,22 +66,23 @@ pub const KEYS: &[(&str, &str)] = &[
     ("U", "Look ahead"),
     ("1 2", "Kick straight, left or right foot"),
     ("3 4", "Kick to the side"),
-    ("5 6 7", "A kick of the model's own, aimed by the head"),
+    ("5 6 7", "A kick of the robot model, aimed by the head"),
     ("Tab", "Another robot"),
     ("Esc", "Leave"),
 ];
 
-/// A kick that a key stands for, whatever robot is driven.
+/// A kick that a key stands for, independent of the robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum DrivenKick {
     /// One of the paper's four.
     OfPaper(KickType),
-    /// So many kicks of the robot's own come before it, in the order of their names.
+    /// The kick at this index among the robot's own, sorted by name.
     Own(usize),
 }
 
 impl DrivenKick {
-    /// What that is of this robot, with the head turned so far to the left, radians; nothing for a kick that it does not have.
+    /// The request for a robot with these `kicks`, with the head turned by `yaw` to the left, radians; `None` for a
+    /// kick that it does not have.
     fn request(self, kicks: &KickSettings, yaw: f32) -> Option<KickRequest> {
         let kick_type = match self {
             DrivenKick::OfPaper(kick_type) => kick_type,
@@ -92,7 +93,7 @@ impl DrivenKick {
     }
 }
 
-/// The keys of the kicks.
+/// The keys of kicks.
 const KICKS: [(KeyCode, DrivenKick); 7] = [
     (KeyCode::Digit1, DrivenKick::OfPaper(KickType::LeftStraight)),
     (KeyCode::Digit2, DrivenKick::OfPaper(KickType::RightStraight)),
@@ -103,7 +104,7 @@ const KICKS: [(KeyCode, DrivenKick); 7] = [
     (KeyCode::Digit7, DrivenKick::Own(2)),
 ];
 
-/// The keys that mean something else while a robot is driven.
+/// The keys that have another meaning while a robot is driven.
 const TAKEN: [KeyCode; 18] = [
     KeyCode::KeyW,
     KeyCode::KeyA,
@@ -126,13 +127,13 @@ const TAKEN: [KeyCode; 18] = [
 ];
 
 impl Driving {
-    /// Whether this key drives now, whatever else it means at other times.
+    /// Whether the key currently drives a robot.
     pub fn takes(&self, key: KeyCode) -> bool {
         self.robot.is_some() && (TAKEN.contains(&key) || key == KeyCode::Escape)
     }
 }
 
-/// Begins to drive the selected robot, through its eyes, or ends it.
+/// Starts driving the selected robot, through its camera, or stops it.
 pub(super) fn toggle(world: &mut World) {
     if world.resource::<Driving>().robot.is_some() {
         stop(world);
@@ -153,7 +154,7 @@ fn stop(world: &mut World) {
     }
 }
 
-/// The driver leaves, or changes to another robot by selecting it, or another match lacks the robot.
+/// Stops driving when the match no longer has the robot, and follows the selection to another robot.
 fn change_robot(world: &mut World) {
     let Some(robot) = world.resource::<Driving>().robot else { return };
     let leaves = world.resource::<ButtonInput<KeyCode>>().just_pressed(KeyCode::Escape);
@@ -180,7 +181,7 @@ fn read_driver(keys: Res<ButtonInput<KeyCode>>, panels: Option<Res<EguiWantsInpu
     driving.wish = Wish { kick: kick.or(driving.wish.kick), ..wish(|key| keys.pressed(key)) };
 }
 
-/// What the keys say, but for kicks.
+/// The state of the keys, except for kicks.
 fn wish(is_pressed: impl Fn(KeyCode) -> bool) -> Wish {
     let axis = |plus, minus| f32::from(u8::from(is_pressed(plus))) - f32::from(u8::from(is_pressed(minus)));
     Wish {
@@ -195,7 +196,7 @@ fn wish(is_pressed: impl Fn(KeyCode) -> bool) -> Wish {
     }
 }
 
-/// A robot that is driven.
+/// The components of a driven robot.
 #[derive(QueryData)]
 #[query_data(mutable)]
 struct Driven {
@@ -208,7 +209,7 @@ struct Driven {
     kick: &'static mut KickCommand,
 }
 
-/// Takes the place of what the behaviour wants.
+/// Replaces the commands of the behaviour.
 fn drive(
     clock: Res<CycleClock>,
     roster: Res<Roster>,
@@ -227,13 +228,13 @@ fn drive(
     driving.wish.kick = None;
 }
 
-/// The displacement of a cycle with these keys.
+/// The displacement of a cycle for the state of the keys.
 fn walk_command(walk: Vec3, limits: &MotionLimits, period: f32) -> WalkCommand {
     let step = limits.max_linear_mps * period * walk.truncate().normalize_or_zero();
     WalkCommand::new(step.x, step.y, limits.max_angular * period * walk.z)
 }
 
-/// Where the head turns in a cycle with these keys.
+/// The command of the head in a cycle for the state of the keys.
 fn head_command(wish: &Wish, angles: HeadAngles, limits: &HeadLimits, period: f32) -> HeadCommand {
     if wish.look_ahead {
         return HeadCommand::default();
@@ -248,7 +249,7 @@ pub(super) mod tests {
     use approx::assert_abs_diff_eq;
     use naoisis_sim::scenario::Scenario;
 
-    /// Drives in an app that has no window.
+    /// Drives in an app without a window.
     pub fn add_without_panels(app: &mut App) {
         app.init_resource::<Driving>()
             .add_systems(Update, (change_robot, read_driver).chain())

@@ -1,4 +1,4 @@
-//! Saves the present situation as a scenario file.
+//! Saves a situation as a scenario file.
 
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
@@ -11,30 +11,30 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::situation;
 
-/// Saves the situation in the current folder, and says where.
+/// Saves the current situation in the current folder, and reports the path.
 pub(super) fn keep_situation(world: &mut World) {
     let text = match keep(world) {
-        Ok(path) => format!("Saved as {}: where everybody is, at the start of a match", path.display()),
-        Err(message) => format!("The situation is not saved: {message}"),
+        Ok(path) => format!("Saved as {}: a scenario that starts with these positions", path.display()),
+        Err(message) => format!("The situation was not saved: {message}"),
     };
     world.resource_mut::<Notice>().tell(text);
 }
 
-/// Saves the moment of the past that is shown, as soon as it has been played again.
+/// Saves the moment of the past that is shown, as soon as it has been rebuilt.
 pub(super) fn keep_past_situation(world: &mut World) {
     let cycle = world.resource::<CycleClock>().cycle;
     let Some(rebuilt) = world.get_resource::<Rebuilt>() else { return };
     let text = match rebuilt.moment(cycle, world.resource::<Keyframes>()) {
         Some(moment) if moment.is_same => {
             match moment.situation.as_ref().map_err(Clone::clone).and_then(|scenario| write_scenario(scenario, cycle)) {
-                Ok(path) => format!("Saved as {}: where everybody is, at the start of a match", path.display()),
-                Err(message) => format!("The situation is not saved: {message}"),
+                Ok(path) => format!("Saved as {}: a scenario that starts with these positions", path.display()),
+                Err(message) => format!("The situation was not saved: {message}"),
             }
         }
-        Some(_) => "The situation is not saved: played again, the match is another one here".to_owned(),
+        Some(_) => "The situation was not saved: the replayed match differs here".to_owned(),
         None => rebuilt
             .why_not(cycle, world.resource::<Keyframes>())
-            .unwrap_or_else(|| "The match is played again to here: once more, please".to_owned()),
+            .unwrap_or_else(|| "This moment is still being rebuilt: please try again".to_owned()),
     };
     world.resource_mut::<Notice>().tell(text);
 }
@@ -44,7 +44,7 @@ fn keep(world: &mut World) -> Result<PathBuf, String> {
     write_scenario(&scenario, world.resource::<CycleClock>().cycle)
 }
 
-/// Writes a scenario of the moment after a cycle into a new file in the current folder.
+/// Writes a scenario of the moment after a cycle into a new file in the current folder. Returns its path.
 ///
 /// # Errors
 /// Why it cannot be written.

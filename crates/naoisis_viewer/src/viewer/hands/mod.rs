@@ -1,9 +1,9 @@
-//! Hands on the match: the mouse drags, turns and kicks, a robot is driven by the keyboard, the referee is made to
-//! whistle, penalise and forgive.
+//! Interaction with the match: the mouse drags, turns and kicks, the keyboard drives a robot, buttons make the referee
+//! whistle, penalise and end penalties.
 //!
-//! All of it goes the way that a program's or a scenario's interventions go ([`Intervention`]), or that a behaviour's
-//! commands go, so that the rules apply to it and a trace has it. It happens at the end of the next cycle; while the match
-//! stands, what is to happen is drawn on the pitch.
+//! All of it uses the [`Intervention`]s of programs and scenarios, or the commands of behaviours, so the rules apply
+//! and traces contain it. It takes effect at the end of the next cycle; while the match is paused, pending
+//! interventions are drawn on the pitch.
 
 use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
@@ -30,11 +30,11 @@ use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
 use naoisis_core::team::RobotId;
 
-/// A ball is small on the screen: it is meant by a click so many logical pixels beside it.
+/// The tolerance of a click on the ball, which is small on the screen, logical pixels.
 const BALL_PIXELS: f32 = 9.0;
-/// The mouse has to move so far to move anything, logical pixels: a click only selects.
+/// The least movement of the mouse that is a drag, logical pixels. Less is a click.
 const DRAG_PIXELS: f32 = 4.0;
-/// Radius of the ring that marks where the ball will lie, m.
+/// The radius of the ring at the target of the ball, m.
 const BALL_RING_M: f32 = 0.08;
 
 /// Lets the user take part.
@@ -61,33 +61,33 @@ impl Plugin for HandsPlugin {
     }
 }
 
-/// The systems that carry out what the hands do.
+/// The systems that apply the user's actions.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct HandsSystems;
 
-/// What the mouse has hold of.
+/// The drag of the mouse.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct Hands {
     grip: Option<Grip>,
-    /// Where it was taken, logical pixels, and whether the mouse has moved since.
+    /// Where the mouse was pressed, logical pixels, and whether it has moved since.
     press: Option<(Vec2, bool)>,
-    /// What happens if the mouse lets go now.
+    /// The intervention if the mouse is released now.
     intention: Option<Intervention>,
 }
 
 impl Hands {
-    /// Whether the mouse has hold of anything: the camera stands then.
+    /// Whether the mouse drags something. The camera does not move then.
     pub fn hold_anything(&self) -> bool {
         self.grip.is_some()
     }
 }
 
-/// Whether there is a present to take part in.
+/// Whether the present of a match is shown.
 fn is_live(timeline: &Timeline) -> bool {
     !timeline.is_past() && !timeline.is_replay()
 }
 
-/// Why there is none.
+/// Why interventions are not possible now.
 fn why_not(timeline: &Timeline) -> &'static str {
     if timeline.is_replay() {
         "A replay cannot be changed: branch from here first (F)"
@@ -230,7 +230,7 @@ fn penalise_or_return(world: &mut World) {
     undo::act(world, intervention);
 }
 
-/// Draws what will happen when the mouse lets go, and what will at the end of the cycle.
+/// Draws the intervention of the drag, and those pending until the end of the cycle.
 fn draw_intentions(
     hands: Res<Hands>,
     interventions: Res<Interventions>,

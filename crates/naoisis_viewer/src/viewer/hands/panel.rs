@@ -1,4 +1,4 @@
-//! The buttons of what can be done by hand.
+//! The buttons for interventions.
 
 use bevy::prelude::*;
 use bevy_egui::egui::text::LayoutJob;
@@ -18,10 +18,10 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 
-/// The widest that the help of driving is, logical pixels.
+/// The greatest width of the help for driving, logical pixels.
 const WIDEST_HELP: f32 = 460.0;
 
-/// Shows the buttons, and what is told.
+/// Shows the buttons, and notices.
 pub(super) struct HandsPanelPlugin;
 
 impl Plugin for HandsPanelPlugin {
@@ -69,7 +69,7 @@ fn show_buttons(
                 }
             };
             button(true, "Whistle", "W", HandAction::Whistle);
-            button(true, "Drop ball", "B: the ball on the centre, in play", HandAction::DropBall);
+            button(true, "Drop ball", "B: puts the ball on the centre, in play", HandAction::DropBall);
             let whom = selection.0.map_or_else(|| "robot".to_owned(), |id| id.to_string());
             let what = if serves { "Return" } else { "Penalise" };
             button(selection.0.is_some(), &format!("{what} {whom}"), "P", HandAction::PenaliseOrReturn);
@@ -78,21 +78,21 @@ fn show_buttons(
                 (None, Some(id)) => format!("Drive {id}"),
                 (None, None) => "Drive a robot".to_owned(),
             };
-            button(true, &text, "D: by the keyboard, through its eyes", HandAction::Drive);
+            button(true, &text, "D: by the keyboard, through its camera", HandAction::Drive);
             let [undo, redo] = undo.counts().map(|count| count > 0);
-            button(undo, "Undo", "Ctrl Z: takes back what was done by hand", HandAction::Undo);
-            button(redo, "Redo", "Ctrl Shift Z: does it again", HandAction::Redo);
-            button(true, "Save situation", "F9: as a scenario file", HandAction::KeepSituation);
+            button(undo, "Undo", "Ctrl Z: undoes the last action", HandAction::Undo);
+            button(redo, "Redo", "Ctrl Shift Z: redoes it", HandAction::Redo);
+            button(true, "Save situation", "F9: saves a scenario file", HandAction::KeepSituation);
         });
     });
     Ok(())
 }
 
-/// What is left free beside a notice, and about the width of a letter in it, logical pixels.
+/// The margin beside a notice, and about the width of a letter in it, logical pixels.
 const NOTICE_MARGIN: f32 = 60.0;
 const NOTICE_LETTER: f32 = 7.5;
 
-/// What was told, for a while.
+/// Shows the last notice for some seconds.
 fn show_notice(
     mut contexts: EguiContexts,
     time: Res<Time<Real>>,
@@ -126,7 +126,7 @@ fn show_notice(
     Ok(())
 }
 
-/// What drives, while someone drives.
+/// Shows the keys while a robot is driven.
 fn show_driver(
     mut contexts: EguiContexts,
     driving: Res<Driving>,
@@ -144,7 +144,7 @@ fn show_driver(
             ui.label(bright(format!("You drive {robot}")));
             if let Some(penalty) = penalty {
                 let left_s = penalty.left_s(&clock);
-                let text = format!("It is penalised for {}: {left_s:.0} s", penalty.reason.words());
+                let text = format!("Penalised for {}: {left_s:.0} s", penalty.reason.words());
                 ui.label(RichText::new(text).color(problem_colour(ui)));
             }
             ui.horizontal_wrapped(|ui| {
@@ -158,7 +158,7 @@ fn show_driver(
     Ok(())
 }
 
-/// A key, strong, and what it does.
+/// The name of a key in bold, and its meaning.
 fn key_and_meaning(ui: &egui::Ui, key: &str, meaning: &str) -> LayoutJob {
     let font = TextStyle::Body.resolve(ui.style());
     let mut job = LayoutJob::default();

@@ -13,7 +13,7 @@ use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
 const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
-/// A match at a cycle a frame, without a window.
+/// A match with one cycle per frame, without a window.
 fn app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, InputPlugin, NaoisisPlugins, EventLogPlugin, DrivePlugin));

@@ -1,7 +1,7 @@
-//! What was done by hand is taken back, and done again: places, kicks, penalties, strokes of the pen.
+//! Undo and redo of actions by hand: positions, kicks, penalties, strokes of the pen.
 //!
-//! What the match has not carried out yet is left out of it. What it has is undone by another [`Intervention`], which puts robot or
-//! ball back to where it was: a trace has both, and plays again as it was.
+//! Interventions that are still pending are removed. Others are undone by another [`Intervention`], which puts the
+//! robot or ball back, so the trace contains both and can be replayed.
 
 use bevy::prelude::*;
 
@@ -17,30 +17,30 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 
-/// More is not remembered.
+/// The most steps that are remembered.
 const MOST: usize = 200;
 
-/// What was done by hand, and can be taken back.
+/// The steps that can be undone and redone.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct Undo {
-    /// What was done, the last one last.
+    /// Steps that were done, the last one last.
     done: Vec<Step>,
-    /// What was taken back, the last one last.
+    /// Steps that were undone, the last one last.
     undone: Vec<Step>,
-    /// What the pen has drawn, as far as it is noted.
+    /// The strokes of the pen that have been noted.
     marks: Vec<PenMark>,
-    /// The match that it is of.
+    /// The match of the steps.
     of: Keyframes,
 }
 
-/// One thing that was done.
+/// A step.
 #[derive(Clone, PartialEq, Debug)]
 enum Step {
-    /// Something was done to the match, which these take back; none, of what cannot be.
+    /// An intervention, and those that undo it; none if it cannot be undone.
     Hand { act: Intervention, back: Vec<Intervention> },
     /// A stroke of the pen.
     Drawn(PenMark),
-    /// A stroke was wiped away.
+    /// An erased stroke.
     Erased(PenMark),
 }
 
@@ -50,13 +50,13 @@ impl Step {
             Step::Hand { act, .. } => act.to_string(),
             Step::Drawn(PenMark::Arrow(..)) => "an arrow is drawn".to_owned(),
             Step::Drawn(PenMark::Zone(..)) => "a zone is drawn".to_owned(),
-            Step::Erased(_) => "a mark is wiped away".to_owned(),
+            Step::Erased(_) => "a mark is erased".to_owned(),
         }
     }
 }
 
 impl Undo {
-    /// How much can be taken back, and done again.
+    /// The number of steps to undo, and to redo.
     pub fn counts(&self) -> [usize; 2] {
         [self.done.len(), self.undone.len()]
     }
@@ -69,14 +69,14 @@ impl Undo {
     }
 }
 
-/// Does something by hand, so that it can be taken back.
+/// Performs an intervention that can be undone.
 pub(super) fn act(world: &mut World, act: Intervention) {
     let back = way_back(world, act);
     act.apply(world);
     world.get_resource_or_init::<Undo>().note(Step::Hand { act, back });
 }
 
-/// What takes an intervention back, as things are before it.
+/// The interventions that undo `act`, in the state before it.
 fn way_back(world: &mut World, act: Intervention) -> Vec<Intervention> {
     match act {
         Intervention::PlaceRobot { robot, .. } => {
@@ -101,7 +101,7 @@ fn way_back(world: &mut World, act: Intervention) -> Vec<Intervention> {
     }
 }
 
-/// Where a robot is, or will be by what is asked for already.
+/// The pose of a robot, including pending interventions.
 fn robot_pose(world: &World, wanted: RobotId) -> Option<Pose> {
     let queue = &world.resource::<Interventions>().queue;
     let asked = queue.iter().rev().find_map(|asked| match asked {
@@ -111,7 +111,7 @@ fn robot_pose(world: &World, wanted: RobotId) -> Option<Pose> {
     asked.or_else(|| world.get::<Pose>(world.resource::<Roster>().get(wanted)?).copied())
 }
 
-/// What puts the ball to where it is, or will be, as fast as it is.
+/// The intervention that restores the current or pending position and velocity of the ball.
 fn ball(world: &mut World) -> Option<Intervention> {
     let queue = &world.resource::<Interventions>().queue;
     let asked = queue.iter().rev().find_map(|asked| match asked {
@@ -128,11 +128,11 @@ fn ball(world: &mut World) -> Option<Intervention> {
     })
 }
 
-/// Takes the last thing back; what to tell the user.
+/// Undoes the last step. Returns a notice for the user.
 pub(super) fn undo(world: &mut World) -> String {
     forget_other_match(world);
     let Some(step) = world.get_resource_or_init::<Undo>().done.pop() else {
-        return "Nothing was done by hand that could be taken back".to_owned();
+        return "Nothing to undo".to_owned();
     };
     let why_not = why_it_cannot_be(world, &step);
     if let Some(why) = why_not {
@@ -145,7 +145,7 @@ pub(super) fn undo(world: &mut World) -> String {
             if let Some(index) = interventions.queue.iter().rposition(|asked| asked == act) {
                 interventions.queue.remove(index);
             } else if back.is_empty() {
-                let words = format!("Cannot be taken back: {}. F plays on from before it", step.words());
+                let words = format!("Cannot be undone: {}. F starts a branch from before it", step.words());
                 return words;
             } else {
                 interventions.queue.extend(back);
@@ -159,11 +159,11 @@ pub(super) fn undo(world: &mut World) -> String {
     words
 }
 
-/// Does again what was taken back last; what to tell the user.
+/// Redoes the last undone step. Returns a notice for the user.
 pub(super) fn redo(world: &mut World) -> String {
     forget_other_match(world);
     let Some(step) = world.get_resource_or_init::<Undo>().undone.pop() else {
-        return "Nothing was taken back that could be done again".to_owned();
+        return "Nothing to redo".to_owned();
     };
     if let Some(why) = why_it_cannot_be(world, &step) {
         world.resource_mut::<Undo>().undone.push(step);
@@ -190,13 +190,13 @@ pub(super) fn redo(world: &mut World) -> String {
     words
 }
 
-/// The past is not changed, but for what is drawn on it.
+/// Why a step cannot be undone or redone now: in the past, only strokes of the pen can be.
 fn why_it_cannot_be(world: &World, step: &Step) -> Option<String> {
     let timeline = world.resource::<Timeline>();
     (matches!(step, Step::Hand { .. }) && !is_live(timeline)).then(|| why_not(timeline).to_owned())
 }
 
-/// Of another match nothing is taken back, but for what was drawn.
+/// Removes the steps of another match, except strokes of the pen.
 fn forget_other_match(world: &mut World) {
     let now = world.get_resource_or_init::<Keyframes>().clone();
     let mut undo = world.get_resource_or_init::<Undo>();
@@ -207,7 +207,7 @@ fn forget_other_match(world: &mut World) {
     }
 }
 
-/// Draws a mark, or wipes the last one away.
+/// Adds a stroke, or removes the last one.
 fn change_marks(world: &mut World, drawn: Option<PenMark>) {
     let Some(mut pen) = world.get_resource_mut::<Pen>() else { return };
     match drawn {
@@ -220,7 +220,7 @@ fn change_marks(world: &mut World, drawn: Option<PenMark>) {
     world.resource_mut::<Undo>().marks = marks;
 }
 
-/// Notes what the pen has done.
+/// Notes new strokes of the pen.
 pub(super) fn note_marks(pen: Option<Res<Pen>>, mut undo: ResMut<Undo>) {
     let Some(pen) = pen.filter(|pen| pen.is_changed() && pen.marks != undo.marks) else { return };
     let (known, now) = (undo.marks.clone(), &pen.marks);
@@ -236,12 +236,12 @@ pub(super) fn note_marks(pen: Option<Res<Pen>>, mut undo: ResMut<Undo>) {
     undo.marks.clone_from(&pen.marks);
 }
 
-/// Another match is another one for what can be taken back, too.
+/// Starts with no steps for another match.
 pub(super) fn begin_anew(world: &mut World) {
     forget_other_match(world);
 }
 
-/// Carries out what a key or a button says.
+/// Performs an undo or redo that a key or button asked for.
 pub(super) fn obey(world: &mut World, is_undo: bool) {
     let words = if is_undo { undo(world) } else { redo(world) };
     world.resource_mut::<Notice>().tell(words);

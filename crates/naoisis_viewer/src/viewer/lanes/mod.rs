@@ -1,5 +1,5 @@
-//! Lanes: the whole match at a glance, a lane for each robot: what it meant to do, from what it knew of the ball, its kicks, falls
-//! penalties and mistakes; and the way to the next event of a kind.
+//! Lanes: the whole match on one panel, one lane per robot with its intentions, the source of its ball estimate, its
+//! kicks, falls, penalties and mistakes; and jumps to the next event of a kind.
 
 use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
@@ -29,9 +29,9 @@ use naoisis_sim::interface::gather::{CurrentRecord, RecordSystems};
 use naoisis_sim::scenario::Scenario;
 use tracks::{BallSource, Condition, LaneTrack, Span, Tracks};
 
-/// The part of a frame in which the few records are read that came while a thread read the others.
+/// The part of a frame in which a few records are read that were added while a thread read the others.
 const BUDGET: Duration = Duration::from_millis(2);
-/// More cycles than this are read by a thread.
+/// From this number of cycles on, records are read by a thread.
 const FEW: u64 = 60;
 
 /// Keeps and shows the [`Lanes`].
@@ -52,49 +52,49 @@ fn is_open(display: Res<DisplaySettings>) -> bool {
     display.lanes
 }
 
-/// What is known of the whole match.
+/// The data of the lanes.
 #[derive(Resource, Debug, Default)]
 pub struct Lanes {
-    /// What robots did.
+    /// The activities of robots.
     pub tracks: Tracks,
-    /// The match that it is of.
+    /// The match of the data.
     keyframes: Keyframes,
-    /// What a thread has read, when it has.
+    /// The result of the thread, once it has finished.
     read: Option<Mutex<Receiver<Tracks>>>,
-    /// Whether somebody asked for an event while the lanes were closed.
+    /// Whether an event was asked for while the lanes were closed.
     is_wanted: bool,
-    /// The kind of events that is gone to.
+    /// The kind of events to jump to.
     pub kind: EventKind,
-    /// The robot that is selected because an event of its was gone to: the next one may be another's.
+    /// The robot that was selected by a jump to one of its events. The next event may be another robot's.
     followed: Option<RobotId>,
 }
 
-/// What one may want to find in a match.
+/// The kinds of events to jump to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum EventKind {
-    /// One of those that the list of events has.
+    /// Events of the list.
     #[default]
     Listed,
-    /// A goal.
+    /// Goals.
     Goal,
-    /// The ball left the pitch.
+    /// Balls that left the pitch.
     Out,
-    /// A robot was penalised.
+    /// Penalties.
     Penalty,
-    /// A robot kicked.
+    /// Kicks.
     Kick,
-    /// A robot fell.
+    /// Falls.
     Fall,
-    /// A robot no longer knew where the ball was.
+    /// A robot lost the ball from its belief.
     BallLost,
-    /// A robot meant to do something else than before.
+    /// A robot changed its intention.
     NewIntention,
-    /// Something went wrong.
+    /// Mistakes.
     Mistake,
 }
 
 impl EventKind {
-    /// All of them, each with its name.
+    /// All kinds with their names.
     pub const ALL: [(EventKind, &str); 9] = [
         (EventKind::Listed, "listed event"),
         (EventKind::Goal, "goal"),
@@ -107,13 +107,13 @@ impl EventKind {
         (EventKind::Mistake, "mistake"),
     ];
 
-    /// Its name, for people.
+    /// The name in the window.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
     }
 }
 
-/// What is played is taken in as it is.
+/// Adds each cycle as it is played.
 fn note_cycle(mut lanes: ResMut<Lanes>, current: Res<CurrentRecord>) {
     let cycle = current.record.cycle;
     // Where something is missing before it, records are read first.
@@ -122,7 +122,7 @@ fn note_cycle(mut lanes: ResMut<Lanes>, current: Res<CurrentRecord>) {
     }
 }
 
-/// Records of what nobody has taken in are read while they are looked at: many by a thread, a few here.
+/// Reads records that have not been added, while the lanes are shown: many by a thread, a few here.
 fn read_records(
     mut lanes: ResMut<Lanes>,
     mut history: ResMut<History>,
@@ -199,7 +199,7 @@ fn find_event(
         }
         lanes.is_wanted = true;
         if lanes.tracks.last_cycle().unwrap_or_default() + FEW < history.last_cycle().unwrap_or_default() {
-            notice.tell("The match is being read for it: once more, please");
+            notice.tell("The match is still being read: please try again");
             continue;
         }
         // Whom somebody chose, and not whom the last event brought.
@@ -230,7 +230,7 @@ fn find_event(
     }
 }
 
-/// The list of events has what was found, too.
+/// Passes the mistakes to the list of events.
 fn tell_mistakes(lanes: Res<Lanes>, found: Option<ResMut<FoundMistakes>>) {
     let mistakes = lanes.tracks.mistakes();
     if let Some(mut found) = found.filter(|found| found.0.len() != mistakes.len()) {
@@ -254,7 +254,7 @@ fn side_of(wanted: FindEvent) -> &'static str {
     if wanted == FindEvent::Next { "after" } else { "before" }
 }
 
-/// The entry of a list, oldest first, that is next after a cycle, or the one before it.
+/// The next or previous entry of a list (oldest first) relative to a cycle.
 fn neighbour(entries: &[LogEntry], wanted: FindEvent, now: u64, period_s: f64) -> Option<&LogEntry> {
     let cycle = |entry: &LogEntry| (entry.time_s / period_s).round() as u64;
     match wanted {
@@ -263,8 +263,8 @@ fn neighbour(entries: &[LogEntry], wanted: FindEvent, now: u64, period_s: f64) -
     }
 }
 
-/// The cycles of the events of the chosen kind, in order, and whose they are: of a robot, if one is selected and the kind is about
-/// robots.
+/// The cycles of the events of the chosen kind, in order, with their robots; only of `robot` if the kind is about
+/// robots and one is selected.
 fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s: f64) -> Vec<(u64, Option<RobotId>)> {
     let marks = |kind| history.marks().iter().filter(move |mark| mark.kind == kind).map(|mark| (mark.cycle, None));
     let is_meant = |id: RobotId| robot.is_none_or(|robot| robot == id);
@@ -292,7 +292,7 @@ fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s:
     cycles
 }
 
-/// Whether a mistake is a robot's, or any will do.
+/// Whether a mistake is of `robot`, or `robot` is `None`.
 fn is_of(mistake: &Mistake, robot: Option<RobotId>) -> bool {
     robot.is_none_or(|robot| mistake.robot == robot)
 }
@@ -302,7 +302,7 @@ fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
     (mistake.from_s / period_s).round() as u64
 }
 
-/// What went wrong, in a line.
+/// A mistake in a line.
 fn mistake_words(mistake: &Mistake) -> String {
     let joins = if mistake.kind == MistakeKind::BallGivenAway { "to" } else { "with" };
     let other = mistake.other.map_or_else(String::new, |other| format!(" {joins} {other}"));
@@ -312,7 +312,7 @@ fn mistake_words(mistake: &Mistake) -> String {
     format!("{}: {}{other}{worst}{length}", mistake.robot, mistake.kind)
 }
 
-/// When something began to be so.
+/// The cycles at which spans of `what` start.
 fn begins<T: PartialEq>(spans: &[Span<T>], what: &T) -> impl Iterator<Item = u64> {
     spans.iter().filter(move |span| span.what == *what).map(|span| span.first)
 }

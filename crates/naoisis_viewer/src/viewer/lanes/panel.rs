@@ -1,4 +1,4 @@
-//! The lanes on the screen.
+//! The panel of the lanes.
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
@@ -22,20 +22,20 @@ use naoisis_record::record::match_marks::MarkKind;
 use naoisis_record::record::mistake_recorder::table;
 use naoisis_record::record::mistakes::Mistake;
 
-/// Height of a lane, of what is known of the ball in it, and of all lanes at least, logical pixels.
+/// Heights of a lane, of the ball's bar in it, and of all lanes at least, logical pixels.
 const LANE: f32 = 17.0;
 const BALL: f32 = 4.0;
 const LEAST: f32 = 2.0 * LANE;
-/// Height of what is around the lanes in their panel, at first, logical pixels.
+/// The initial height of the other parts of the panel, logical pixels.
 const AROUND: f32 = 100.0;
-/// Width of the names, logical pixels.
+/// The width of the names, logical pixels.
 const NAMES: f32 = 52.0;
-/// Half the width in which a click means the triangle of a mistake, logical pixels.
+/// The tolerance of a click on the triangle of a mistake, logical pixels.
 const MISTAKE: f32 = 5.0;
-/// A word is written into a span of this width, logical pixels.
+/// The least width of a span with a word in it, logical pixels.
 const WIDE_ENOUGH: f32 = 46.0;
 
-/// The colours of the words that robots say, in the order in which they are said first.
+/// The colours of intentions, in the order of their first use.
 const WORD_INKS: [DrawColour; 6] =
     [DrawColour::Sky, DrawColour::Yellow, DrawColour::Purple, DrawColour::White, DrawColour::Green, DrawColour::Blue];
 
@@ -109,7 +109,7 @@ pub(super) fn show(
     Ok(())
 }
 
-/// What is gone to.
+/// Shows the choice of events to jump to.
 fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, part: &mut ShownPart, events: &mut MessageWriter<FindEvent>) {
     ui.horizontal(|ui| {
         ui.label(bright("Lanes"));
@@ -121,7 +121,7 @@ fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, part: &mut ShownPart, events:
                 events.write(event);
             }
         };
-        step(ui, "<", "Previous event", "The one before (,)", FindEvent::Previous);
+        step(ui, "<", "Previous event", "Previous event (,)", FindEvent::Previous);
         let mut kind = lanes.kind;
         let list = egui::ComboBox::from_id_salt("kind of event").selected_text(kind.name());
         let shown = list.show_ui(ui, |ui| {
@@ -131,7 +131,7 @@ fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, part: &mut ShownPart, events:
         });
         shown.response.widget_info(|| WidgetInfo::labeled(WidgetType::ComboBox, true, "Kind of event"));
         shown.response.on_hover_text("Of the selected robot, if one is selected");
-        step(ui, ">", "Next event", "The next one (.)", FindEvent::Next);
+        step(ui, ">", "Next event", "Next event (.)", FindEvent::Next);
         lanes.kind = kind;
         let mistakes = lanes.tracks.mistakes();
         if !mistakes.is_empty() {
@@ -210,7 +210,7 @@ fn show_lane(
     lane
 }
 
-/// A triangle at the upper edge of a lane for each mistake.
+/// Draws a triangle at the upper edge of a lane for each mistake.
 fn mark_mistakes(ui: &egui::Ui, lane: Area, cycles: impl Iterator<Item = u64>, axis: &Axis) {
     let painter = ui.painter().with_clip_rect(lane.intersect(ui.clip_rect()));
     let axis = Axis { left: lane.left(), ..*axis };
@@ -222,7 +222,7 @@ fn mark_mistakes(ui: &egui::Ui, lane: Area, cycles: impl Iterator<Item = u64>, a
     }
 }
 
-/// The spans that are in the part that is shown.
+/// The spans in the visible part.
 fn shown<'a, T>(spans: &'a [Span<T>], axis: &Axis) -> impl Iterator<Item = &'a Span<T>> {
     let [first, last] = axis.part;
     let from = spans.partition_point(|span| (span.last as f64) < first);
@@ -255,19 +255,19 @@ fn ball_words(source: BallSource) -> &'static str {
     }
 }
 
-/// The robot of a lane, from above, and what it did.
+/// The robot of a row, and its lane.
 fn lane_at(lanes: &Lanes, row: f32) -> Option<(RobotId, &LaneTrack)> {
     (row >= 0.0).then(|| lanes.tracks.robots().nth(row as usize)).flatten()
 }
 
-/// Whether a mistake goes on in a cycle, or its triangle is so near.
+/// Whether a mistake lasts in a cycle, or its triangle is near.
 fn is_near(mistake: &Mistake, period_s: f64, cycle: u64, reach: u64) -> bool {
     let from = cycle_of(mistake, period_s);
     let until = from + ((mistake.until_s - mistake.from_s) / period_s) as u64;
     (from.saturating_sub(reach)..=until.max(from + reach)).contains(&cycle)
 }
 
-/// The mistake whose triangle is nearest to a place in a lane, if it is near.
+/// The mistake whose triangle is nearest to a position in a lane, if it is near.
 fn mistake_at(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> Option<&Mistake> {
     let (id, _) = lane_at(lanes, row)?;
     let distance = |mistake: &&Mistake| cycle_of(mistake, period_s).abs_diff(cycle);
@@ -275,7 +275,7 @@ fn mistake_at(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) ->
     of_robot.filter(|mistake| distance(mistake) <= reach).min_by_key(distance)
 }
 
-/// What is under the mouse, in a lane.
+/// The tooltip at a position in a lane.
 fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> String {
     let Some((id, track)) = lane_at(lanes, row) else { return String::new() };
     fn at<T>(spans: &[Span<T>], cycle: u64) -> Option<&T> {
@@ -292,7 +292,7 @@ fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> Strin
     words
 }
 
-/// The colours, and the ends of the part that is shown.
+/// Shows the colours, and the ends of the visible part.
 fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
     let [first, last] = ends;
     ui.add_space(4.0);
@@ -307,7 +307,7 @@ fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
             (ui.visuals().strong_text_color(), "disc: kick, ring: missed; triangle: mistake"),
         ];
         let words: Vec<(Color32, &str)> = words.collect();
-        for (group, entries) in [("says it means to:", &words[..]), ("edge, the ball is:", &sources), ("", &others)] {
+        for (group, entries) in [("intention:", &words[..]), ("edge, ball is:", &sources), ("", &others)] {
             if !(group.is_empty() || entries.is_empty()) {
                 ui.label(dim(group).size(text_size::SMALL));
             }

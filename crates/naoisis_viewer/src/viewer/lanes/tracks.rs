@@ -1,4 +1,4 @@
-//! What robots did over the whole match, as spans and marks: from its records.
+//! The activities of robots over the whole match as spans and marks, read from the records.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -10,58 +10,58 @@ use naoisis_record::record::mistakes::{Mistake, MistakeFinder};
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// From what a robot knows where the ball is.
+/// The source of a robot's ball estimate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BallSource {
-    /// It sees it.
+    /// It sees the ball.
     Seen,
-    /// It has seen it not long ago.
+    /// It saw the ball recently.
     Remembered,
-    /// A team-mate told it.
+    /// A team-mate reported the ball.
     Told,
-    /// It does not know.
+    /// It does not know the ball.
     Lost,
 }
 
-/// How a robot is.
+/// The condition of a robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Condition {
-    /// On its feet and in play.
+    /// Standing and in play.
     Up,
-    /// It lies, or gets up.
+    /// Lying or getting up.
     Down,
-    /// Off the pitch.
+    /// Penalised.
     Penalised,
 }
 
-/// A time over which something stayed the same.
+/// A time in which a value stayed the same.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Span<T> {
     /// The first cycle.
     pub first: u64,
     /// The last cycle.
     pub last: u64,
-    /// What it was.
+    /// The value.
     pub what: T,
 }
 
-/// A robot over the match.
+/// The activities of a robot over the match.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct LaneTrack {
-    /// What it said that it meant to do: which of the [words](Tracks::words).
+    /// The intentions that it announced, as indices of [words](Tracks::words).
     pub intentions: Vec<Span<usize>>,
-    /// From what it knew of the ball.
+    /// The sources of its ball estimate.
     pub ball: Vec<Span<BallSource>>,
-    /// How it was.
+    /// Its conditions.
     pub conditions: Vec<Span<Condition>>,
-    /// The cycles in which it kicked, and whether it struck the ball.
+    /// The cycles of its kicks, and whether they struck the ball.
     pub kicks: Vec<(u64, bool)>,
 }
 
-/// Mistakes are gathered anew after so many cycles.
+/// The number of cycles after which mistakes are searched for again.
 const MISTAKES_EVERY: usize = 30;
 
-/// All robots over the match, as far as its records have been read.
+/// The activities of all robots, as far as records have been read.
 #[derive(Clone, Debug, Default)]
 pub struct Tracks {
     /// The cycles that have been read.
@@ -73,17 +73,17 @@ pub struct Tracks {
 }
 
 impl Tracks {
-    /// Of a match of a scenario, of which nothing has been read yet.
+    /// Creates tracks for a match of a scenario.
     pub fn new(scenario: &Scenario) -> Self {
         Self { finder: Some(MistakeFinder::new(scenario)), ..default() }
     }
 
-    /// What went wrong, in the order in which it began: as of some cycles ago.
+    /// The mistakes, in the order of their starts; may lag some cycles behind.
     pub fn mistakes(&self) -> &[Mistake] {
         &self.mistakes
     }
 
-    /// Gathers what went wrong until now.
+    /// Searches for mistakes until now.
     pub fn gather_mistakes(&mut self) {
         self.mistakes = self.finder.as_ref().map(MistakeFinder::mistakes).unwrap_or_default();
     }
@@ -93,22 +93,22 @@ impl Tracks {
         self.cycles.last().copied()
     }
 
-    /// The robots, in the order of their ids.
+    /// The robots, sorted by id.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &LaneTrack)> {
         self.robots.iter().map(|(id, track)| (*id, track))
     }
 
-    /// What robots said that they meant to do, in the order in which it was said for the first time.
+    /// The intentions of robots, in the order of their first use.
     pub fn words(&self) -> &[String] {
         &self.words
     }
 
-    /// A robot, if it is in the match.
+    /// The lane of a robot, if it is in the match.
     pub fn robot(&self, id: RobotId) -> Option<&LaneTrack> {
         self.robots.get(&id)
     }
 
-    /// Takes in the record of a cycle that is after all others.
+    /// Adds the record of a cycle, which must be after all others.
     pub fn note(&mut self, record: &CycleRecord) {
         let cycle = record.cycle;
         if self.last_cycle().is_some_and(|last| last >= cycle) {
@@ -144,7 +144,7 @@ impl Tracks {
     }
 }
 
-/// Prolongs the last span, or begins another.
+/// Extends the last span, or starts a new one.
 fn extend<T: PartialEq>(spans: &mut Vec<Span<T>>, cycle: u64, what: T) {
     match spans.last_mut() {
         Some(span) if span.what == what => span.last = cycle,

@@ -1,4 +1,4 @@
-//! Where the ball is when the times are over, on the pitch.
+//! A heat map of the positions of the ball at the end of the repetitions.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -11,12 +11,12 @@ use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::whatif::Continuation;
 
-/// Side of a cell, m.
+/// The side of a cell, m.
 const CELL_M: f32 = 0.4;
-/// Lines in the cell where the ball ends most often.
+/// The number of lines in the cell with the most ends.
 const MOST_LINES: usize = 6;
 
-/// Draws it at the moment that was played on, and at no other.
+/// Draws the heat map while the moment of the repetitions is shown.
 pub(super) fn draw(many: Res<ManyTimes>, clock: Res<CycleClock>, keyframes: Res<Keyframes>, mut brush: Brush) {
     let is_of_moment = |run: &&Run| run.cycle == clock.cycle && run.keyframes.is_same(&keyframes);
     let Some(run) = many.run.as_ref().filter(is_of_moment) else { return };
@@ -30,7 +30,7 @@ pub(super) fn draw(many: Res<ManyTimes>, clock: Res<CycleClock>, keyframes: Res<
     }
 }
 
-/// The cells in which the ball ends, and how many lines each of them has: the more, the more often.
+/// The cells in which the ball ends, with their number of lines: more lines for more ends.
 fn hatching(rows: &[Continuation]) -> Vec<(IVec2, usize)> {
     let mut counts: BTreeMap<[i32; 2], usize> = BTreeMap::new();
     for ball in rows.iter().filter_map(|row| row.ball_m) {

@@ -1,7 +1,9 @@
-//! This moment, many times: played on in the background with other chance, for what comes of it and how often.
+//! Repetitions of a moment: plays on from it many times in the background with other random numbers, and counts the
+//! outcomes.
 //!
-//! One moment at a time is played on, on all cores but one. Where the ball ends is drawn on the pitch while the panel is open; any
-//! one of the times can be watched, as a [branch](super::branches), and the moment can be saved as a test.
+//! One moment at a time is played on, on all cores but one. The final positions of the ball are drawn on the pitch
+//! while the panel is open. Each repetition can be watched as a [branch](super::branches), and the moment can be saved
+//! as a test.
 
 use bevy::prelude::*;
 use bevy_egui::{EguiPostUpdateSet, EguiPrimaryContextPass};
@@ -29,7 +31,7 @@ use naoisis_core::team::Team;
 use naoisis_record::whatif::{self, Continuation, Continuations, Moment};
 use naoisis_sim::scenario::Scenario;
 
-/// Plays moments on, and shows what comes of them.
+/// Plays on from moments many times, and shows the outcomes.
 pub struct ManyTimesPlugin;
 
 impl Plugin for ManyTimesPlugin {
@@ -49,39 +51,39 @@ fn is_open(display: Res<DisplaySettings>) -> bool {
     display.many_times
 }
 
-/// What is wanted of the moment.
+/// Commands about repetitions.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub enum ManyTimesCommand {
-    /// To play the moment that is shown on.
+    /// Starts repetitions from the moment that is shown.
     Begin,
-    /// To play it on no further: those under way are finished.
+    /// Stops: repetitions in progress are finished.
     Stop,
-    /// To watch the first of the times that came out like this.
+    /// Shows the first repetition with this outcome.
     Watch(Outcome),
-    /// To save the moment, and beside it a scenario that goes on from it and expects a team to score.
+    /// Saves the moment, and a scenario that continues from it and expects a team to score.
     Save {
         /// The team.
         team: Team,
-        /// In at least so many of a hundred times.
+        /// The least percentage of repetitions in which it scores.
         percent: f64,
     },
 }
 
-/// What can come of a moment.
+/// The outcome of a repetition.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
     /// This team scores first.
     ScoresFirst(Team),
-    /// Nobody scores.
+    /// No team scores.
     NobodyScores,
 }
 
 impl Outcome {
-    /// All of them.
+    /// All outcomes.
     pub const ALL: [Outcome; 3] =
         [Outcome::ScoresFirst(Team::Blue), Outcome::ScoresFirst(Team::Pink), Outcome::NobodyScores];
 
-    /// Whether one of the times came out like this.
+    /// Whether a repetition has this outcome.
     pub fn is_of(self, branch: &Continuation) -> bool {
         match self {
             Outcome::ScoresFirst(team) => branch.first_goal.is_some_and(|(scorer, _)| scorer == team),
@@ -90,18 +92,18 @@ impl Outcome {
     }
 }
 
-/// How often and for how long a moment is played on, and what came of the last one.
+/// The settings and results of repetitions.
 #[derive(Resource)]
 pub struct ManyTimes {
-    /// How often.
+    /// The number of repetitions.
     pub times: usize,
-    /// For how long, s.
+    /// The duration of a repetition, s.
     pub for_s: f64,
-    /// The last one, which may be under way.
+    /// The last run, which may be in progress.
     pub run: Option<Run>,
-    /// Where tests are saved.
+    /// The folder for saved tests.
     pub folder: PathBuf,
-    /// The cycle of the moment that is to be played on as soon as it is known whole.
+    /// The cycle of the moment from which to start as soon as it is rebuilt.
     awaited: Option<u64>,
 }
 
@@ -111,34 +113,34 @@ impl Default for ManyTimes {
     }
 }
 
-/// A moment that is played on, or was.
+/// Repetitions of a moment.
 pub struct Run {
     /// The cycle that had just ended.
     pub cycle: u64,
-    /// What came of it so far.
+    /// The outcomes so far.
     pub rows: Vec<Continuation>,
-    /// How often it is to be played on.
+    /// The number of repetitions.
     pub times: usize,
-    /// For how long, s.
+    /// The duration of a repetition, s.
     pub for_s: f64,
-    /// Whether it is still being played.
+    /// Whether it is in progress.
     pub is_running: bool,
     moment: Moment,
     /// The name of the match, and the duration of its cycle, s.
     of: (String, f64),
-    /// What had been asked for by hand, and had not happened yet.
+    /// The interventions that were pending.
     asked: Vec<Intervention>,
-    /// The match that the moment is of.
+    /// The match of the moment.
     keyframes: Keyframes,
     stop: Arc<AtomicBool>,
     said: Mutex<Receiver<Said>>,
 }
 
-/// What the threads say.
+/// A message of the threads.
 enum Said {
-    /// One of the times is over.
+    /// A repetition has ended.
     Played(Continuation),
-    /// All are, or they cannot be, and why.
+    /// All have ended, or an error.
     Over(Result<(), String>),
 }
 
@@ -167,13 +169,13 @@ impl Run {
         Ok(Run { cycle, rows: Vec::new(), times, for_s, is_running: true, moment, of, asked, keyframes, stop, said })
     }
 
-    /// Whether something was done by hand at this very moment since it was played on.
+    /// Whether an intervention was added at this moment since the run.
     fn is_changed_since(&self, clock: &CycleClock, interventions: &Interventions, keyframes: &Keyframes) -> bool {
         clock.cycle == self.cycle && keyframes.is_same(&self.keyframes) && interventions.queue != self.asked
     }
 }
 
-/// A moment whole.
+/// A rebuilt moment.
 struct Whole {
     cycle: u64,
     moment: Moment,
@@ -207,7 +209,7 @@ fn obey(world: &mut World) {
     }
 }
 
-/// Begins as soon as the moment is known whole.
+/// Starts as soon as the moment is rebuilt.
 fn begin_when_known(world: &mut World) {
     let Some(cycle) = world.resource::<ManyTimes>().awaited else { return };
     if world.resource::<CycleClock>().cycle != cycle {
@@ -222,7 +224,7 @@ fn begin_when_known(world: &mut World) {
     let (times, for_s) = (world.resource::<ManyTimes>().times, world.resource::<ManyTimes>().for_s);
     let simulator = world.get_resource::<Simulator>().copied().ok_or("This program cannot play the match again");
     let run = whole.and_then(|whole| {
-        Run::begin(simulator?, whole, times, for_s).map_err(|error| format!("no thread for it: {error}"))
+        Run::begin(simulator?, whole, times, for_s).map_err(|error| format!("cannot start a thread: {error}"))
     });
     world.resource_mut::<ManyTimes>().awaited = None;
     match run {
@@ -231,7 +233,7 @@ fn begin_when_known(world: &mut World) {
     }
 }
 
-/// The moment that is shown, after a cycle, as soon as it is known whole.
+/// The moment after `cycle`, which is shown; `None` until it is rebuilt.
 fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> {
     let keyframes = world.resource::<Keyframes>().clone();
     let scenario = world.resource::<Scenario>();
@@ -241,7 +243,7 @@ fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> 
     }
     if !world.resource::<Timeline>().is_past() {
         if world.resource::<Game>().state == GameState::Finished {
-            return Err("The match is over: nothing comes of this moment any more".to_owned());
+            return Err("The match is over at this moment".to_owned());
         }
         let asked = world.resource::<Interventions>().queue.clone();
         return Ok(Some(Whole { cycle, moment: Moment::of(world)?, of, asked, keyframes }));
@@ -251,7 +253,7 @@ fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> 
         Some(moment) if moment.is_same => {
             Ok(Some(Whole { cycle, moment: moment.moment.clone(), of, asked: Vec::new(), keyframes }))
         }
-        Some(_) => Err("Played again, the match is another one here: it cannot go on from it".to_owned()),
+        Some(_) => Err("The replayed match differs here, so it cannot be played on from this moment".to_owned()),
         None => rebuilt.why_not(cycle, &keyframes).map_or(Ok(None), Err),
     }
 }
@@ -279,9 +281,9 @@ fn listen(mut many: ResMut<ManyTimes>, mut notice: ResMut<Notice>) {
 fn watch(world: &mut World, outcome: Outcome) -> Result<(), String> {
     let Some(run) = &world.resource::<ManyTimes>().run else { return Ok(()) };
     if !run.keyframes.is_same(world.resource::<Keyframes>()) {
-        return Err("That was a moment of another match: show that one first, on the timeline".to_owned());
+        return Err("That moment belongs to another branch: show that branch first, on the timeline".to_owned());
     }
-    let row = run.rows.iter().find(|row| outcome.is_of(row)).ok_or("None of the times came out like this")?;
+    let row = run.rows.iter().find(|row| outcome.is_of(row)).ok_or("No repetition has this outcome")?;
     let command = BranchCommand::PlayOn { moment: Box::new(run.moment.clone()), cycle: run.cycle, seed: row.seed };
     world.write_message(command);
     Ok(())
@@ -291,7 +293,7 @@ fn save_as_test(world: &mut World, team: Team, percent: f64) -> Result<(), Strin
     let many = world.resource::<ManyTimes>();
     let Some(run) = &many.run else { return Ok(()) };
     let path = saved_test::save(&many.folder, team, percent, run)
-        .map_err(|message| format!("The test is not saved: {message}"))?;
+        .map_err(|message| format!("The test was not saved: {message}"))?;
     let path = path.display();
     world
         .resource_mut::<Notice>()

@@ -1,4 +1,4 @@
-//! The panel: how often, how far it is, what came of it.
+//! The panel of repetitions: their number, the progress, the outcomes.
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
@@ -19,7 +19,7 @@ use naoisis_record::whatif::Outcomes;
 /// The panel.
 const DOCK: Dock = Dock { name: "many times", edge: Edge::Right, size: 330.0, least: 200.0, most_share: 0.45 };
 
-/// What the panel keeps from frame to frame: what a test is to expect.
+/// The state of the panel: the expectation of a test.
 #[derive(Default)]
 pub(super) struct Expected {
     pink: bool,
@@ -51,7 +51,10 @@ pub(super) fn show(
                     }
                 } else if many.awaited.is_some() {
                     ui.spinner();
-                } else if ui.button("Begin").on_hover_text("From the moment that is shown, with other chance").clicked()
+                } else if ui
+                    .button("Begin")
+                    .on_hover_text("Plays on from the moment that is shown, with other random numbers")
+                    .clicked()
                 {
                     commands.write(ManyTimesCommand::Begin);
                 }
@@ -92,7 +95,7 @@ fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut Mes
             let button = ui.add_enabled(there_is_one, egui::Button::new("Watch").small());
             let label = format!("Watch: {name}");
             button.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, there_is_one, &label));
-            if button.on_hover_text("The first of them, beside the match").clicked() {
+            if button.on_hover_text("Shows the first of them as a branch").clicked() {
                 commands.write(ManyTimesCommand::Watch(outcome));
             }
             ui.end_row();
@@ -102,17 +105,17 @@ fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut Mes
         .goal_difference
         .map(|goals| format!("goals, blue - pink: {:+.2} ± {:.2}", goals.value, goals.margin()));
     let first =
-        outcomes.first_goal_s.map(|time_s| format!("the first goal after {time_s:.1} s, where one falls (median)"));
+        outcomes.first_goal_s.map(|time_s| format!("first goal after {time_s:.1} s (median, of those with a goal)"));
     for line in difference.into_iter().chain(first) {
         ui.label(dim(line).size(text_size::ENTRY));
     }
     ui.label(
-        dim("(… to …) and ±: 95 % confidence; hatching, at that moment: where the ball is in the end")
+        dim("(… to …) and ±: 95 % confidence; hatching at that moment: final positions of the ball")
             .size(text_size::SMALL),
     );
 }
 
-/// What a test of this moment is to expect.
+/// Shows the expectation for a test of this moment.
 fn show_test(
     ui: &mut egui::Ui,
     run: &Run,
@@ -136,7 +139,7 @@ fn show_test(
         let percent = expected.percent.get_or_insert(at_least);
         let field = ui.add(DragValue::new(percent).range(0.0..=100.0).speed(0.2).max_decimals(1).suffix(" %"));
         field.on_hover_text(
-            "At first the lower end of the interval: what was measured passes, and what is clearly worse fails",
+            "By default the lower end of the interval: the measured share passes, a clearly lower one fails",
         );
         ui.label(format!("of {}", run.rows.len()));
     });
@@ -147,12 +150,12 @@ fn show_test(
     }
     let percent = expected.percent.unwrap_or(at_least);
     let verdict = if share >= percent { "it passes" } else { "it fails" };
-    ui.label(dim(format!("{share:.1} % were measured: as it is, {verdict}")).size(text_size::ENTRY));
+    ui.label(dim(format!("measured: {share:.1} %; with these figures, {verdict}")).size(text_size::ENTRY));
     if is_changed {
-        ui.label("Something was done by hand here since: begin again, so that the test has it");
+        ui.label("You have changed this moment since: begin again, so that the test contains the change");
     }
     let button = ui.add_enabled(!is_changed, egui::Button::new("Save as a test"));
-    let hint = "This very moment, and a scenario that goes on from it, for naoisis check --play";
+    let hint = "Saves this moment, and a scenario that continues from it, for naoisis check --play";
     if button.on_hover_text(hint).clicked() {
         commands.write(ManyTimesCommand::Save { team, percent });
     }

@@ -1,6 +1,6 @@
-//! A moment as a test: the moment itself, and beside it a scenario that goes on from it and says what is expected.
+//! Saves a moment as a test: the saved match, and a scenario that continues from it with an expectation.
 //!
-//! The scenario plays what was played here: the same moment, as often, with the same chance.
+//! The scenario plays the same repetitions: the same moment, number and seeds.
 
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -12,28 +12,27 @@ use naoisis_core::team::Team;
 use naoisis_sim::scenario::Expectation;
 use naoisis_sim::scenario::saved_match::EXTENSION;
 
-/// The seed of the first time that a moment is played on, here and by its test.
+/// The seed of the first repetition, here and in the test.
 pub(super) const FIRST_SEED: u64 = 1;
 
-/// The share of the times in which a team scored that it has in the long run at least, with 95 % confidence, in percent with
-/// one digit; and the share itself. None before the first.
+/// The lower bound of the share of repetitions in which a team scored, with 95 % confidence, in percent with one digit;
+/// and the share itself. `None` before the first repetition.
 pub(super) fn measured_percent(run: &Run, team: Team) -> Option<(f64, f64)> {
     let scored = run.rows.iter().filter(|row| row.goals[team] > 0).count();
     let share = statistics::share(scored, run.rows.len())?;
     Some(((1000.0 * share.low).floor() / 10.0, 100.0 * share.value))
 }
 
-/// What is expected: that a team scores in the time for which the moment was played on, in at least so many of a hundred of as many
-/// times.
+/// The expectation that a team scores within the duration in at least `percent` of as many repetitions.
 ///
 /// # Errors
-/// When that is no expectation.
+/// When that is no valid expectation.
 pub(super) fn expectation(team: Team, percent: f64, run: &Run) -> Result<Expectation, String> {
     let text = format!("{team}.goals >= 1 within {} s in {percent} % of {}", run.for_s, run.rows.len());
     text.parse().map_err(|error| format!("{error}"))
 }
 
-/// Saves the moment and the test into a folder. The path of the test.
+/// Saves the moment and the test into a folder. Returns the path of the test.
 ///
 /// # Errors
 /// Why they cannot be written.

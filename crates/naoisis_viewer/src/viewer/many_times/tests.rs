@@ -26,7 +26,7 @@ fn simulator() -> App {
     app
 }
 
-/// A match at ten cycles a frame.
+/// A match with ten cycles per frame.
 fn app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, RebuildPlugin, BranchesPlugin));
@@ -47,7 +47,7 @@ fn send<M: Message>(app: &mut App, message: M) {
     app.update();
 }
 
-/// Frames until something is so.
+/// Runs frames until a condition holds.
 fn wait(app: &mut App, what: &str, is_so: impl Fn(&App) -> bool) {
     // Threads have their own pace; they are waited for, but not for ever.
     for _ in 0..200_000 {

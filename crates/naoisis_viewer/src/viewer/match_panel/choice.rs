@@ -1,7 +1,7 @@
-//! What can be chosen of a match before it begins: its league, its realism, the models of its robots.
+//! Choices about a match before it begins: league, realism, robot models.
 //!
-//! A choice is laid over the text that the match is from, as `--set` does: what the text says itself stays, and what the choice
-//! changes is worked out anew.
+//! A choice is merged into the text of the match's scenario, as by `--set`: values in the text stay, and the rest is
+//! resolved again.
 
 use serde_json::{Value, json};
 use std::sync::OnceLock;
@@ -11,22 +11,22 @@ use naoisis_sim::scenario::{
     Format, LEAGUES, League, MODELS, Realism, RobotModel, Scenario, ScenarioError, ScenarioFile, Setting, TeamsSpec,
 };
 
-/// What is chosen.
+/// A choice.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum MatchChoice {
-    /// A league by its name: a new match of the present teams, with nothing else of the present one.
+    /// A league by name: a new match of the current teams, with nothing else from the current match.
     League(String),
-    /// Another realism of the same match.
+    /// The same match with another realism.
     Realism(Realism),
-    /// Another robot model of a team, by its name; none is the scenario's.
+    /// Another robot model of a team, by name; `None` for the scenario's.
     Model(Team, Option<String>),
 }
 
 impl MatchChoice {
-    /// The match that comes of it: of the present one, and the text that this is from, where there is one.
+    /// The scenario after the choice, from the current one and, if known, its text.
     ///
     /// # Errors
-    /// What is wrong with the match that comes of it, in words.
+    /// What is wrong with the resulting scenario, in words.
     pub fn applied(&self, present: &Scenario, file: Option<&ScenarioFile>) -> Result<ScenarioFile, String> {
         let in_words = |error: ScenarioError| error.headline();
         let mut chosen = match self {
@@ -51,7 +51,7 @@ impl MatchChoice {
         Ok(chosen)
     }
 
-    /// What is laid over the text: the choice, and the teams that were chosen before it.
+    /// The settings to merge into the text: the choice, and the teams that were chosen before.
     fn settings(&self, present: &Scenario, of_text: &Scenario) -> Result<Vec<Setting>, String> {
         let mut settings = Vec::new();
         let mut set = |path: &str, value: &Value| {
@@ -79,14 +79,14 @@ impl MatchChoice {
     }
 }
 
-/// The words of realism to choose from, each with what it stands for.
+/// The levels of realism, with descriptions.
 pub const REALISMS: [(Realism, &str); 3] = [
-    (Realism::Paper, "What the paper says, and nothing more"),
+    (Realism::Paper, "The settings of the paper"),
     (Realism::Ideal, "The paper's models without noise"),
-    (Realism::Realistic, "The figures of the robot model, as real as is known"),
+    (Realism::Realistic, "The figures of real robots"),
 ];
 
-/// The leagues to choose from, each with what it is.
+/// The leagues, with descriptions.
 pub fn leagues() -> &'static [(String, String)] {
     static ENTRIES: OnceLock<Vec<(String, String)>> = OnceLock::new();
     ENTRIES.get_or_init(|| {
@@ -95,7 +95,7 @@ pub fn leagues() -> &'static [(String, String)] {
     })
 }
 
-/// The robot models to choose from, each with what it is.
+/// The robot models, with descriptions.
 pub fn models() -> &'static [(String, String)] {
     static ENTRIES: OnceLock<Vec<(String, String)>> = OnceLock::new();
     ENTRIES.get_or_init(|| {

@@ -1,5 +1,5 @@
-//! What is played: scenario, teams, noise, losses and speeds, changed while it runs; a scenario's file is watched, and its
-//! match begins again when the file changes.
+//! The panel of the match: scenario, teams, noise, losses and speeds, changed while the match runs. The file of the
+//! scenario is watched, and its match restarts when the file changes.
 
 use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
@@ -23,12 +23,12 @@ use naoisis_sim::scenario::{Scenario, ScenarioFile, TeamsSpec};
 use naoisis_sim::simulation;
 use trace_reading::{TraceReading, is_reading};
 
-/// How often a scenario's file is looked at, s.
+/// The time between two checks of the file, s.
 const LOOK_EVERY_S: f32 = 0.5;
-/// The scenario in which two teams are lined up, where the present one has none.
+/// The scenario for two teams if the current one has none.
 const TEAM_MATCH: &str = "match3v3";
 
-/// Shows and changes what is played.
+/// Shows and changes the match.
 pub struct MatchPanelPlugin;
 
 impl Plugin for MatchPanelPlugin {
@@ -45,20 +45,20 @@ impl Plugin for MatchPanelPlugin {
     }
 }
 
-/// Another match, or other settings of this one.
+/// Starts another match, or changes the settings of this one.
 #[derive(Message, Clone, PartialEq, Debug)]
 pub enum MatchCommand {
     /// A match between two teams, by name.
     Teams(Box<TeamsSpec>),
-    /// The scenario of this file, or built-in one, from the start; or the match of this trace.
+    /// A scenario file, a built-in scenario or a trace, from the start.
     Open(PathBuf),
     /// The match with another league, realism or robot model, from the start.
     Choose(MatchChoice),
-    /// This match goes on with the settings of this scenario.
+    /// Continues this match with the settings of a scenario.
     Change(Box<Scenario>),
 }
 
-/// The file that the scenario is from, if any. The match begins again when it changes.
+/// The file of the scenario, if any. The match restarts when the file changes.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
 pub struct WatchedScenarioFile {
     file: Option<PathBuf>,
@@ -67,16 +67,16 @@ pub struct WatchedScenarioFile {
 }
 
 impl WatchedScenarioFile {
-    /// From now on this file is watched.
+    /// Watches this file from now on.
     pub fn of(file: &Path) -> Self {
         Self { file: Some(file.to_owned()), modified: modified(file), is_gone: false }
     }
 
-    /// Where the scenario is from, for people.
+    /// The origin of the scenario, for the window.
     fn words(&self) -> String {
         match &self.file {
-            Some(file) if self.is_gone => format!("{} is gone; the match goes on", file.display()),
-            Some(file) => format!("{} begins again when the file changes", file.display()),
+            Some(file) if self.is_gone => format!("{} is gone; the match continues", file.display()),
+            Some(file) => format!("{}: the match restarts when the file changes", file.display()),
             None => "built in".to_owned(),
         }
     }
@@ -86,7 +86,7 @@ fn modified(file: &Path) -> Option<SystemTime> {
     file.metadata().and_then(|metadata| metadata.modified()).ok()
 }
 
-/// A built-in scenario has no file.
+/// Stops watching when a built-in scenario is loaded.
 fn forget_file(
     mut commands: MessageReader<ViewerCommand>,
     mut source: ResMut<WatchedScenarioFile>,
@@ -98,7 +98,8 @@ fn forget_file(
     }
 }
 
-/// Begins the match again when its file has changed. One that cannot be read changes nothing, and is said.
+/// Restarts the match when its file has changed. If the file cannot be read, the match continues and the error is
+/// shown.
 fn watch_file(
     time: Res<Time<Real>>,
     mut since_s: Local<f32>,
@@ -170,10 +171,10 @@ fn open(world: &mut World, path: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Shows a trace that was read.
+/// Shows a trace.
 fn show_trace(world: &mut World, path: &Path, trace: ReadTrace) -> Result<(), String> {
     if trace.last.is_none() {
-        return Err(format!("{}: there is nothing after the header; expected a cycle", path.display()));
+        return Err(format!("{}: the trace has no cycle after its header; expected at least one", path.display()));
     }
     timeline::start_replay(world, trace).map_err(|fault| format!("{}:1: {fault}", path.display()))?;
     world.insert_resource(WatchedScenarioFile::default());

@@ -1,4 +1,4 @@
-//! The panel of what is played.
+//! The contents of the match panel.
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
@@ -18,20 +18,20 @@ use naoisis_core::team::Team;
 use naoisis_sensing::sensing::fidelity::{Fidelities, Fidelity};
 use naoisis_sim::scenario::{Realism, Scenario, TeamsSpec};
 
-/// In place of the name of a team, where robots are none.
+/// Shown instead of a team without robots.
 const NOBODY: &str = "—";
 /// The panel.
 const DOCK: Dock = Dock { name: "match", edge: Edge::Right, size: 430.0, least: 240.0, most_share: 0.5 };
-/// Lists are at most so high, logical pixels.
+/// The greatest height of lists, logical pixels.
 const LIST_HEIGHT: f32 = 460.0;
 
-/// What the panel keeps from frame to frame.
+/// The state of the panel.
 #[derive(Default)]
 pub(super) struct Typed {
     path: String,
 }
 
-/// Shows what is played.
+/// Shows the panel.
 pub(super) fn show(
     mut contexts: EguiContexts,
     mut typed: Local<Typed>,
@@ -109,7 +109,7 @@ pub(super) fn show(
     Ok(())
 }
 
-/// League, realism and models; what is chosen of them.
+/// Shows league, realism and models. Returns a new choice.
 fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
     let mut chosen = None;
     let mut line = |ui: &mut egui::Ui,
@@ -131,10 +131,10 @@ fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
         shown.response.labelled_by(label);
         ui.end_row();
     };
-    let hint = "Pitch, ball, rules, robots and realism that belong together; two teams are lined up";
+    let hint = "Pitch, ball, rules, robots and realism of a league, with two teams";
     let league = scenario.league.as_deref().unwrap_or(NOBODY);
     line(ui, "League", hint, league, leagues(), &|name| MatchChoice::League(name.to_owned()));
-    let hint = "How much of a real robot there is in what the scenario does not say itself";
+    let hint = "The level of realism of all settings that the scenario leaves out";
     let realism = scenario.realism_in_words();
     let words = REALISMS.map(|(word, about)| (word.name().to_owned(), about.to_owned()));
     let realism_of = |name: &str| {
@@ -151,7 +151,7 @@ fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
     chosen
 }
 
-/// Two teams, of which one may not have been chosen yet.
+/// The teams after a choice in which one team may be missing.
 fn lined_up(chosen: TeamsSpec) -> TeamsSpec {
     let usual = TeamsSpec::default();
     let or_usual = |name: String, usual| if name == NOBODY { usual } else { name };
@@ -162,7 +162,7 @@ fn lined_up(chosen: TeamsSpec) -> TeamsSpec {
     }
 }
 
-/// The settings that can change in the middle of a match.
+/// Shows the settings that can change during a match.
 fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
     Grid::new("settings").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
         let hint = "What robots perceive: perfectly, within their limits, or with noise";
@@ -190,9 +190,9 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
     slider("Message delay", "From sending to arrival", delay);
     let motion = &mut scenario.motion;
     let speed = Slider::new(&mut motion.max_linear_mps, 0.05..=1.0).suffix(" m/s");
-    slider("Walking speed", "The greatest, of robots without one of their own", speed);
+    slider("Walking speed", "The greatest walking speed, for robots without one of their own", speed);
     let mut turn_deg = motion.max_angular.to_degrees();
-    slider("Turning speed", "The greatest", Slider::new(&mut turn_deg, 10.0..=360.0).suffix("°/s"));
+    slider("Turning speed", "The greatest turning speed", Slider::new(&mut turn_deg, 10.0..=360.0).suffix("°/s"));
     if (turn_deg - motion.max_angular.to_degrees()).abs() > 1e-3 {
         motion.max_angular = turn_deg.to_radians();
     }

@@ -1,4 +1,4 @@
-//! Reading traces: on a thread of its own, as a long one takes many seconds, while the window goes on.
+//! Reads traces on a thread, because a long one takes many seconds.
 
 use bevy::prelude::*;
 use core::ops::ControlFlow;
@@ -22,12 +22,12 @@ struct Reading {
     progress: Arc<Progress>,
 }
 
-/// What the thread and the window tell each other.
+/// The state that the thread and the window share.
 #[derive(Default)]
 struct Progress {
-    /// Until when the match is read, s.
+    /// The time until which the trace has been read, s.
     until_s: AtomicU32,
-    /// That nobody waits for it any more.
+    /// Whether reading was cancelled.
     is_given_up: AtomicBool,
 }
 
@@ -38,10 +38,10 @@ impl Drop for Reading {
 }
 
 impl TraceReading {
-    /// Begins to read a trace, in place of any other.
+    /// Starts reading a trace. Cancels reading of any other.
     ///
     /// # Errors
-    /// When the system has no thread for it.
+    /// When the system cannot start a thread.
     pub fn begin(&mut self, path: &Path) -> io::Result<()> {
         let (sender, receiver) = mpsc::channel();
         let progress = Arc::<Progress>::default();
@@ -62,19 +62,19 @@ impl TraceReading {
         Ok(())
     }
 
-    /// Gives up what is being read.
+    /// Cancels reading.
     pub fn give_up(&mut self) {
         self.0 = None;
     }
 
-    /// What has been read, once it has.
+    /// The trace, once it has been read.
     fn take(&mut self) -> Option<(PathBuf, Result<ReadTrace, String>)> {
         let reading = self.0.as_ref()?;
         let trace = reading.trace.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
         let result = match trace {
             Ok(result) => result,
             Err(TryRecvError::Empty) => return None,
-            Err(TryRecvError::Disconnected) => Err(format!("{}: reading broke off", reading.path.display())),
+            Err(TryRecvError::Disconnected) => Err(format!("{}: reading failed", reading.path.display())),
         };
         let path = reading.path.clone();
         self.0 = None;
@@ -87,7 +87,7 @@ pub(super) fn is_reading(reading: Res<TraceReading>) -> bool {
     reading.0.is_some()
 }
 
-/// Shows the trace that has been read, or says how far it is.
+/// Shows the trace once it has been read, and the progress before.
 pub(super) fn show_when_read(world: &mut World) {
     let mut reading = world.resource_mut::<TraceReading>();
     match reading.take() {
@@ -142,7 +142,7 @@ mod tests {
         assert!(recorder::finish(app.world_mut(), EndReason::Duration).into_iter().all(|said| said.is_ok()));
     }
 
-    /// Until what was opened last is shown, or what is wrong with it is said.
+    /// Opens a file and waits until it or its error is shown.
     fn open(app: &mut App, path: &Path) {
         app.world_mut().write_message(MatchCommand::Open(path.to_owned()));
         app.update();

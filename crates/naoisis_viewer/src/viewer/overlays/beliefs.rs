@@ -1,4 +1,4 @@
-//! What robots believe, against the truth.
+//! Beliefs of robots compared with the truth.
 
 use bevy::prelude::*;
 
@@ -14,9 +14,9 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::{Belief, point_pitch_from_team};
 
-/// The circle at which a robot believes itself is so much smaller than it is wide, m.
+/// The circle at a believed pose is this much smaller than the robot, m.
 const WITHIN_BODY_M: f32 = 0.02;
-/// The way that a believed ball rolls in this time is drawn, s.
+/// The time for which the path of a believed ball is drawn, s.
 const ROLLS_FOR_S: f32 = 1.0;
 
 pub(super) fn draw_beliefs(
@@ -55,7 +55,7 @@ fn draw_belief(
     }
 }
 
-/// The world as a robot believes it to be, without the truth.
+/// Draws the world as a robot believes it, without the truth.
 pub fn draw_world_of(id: RobotId, body: &Body, belief: &Belief, own_end: End, brush: &mut Brush) {
     draw_believed(id, body.torso.half_width_m - WITHIN_BODY_M, belief, own_end, brush);
 }
@@ -80,7 +80,7 @@ fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush:
         }
         // What it sees now needs no words.
         if let Some(from) = believed.heard_from {
-            brush.words(at, format!("told by {from}, {:.1} s ago", believed.age_s), colour);
+            brush.words(at, format!("reported by {from}, {:.1} s ago", believed.age_s), colour);
         } else if believed.age_s > 0.5 {
             brush.words(at, format!("seen {:.1} s ago", believed.age_s), colour);
         }
@@ -96,7 +96,7 @@ fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush:
     }
 }
 
-/// The colour in which a believed robot of a team is drawn.
+/// The colour of a believed robot of a team.
 fn robot_ink(team: Team) -> DrawColour {
     match team {
         Team::Blue => DrawColour::Sky,
@@ -104,7 +104,7 @@ fn robot_ink(team: Team) -> DrawColour {
     }
 }
 
-/// What is older is paler.
+/// The opacity of an estimate of this age, s.
 fn faded(age_s: f32) -> f32 {
     (1.0 - age_s / 6.0).clamp(0.35, 1.0)
 }

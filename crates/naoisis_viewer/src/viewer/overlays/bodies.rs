@@ -1,4 +1,4 @@
-//! Bodies, ways and plans of robots, and what their behaviours draw.
+//! Bodies, trails and plans of robots, and the drawings of their behaviours.
 
 use bevy::prelude::*;
 
@@ -17,17 +17,17 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::point_pitch_from_team;
 use naoisis_sim::interface::gather::CurrentRecord;
 
-/// Trails are so long, s.
+/// The length of trails, s.
 const TRAIL_S: f64 = 10.0;
-/// What a command leads to is drawn for this time ahead, s.
+/// How far ahead the effect of a command is drawn, s.
 const AHEAD_S: f32 = 1.0;
-/// The arc by which a robot will turn is so far from its body, m.
+/// The distance of a turn's arc from the body, m.
 const AROUND_BODY_M: f32 = 0.07;
-/// Length of the line in which a head will look, m.
+/// The length of the line of sight, m.
 const LOOK_M: f32 = 0.35;
-/// Length of the arrow of a kick, m.
+/// The length of the arrow of a kick, m.
 const KICK_M: f32 = 0.6;
-/// A thing that is further away than this after a cycle was put there, m.
+/// The distance in a cycle from which a motion counts as a jump, m.
 const JUMP_M: f32 = 0.4;
 
 pub(super) fn draw_bounds(
@@ -184,9 +184,9 @@ pub(super) fn draw_targets(
     }
 }
 
-/// A line of dashes on the ground.
+/// Draws a dashed line on the ground.
 fn dashes(start: Vec2, end: Vec2, colour: Color, brush: &mut Brush) {
-    /// Length of a dash and the gap after it, m.
+    /// The length of a dash and of the gap after it, m.
     const DASH_M: f32 = 0.12;
     let length = start.distance(end);
     let direction = (end - start).normalize_or_zero();
@@ -197,7 +197,7 @@ fn dashes(start: Vec2, end: Vec2, colour: Color, brush: &mut Brush) {
     }
 }
 
-/// What behaviours draw, but for the places where robots mean to go: those have a switch of their own.
+/// Draws the drawings of behaviours, except for targets, which have a switch of their own.
 pub(super) fn draw_drawings(
     showing: Showing,
     game: Res<Game>,

@@ -11,23 +11,23 @@ use naoisis_core::geometry::Pose;
 use naoisis_sensing::belief::PlaceCovariance;
 use naoisis_sensing::belief::covariance::half_axes_95;
 
-/// Height of what is drawn on the ground, m.
+/// The height of drawings on the ground, m.
 const GROUND_M: f32 = 0.012;
-/// Width of the lines, logical pixels.
+/// The width of lines, logical pixels.
 const LINE_WIDTH: f32 = 2.5;
 
 /// The lines of all overlays.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 pub struct OverlayLines;
 
-/// Words on the pitch, of the frame under way.
+/// The words on the pitch in this frame.
 #[derive(Resource, Default, Debug)]
 pub struct OverlayWords(pub Vec<Words>);
 
-/// Words at a place.
+/// Words at a position.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Words {
-    /// The place, m, in Bevy's world.
+    /// The position, m, in Bevy's world.
     pub place: Vec3,
     /// The words.
     pub text: String,
@@ -35,7 +35,7 @@ pub struct Words {
     pub colour: Color,
 }
 
-/// Makes the lines as wide as they should be, and keeps them out of the ground.
+/// Sets the width of lines, and keeps them above the ground.
 pub(super) fn set_lines(mut store: ResMut<GizmoConfigStore>) {
     let (config, _) = store.config_mut::<OverlayLines>();
     config.line.width = LINE_WIDTH;
@@ -54,46 +54,46 @@ fn on_ground(place: Vec2) -> Vec3 {
 }
 
 impl Brush<'_, '_> {
-    /// A line on the ground, m.
+    /// Draws a line on the ground, m.
     pub fn line(&mut self, start: Vec2, end: Vec2, colour: Color) {
         self.lines.line(on_ground(start), on_ground(end), colour);
     }
 
-    /// A line anywhere, m.
+    /// Draws a line in space, m.
     pub fn line_in_space(&mut self, start: Vec3, end: Vec3, colour: Color) {
         self.lines.line(world_from_pitch() * start, world_from_pitch() * end, colour);
     }
 
-    /// Lines from place to place on the ground, m.
+    /// Draws an open polygon on the ground, m.
     pub fn path(&mut self, places: impl IntoIterator<Item = Vec2>, colour: Color) {
         self.lines.linestrip(places.into_iter().map(on_ground), colour);
     }
 
-    /// Lines from place to place on the ground and back to the first, m.
+    /// Draws a closed polygon on the ground, m.
     pub fn outline(&mut self, places: impl IntoIterator<Item = Vec2>, colour: Color) {
         self.outline_at(places, GROUND_M, colour);
     }
 
-    /// Lines from place to place at a height and back to the first, m.
+    /// Draws a closed polygon at a height, m.
     pub fn outline_at(&mut self, places: impl IntoIterator<Item = Vec2>, height: f32, colour: Color) {
         let mut places = places.into_iter().map(|place| world_from_pitch() * place.extend(height));
         let Some(first) = places.next() else { return };
         self.lines.linestrip(core::iter::once(first).chain(places).chain([first]), colour);
     }
 
-    /// A circle on the ground, m.
+    /// Draws a circle on the ground, m.
     pub fn circle(&mut self, centre: Vec2, radius: f32, colour: Color) {
         self.path(arc(centre, radius, [0.0, TAU]), colour);
     }
 
-    /// A cross on the ground, of this length, m.
+    /// Draws a cross of this length on the ground, m.
     pub fn cross(&mut self, centre: Vec2, length: f32, colour: Color) {
         for arm in [Vec2::new(0.5, 0.5), Vec2::new(0.5, -0.5)] {
             self.line(centre - length * arm, centre + length * arm, colour);
         }
     }
 
-    /// An arrow on the ground, m.
+    /// Draws an arrow on the ground, m.
     pub fn arrow(&mut self, start: Vec2, end: Vec2, colour: Color) {
         let way = end - start;
         self.line(start, end, colour);
@@ -103,20 +103,20 @@ impl Brush<'_, '_> {
         }
     }
 
-    /// A robot's place and heading on the ground: a circle with a nose.
+    /// Draws a robot's position and heading on the ground: a circle with a nose.
     pub fn pose(&mut self, pose: Pose, radius: f32, colour: Color) {
         self.circle(pose.position, radius, colour);
         self.arrow(pose.position, pose.transform_point(Vec2::new(2.0 * radius, 0.0)), colour);
     }
 
-    /// The ellipse in which a place lies with 95 %.
+    /// Draws the 95 % ellipse of a position.
     pub fn ellipse(&mut self, centre: Vec2, covariance: PlaceCovariance, colour: Color) {
         let Some([long, short]) = half_axes_95(covariance) else { return };
         let turn = arc(Vec2::ZERO, 1.0, [0.0, TAU]);
         self.path(turn.map(|corner| centre + corner.x * long + corner.y * short), colour);
     }
 
-    /// Words above a place on the ground.
+    /// Writes words above a position on the ground.
     pub fn words(&mut self, place: Vec2, text: impl Into<String>, colour: Color) {
         self.words.0.push(Words { place: on_ground(place), text: text.into(), colour });
     }

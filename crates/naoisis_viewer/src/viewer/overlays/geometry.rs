@@ -1,18 +1,18 @@
-//! Shapes on the ground, as pure functions.
+//! Shapes on the ground as plain functions.
 
 use bevy::prelude::*;
 
 use naoisis_core::geometry::unit;
 
-/// Points of an arc about a centre, from an angle to another, radians.
+/// The points of an arc between two angles, radians.
 pub fn arc(centre: Vec2, radius: f32, [from, to]: [f32; 2]) -> impl Iterator<Item = Vec2> {
-    /// Of a whole circle.
+    /// The number of corners of a whole circle.
     const CORNERS: f32 = 64.0;
     let count = (CORNERS * (to - from).abs() / core::f32::consts::TAU).ceil().max(1.0) as u32;
     (0..=count).map(move |index| centre + radius * unit(from + (to - from) * index as f32 / count as f32))
 }
 
-/// The outline of the part of a ring between two angles, radians.
+/// The outline of a sector of a ring between two angles, radians.
 pub fn sector(centre: Vec2, [inner, outer]: [f32; 2], [from, to]: [f32; 2]) -> Vec<Vec2> {
     arc(centre, inner, [from, to]).chain(arc(centre, outer, [to, from])).collect()
 }

@@ -1,7 +1,8 @@
-//! What is drawn on the pitch: what robots see, hear, believe and want, their bodies and ways, and the rules' areas.
+//! Overlays: drawings on the pitch of what robots see, hear, believe and want, of their bodies and trails, and of the
+//! areas of the rules.
 //!
-//! Each kind has a switch, for all robots, for the selected one, and for each. Robots' cameras see none of it: they have
-//! a renderer of their own.
+//! Each kind has a switch for all robots, for the selected one, and for each robot. Robots' cameras do not see
+//! overlays, because they have a renderer of their own.
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -70,32 +71,32 @@ impl Plugin for OverlaysPlugin {
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OverlaySystems;
 
-/// What can be drawn of a robot.
+/// The kinds of overlays of robots.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Overlay {
     /// The ground that its cameras see.
     FieldsOfView,
-    /// The sectors of its sonars, and their echoes.
+    /// The sectors and echoes of its sonars.
     Sonar,
-    /// What it recognised, where it thinks that it is.
+    /// Its detections, at the positions it measured.
     Percepts,
-    /// Where it believes itself, the ball and the opponents, against the truth.
+    /// Its beliefs about itself, the ball and other robots, compared with the truth.
     Beliefs,
-    /// Where it means to go, what it does next.
+    /// Its targets and next steps.
     Targets,
-    /// What its behaviour draws.
+    /// The drawings of its behaviour.
     Drawings,
-    /// Its bodies.
+    /// Its bounding boxes.
     Bounds,
-    /// Where its feet reach the ball.
+    /// The regions in which it can kick the ball.
     KickAreas,
-    /// Where it came from.
+    /// Its recent path.
     Trails,
 }
 
 impl Overlay {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Overlay; 9] = [
         Overlay::FieldsOfView,
         Overlay::Sonar,
@@ -108,7 +109,7 @@ impl Overlay {
         Overlay::Trails,
     ];
 
-    /// Its name, for people.
+    /// The name in the window.
     pub fn name(self) -> &'static str {
         match self {
             Overlay::FieldsOfView => "Fields of view",
@@ -123,52 +124,52 @@ impl Overlay {
         }
     }
 
-    /// What it shows, for people.
+    /// The description in the window.
     pub fn description(self) -> &'static str {
         match self {
             Overlay::FieldsOfView => "The ground that the upper (yellow) and the lower (orange) camera see",
             Overlay::Sonar => "The sectors of both sonars, and the echoes in them",
-            Overlay::Percepts => "What the cameras recognised, where the robot measures it to be",
+            Overlay::Percepts => "Detections of the cameras, at the positions that the robot measures",
             Overlay::Beliefs => {
-                "Where the robot believes itself, the ball and others, each with its 95 % ellipse and the way to the truth"
+                "Beliefs about itself, the ball and others, each with its 95 % ellipse and a line to the truth"
             }
-            Overlay::Targets => "Where the robot means to go, where this cycle's command leads, where it will look",
+            Overlay::Targets => "Target, effect of the current command, and direction of the head",
             Overlay::Drawings => "The lines, circles and words that its behaviour draws",
-            Overlay::Bounds => "The boxes of torso and base that collisions, sonars and cameras know",
+            Overlay::Bounds => "Boxes of torso and base, as used by collisions, sonars and cameras",
             Overlay::KickAreas => "Where the ball must lie for each kick",
-            Overlay::Trails => "The way of the last seconds",
+            Overlay::Trails => "Path of the last seconds",
         }
     }
 }
 
-/// Of whom a kind is drawn.
+/// The robots for which a kind is drawn.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Shows {
-    /// Of all robots.
+    /// All robots.
     pub all: bool,
-    /// Of the selected one, while panels are shown.
+    /// The selected robot, while panels are shown.
     pub selected: bool,
-    /// Of the selected one, while the match is shown to others: whoever selects a robot for them has switched it on there.
+    /// The selected robot, in the use [`Workspace::Teach`], where it must be switched on.
     pub selected_in_teaching: bool,
-    /// Of these robots, whether they are selected or not.
+    /// These robots, selected or not.
     pub robots: BTreeSet<RobotId>,
 }
 
-/// What is drawn, and of whom.
+/// Which overlays are drawn.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Overlays {
-    /// What is drawn of robots, and of which.
+    /// The kinds for robots.
     pub of_robots: BTreeMap<Overlay, Shows>,
-    /// Who touched the ball last.
+    /// The last touch of the ball.
     pub last_touch: bool,
-    /// The areas that the rules speak of.
+    /// The areas of the rules.
     pub areas: bool,
 }
 
 impl Default for Overlays {
-    /// What the selected robot senses, believes and wants.
+    /// The default: perceptions, beliefs and commands of the selected robot.
     fn default() -> Self {
         let of_selected = [
             Overlay::FieldsOfView,
@@ -187,14 +188,14 @@ impl Default for Overlays {
 }
 
 impl Shows {
-    /// Whether it is drawn of whoever is selected.
+    /// Whether the kind is drawn for the selected robot.
     pub fn of_selected(&self, workspace: Workspace) -> bool {
         if workspace == Workspace::Teach { self.selected_in_teaching } else { self.selected }
     }
 }
 
 impl Overlays {
-    /// Whether a kind is drawn of a robot.
+    /// Whether a kind is drawn for a robot.
     pub fn shows(&self, overlay: Overlay, robot: RobotId, selection: &Selection, workspace: Workspace) -> bool {
         self.of_robots.get(&overlay).is_some_and(|shows| {
             let is_selected = selection.0 == Some(robot);
@@ -202,7 +203,7 @@ impl Overlays {
         })
     }
 
-    /// Whether a kind is drawn of anyone.
+    /// Whether a kind is drawn for any robot.
     pub fn shows_any(&self, overlay: Overlay, selection: &Selection, workspace: Workspace) -> bool {
         self.of_robots.get(&overlay).is_some_and(|shows| {
             shows.all || (selection.0.is_some() && shows.of_selected(workspace)) || !shows.robots.is_empty()
@@ -210,22 +211,22 @@ impl Overlays {
     }
 }
 
-/// Changes what is drawn.
+/// Commands about overlays.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum OverlayCommand {
-    /// A kind, of all robots or not.
+    /// Switches a kind for all robots.
     ToggleAll(Overlay),
-    /// A kind, of the selected robot or not.
+    /// Switches a kind for the selected robot.
     ToggleSelected(Overlay),
-    /// A kind, of this robot or not.
+    /// Switches a kind for this robot.
     Toggle(Overlay, RobotId),
-    /// Who touched the ball last.
+    /// Switches the last touch of the ball.
     ToggleLastTouch,
-    /// The areas that the rules speak of.
+    /// Switches the areas of the rules.
     ToggleAreas,
-    /// Nothing at all.
+    /// Switches all overlays off.
     Clear,
-    /// What is drawn at first.
+    /// Restores the default.
     Reset,
 }
 
@@ -265,7 +266,7 @@ impl Overlays {
     }
 }
 
-/// Which robots a kind is drawn of, and where things are shown.
+/// The robots for which kinds are drawn, and the displayed poses.
 #[derive(SystemParam)]
 pub(super) struct Showing<'w> {
     overlays: Res<'w, Overlays>,
@@ -277,7 +278,7 @@ pub(super) struct Showing<'w> {
 }
 
 impl Showing<'_> {
-    /// Whether a kind is drawn of anyone.
+    /// Whether a kind is drawn for any robot.
     fn any(&self, overlay: Overlay) -> bool {
         // Who watches wants to see the match; in one robot's world there are no others.
         let shows_truth = self.world.as_ref().is_none_or(|world| !world.0);
@@ -285,13 +286,13 @@ impl Showing<'_> {
         shows_truth && workspace != Workspace::Watch && self.overlays.shows_any(overlay, &self.selection, workspace)
     }
 
-    /// Whether a kind is drawn of a robot; nothing is of those that are off the pitch.
+    /// Whether a kind is drawn for a robot; not for penalised robots.
     fn shows(&self, overlay: Overlay, robot: RobotId, penalty: &Penalty) -> bool {
         let shows = || self.overlays.shows(overlay, robot, &self.selection, self.display.workspace);
         self.any(overlay) && !penalty.is_off_pitch() && shows()
     }
 
-    /// Where something is shown, pitch frame.
+    /// The displayed pose, pitch frame.
     fn place(&self, pose: &Pose, previous: &PreviousPose) -> Pose {
         between(previous.0, *pose, self.fraction.0, self.clock.period())
     }

@@ -1,4 +1,4 @@
-//! The switches of the overlays.
+//! The panel with the switches of the overlays.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, RichText, WidgetInfo, WidgetType};
@@ -12,10 +12,10 @@ use crate::viewer::theme::{dim, team_colour, text_size};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 
-/// The height of what is below the switches, logical pixels.
+/// The height of the part below the switches, logical pixels.
 const BELOW: f32 = 60.0;
 
-/// Widths of the names and of each column of switches, logical pixels.
+/// The widths of the names and of each column of switches, logical pixels.
 const NAMES: f32 = 120.0;
 const SWITCH: f32 = 49.0;
 
@@ -65,9 +65,9 @@ fn show_switches(
                     commands.write(command);
                 }
             };
-            let hint = "The lines and circles that the rules go by, and to whom each area belongs";
+            let hint = "Lines and circles of the rules, and the team of each area";
             switch(ui, overlays.areas, "Areas of the rules", hint, OverlayCommand::ToggleAreas);
-            let hint = "Who touched the ball last, and when";
+            let hint = "The last robot that touched the ball, and when";
             switch(ui, overlays.last_touch, "Last touch", hint, OverlayCommand::ToggleLastTouch);
             for (text, command) in [("None", OverlayCommand::Clear), ("Reset", OverlayCommand::Reset)] {
                 if ui.button(text).clicked() {

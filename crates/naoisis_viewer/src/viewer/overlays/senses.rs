@@ -1,4 +1,4 @@
-//! What robots see and hear.
+//! Overlays of cameras, sonars and detections.
 
 use bevy::prelude::*;
 
@@ -18,10 +18,10 @@ use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
 use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 
-/// Fields of view are drawn so far from the robot, m.
+/// The greatest distance of a drawn field of view, m.
 const FURTHEST_M: f32 = 4.0;
 
-/// The colour of a camera's field of view: that of a robot's lower camera is another.
+/// The colour of a camera's field of view; the lower camera has its own.
 pub fn camera_ink(camera: CameraName) -> DrawColour {
     if camera == CameraName::BOTTOM { DrawColour::Orange } else { DrawColour::Yellow }
 }

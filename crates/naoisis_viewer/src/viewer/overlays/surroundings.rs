@@ -1,4 +1,4 @@
-//! What concerns nobody in particular: the areas that the rules speak of, and who touched the ball last.
+//! Overlays that belong to no robot: the areas of the rules, and the last touch of the ball.
 
 use bevy::prelude::*;
 
@@ -98,7 +98,7 @@ pub(super) fn draw_last_touch(
         brush.line(place, ball.translation.truncate(), colour.with_alpha(0.5));
     }
     let how = if touch.kick { "kicked" } else { "touched" };
-    brush.words(place + Vec2::Y * 0.3, format!("{how} it last, {:.1} s ago", now_s - touch.time_s), colour);
+    brush.words(place + Vec2::Y * 0.3, format!("last {how} the ball {:.1} s ago", now_s - touch.time_s), colour);
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! All fields that there are to plot: from the components that robots and the ball have.
+//! The list of all fields that can be plotted, from the components of robots and the ball.
 
 use bevy::prelude::*;
 use core::any::TypeId;
@@ -13,29 +13,29 @@ use crate::viewer::rebuild::{Rebuilt, ShownState};
 use naoisis_core::ball::Ball;
 use naoisis_core::robot::Roster;
 
-/// The components that robots have are looked through so often, s.
+/// The time between two searches for components, s.
 const LOOK_EVERY_S: f32 = 0.5;
 
-/// All fields that there are to plot in this match.
+/// All fields that can be plotted in this match.
 #[derive(Resource, Default, Debug)]
 pub struct FieldList {
     fields: Vec<KnownField>,
-    /// The components that they were found in: of robots, and of the ball.
+    /// The components that have been searched: of robots, and of the ball.
     components: [BTreeSet<TypeId>; 2],
 }
 
 impl FieldList {
-    /// All of them, those of a component beside each other.
+    /// All fields, grouped by component.
     pub fn all(&self) -> &[KnownField] {
         &self.fields
     }
 
-    /// The one that is remembered so.
+    /// The entry of a field.
     pub fn find(&self, field: &Field) -> Option<&KnownField> {
         self.fields.iter().find(|known| known.field == *field)
     }
 
-    /// Those of robots that are in a component, or in one of its fields.
+    /// The fields of robots in a component, below the field `first_name`.
     pub fn within<'a>(&'a self, component: TypeId, first_name: &'a str) -> impl Iterator<Item = &'a KnownField> {
         self.fields.iter().filter(move |known| {
             let is_there = matches!(known.source, Source::Component { type_id, .. } if type_id == component);
@@ -46,7 +46,7 @@ impl FieldList {
     }
 }
 
-/// Looks through the components that robots and the ball have: behaviours may give them others.
+/// Searches the components of robots and the ball, because behaviours may add some.
 pub(super) fn list_fields(world: &mut World, mut last_s: Local<Option<f32>>) {
     let now_s = world.get_resource::<Time<Real>>().map_or(0.0, Time::elapsed_secs);
     let is_wanted = world.resource::<DisplaySettings>().plots
@@ -95,7 +95,7 @@ pub(super) fn list_fields(world: &mut World, mut last_s: Local<Option<f32>>) {
     *world.resource_mut::<FieldList>() = FieldList { fields, components: list };
 }
 
-/// All that is measured, as fields.
+/// All measured numbers as fields.
 pub(super) fn measured_fields() -> impl Iterator<Item = KnownField> {
     measured::ALL.into_iter().map(|measured| KnownField {
         field: Field(measured.key.to_owned()),

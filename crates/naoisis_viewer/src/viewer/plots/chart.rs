@@ -1,16 +1,18 @@
-//! A plot without a screen: curves, round ticks, and what is written beside them. The window and files show the same.
+//! A plot independent of the screen: curves, round ticks, and labels. The window and exported files use the same.
 
 use super::wording::Unit;
 use naoisis_record::record::axis::{number, round_step, ticks};
 use naoisis_sensing::appearance::colours::Colour;
 
-/// The colours of curves on dark ground and on light: people with any colour vision can tell them apart (Okabe and Ito 2008).
+/// The colours of curves on dark ground and on light ones; they can be distinguished with any colour vision (Okabe and
+/// Ito 2008).
 const ON_DARK: [[u8; 3]; 7] =
     [[86, 180, 233], [230, 159, 0], [0, 190, 140], [240, 228, 66], [222, 140, 190], [235, 110, 30], [235, 235, 235]];
 const ON_LIGHT: [[u8; 3]; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 125, 92], [150, 110, 0], [170, 70, 130], [120, 60, 10], [30, 30, 30]];
 
-/// The colour of the curve at a place in the legend, and whether it is dashed, as there are more curves than colours.
+/// The colour of the curve at an index of the legend, and whether it is dashed, because there are more curves than
+/// colours.
 pub fn ink(index: usize, is_dark: bool) -> (Colour, bool) {
     let colours = if is_dark { ON_DARK } else { ON_LIGHT };
     (Colour(colours[index % colours.len()]), index >= colours.len())
@@ -19,7 +21,7 @@ pub fn ink(index: usize, is_dark: bool) -> (Colour, bool) {
 /// A curve.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Line {
-    /// Whose it is.
+    /// The name of its robot, or of the ball.
     pub name: String,
     /// Pieces of (cycle, value).
     pub pieces: Vec<Vec<[f64; 2]>>,
@@ -28,9 +30,9 @@ pub struct Line {
 /// A plot.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Chart {
-    /// What is plotted.
+    /// The title.
     pub title: String,
-    /// In what it is counted.
+    /// The unit.
     pub unit: Unit,
     /// The curves, in the order of the legend.
     pub lines: Vec<Line>,
@@ -40,17 +42,17 @@ pub struct Chart {
     pub period_s: f64,
 }
 
-/// Round values along an axis.
+/// Ticks of an axis.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Ticks {
     /// The ends of the axis.
     pub range: [f64; 2],
-    /// The values, each with its words.
+    /// The values, each with its label.
     pub at: Vec<(f64, String)>,
 }
 
 impl Chart {
-    /// What stands above it: with the unit.
+    /// The title with the unit.
     pub fn heading(&self) -> String {
         match self.unit.symbol() {
             "" => self.title.clone(),
@@ -58,7 +60,7 @@ impl Chart {
         }
     }
 
-    /// Ticks of the values, at most so many, at round numbers that have all values between them.
+    /// At most `most` ticks of values, at round numbers around all values.
     pub fn value_ticks(&self, most: usize) -> Ticks {
         let [first, last] = self.cycles;
         let is_shown = |[cycle, _]: &&[f64; 2]| (first..=last).contains(cycle);
@@ -86,7 +88,7 @@ impl Chart {
         Ticks { range, at: ticks(range, step).map(|value| (value, number(value, step))).collect() }
     }
 
-    /// Ticks of the time, at most so many.
+    /// At most `most` ticks of time.
     pub fn time_ticks(&self, most: usize) -> Ticks {
         const STEPS_S: [f64; 15] =
             [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0];
@@ -96,9 +98,9 @@ impl Chart {
         Ticks { range, at: ticks(range, step).map(|time_s| (time_s, time_words(time_s, step))).collect() }
     }
 
-    /// By how much the curve at a place in the legend is drawn higher: what stands for words would lie on top of each other.
+    /// The upward shift of a curve, so that curves of discrete values do not cover each other.
     pub fn shift(&self, index: usize) -> f64 {
-        /// From one curve to the next, and from the first to the last at most.
+        /// The shift from one curve to the next, and the greatest one.
         const EACH: f64 = 0.035;
         const ALL: f64 = 0.28;
         let count = self.lines.len();
@@ -110,7 +112,7 @@ impl Chart {
         each * ((count - 1) as f64 / 2.0 - index as f64)
     }
 
-    /// A value in words.
+    /// A value as text.
     pub fn value_words(&self, value: f32) -> String {
         match self.unit.word(f64::from(value)) {
             Some(word) => word.to_owned(),
@@ -122,7 +124,7 @@ impl Chart {
     }
 }
 
-/// Of what stands for words, those that occur, with a little room around them.
+/// Ticks at the discrete values that occur, with a margin.
 fn word_ticks(unit: &Unit, extremes: [f64; 2]) -> Ticks {
     let [low, high] = if *unit == Unit::YesNo || extremes[0] > extremes[1] { [0.0, 1.0] } else { extremes };
     let words = (low as usize..=high as usize).map(|value| value as f64);
@@ -130,7 +132,7 @@ fn word_ticks(unit: &Unit, extremes: [f64; 2]) -> Ticks {
     Ticks { range: [low - 0.2, high + 0.2], at }
 }
 
-/// A time since the start of the match, with tenths where ticks are closer than seconds.
+/// A time since the start of the match, with tenths if ticks are less than a second apart.
 fn time_words(time_s: f64, step_s: f64) -> String {
     let sign = if time_s < -1e-9 { "\u{2212}" } else { "" };
     let tenths = (time_s.abs() * 10.0).round() as u64;

@@ -1,4 +1,4 @@
-//! A plot as a file: a picture as PNG or SVG, or its numbers as CSV.
+//! Exports a plot to a file: PNG, SVG, or its numbers as CSV.
 
 use bevy::math::Vec2;
 use core::fmt::Write as _;
@@ -12,23 +12,23 @@ use naoisis_record::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, shortened
 use naoisis_record::record::png_file::{Layer, encode_png};
 use naoisis_sensing::appearance::colours::Colour;
 
-/// Size of a picture, points, and pixels to a point.
+/// The size of a picture, points, and its pixels per point.
 const SIZE: Vec2 = Vec2::new(900.0, 380.0);
 const PIXELS: f32 = 2.0;
-/// What is left beside the curves: for values, for the title, for the legend, for the time.
+/// The margins for values, title, legend and time.
 const LEFT: f32 = 74.0;
 const ABOVE: f32 = 40.0;
 const RIGHT: f32 = 118.0;
 const BELOW: f32 = 52.0;
-/// Height of letters, points.
+/// The height of letters, points.
 const LETTERS: f32 = 15.0;
-/// Ticks at most.
+/// The most ticks of values.
 const VALUE_TICKS: usize = 6;
 const TIME_TICKS: usize = 9;
-/// Light lines behind the curves.
+/// The colour of the grid.
 const GRID: Colour = Colour([222, 224, 228]);
 
-/// The kinds of files.
+/// The file formats.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FileKind {
     /// A picture of pixels.
@@ -40,10 +40,10 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// All of them.
+    /// All formats.
     pub const ALL: [FileKind; 3] = [FileKind::Png, FileKind::Svg, FileKind::Csv];
 
-    /// Its name, for people.
+    /// The name in the window.
     pub fn name(self) -> &'static str {
         match self {
             FileKind::Png => "PNG",
@@ -53,13 +53,13 @@ impl FileKind {
     }
 }
 
-/// Columns of a picture of a plot: as many points as it has for the curves.
+/// The number of columns of an exported curve, in points.
 pub fn columns() -> usize {
     ((SIZE.x - LEFT - RIGHT) * PIXELS) as usize
 }
 
-/// Writes a plot of a match into a new file in a folder, whose name says match, field and whose curves they are. `whole` has the
-/// curves with all their values.
+/// Writes a plot of a match into a new file in a folder. The name has match, field and robots. `whole` has the curves
+/// with all values.
 ///
 /// # Errors
 /// Those of the file system.
@@ -91,7 +91,7 @@ pub fn save(
     write_new(folder, &name, &kind.name().to_lowercase(), &bytes)
 }
 
-/// The values of all cycles that are shown, a column for each curve; empty where there was none.
+/// The values of all visible cycles, one column per curve; empty cells where there is no value.
 fn csv(chart: &Chart, whole: &[(String, &Series)]) -> String {
     let symbol = chart.unit.symbol();
     let unit = if symbol.is_empty() { String::new() } else { format!(" [{symbol}]") };
@@ -119,12 +119,12 @@ fn csv(chart: &Chart, whole: &[(String, &Series)]) -> String {
     text
 }
 
-/// As a CSV file has what may have a comma in it (RFC 4180).
+/// A text quoted for CSV if it needs to be (RFC 4180).
 fn quoted(words: &str) -> String {
     if words.contains([',', '"', '\n']) { format!("\"{}\"", words.replace('"', "\"\"")) } else { words.to_owned() }
 }
 
-/// What draws a picture of a plot. Places are points from the top left corner.
+/// Draws the picture of a plot. Positions are points from the top left corner.
 trait Pen {
     fn line(&mut self, places: &[Vec2], colour: Colour, width: f32, is_dashed: bool);
     fn words(&mut self, words: &str, at: Vec2, anchor: Anchor, colour: Colour);
@@ -144,7 +144,7 @@ impl Pen for Canvas {
     }
 }
 
-/// A picture of lines under way.
+/// An SVG picture in progress.
 #[derive(Default)]
 struct Svg(String);
 
@@ -223,7 +223,7 @@ fn draw(chart: &Chart, pen: &mut impl Pen) {
     pen.line(&corners, GREY, 1.2, false);
 }
 
-/// The points of a piece of a curve that are between two cycles, with those at the edges where it crosses them.
+/// The points of a piece of a curve between two cycles, including the crossings at the ends.
 pub fn clipped(piece: &[[f64; 2]], [first, last]: [f64; 2]) -> impl Iterator<Item = [f64; 2]> + '_ {
     let at = move |cycle: f64, one: [f64; 2], other: [f64; 2]| {
         let share = (cycle - one[0]) / (other[0] - one[0]);

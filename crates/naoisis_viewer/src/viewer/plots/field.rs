@@ -1,5 +1,5 @@
-//! What can be plotted of robots and the ball: every number of their components, whatever types these have, by reflection; and
-//! what is measured of them besides.
+//! Fields that can be plotted of robots and the ball: every number in their components, by reflection, and measured
+//! numbers.
 
 use bevy::prelude::*;
 use bevy::reflect::enums::VariantInfo;
@@ -12,35 +12,35 @@ pub use super::subject::Subject;
 use super::wording::{self, Unit};
 use naoisis_core::knowledge::{Knowledge, is_of_naoisis};
 
-/// Values within values are looked into so deep.
+/// The greatest depth of nested values.
 const DEEPEST: usize = 6;
-/// Arrays of more elements are counted, not looked into.
+/// The longest array whose elements are listed. Of longer ones only the length is plotted.
 const LONGEST_ARRAY: usize = 4;
 
-/// A number that can be plotted, as it is remembered: a component's type and the way to the value in it, or what is measured.
+/// The identifier of a field: the type of a component and the path to the number, or the key of a measured number.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Field(pub String);
 
-/// A field with all that is needed to read it and to talk about it.
+/// A field with all that is needed to read and to show it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct KnownField {
-    /// It.
+    /// The identifier.
     pub field: Field,
-    /// Whether it is the ball's, and not each robot's.
+    /// Whether it is of the ball, not of each robot.
     pub of_ball: bool,
-    /// What it belongs to, for people: a component, or "measured".
+    /// The group in the window: a component, or "measured".
     pub group: String,
-    /// What it is called there.
+    /// The name in its group.
     pub name: String,
-    /// In what it is counted.
+    /// The unit.
     pub unit: Unit,
-    /// Where it is read.
+    /// Where its values come from.
     pub(super) source: Source,
 }
 
 impl KnownField {
-    /// Its name where its group is not known from around it.
+    /// The name with the group.
     pub fn full_name(&self) -> String {
         match &self.source {
             Source::Measured(_) => self.name.clone(),
@@ -50,27 +50,27 @@ impl KnownField {
     }
 }
 
-/// Where a field is read.
+/// Where the values of a field come from.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Source {
-    /// In a record.
+    /// From records.
     Measured(Measured),
-    /// In a component of the robot or the ball.
+    /// From a component of the robot or the ball.
     Component { type_id: TypeId, steps: Vec<Step>, factor: f32 },
 }
 
-/// A step from a value into it.
+/// A step of the path from a component to a number.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Step {
     Name(&'static str),
     Index(usize),
-    /// What a variant has there, while the value is that variant.
+    /// A field of a variant, while the value is that variant.
     Variant(&'static str, usize),
-    /// How many there are of it.
+    /// The number of elements.
     Count,
 }
 
-/// The fields of a component, in their order; none where it has no numbers or is not registered to be read.
+/// The fields of a component, in order; none if it has no numbers or is not registered for reflection.
 pub fn fields_of_component(registry: &TypeRegistry, type_id: TypeId, of_ball: bool) -> Vec<KnownField> {
     let Some(registration) = registry.get(type_id).filter(|known| known.data::<ReflectComponent>().is_some()) else {
         return Vec::new();
@@ -100,7 +100,8 @@ pub fn fields_of_component(registry: &TypeRegistry, type_id: TypeId, of_ball: bo
     leaves.0.into_iter().map(of_leaf).collect()
 }
 
-/// Whether a component has something to plot: what the simulation says of knowledge, or what a program added.
+/// Whether a component can be plotted: marked by [`Knowledge`](naoisis_core::knowledge::Knowledge), or defined by the
+/// user's program.
 pub fn is_plottable(registry: &TypeRegistry, type_id: TypeId) -> bool {
     let Some(info) = registry.get_type_info(type_id) else { return false };
     let path = info.type_path();
@@ -113,7 +114,7 @@ pub fn is_plottable(registry: &TypeRegistry, type_id: TypeId) -> bool {
         || !(is_of_naoisis(path) || ["bevy_", "core::", "alloc::"].iter().any(|own| path.starts_with(own)))
 }
 
-/// What a leaf holds.
+/// The type of a number.
 enum Leaf {
     Number,
     Truth,
@@ -121,7 +122,7 @@ enum Leaf {
     Count,
 }
 
-/// The numbers in a value, each with the way to it and the names along it.
+/// The numbers in a value, each with its path and the names along it.
 #[derive(Default)]
 struct Leaves(Vec<(Vec<Step>, Vec<String>, Leaf)>);
 
@@ -244,7 +245,7 @@ fn is_number(type_id: TypeId) -> bool {
     for_numbers!(any_of)
 }
 
-/// The number at the end of the way, if there is one now.
+/// The number at the end of a path, if there is one now.
 pub(super) fn read(value: &dyn PartialReflect, steps: &[Step]) -> Option<f32> {
     let Some((step, rest)) = steps.split_first() else { return number(value) };
     match (step, value.reflect_ref()) {

@@ -1,4 +1,4 @@
-//! The list of all fields, of which one is found by typing a part of its name.
+//! The searchable list of fields.
 
 use bevy::prelude::*;
 use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
@@ -10,11 +10,11 @@ use super::{PlotCommand, Plots};
 use crate::viewer::theme::{bright, dim, text_size};
 use naoisis_core::team::RobotId;
 
-/// Size of the list, logical pixels.
+/// The size of the list, logical pixels.
 const WIDTH: f32 = 330.0;
 const HEIGHT: f32 = 320.0;
 
-/// The button that opens the list.
+/// Shows the button that opens the list.
 pub(super) fn show(ui: &mut egui::Ui, list: &FieldList, plots: &Plots, commands: &mut MessageWriter<PlotCommand>) {
     let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let (button, _) = MenuButton::new("Add a field…").config(stays).ui(ui, |ui| {
@@ -30,7 +30,7 @@ pub(super) fn show(ui: &mut egui::Ui, list: &FieldList, plots: &Plots, commands:
         let found: Vec<&KnownField> = list.all().iter().filter(|field| is_meant(field, &wanted)).collect();
         ui.data_mut(|data| data.insert_temp(id, wanted));
         if found.is_empty() {
-            ui.label(dim("No field has this in its name."));
+            ui.label(dim("No field has a name with these words."));
         }
         egui::ScrollArea::vertical().max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
             let mut group = "";
@@ -46,7 +46,7 @@ pub(super) fn show(ui: &mut egui::Ui, list: &FieldList, plots: &Plots, commands:
     button.on_hover_text("Every number of the robots and the ball, by its name");
 }
 
-/// A field to click on: it is plotted then, or no longer.
+/// Shows a field; a click plots it, or removes its plot.
 pub fn entry(
     ui: &mut egui::Ui,
     field: &KnownField,
@@ -65,7 +65,7 @@ pub fn entry(
     }
 }
 
-/// A value that is plotted by a click on it: at once where it is one number, from a list where it has parts.
+/// Makes a value plottable by a click: at once if it is one number, by a menu if it has parts.
 pub fn pinnable(
     response: Response,
     fields: &[&KnownField],
@@ -96,7 +96,7 @@ pub fn pinnable(
     }
 }
 
-/// Whether all words that are typed are in the name of a field or of what it belongs to.
+/// Whether all typed words are in the name of a field or of its group.
 fn is_meant(field: &KnownField, wanted: &str) -> bool {
     let name = format!("{} {}", field.group, field.name).to_lowercase();
     wanted.to_lowercase().split_whitespace().all(|word| name.contains(word))

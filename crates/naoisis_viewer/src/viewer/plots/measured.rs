@@ -1,4 +1,4 @@
-//! Numbers that are not a component's: what is measured of robots and the ball from the records of the match.
+//! Measured numbers of robots and the ball, from the records of the match.
 
 use bevy::math::Vec2;
 
@@ -6,12 +6,12 @@ use super::subject::Subject;
 use crate::viewer::cycle_samples::{CycleSample, RobotSample};
 use naoisis_core::geometry::to_degrees;
 
-/// A number of a robot, or of the ball, in a record.
+/// A measured number of a robot or of the ball.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Measured {
-    /// As it is remembered.
+    /// The key by which it is stored.
     pub(super) key: &'static str,
-    /// For people.
+    /// The name in the window.
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
     of: Of,
@@ -19,7 +19,7 @@ pub struct Measured {
 
 #[derive(Clone, Copy, Debug)]
 enum Of {
-    /// A robot's, in a cycle of a duration, s.
+    /// The value of a robot in a cycle of the given duration, s.
     Robot(fn(&RobotSample, f32) -> Option<f32>),
     Ball(fn(Vec2) -> f32),
 }
@@ -44,24 +44,24 @@ const fn of_ball(key: &'static str, name: &'static str, unit: &'static str, of: 
     Measured { key, name, unit, of: Of::Ball(of) }
 }
 
-/// All of them.
+/// All measured numbers.
 pub(super) const ALL: [Measured; 19] = [
-    of_robot("own_place_error", "error of its own place", "m", |robot, _| Some(robot.error?.position_m)),
+    of_robot("own_place_error", "error of its own position", "m", |robot, _| Some(robot.error?.position_m)),
     of_robot("own_heading_error", "error of its own heading", "°", |robot, _| Some(to_degrees(robot.error?.heading))),
     of_robot("ball_error", "error of the ball", "m", |robot, _| Some(robot.error?.ball?.position_m)),
     of_robot("opponent_error", "error of the opponents", "m", |robot, _| robot.error?.opponent_m),
     of_robot("ball_distance", "distance to the ball", "m", |robot, _| robot.ball_m.filter(|_| !robot.penalised)),
     of_robot("speed", "speed", "m/s", |robot, _| Some(robot.speed_mps)),
-    of_robot("wanted_speed", "speed that is wanted", "m/s", |robot, period_s| {
+    of_robot("wanted_speed", "commanded speed", "m/s", |robot, period_s| {
         robot.command.as_ref().map(|command| command.walk.unwrap_or_default().translation().length() / period_s)
     }),
-    of_robot("wanted_ahead", "walk that is wanted, ahead", "m/s", |robot, period_s| {
+    of_robot("wanted_ahead", "commanded walk, forward", "m/s", |robot, period_s| {
         robot.command.as_ref().map(|command| command.walk.unwrap_or_default().dx / period_s)
     }),
-    of_robot("wanted_left", "walk that is wanted, to the left", "m/s", |robot, period_s| {
+    of_robot("wanted_left", "commanded walk, to the left", "m/s", |robot, period_s| {
         robot.command.as_ref().map(|command| command.walk.unwrap_or_default().dy / period_s)
     }),
-    of_robot("wanted_turn", "turn that is wanted", "°/s", |robot, period_s| {
+    of_robot("wanted_turn", "commanded turn", "°/s", |robot, period_s| {
         robot.command.as_ref().map(|command| to_degrees(command.walk.unwrap_or_default().dtheta) / period_s)
     }),
     of_robot("x", "place x", "m", |robot, _| Some(robot.pose.position.x)),
@@ -76,12 +76,12 @@ pub(super) const ALL: [Measured; 19] = [
 ];
 
 impl Measured {
-    /// Whether it is the ball's.
+    /// Whether it is of the ball.
     pub(super) fn is_of_ball(self) -> bool {
         matches!(self.of, Of::Ball(_))
     }
 
-    /// What it is of everybody in a cycle of this duration, s.
+    /// The values of all robots, or of the ball, in a cycle of this duration, s.
     pub(super) fn values(self, sample: &CycleSample, period_s: f64) -> Vec<(Subject, f32)> {
         match self.of {
             Of::Ball(of) => sample.ball.map(|ball| (Subject::Ball, of(ball))).into_iter().collect(),

@@ -1,8 +1,8 @@
-//! Any number of robots and the ball as a curve over the whole match: pinned by a click on its value, or from a list.
+//! Plots: any number of robots and the ball over the whole match, chosen by a click on its value or from a list.
 //!
-//! From when a field is pinned its values are read after each cycle. Those of before are found by a thread of its own: what is
-//! measured from the records, what is in components by playing the match again from what was [kept](Keyframes) of it. That is so
-//! for a match that is played here and for one that a trace was written of.
+//! The values of a plotted field are read after each cycle. A thread finds those of earlier cycles: measured numbers
+//! from the records, numbers in components by replaying the match from its [keyframes](Keyframes). This works for
+//! matches and for traces.
 
 use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
@@ -40,7 +40,7 @@ use naoisis_record::record::history::History;
 use series::Series;
 use worker::{Reply, Task};
 
-/// More are not pinned at once.
+/// The most plots.
 const MOST_PINS: usize = 24;
 
 /// Keeps and shows the [`Plots`].
@@ -60,21 +60,21 @@ fn is_open(display: Res<DisplaySettings>) -> bool {
     display.plots
 }
 
-/// What the user wants of the plots.
+/// Commands about plots.
 #[derive(Message, Clone, PartialEq, Eq, Debug)]
 pub enum PlotCommand {
-    /// A curve of this field, for the robot if it is a robot's; no longer, if there is one.
+    /// Adds or removes the curve of a field, for the robot if it is a field of robots.
     Toggle(Field, Option<RobotId>),
-    /// No plot of this field.
+    /// Removes the plot of a field.
     Remove(Field),
 }
 
-/// A field that is plotted.
+/// A plotted field.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Pin {
     /// The field.
     pub field: Field,
-    /// The robots that have a curve; of a field of the ball, nobody.
+    /// The robots with a curve; empty for a field of the ball.
     #[serde(default)]
     pub robots: BTreeSet<RobotId>,
 }
@@ -89,30 +89,30 @@ impl Pin {
     }
 }
 
-/// What is plotted, and what is known of it.
+/// The plotted fields and their values.
 #[derive(Resource, Default, Debug)]
 pub struct Plots {
-    /// What is plotted, in order from above.
+    /// The plotted fields, from top to bottom.
     pub pins: Vec<Pin>,
     data: BTreeMap<Field, Known>,
-    /// The match that it is of.
+    /// The match of the values.
     of: Keyframes,
     job: Option<Job>,
 }
 
-/// What is known of a field.
+/// The known values of a field.
 #[derive(Default, Debug)]
 struct Known {
     curves: BTreeMap<Subject, Series>,
-    /// Before this cycle all is known.
+    /// All values before this cycle are known.
     until: u64,
-    /// From this cycle on all is known, as it was read while the match was played.
+    /// All values from this cycle on are known, because they were read while the match was played.
     since: Option<u64>,
-    /// Why no more can be known of the past.
+    /// Why no more values of the past can be known.
     fault: Option<String>,
 }
 
-/// A thread that finds out what was.
+/// A thread that finds values of the past.
 #[derive(Debug)]
 struct Job {
     fields: BTreeSet<Field>,
@@ -120,12 +120,12 @@ struct Job {
 }
 
 impl Plots {
-    /// The curve of a field, if anything is known of it.
+    /// The curve of a field, if any values are known.
     pub fn series(&self, field: &Field, subject: Subject) -> Option<&Series> {
         self.data.get(field)?.curves.get(&subject)
     }
 
-    /// How many fields are plotted, and how many curves of them have values.
+    /// The number of plotted fields, and of curves with values.
     pub fn counts(&self) -> [usize; 2] {
         let curves = self.pins.iter().flat_map(|pin| {
             let known = self.data.get(&pin.field).into_iter().flat_map(|known| &known.curves);
@@ -134,19 +134,19 @@ impl Plots {
         [self.pins.len(), curves.count()]
     }
 
-    /// Whether a field has a plot.
+    /// Whether a field is plotted.
     pub fn is_pinned(&self, field: &Field) -> bool {
         self.pins.iter().any(|pin| pin.field == *field)
     }
 
-    /// Why not all is known of a field, or how far it is known while it is still being found out.
+    /// Why not all values of a field are known, or how far they are known so far.
     fn state(&self, field: &Field) -> Option<String> {
         let known = self.data.get(field)?;
         if let Some(fault) = &known.fault {
-            return Some(format!("Before this it is not known: {fault}."));
+            return Some(format!("Earlier values are not known: {fault}."));
         }
         let job = self.job.as_ref().filter(|job| job.fields.contains(field));
-        job.map(|_| format!("The match is gone through for it: at cycle {}…", known.until))
+        job.map(|_| format!("Reading the match: at cycle {}…", known.until))
     }
 
     fn note(&mut self, field: &Field, values: impl IntoIterator<Item = (Subject, u64, f32)>) {
@@ -185,7 +185,7 @@ fn obey(
     }
 }
 
-/// Robots get a curve, or lose it where all of them have one; a plot without curves goes.
+/// Adds curves for robots, or removes them if all have one; a plot without curves is removed.
 fn toggle(pins: &mut Vec<Pin>, field: &Field, robots: BTreeSet<RobotId>) {
     let Some(index) = pins.iter().position(|pin| pin.field == *field) else {
         if pins.len() < MOST_PINS {
@@ -204,7 +204,7 @@ fn toggle(pins: &mut Vec<Pin>, field: &Field, robots: BTreeSet<RobotId>) {
     }
 }
 
-/// Of another match nothing is known, nor of a field that is no longer plotted.
+/// Removes the values of another match, and of fields that are no longer plotted.
 fn begin_anew(keyframes: Res<Keyframes>, mut plots: ResMut<Plots>) {
     if !plots.of.is_same(&keyframes) {
         let pins = core::mem::take(&mut plots.pins);
@@ -217,7 +217,7 @@ fn begin_anew(keyframes: Res<Keyframes>, mut plots: ResMut<Plots>) {
     }
 }
 
-/// Lets a thread find out what is not known of the past, of all fields at once.
+/// Starts a thread that finds the missing values of all fields.
 fn ask(
     mut plots: ResMut<Plots>,
     list: Res<FieldList>,
@@ -319,7 +319,7 @@ fn listen(mut plots: ResMut<Plots>) {
     }
 }
 
-/// Reads what is plotted after a cycle of the match that is played here.
+/// Reads the plotted fields after a cycle.
 pub(super) fn note_cycle(world: &mut World) {
     if world.get_resource::<Plots>().is_none_or(|plots| plots.pins.is_empty()) {
         return;
@@ -348,7 +348,7 @@ pub(super) fn note_cycle(world: &mut World) {
     });
 }
 
-/// The values of fields in the components that robots and the ball have now: which field, of whom, how much.
+/// The current values of fields in components: index of the field, subject, value.
 fn read_components(world: &mut World, fields: &[KnownField]) -> Vec<(usize, Subject, f32)> {
     if fields.iter().all(|field| matches!(field.source, Source::Measured(_))) {
         return Vec::new();

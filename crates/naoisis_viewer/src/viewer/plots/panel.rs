@@ -1,4 +1,4 @@
-//! The plots on the screen.
+//! The panel of the plots.
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
@@ -28,20 +28,20 @@ use naoisis_sim::scenario::Scenario;
 
 /// The panel.
 const DOCK: Dock = Dock { name: "plots", edge: Edge::Below, size: 190.0, least: 110.0, most_share: 0.6 };
-/// Height of the curves, and of the time below them, logical pixels.
+/// The height of the curves, and of the time below them, logical pixels.
 const CURVES: f32 = 92.0;
 const TIME: f32 = 15.0;
-/// Width of the values at the left, and of the legend at the right, logical pixels.
+/// The width of the values at the left, and of the legend at the right, logical pixels.
 const VALUES: f32 = 58.0;
 const LEGEND: f32 = 136.0;
-/// Height of a line of the legend, logical pixels.
+/// The height of a line of the legend, logical pixels.
 const ENTRY: f32 = 14.0;
-/// Height of words at axes.
+/// The height of labels of axes.
 const LETTERS: f32 = 10.5;
-/// Cycles between which there is no value are joined if they are no more: a trace may have a record of every so many only.
+/// The longest gap in cycles across which a curve is connected; a trace may contain only every few cycles.
 const LONGEST_GAP: u64 = 15;
 
-/// What is shown, and may be changed by it.
+/// The resources that the panel shows and changes.
 #[derive(bevy::ecs::system::SystemParam)]
 pub(super) struct Shown<'w> {
     plots: Res<'w, Plots>,
@@ -108,21 +108,21 @@ pub(super) fn show(
     Ok(())
 }
 
-/// A field that was pinned in another match, and that nobody has in this one.
+/// Shows a plotted field that no robot of this match has.
 fn missing(ui: &mut egui::Ui, pin: &Pin, commands: &mut MessageWriter<PlotCommand>) {
     let path = pin.field.0.rsplit("::").next().unwrap_or(&pin.field.0);
     let (component, path) = path.split_once('/').unwrap_or((path, ""));
     let names: Vec<String> = path.split('.').map(str::to_owned).collect();
     ui.horizontal(|ui| {
         let what = format!("{}: {}", super::wording::component(component), super::wording::path(&names));
-        ui.label(dim(format!("{what}: nobody in this match has it")).size(text_size::ENTRY));
-        if ui.small_button("✖").on_hover_text("No plot of it").clicked() {
+        ui.label(dim(format!("{what}: no robot in this match has it")).size(text_size::ENTRY));
+        if ui.small_button("✖").on_hover_text("Remove the plot").clicked() {
             commands.write(PlotCommand::Remove(pin.field.clone()));
         }
     });
 }
 
-/// A plot under way.
+/// A plot that is being shown.
 struct Plot<'a> {
     pin: &'a Pin,
     known: &'a KnownField,
@@ -132,7 +132,7 @@ struct Plot<'a> {
 }
 
 impl Plot<'_> {
-    /// Whose curves there are.
+    /// The subjects with curves.
     fn subjects(&self) -> Vec<Subject> {
         if self.known.of_ball {
             return vec![Subject::Ball];
@@ -146,7 +146,7 @@ impl Plot<'_> {
         self.shown.plots.series(&self.pin.field, subject)
     }
 
-    /// The part that is looked at, in so many columns.
+    /// The visible part, in `columns` columns.
     fn chart(&self, columns: usize) -> Chart {
         let curve = |subject| self.series(subject).map(|series| series.curve(self.axis.part, columns, LONGEST_GAP));
         let line = |subject: Subject| Line { name: subject.name(), pieces: curve(subject).unwrap_or_default() };
@@ -159,7 +159,7 @@ impl Plot<'_> {
         }
     }
 
-    /// What is plotted, of whom, and the files that can be made of it.
+    /// Shows the title, the choice of robots, and the export.
     fn show_head(&self, ui: &mut egui::Ui, commands: &mut MessageWriter<PlotCommand>, notice: &mut Notice) {
         let chart = self.chart(1);
         ui.horizontal(|ui| {
@@ -173,12 +173,12 @@ impl Plot<'_> {
                     response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, &name));
                     response
                 };
-                if named(ui.small_button("✖"), "Remove").on_hover_text("No plot of it").clicked() {
+                if named(ui.small_button("✖"), "Remove").on_hover_text("Remove the plot").clicked() {
                     commands.write(PlotCommand::Remove(self.pin.field.clone()));
                 }
                 for kind in FileKind::ALL.into_iter().rev() {
                     let button = named(ui.small_button(kind.name()), kind.name());
-                    if button.on_hover_text("Saves what is shown in the current folder").clicked() {
+                    if button.on_hover_text("Saves the visible part in the current folder").clicked() {
                         notice.tell(self.save(kind));
                     }
                 }
@@ -186,7 +186,7 @@ impl Plot<'_> {
                     let button = ui.menu_button(RichText::new("Robots").size(text_size::SMALL), |ui| {
                         self.choose_robots(ui, commands);
                     });
-                    named(button.response, "Robots of").on_hover_text("Whose curves there are");
+                    named(button.response, "Robots of").on_hover_text("Robots with a curve");
                 }
             });
         });
@@ -208,7 +208,7 @@ impl Plot<'_> {
         }
     }
 
-    /// Writes a file of it; what to tell the user.
+    /// Exports the plot. Returns a notice for the user.
     fn save(&self, kind: FileKind) -> String {
         let empty = Series::default();
         let whole = self.subjects().into_iter();
@@ -219,11 +219,11 @@ impl Plot<'_> {
         let name = format!("{}-seed{seed}", if name.is_empty() { "match" } else { name });
         match export::save(Path::new(""), &name, &self.chart(export::columns()), &whole, kind) {
             Ok(path) => format!("Saved as {}", path.display()),
-            Err(error) => format!("The plot is not saved: {error}"),
+            Err(error) => format!("The plot was not saved: {error}"),
         }
     }
 
-    /// The curves with their axes and legend; what the mouse does on them.
+    /// Shows the curves with axes and legend. Returns the input of the mouse.
     fn show_curves(&self, ui: &mut egui::Ui) -> egui::Response {
         let subjects = self.subjects();
         let height = CURVES.max(ENTRY * (subjects.len() + 1) as f32);
@@ -267,9 +267,9 @@ impl Plot<'_> {
         response
     }
 
-    /// Lines and words at round values and times; the ends of the values.
+    /// Draws ticks with labels. Returns the range of values.
     fn draw_axes(&self, ui: &egui::Ui, chart: &Chart, curves: Area) -> [f64; 2] {
-        /// A tick needs so many logical pixels.
+        /// The space that a tick needs, logical pixels.
         const EACH: [f32; 2] = [80.0, 20.0];
         let values = chart.value_ticks((curves.height() / EACH[1]) as usize);
         let times = chart.time_ticks((curves.width() / EACH[0]) as usize);
@@ -293,7 +293,7 @@ impl Plot<'_> {
         values.range
     }
 
-    /// Whose curve is which, with its value where the mouse is, or in the moment that is shown.
+    /// Shows the legend, with values at the mouse or at the moment that is shown.
     fn show_legend(&self, ui: &egui::Ui, chart: &Chart, subjects: &[Subject], curves: Area, cycle: u64) {
         let left = curves.right() + 10.0;
         let visuals = ui.visuals();

@@ -1,16 +1,16 @@
-//! A number over the cycles of a match, of which any part is drawn at a cost that does not grow with the part.
+//! A number over the cycles of a match, with a hierarchy of extremes: drawing any part costs the same.
 
-/// So many values have one pair of extremes, so many of those one, and so on.
+/// The number of values, or groups, in a group of the next level.
 const GROUP: usize = 4;
 /// The extremes of no values.
 const NOTHING: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
-/// A number in each cycle in which there was one.
+/// A number in some cycles.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Series {
-    /// By the cycle; not a number where there was none.
+    /// The values by cycle; NaN where there is none.
     values: Vec<f32>,
-    /// The smallest and the largest of each group of values, of each group of those, and so on.
+    /// The least and greatest values of each group, of each group of groups, and so on.
     levels: Vec<Vec<[f32; 2]>>,
 }
 
@@ -20,12 +20,12 @@ impl Series {
         self.values.get(usize::try_from(cycle).ok()?).copied().filter(|value| !value.is_nan())
     }
 
-    /// The value in a cycle, or the last one in the few cycles before it.
+    /// The value in a cycle, or the last one at most `longest_gap` cycles before it.
     pub fn value_about(&self, cycle: u64, longest_gap: u64) -> Option<f32> {
         (cycle.saturating_sub(longest_gap)..=cycle).rev().find_map(|cycle| self.value(cycle))
     }
 
-    /// Whether there is no value at all.
+    /// Whether there is no value.
     pub fn is_empty(&self) -> bool {
         self.values.iter().all(|value| value.is_nan())
     }
@@ -59,7 +59,7 @@ impl Series {
         }
     }
 
-    /// The extremes of a group on a level, from the level below it.
+    /// The extremes of a group, from the level below.
     fn extremes(&self, level: usize, group: usize) -> [f32; 2] {
         let join = |one: [f32; 2], other: [f32; 2]| [one[0].min(other[0]), one[1].max(other[1])];
         let range = |length: usize| GROUP * group..(GROUP * (group + 1)).min(length);
@@ -75,8 +75,8 @@ impl Series {
         }
     }
 
-    /// The curve over the cycles from one to another, in `columns` columns of pixels: pieces of (cycle, value) between which more
-    /// than `longest_gap` cycles have no value. Each column has at most two points: the smallest and the largest value there.
+    /// The curve from `first` to `last` in `columns` columns of pixels: pieces of (cycle, value), split where more than
+    /// `longest_gap` cycles have no value. Each column has at most two points: its least and its greatest value.
     pub fn curve(&self, [first, last]: [f64; 2], columns: usize, longest_gap: u64) -> Vec<Vec<[f64; 2]>> {
         let length = (last - first).max(1e-9);
         let each = length / columns.max(1) as f64;
@@ -108,13 +108,13 @@ impl Series {
     }
 }
 
-/// Pieces of a curve under way.
+/// Pieces of a curve in progress.
 #[derive(Default)]
 struct Pieces {
     longest_gap: f64,
     done: Vec<Vec<[f64; 2]>>,
     piece: Vec<[f64; 2]>,
-    /// The column that is being gathered, its cycles and its extremes.
+    /// The current column, its cycles and its extremes.
     column: Option<(i64, [f64; 2], [f64; 2])>,
 }
 

@@ -1,8 +1,8 @@
-//! Whose number it is.
+//! The subject of a number: a robot or the ball.
 
 use naoisis_core::team::RobotId;
 
-/// What a number is of.
+/// The subject of a number.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Subject {
     /// A robot.
@@ -12,7 +12,7 @@ pub enum Subject {
 }
 
 impl Subject {
-    /// Its name, for people.
+    /// The name in the window.
     pub fn name(self) -> String {
         match self {
             Subject::Robot(id) => id.to_string(),

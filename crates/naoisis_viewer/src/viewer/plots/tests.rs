@@ -22,7 +22,7 @@ fn simulator() -> App {
     app
 }
 
-/// The window without what it shows, at ten cycles a frame.
+/// The window without rendering, with ten cycles per frame.
 fn app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, RebuildPlugin, CycleSamplesPlugin));
@@ -57,7 +57,7 @@ fn pin(app: &mut App, name: &str) -> Field {
     field
 }
 
-/// Frames until all is known of a field from the start to a cycle.
+/// Runs frames until all values of a field are known from the start to a cycle.
 fn wait(app: &mut App, field: &Field, cycle: u64) {
     for _ in 0..200_000 {
         app.update();
@@ -79,7 +79,7 @@ fn values(app: &App, field: &Field, cycles: core::ops::Range<u64>) -> Vec<Option
 }
 
 const NAMES: [&str; 4] =
-    ["belief: pose, position x", "player memory: attacks", "error of its own place", "pose: heading"];
+    ["belief: pose, position x", "player memory: attacks", "error of its own position", "pose: heading"];
 
 /// A match in which fields were plotted from the start.
 fn plotted_from_the_start() -> (App, Vec<Field>) {

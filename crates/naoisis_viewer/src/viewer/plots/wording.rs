@@ -1,20 +1,20 @@
-//! What fields and their units are called: for people, without the names of types.
+//! Names of fields and units for the window, without names of types.
 
-/// In what a number is counted.
+/// The unit of a number.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Unit {
-    /// Nothing, or nobody knows.
+    /// No unit, or unknown.
     Plain,
-    /// This, such as `m`.
+    /// A unit, such as `m`.
     In(&'static str),
     /// 0 is no, 1 is yes.
     YesNo,
-    /// Which of these it is, from 0.
+    /// The index of one of these words, from 0.
     OneOf(Vec<String>),
 }
 
 impl Unit {
-    /// Its sign; none where there is none.
+    /// The symbol of the unit; empty if there is none.
     pub fn symbol(&self) -> &'static str {
         match self {
             Unit::In(symbol) => symbol,
@@ -22,7 +22,7 @@ impl Unit {
         }
     }
 
-    /// What a whole number means, where it stands for a word.
+    /// The word for a whole number, if numbers stand for words.
     pub fn word(&self, value: f64) -> Option<&str> {
         match self {
             Unit::YesNo => ["no", "yes"].get(value as usize).copied(),
@@ -37,7 +37,7 @@ impl Unit {
     }
 }
 
-/// The ends of names that say a unit, the longest first.
+/// Suffixes of names that state a unit, the longest first.
 const ENDINGS: [(&str, Unit); 13] = [
     ("_radps", Unit::In("°/s")),
     ("_mps2", Unit::In("m/s²")),
@@ -54,14 +54,14 @@ const ENDINGS: [(&str, Unit); 13] = [
     ("_s", Unit::In("s")),
 ];
 
-/// Names of angles in radians, and of what is turned by in a second.
+/// Names of angles in radians, and of angular velocities.
 const ANGLES: [&str; 9] = ["heading", "yaw", "pitch", "roll", "angle", "bearing", "theta", "dtheta", "direction"];
 const TURNS: [&str; 2] = ["angular", "turn_rate"];
-/// Names of places in metres.
+/// Names of positions in metres.
 const PLACES: [&str; 2] = ["position", "place"];
 
-/// The unit of a number that has these names, from its component (by its type's name) inwards, and the factor to it from what the
-/// program counts in: angles are shown in degrees.
+/// The unit of a number, from the type name of its component and the names along its path, and the factor from the
+/// program's unit: angles are shown in degrees.
 pub fn unit(component: &str, names: &[String]) -> (Unit, f32) {
     for name in names.iter().rev() {
         for (ending, unit) in ENDINGS {
@@ -87,17 +87,17 @@ pub fn unit(component: &str, names: &[String]) -> (Unit, f32) {
     }
 }
 
-/// What a component is called, by the name of its type.
+/// The name of a component, from the name of its type.
 pub fn component(type_name: &str) -> String {
     snake(type_name.split('<').next().unwrap_or(type_name)).replace('_', " ")
 }
 
-/// What one of several is called, by the name that the program has for it.
+/// The name of a variant, from its identifier.
 pub fn variant(name: &str) -> String {
     snake(name).replace('_', " ")
 }
 
-/// The way to a value, in words: without units, numbers and coordinates directly after what they belong to.
+/// The name of a path: without units, with numbers and coordinates directly after the name that they belong to.
 pub fn path(names: &[String]) -> String {
     let mut words = String::new();
     for name in names.iter().flat_map(|name| name.split('.')) {
@@ -112,7 +112,7 @@ pub fn path(names: &[String]) -> String {
     words
 }
 
-/// `GoTo` as `go_to`.
+/// Converts `GoTo` to `go_to`.
 pub fn snake(name: &str) -> String {
     let mut words = String::new();
     let mut before = '_';

@@ -1,4 +1,4 @@
-//! The thread that reads, and plays again, what was before somebody wanted to see a curve of it.
+//! The thread that finds values of the past, by reading records and replaying the match.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -17,33 +17,33 @@ use naoisis_record::record::history::History;
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::interface::fields::Fields;
 
-/// Cycles between two replies.
+/// The number of cycles between two replies.
 const AT_ONCE: u64 = 100;
 
-/// What is to be found out.
+/// A task of the thread.
 pub(super) struct Task {
     /// The fields.
     pub fields: Vec<KnownField>,
-    /// The cycles, from one to another.
+    /// The first and the last cycle.
     pub cycles: [u64; 2],
     pub history: History,
     pub keyframes: Keyframes,
-    /// What the records have.
+    /// The parts that the records contain.
     pub recorded: Fields,
     pub simulator: Option<MakeApp>,
     pub period_s: f64,
 }
 
-/// What has been found out.
+/// A reply of the thread.
 #[derive(Debug)]
 pub(super) enum Reply {
-    /// Values of these fields until the end of a cycle.
+    /// The values of these fields until the end of a cycle.
     Values { until: u64, fields: Vec<Field>, values: Vec<(usize, Subject, u64, f32)> },
-    /// Of these fields no more can be known, and why.
+    /// No more values of these fields can be known, and why.
     Fault(Vec<Field>, String),
 }
 
-/// Begins a task; it ends when nobody listens any more.
+/// Starts a task; it ends when the receiver is dropped.
 pub(super) fn begin(task: Task) -> io::Result<Receiver<Reply>> {
     let (said, replies) = mpsc::channel();
     thread::Builder::new().name("plots".to_owned()).spawn(move || {
@@ -52,7 +52,7 @@ pub(super) fn begin(task: Task) -> io::Result<Receiver<Reply>> {
     Ok(replies)
 }
 
-/// Somebody still listens, or nobody does.
+/// An error if the receiver was dropped.
 type Listened = Result<(), mpsc::SendError<Reply>>;
 
 fn work(mut task: Task, said: &Sender<Reply>) -> Listened {
@@ -68,7 +68,7 @@ fn work(mut task: Task, said: &Sender<Reply>) -> Listened {
     Ok(())
 }
 
-/// Values that are being gathered for a reply.
+/// Values that are collected for a reply.
 struct Gathered<'a> {
     fields: Vec<KnownField>,
     values: Vec<(usize, Subject, u64, f32)>,
@@ -91,7 +91,7 @@ impl Gathered<'_> {
     }
 }
 
-/// What is measured, from the records.
+/// Reads measured numbers from the records.
 fn read_records(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) -> Listened {
     let mut gathered = Gathered { fields, values: Vec::new(), said };
     let [first, last] = task.cycles;
@@ -123,7 +123,7 @@ fn read_records(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) 
     gathered.say(last)
 }
 
-/// What is in components, by playing the match again from what was kept of it.
+/// Reads numbers in components by replaying the match from its keyframes.
 fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) -> Listened {
     let mut gathered = Gathered { fields, values: Vec::new(), said };
     let [first, last] = task.cycles;
@@ -131,10 +131,10 @@ fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) ->
         return gathered.fail(first, fault);
     }
     let Some(simulator) = task.simulator else {
-        return gathered.fail(first, "this program cannot play the match again");
+        return gathered.fail(first, "this program cannot replay the match");
     };
     let Some((_, moment)) = task.keyframes.before(first) else {
-        return gathered.fail(first, "nothing is kept of the match from before this moment");
+        return gathered.fail(first, "there is no keyframe before this moment");
     };
     let mut app = simulator();
     app.insert_resource(SensingThreads(1));
@@ -161,7 +161,7 @@ fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) ->
                 gathered.values.clear();
                 return gathered.fail(
                     cycle,
-                    format!("played again, the match is another one at cycle {cycle}: its behaviours or the program have changed"),
+                    format!("the replayed match differs at cycle {cycle}: its behaviours or the program have changed"),
                 );
             }
         }
@@ -174,7 +174,7 @@ fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) ->
     }
 }
 
-/// Values by field, for who wants them sorted.
+/// Groups values by field.
 pub(super) fn by_field(
     fields: &[Field],
     values: Vec<(usize, Subject, u64, f32)>,

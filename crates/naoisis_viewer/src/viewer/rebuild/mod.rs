@@ -1,9 +1,9 @@
-//! Any moment of the match that is shown, whole: what its records leave out is played again in the background.
+//! Rebuilds the whole state at any moment of the match by replaying it in the background.
 //!
-//! Records say where everybody was, what robots perceived, believed and wanted. What their behaviours kept in mind, and chance,
-//! they do not. Of a match that is played here, and of one that a trace was written of, every few seconds is kept whole
-//! ([`Keyframes`]), and the cycles from there to the moment that is looked at are played again, in a thread of its own. That it is
-//! the same match is seen by its records; where it is another one, because behaviours have changed since, that is said.
+//! Records contain poses, perceptions, beliefs and commands, but not the memory of behaviours and the random numbers.
+//! [`Keyframes`] have the whole state every few seconds, for matches and for traces. A thread replays the cycles from a
+//! keyframe to the moment that is shown. The records show whether the replay is the same match; if it is not, because
+//! behaviours have changed since, the window says so.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -31,7 +31,7 @@ use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::gather::CurrentRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// Plays matches again.
+/// Rebuilds moments in the background.
 pub struct RebuildPlugin;
 
 impl Plugin for RebuildPlugin {
@@ -44,68 +44,68 @@ impl Plugin for RebuildPlugin {
     }
 }
 
-/// The systems that ask for moments and hear of them.
+/// The systems that request moments and receive them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct RebuildSystems;
 
-/// How far a trace's match has been played again.
+/// How far the match of a trace has been replayed.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub enum RebuildProgress {
-    /// There is nothing to play.
+    /// There is no trace to replay.
     #[default]
     Nothing,
     /// Until the end of this cycle; it is the same match.
     Until(u64),
-    /// From this cycle on it is another match.
+    /// It differs from this cycle on.
     Differs(u64),
-    /// It cannot be, and why.
+    /// It cannot be replayed, and why.
     Failed(String),
 }
 
-/// A moment of the match, whole.
+/// The whole state at a moment.
 pub struct RebuiltMoment {
     /// The cycle that had just ended.
     pub cycle: u64,
-    /// What all robots' behaviours kept in mind.
+    /// The behaviour states of all robots.
     pub states: BTreeMap<RobotId, BehaviourState>,
-    /// The match, to go on from there.
+    /// The match, to play on from.
     pub moment: Moment,
     /// The moment as a scenario, or why there is none.
     pub situation: Result<Scenario, String>,
-    /// Whether everybody is where the record of that cycle says.
+    /// Whether all poses agree with the record of the cycle.
     pub is_same: bool,
-    /// What it was played from: moments of another match have others.
+    /// The keyframes that it was rebuilt from; these identify the match.
     keyframes: Keyframes,
 }
 
-/// What is known of the match from playing it again.
+/// The results of replays.
 #[derive(Resource, Default)]
 pub struct Rebuilt {
-    /// How far a trace's match has been played again.
+    /// How far the match of a trace has been replayed.
     pub progress: RebuildProgress,
     latest: Option<RebuiltMoment>,
     thread: Option<Thread>,
-    /// The match that this is known of, by what is kept of it.
+    /// The match of the results.
     of: Keyframes,
-    /// The cycle that was asked for last.
+    /// The cycle of the last request.
     asked: Option<u64>,
 }
 
 impl Rebuilt {
-    /// The moment after a cycle of the match that is shown, if it has been rebuilt.
+    /// The state after a cycle of the match that is shown, if it has been rebuilt.
     pub fn moment(&self, cycle: u64, keyframes: &Keyframes) -> Option<&RebuiltMoment> {
         let moment = self.latest.as_ref()?;
         (moment.cycle == cycle && moment.keyframes.is_same(keyframes)).then_some(moment)
     }
 
-    /// What behaviours kept in mind at the moment that was rebuilt last.
+    /// The behaviour states of the moment that was rebuilt last.
     pub fn latest_states(&self) -> impl Iterator<Item = &BehaviourState> {
         self.latest.iter().flat_map(|moment| moment.states.values())
     }
 }
 
 impl Rebuilt {
-    /// Why the moment after a cycle of the match that is shown will not be rebuilt, if so.
+    /// Why the state after a cycle will not be rebuilt, if so.
     pub fn why_not(&self, cycle: u64, keyframes: &Keyframes) -> Option<String> {
         if let Some(fault) = keyframes.fault() {
             return Some(format!("Not known: {fault}."));
@@ -121,7 +121,7 @@ impl Rebuilt {
     }
 }
 
-/// The state of the selected robot's behaviour at the moment that is shown, or why it is not known.
+/// The behaviour state of the selected robot at the moment that is shown, or why it is not known.
 #[derive(Resource, Clone, PartialEq, Debug)]
 pub struct ShownState(pub Result<BehaviourState, String>);
 
@@ -131,23 +131,23 @@ impl Default for ShownState {
     }
 }
 
-/// A thread that plays matches again, for as long as it is listened to.
+/// The thread that replays matches until its channel is dropped.
 struct Thread {
     requests: Sender<Request>,
     replies: Mutex<Receiver<Reply>>,
 }
 
-/// What the thread is asked for.
+/// A request to the thread.
 enum Request {
-    /// To play a trace's match again, in place of any other.
+    /// Replay the match of a trace, in place of any other.
     Play(Box<PlayAgain>),
-    /// A moment, in place of any other.
+    /// Rebuild a moment, in place of any other.
     Rebuild(Box<Wanted>),
-    /// Nothing any more.
+    /// Cancel everything.
     Forget,
 }
 
-/// A match of which a trace was written.
+/// The match of a trace.
 struct PlayAgain {
     scenario: Scenario,
     records: History,
@@ -158,21 +158,21 @@ struct PlayAgain {
 /// A moment of a match.
 struct Wanted {
     cycle: u64,
-    /// What the match was like then.
+    /// The record of its cycle.
     record: CycleRecord,
     fields: Fields,
     keyframes: Keyframes,
 }
 
-/// What the thread says.
+/// A reply of the thread.
 enum Reply {
-    /// A trace's match has been played until the end of this cycle.
+    /// The match of the trace has been replayed until the end of this cycle.
     PlayedAgain(u64),
-    /// It is another match from this cycle on.
+    /// The replay differs from this cycle on.
     Differs(u64),
-    /// A moment that was asked for.
+    /// A moment has been rebuilt.
     Moment(Box<RebuiltMoment>),
-    /// It cannot be, and why.
+    /// Rebuilding failed, and why.
     Failed(String),
 }
 
@@ -196,12 +196,12 @@ impl Rebuilt {
         if let Some(thread) = &self.thread
             && thread.requests.send(request).is_err()
         {
-            self.progress = RebuildProgress::Failed("the match could not be played again".to_owned());
+            self.progress = RebuildProgress::Failed("the match could not be replayed".to_owned());
         }
     }
 }
 
-/// Of another match nothing is known; that of a trace is played again, from its start.
+/// Drops results of another match, and starts replaying the match of a trace.
 fn begin(
     timeline: Res<Timeline>,
     keyframes: Res<Keyframes>,
@@ -227,7 +227,7 @@ fn begin(
     }
 }
 
-/// Asks for the moment that is shown, if it is past.
+/// Requests the moment that is shown, if it is in the past.
 fn ask(
     timeline: Res<Timeline>,
     keyframes: Res<Keyframes>,
@@ -262,7 +262,7 @@ fn listen(mut rebuilt: ResMut<Rebuilt>) {
     }
 }
 
-/// The state of the selected robot's behaviour: of the present from the world, of the past from its moment.
+/// Reads the behaviour state of the selected robot: of the present from the world, of the past from the rebuilt moment.
 fn read_state(world: &mut World) {
     let shown = world.resource::<DisplaySettings>().robot;
     let Some(id) = world.resource::<Selection>().0.filter(|_| shown) else { return };
@@ -285,18 +285,18 @@ fn read_state(world: &mut World) {
     world.resource_mut::<ShownState>().set_if_neq(ShownState(state));
 }
 
-const OTHER_MATCH: &str = "Played again, the match is another one here: it was changed by hand, or a robot was driven.";
+const OTHER_MATCH: &str = "The replayed match differs here: it was changed by hand, or a robot was driven.";
 
 /// Why the state of a moment is not known.
 fn why_unknown(rebuilt: &Rebuilt, cycle: u64, keyframes: &Keyframes, can_play: bool) -> String {
     if !can_play {
-        return "This program cannot play the match again.".to_owned();
+        return "This program cannot replay the match.".to_owned();
     }
     rebuilt.why_not(cycle, keyframes).unwrap_or_else(|| match &rebuilt.progress {
         RebuildProgress::Until(until) if cycle > *until => {
-            format!("The match is played again to here: at cycle {until}…")
+            format!("Replaying the match up to here: at cycle {until}…")
         }
-        _ => "This moment is played again…".to_owned(),
+        _ => "Rebuilding this moment…".to_owned(),
     })
 }
 

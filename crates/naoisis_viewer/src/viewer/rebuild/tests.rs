@@ -20,7 +20,7 @@ fn simulator() -> App {
     app
 }
 
-/// A match at ten cycles a frame.
+/// A match with ten cycles per frame.
 fn app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, RebuildPlugin));
@@ -38,7 +38,7 @@ fn send<M: Message>(app: &mut App, message: M) {
     app.update();
 }
 
-/// Frames until the state of the moment that is shown is known, or that it never will be.
+/// Runs frames until the state of the moment that is shown is known, or cannot be.
 fn shown_state(app: &mut App, is_enough: impl Fn(&ShownState) -> bool) -> ShownState {
     // The thread has its own pace; it is waited for, but not for ever.
     for _ in 0..20_000 {
@@ -79,7 +79,7 @@ fn what_a_behaviour_kept_in_mind_is_known_of_the_past() {
     assert!(shown_state(&mut app, has_reasons).0.unwrap().reasons.unwrap().choice().is_some());
 }
 
-/// The trace of a match of some seconds, and what blue2 kept in mind after 90 cycles.
+/// The trace of a match of some seconds, and the behaviour state of blue2 after 90 cycles.
 fn trace() -> (ReadTrace, BehaviourState) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("match.jsonl.zst");

@@ -1,4 +1,4 @@
-//! The thread in which the match is played again.
+//! The thread that replays the match.
 
 use bevy::prelude::*;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
@@ -18,12 +18,12 @@ use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::BehaviourSpec;
 use naoisis_sim::simulation::{MatchApp, situation};
 
-/// Cycles that are played before the next request is looked at.
+/// The number of cycles between two checks for requests.
 const AT_ONCE: usize = 10;
-/// Poses and places that differ by less are the same in a trace, m: numbers there have the digits that mean something.
+/// The tolerance of poses and positions when a replay is compared with records, m: these have rounded numbers.
 const SAME_M: f32 = 2e-3;
 
-/// Serves requests until nobody is left who could send one.
+/// Serves requests until the sender is dropped.
 pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &Sender<Reply>) {
     let mut again: Option<Again> = None;
     let mut moments = Moments { simulator, app: None };
@@ -65,7 +65,7 @@ pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &
     }
 }
 
-/// A match of which a trace was written, while it is played again.
+/// The match of a trace while it is replayed.
 struct Again {
     app: App,
     play: PlayAgain,
@@ -81,9 +81,7 @@ impl Again {
         };
         // They are not even started.
         if play.scenario.robots.iter().any(|robot| is_from_outside(&robot.behaviour)) {
-            return fail(
-                "robots of this match were played by programs, which only know themselves what they thought".to_owned(),
-            );
+            return fail("robots of this match were played by programs, whose state is not recorded".to_owned());
         }
         if let Err(fault) = app.start_match(&play.scenario) {
             return fail(fault.to_string());
@@ -95,12 +93,12 @@ impl Again {
         }
     }
 
-    /// The cycle until which it has been played.
+    /// The cycle until which it has been replayed.
     fn until(&self) -> u64 {
         self.app.world().resource::<CycleClock>().cycle
     }
 
-    /// Plays some cycles, and sees that they are those of the trace.
+    /// Replays some cycles, and compares them with the trace.
     fn go_on(&mut self, replies: &Sender<Reply>) {
         let last = self.play.records.last_cycle().unwrap_or_default();
         for _ in 0..AT_ONCE {
@@ -122,7 +120,7 @@ impl Again {
     }
 }
 
-/// Whether somebody outside this program decides what a robot does.
+/// Whether a robot is controlled from outside this program.
 fn is_from_outside(behaviour: &BehaviourSpec) -> bool {
     match behaviour {
         BehaviourSpec::Program(_) => true,
@@ -131,7 +129,7 @@ fn is_from_outside(behaviour: &BehaviourSpec) -> bool {
     }
 }
 
-/// Whether the match is where a record says; what it leaves out cannot differ.
+/// Whether the match agrees with a record, as far as the record goes.
 pub(in crate::viewer) fn is_same(app: &mut App, record: &CycleRecord, fields: &Fields) -> bool {
     let is_near = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
     let mut same = !fields.has("robots.pose")
@@ -145,10 +143,10 @@ pub(in crate::viewer) fn is_same(app: &mut App, record: &CycleRecord, fields: &F
     same
 }
 
-/// The match in which single moments are played to.
+/// The match in which single moments are rebuilt.
 struct Moments {
     simulator: MakeApp,
-    /// It is made for the first one, with the moments of the match that is in it.
+    /// Created for the first moment, with the keyframes of its match.
     app: Option<(App, Keyframes)>,
 }
 
@@ -163,9 +161,9 @@ impl Moments {
         }
     }
 
-    /// Plays to the moment, from one that is not after a cycle.
+    /// Rebuilds a moment from a keyframe before it.
     fn play_from(&mut self, wanted: &Wanted, latest: u64) -> Result<RebuiltMoment, String> {
-        let nothing = || "nothing is kept of the match from before this moment".to_owned();
+        let nothing = || "there is no keyframe before this moment".to_owned();
         let kept = wanted.keyframes.before(latest).or_else(|| wanted.keyframes.before(wanted.cycle));
         let (kept, moment) = kept.ok_or_else(nothing)?;
         let (app, of_match) = self.app.get_or_insert_with(|| {
@@ -199,7 +197,7 @@ impl Moments {
     }
 }
 
-/// All robots say why they do what they do in the next cycle.
+/// Makes all robots record their reasons in the next cycle.
 fn ask_for_reasons(world: &mut World) {
     let robots: Vec<Entity> = world.resource::<Roster>().entities().collect();
     for robot in robots {
@@ -207,7 +205,7 @@ fn ask_for_reasons(world: &mut World) {
     }
 }
 
-/// They no longer do: the match goes on as it would have without.
+/// Stops recording reasons: the match continues as without them.
 fn forget_reasons(world: &mut World) {
     let robots: Vec<Entity> = world.resource::<Roster>().entities().collect();
     for robot in robots {

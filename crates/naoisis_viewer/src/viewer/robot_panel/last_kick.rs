@@ -1,4 +1,4 @@
-//! The last kick of a robot: when its behaviour wanted it, what came of it, and what it believed then.
+//! The last kick of a robot: when its behaviour decided it, its result, and the belief at that time.
 
 use bevy::prelude::*;
 
@@ -11,21 +11,21 @@ use naoisis_record::record::history::History;
 use naoisis_sensing::belief::point_pitch_from_team;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 
-/// So many cycles before a kick at the most its behaviour wanted it.
+/// The longest time between the decision and the kick, cycles.
 const LONGEST_CYCLES: u64 = 90;
 
-/// The last kick of a robot until a moment.
+/// The last kick of a robot before a moment.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct LastKick {
-    /// The cycle in which it was.
+    /// The cycle of the kick.
     pub cycle: u64,
-    /// The cycle in which its behaviour began to want it, if that is known.
+    /// The cycle in which the behaviour decided it, if that is known.
     pub decided: Option<u64>,
-    /// What it was, and what came of it.
+    /// The kick and its result, as text.
     pub words: String,
 }
 
-/// What was found last: records are not read anew in every frame.
+/// The last result, so that records are not read again in every frame.
 #[derive(Default)]
 pub(super) struct Found {
     of: Option<(RobotId, u64, Keyframes)>,
@@ -73,12 +73,12 @@ fn read(history: &mut History, robot: RobotId, cycle: u64, game: &Game) -> Optio
     Some(LastKick { cycle, decided, words })
 }
 
-/// The kick that a robot's behaviour wanted in a cycle.
+/// The kick that a robot's behaviour requested in a cycle.
 fn wanted(record: &CycleRecord, robot: RobotId) -> Option<KickRequest> {
     record.robot(robot)?.command.as_ref()?.kick
 }
 
-/// What kick there was in a cycle, and what came of it.
+/// The kick of a robot in a cycle and its result, as text.
 fn words(record: &CycleRecord, robot: RobotId, game: &Game) -> Option<String> {
     let (kick_type, result, reason) = record.events.iter().find_map(|event| match event {
         MatchEvent::Kick { robot: kicker, kick_type, result, reason, .. } if *kicker == robot => {
@@ -104,24 +104,24 @@ fn words(record: &CycleRecord, robot: RobotId, game: &Game) -> Option<String> {
 /// Why a kick missed, as the rest of a sentence.
 pub(super) fn miss_words(reason: KickMiss) -> &'static str {
     match reason {
-        KickMiss::Down => "as it was not on its feet",
-        KickMiss::OutOfReach => "as the ball was out of its reach",
-        KickMiss::Busy => "as it was still kicking",
-        KickMiss::Penalised => "as it is penalised",
-        KickMiss::PlayStopped => "as play is stopped",
-        KickMiss::NotANumber => "as its speed is no number",
-        KickMiss::NoBall => "as there is no ball",
-        KickMiss::NoSuchKick => "as it has no such kick",
+        KickMiss::Down => "because it was not on its feet",
+        KickMiss::OutOfReach => "because the ball was out of its reach",
+        KickMiss::Busy => "because it was still kicking",
+        KickMiss::Penalised => "because it is penalised",
+        KickMiss::PlayStopped => "because play is stopped",
+        KickMiss::NotANumber => "because its speed is not a number",
+        KickMiss::NoBall => "because there is no ball",
+        KickMiss::NoSuchKick => "because it has no such kick",
     }
 }
 
-/// Why the kick that a robot wants in this very cycle does not begin, if it does not.
+/// Why the kick that a robot requests in this cycle does not start, if so.
 pub(super) fn refused_now(record: &CycleRecord, robot: RobotId) -> Option<String> {
     record.events.iter().find_map(|event| match event {
         MatchEvent::Kick { robot: kicker, kick_type, result: KickResult::Missed, reason: Some(reason), .. }
             if *kicker == robot && *reason != KickMiss::OutOfReach =>
         {
-            Some(format!("Wants a kick ({}), which it does not get, {}", kick_type.words(), miss_words(*reason)))
+            Some(format!("Requests a kick ({}), which is refused {}", kick_type.words(), miss_words(*reason)))
         }
         _ => None,
     })

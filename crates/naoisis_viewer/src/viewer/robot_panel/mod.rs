@@ -1,4 +1,4 @@
-//! The selected robot: what it sees, hears, is told, wants and believes.
+//! The panel of the selected robot: what it sees, hears, wants and believes.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
@@ -47,7 +47,7 @@ use pins::Pins;
 /// The panel.
 const DOCK: Dock = Dock { name: "robot", edge: Edge::Left, size: 350.0, least: 220.0, most_share: 0.4 };
 
-/// Shows the selected robot.
+/// Shows the panel of the selected robot.
 pub struct RobotPanelPlugin;
 
 impl Plugin for RobotPanelPlugin {
@@ -68,7 +68,7 @@ impl Plugin for RobotPanelPlugin {
     }
 }
 
-/// Which of the panel's parts with images are open.
+/// Which sections with images are open.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
 struct Opened {
     cameras: bool,
@@ -80,7 +80,7 @@ impl Default for Opened {
     }
 }
 
-/// Says which cameras are looked at.
+/// Watches the cameras whose images are shown.
 fn watch_cameras(
     display: Res<DisplaySettings>,
     opened: Res<Opened>,
@@ -101,7 +101,7 @@ fn watch_cameras(
     }
 }
 
-/// What is shown of a robot.
+/// The values of a robot that are shown.
 #[derive(QueryData)]
 struct ShownRobot {
     pose: &'static Pose,
@@ -139,7 +139,7 @@ fn show_robot(
     let Some(id) = selection.0 else { return Ok(()) };
     let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
     DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
-        /// Width of the scroll bar, logical pixels.
+        /// The width of the scroll bar, logical pixels.
         const BAR: f32 = 8.0;
         let width = ui.available_width() - BAR;
         let record = current.record.robot(id);
@@ -174,14 +174,14 @@ fn show_robot(
             let command = record.and_then(|record| record.command.as_ref());
             section(ui, "Commands", true, |ui| match command {
                 Some(command) => lines(ui, "commands", wording::commands(command, clock.period()), &mut pins),
-                None => drop(ui.label(dim("Not known of this cycle."))),
+                None => drop(ui.label(dim("Not known for this cycle."))),
             });
             section(ui, "Belief", true, |ui| match robot.belief {
                 Some(belief) => {
                     let error = sample.and_then(|sample| sample.error.as_ref());
                     lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)), &mut pins);
                 }
-                None => drop(ui.label(dim("It keeps none."))),
+                None => drop(ui.label(dim("This robot has no belief."))),
             });
             section(ui, "Why", true, |ui| {
                 show_reasons(ui, &state, timeline.is_past());
@@ -206,13 +206,13 @@ fn show_robot(
     Ok(())
 }
 
-/// A part of the panel that can be closed; whether it is open.
+/// Shows a section that can be closed. Returns whether it is open.
 fn section(ui: &mut egui::Ui, name: &str, open: bool, show: impl FnOnce(&mut egui::Ui)) -> bool {
     let header = CollapsingHeader::new(bright(name).size(text_size::IMPORTANT)).default_open(open);
     header.show(ui, show).openness > 0.0
 }
 
-/// Lines of a name and a value.
+/// Shows lines with a name and a value.
 fn lines(ui: &mut egui::Ui, name: &str, lines: Vec<(String, String)>, pins: &mut Pins) {
     Grid::new(name).num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
         let mut before: Option<String> = None;
@@ -248,7 +248,7 @@ fn show_head(
             if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
                 actions.write(Action::Select(SelectionCommand::Nobody));
             }
-            if ui.small_button("Overlays").on_hover_text("What is drawn on the pitch (O)").clicked() {
+            if ui.small_button("Overlays").on_hover_text("Drawings on the pitch (O)").clicked() {
                 actions.write(Action::Toggle(Switch::Overlays));
             }
         });
@@ -262,10 +262,10 @@ fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem, record: Option<&RobotR
         ("Sonar", wording::sonar(*robot.sonar)),
         ("Head", wording::head(robot.head.yaw, robot.head.pitch)),
         ("Odometry", wording::pose(robot.odometry.0)),
-        ("Truly moves", wording::velocity(*robot.velocity)),
+        ("True motion", wording::velocity(*robot.velocity)),
     ];
     senses.extend(record.and_then(|record| record.body).map(|body| ("Body", wording::body(body))));
-    senses.extend(record.and_then(|record| record.game.as_ref()).map(|told| ("Is told", wording::told(told))));
+    senses.extend(record.and_then(|record| record.game.as_ref()).map(|told| ("Game status", wording::told(told))));
     lines(ui, "senses", senses.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(), pins);
 }
 
@@ -291,17 +291,17 @@ fn show_messages(
     }
 }
 
-/// The options that the behaviour had, each with a bar for what it was worth; the one that it chose is strong.
+/// Shows the options of the behaviour, each with a bar for its value; the chosen one is bold.
 fn show_reasons(ui: &mut egui::Ui, state: &ShownState, is_past: bool) {
-    /// Width of the longest bar, logical pixels.
+    /// The width of the longest bar, logical pixels.
     const BAR: f32 = 70.0;
 
     let reasons = state.0.as_ref().ok().and_then(|state| state.reasons.as_ref());
     let Some(reasons) = reasons else {
         let words = match (&state.0, is_past) {
             (Err(why), _) => why,
-            (Ok(_), true) => "Its behaviour does not tell what options it had.",
-            (Ok(_), false) => "What it weighs is asked of moments of the past: a cycle back (Left) shows it.",
+            (Ok(_), true) => "Its behaviour does not record its options.",
+            (Ok(_), false) => "Options are known for moments of the past: go one cycle back (Left).",
         };
         ui.add(egui::Label::new(dim(words).size(text_size::SMALL)).wrap());
         return;
@@ -325,7 +325,7 @@ fn show_reasons(ui: &mut egui::Ui, state: &ShownState, is_past: bool) {
     });
 }
 
-/// The last kick, and the way to it and to when its behaviour wanted it; the cycle that was clicked.
+/// Shows the last kick with buttons to its cycles. Returns the cycle that was clicked.
 fn show_kick(ui: &mut egui::Ui, kick: &last_kick::LastKick, clock: &CycleClock) -> Option<u64> {
     let ago_s = clock.cycle.saturating_sub(kick.cycle) as f64 * clock.period_s;
     let when = if ago_s > 0.0 { format!("Last kick, {ago_s:.1} s ago") } else { "Kicks now".to_owned() };
@@ -339,8 +339,8 @@ fn show_kick(ui: &mut egui::Ui, kick: &last_kick::LastKick, clock: &CycleClock) 
     ui.horizontal(|ui| places.filter_map(|(name, cycle)| button(ui, name, cycle)).last()).inner
 }
 
-/// How long the bar of an option is that is worth so much, 0 to 1: from nought, or where some are worth less than nothing, from
-/// a little less than the least, so that each has one.
+/// The length of the bar of an option with this value, 0 to 1: from zero or, if some values are negative, from slightly
+/// below the least, so that each option has a bar.
 fn bar_length(value: f32, all: &[f32]) -> f32 {
     let finite = all.iter().copied().filter(|value| value.is_finite());
     let (least, most) = finite.fold((f32::MAX, f32::MIN), |(least, most), value| (least.min(value), most.max(value)));
@@ -360,7 +360,7 @@ fn show_state(ui: &mut egui::Ui, state: &ShownState, pins: &mut Pins) {
         }
     };
     if state.components.is_empty() {
-        ui.label(dim("It keeps nothing in mind."));
+        ui.label(dim("Its behaviour has no state."));
     }
     for component in &state.components {
         ui.label(bright(component_words(&component.name)).size(text_size::ENTRY));
@@ -377,7 +377,7 @@ fn show_state(ui: &mut egui::Ui, state: &ShownState, pins: &mut Pins) {
     }
 }
 
-/// The behaviour that a scenario gives a robot, by name.
+/// The name of a robot's behaviour in a scenario.
 fn behaviour_in(scenario: &Scenario, id: RobotId) -> Option<&str> {
     match &scenario.robots.iter().find(|robot| robot.id() == id)?.behaviour {
         BehaviourSpec::Named(name) => Some(name),

@@ -1,4 +1,4 @@
-//! Images of robots' cameras in panels, with what was recognised in them drawn in.
+//! Images of the robots' cameras in panels, with their detections.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::prelude::*;
@@ -24,7 +24,7 @@ use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::image::Image;
 use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 
-/// The images as the panels have them.
+/// The images as textures of the panels.
 #[derive(Resource, Default)]
 pub struct Pictures(BTreeMap<(RobotId, CameraName), Picture>);
 
@@ -35,7 +35,7 @@ struct Picture {
     size: egui::Vec2,
 }
 
-/// Hands the images to the panels: before the frame is drawn, so that none is missing in it.
+/// Updates the textures before the frame is drawn, so that none is missing in it.
 pub(super) fn update_pictures(
     eyes: Res<EyeImages>,
     watched: Res<Watched>,
@@ -71,7 +71,7 @@ pub(super) fn update_pictures(
     }
 }
 
-/// Draws what was recognised over the window, where one looks through a robot's eyes.
+/// Draws the detections over the window when the match is seen through a robot's camera.
 pub(super) fn draw_in_window(
     mut contexts: EguiContexts,
     camera: Single<&ViewerCamera>,
@@ -112,13 +112,13 @@ fn texture(image: &Image) -> bevy::image::Image {
     bevy::image::Image::new(extent, TextureDimension::D2, colours(image), format, RenderAssetUsages::all())
 }
 
-/// Red, green, blue and alpha of each pixel.
+/// The red, green, blue and alpha of each pixel.
 fn colours(image: &Image) -> Vec<u8> {
     image.rgb.chunks_exact(3).flat_map(|colour| [colour[0], colour[1], colour[2], 255]).collect()
 }
 
 impl Pictures {
-    /// Shows the image of a camera, this wide, with what was recognised in it.
+    /// Shows the image of a camera with this width, with its detections.
     pub fn show(
         &self,
         ui: &mut egui::Ui,
@@ -146,7 +146,7 @@ impl Pictures {
     }
 }
 
-/// Draws what was recognised by one camera; `place` is where a pixel of its image is.
+/// Draws the detections of one camera; `place` maps pixels of its image.
 fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName, place: impl Fn(Vec2) -> Pos2) {
     let stroke = |colour: Color| Stroke::new(1.5, palette::in_panel(colour));
     let write = |at: Pos2, text: &str, colour: Color| {

@@ -1,4 +1,4 @@
-//! Values of the panel that are plotted by a click on them.
+//! Values of the robot panel that can be plotted by a click.
 
 use bevy::prelude::*;
 use bevy_egui::egui::Response;
@@ -13,7 +13,7 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::odometry::Odometry;
 
-/// What of a robot can be plotted, and those who plot it.
+/// The fields of a robot that can be plotted, and the commands to plot them.
 pub(super) struct Pins<'a, 'w> {
     pub robot: RobotId,
     pub plots: &'a Plots,
@@ -22,15 +22,15 @@ pub(super) struct Pins<'a, 'w> {
 }
 
 impl Pins<'_, '_> {
-    /// A value under a name in a part of the panel, after another name.
+    /// Makes a value plottable: the field with this name in this section. `before` is the name before it.
     pub fn offer(&mut self, value: Response, part: &str, name: &str, before: Option<&str>) {
         let (measured, component): (&[&str], Option<(TypeId, &str)>) = match (part, name.trim()) {
             ("senses", "Sonar") => (&["left_sonar", "right_sonar"], None),
             ("senses", "Head") => (&["head_yaw", "head_pitch"], None),
             ("senses", "Odometry") => (&[], Some((TypeId::of::<Odometry>(), ""))),
-            ("senses", "Truly moves") => (&["speed"], Some((TypeId::of::<Velocity>(), ""))),
-            ("belief", "truly off by") if before == Some("Itself") => (&["own_place_error", "own_heading_error"], None),
-            ("belief", "truly off by") => (&["ball_error"], None),
+            ("senses", "True motion") => (&["speed"], Some((TypeId::of::<Velocity>(), ""))),
+            ("belief", "error") if before == Some("Itself") => (&["own_place_error", "own_heading_error"], None),
+            ("belief", "error") => (&["ball_error"], None),
             ("belief", "Itself") => (&[], Some((TypeId::of::<Belief>(), "pose"))),
             ("belief", "Ball") => (&[], Some((TypeId::of::<Belief>(), "ball"))),
             ("belief", "Opponents") => (&["opponent_error"], Some((TypeId::of::<Belief>(), "opponents"))),
@@ -45,7 +45,7 @@ impl Pins<'_, '_> {
         list::pinnable(value, &fields, self.plots, self.robot, self.commands);
     }
 
-    /// A value of a component of the behaviour.
+    /// Makes a value of a behaviour's component plottable.
     pub fn offer_field(&mut self, value: Response, component: TypeId, name: &str) {
         let fields: Vec<&KnownField> = self.fields.within(component, name).collect();
         list::pinnable(value, &fields, self.plots, self.robot, self.commands);

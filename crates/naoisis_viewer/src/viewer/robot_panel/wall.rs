@@ -1,4 +1,4 @@
-//! The cameras of all robots side by side.
+//! The panel with the cameras of all robots side by side.
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
@@ -15,11 +15,11 @@ use naoisis_sensing::sensing::vision::Percepts;
 
 /// The panel.
 const DOCK: Dock = Dock { name: "cameras", edge: Edge::Right, size: 560.0, least: 180.0, most_share: 0.5 };
-/// The least width of an image, between robots, and the height of a name, logical pixels.
+/// The least width of an image, the gap between robots, and the height of a name, logical pixels.
 const LEAST_WIDTH: f32 = 60.0;
 const GAPS: [f32; 2] = [8.0, 6.0];
 const NAME: f32 = 24.0;
-/// The height of an image by its width.
+/// The height of an image divided by its width.
 const SHAPE: f32 = 0.75;
 
 pub(super) fn show_wall(
@@ -65,7 +65,7 @@ pub(super) fn show_wall(
     Ok(())
 }
 
-/// Robots in a row, and the width of an image, with which all images are as large as they can be in a room of this size.
+/// The number of robots in a row, and the width of an image, for the largest images in a room of this size.
 fn arranged(robots: usize, cameras: usize, room: egui::Vec2) -> (usize, f32) {
     let width_with = |in_a_row: usize| {
         let rows = robots.div_ceil(in_a_row) as f32;

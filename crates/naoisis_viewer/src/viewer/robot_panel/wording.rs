@@ -1,4 +1,4 @@
-//! What the panel says, as words: pure functions.
+//! The texts of the robot panel, as plain functions.
 
 use bevy::prelude::*;
 
@@ -26,17 +26,17 @@ fn entry(name: &str, value: String) -> Entry {
     (name.to_owned(), value)
 }
 
-/// Two decimal places, and no minus before nothing.
+/// A number with two decimals, without a minus sign before zero.
 fn decimal(number: f32) -> String {
     format!("{:.2}", (100.0 * number).round() / 100.0 + 0.0)
 }
 
-/// An angle in whole degrees, and no minus before nothing.
+/// An angle in whole degrees, without a minus sign before zero.
 fn degrees(angle: f32) -> String {
     format!("{:.0}°", to_degrees(angle).round() + 0.0)
 }
 
-/// A place, m.
+/// A position, m.
 pub fn place(place: Vec2) -> String {
     format!("{}, {} m", decimal(place.x), decimal(place.y))
 }
@@ -46,30 +46,30 @@ pub fn pose(pose: Pose) -> String {
     format!("{}, {}", place(pose.position), degrees(pose.heading))
 }
 
-/// Angles of a head.
+/// The angles of a head.
 pub fn head(yaw: f32, pitch: f32) -> String {
     let aside = if yaw >= 0.0 { "left" } else { "right" };
     let below = if pitch >= 0.0 { "down" } else { "up" };
     format!("{:.0}° {aside}, {:.0}° {below}", to_degrees(yaw.abs()), to_degrees(pitch.abs()))
 }
 
-/// How something moves.
+/// A velocity.
 pub fn velocity(velocity: Velocity) -> String {
     format!("{:.2} m/s, {}/s", velocity.linear.length(), degrees(velocity.angular))
 }
 
-/// What a robot says that it means to do, if it says so.
+/// The intention that a robot announces, if any.
 pub fn intention(command: Option<&RobotCommand>) -> Option<&str> {
     command?.say.as_ref()?.intention.as_deref().filter(|intention| !intention.is_empty())
 }
 
-/// What the sonars heard.
+/// The readings of the sonars.
 pub fn sonar(reading: SonarReading) -> String {
     let side = |distance: Option<f32>| distance.map_or("—".to_owned(), |distance| format!("{distance:.2} m"));
     format!("left {}, right {}", side(reading.left), side(reading.right))
 }
 
-/// How a robot is.
+/// The condition of a robot.
 pub fn condition(posture: &Posture, penalty: &Penalty, clock: &CycleClock) -> String {
     if let Some(active) = penalty.0 {
         let left_s = active.left_s(clock);
@@ -84,7 +84,7 @@ pub fn condition(posture: &Posture, penalty: &Penalty, clock: &CycleClock) -> St
     .to_owned()
 }
 
-/// What was recognised, in numbers.
+/// The detections in numbers.
 pub fn percepts(percepts: &Percepts) -> String {
     let ball = percepts
         .ball
@@ -101,10 +101,10 @@ pub fn percepts(percepts: &Percepts) -> String {
         count(percepts.landmarks.len(), "landmark"),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
-    if parts.is_empty() { "recognises nothing".to_owned() } else { parts.join(", ") }
+    if parts.is_empty() { "no detections".to_owned() } else { parts.join(", ") }
 }
 
-/// What a behaviour wanted in a cycle of this duration, s.
+/// The commands of a behaviour in a cycle of this duration, s.
 pub fn commands(command: &RobotCommand, period: f32) -> Vec<Entry> {
     let walk = command.walk.map_or("stands".to_owned(), |walk| {
         let way = walk.translation() / period;
@@ -131,7 +131,7 @@ fn kick(request: KickRequest) -> String {
     format!("{}, {:.0} %", request.kick_type.words(), 100.0 * request.speed)
 }
 
-/// What a robot is told of the game.
+/// The state of the game that a robot received.
 pub fn told(told: &GameStatus) -> String {
     let mut parts = vec![told.state.name().to_owned()];
     parts.extend(told.set_play.map(|set_play| {
@@ -143,7 +143,7 @@ pub fn told(told: &GameStatus) -> String {
     parts.join(", ")
 }
 
-/// What a robot's body is doing, as it knows.
+/// The state of a robot's body.
 pub fn body(body: BodyStatus) -> String {
     match body {
         BodyStatus::Standing => "stands",
@@ -158,17 +158,17 @@ pub fn body(body: BodyStatus) -> String {
     .to_owned()
 }
 
-/// Half the length of the ellipse in which a place lies with 95 %, in words.
+/// The length of the major semi-axis of the 95 % ellipse of a position.
 fn spread(covariance: PlaceCovariance) -> String {
     half_axes_95(covariance).map(|[long, _]| format!(" ± {:.2} m", long.length())).unwrap_or_default()
 }
 
-/// What a robot believes, in the pitch frame, and how far that is from the truth.
+/// The belief of a robot in the pitch frame, with its errors.
 pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec<Entry> {
     let [xx, xy, yy, ..] = belief.pose_covariance;
     let own = format!("{}{}", pose(belief.pose_in_pitch(own_end)), spread([xx, xy, yy]));
     let ball = match &belief.ball {
-        None => "no idea".to_owned(),
+        None => "unknown".to_owned(),
         Some(ball) => {
             let heard = ball.heard_from.map(|from| format!(", from {from}")).unwrap_or_default();
             let at = place(point_pitch_from_team(ball.position_m, own_end));
@@ -178,16 +178,16 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
     let mut entries = vec![entry("Itself", own)];
     if let Some(error) = error {
         let text = format!("{:.2} m, {}", error.position_m, degrees(error.heading));
-        entries.push(entry("  truly off by", text));
+        entries.push(entry("  error", text));
     }
     entries.push(entry("Ball", ball));
     if let Some(ball) = error.and_then(|error| error.ball) {
-        entries.push(entry("  truly off by", format!("{:.2} m", ball.position_m)));
+        entries.push(entry("  error", format!("{:.2} m", ball.position_m)));
     }
     let believed = belief.opponents.len();
     let opponents = match error {
         Some(error) if error.opponents_known as usize == believed => format!("{believed} of {}", error.opponents),
-        Some(error) => format!("{believed}, truly {} of {}", error.opponents_known, error.opponents),
+        Some(error) => format!("{believed}, of which {} of {} exist", error.opponents_known, error.opponents),
         None => believed.to_string(),
     };
     entries.push(entry("Opponents", opponents));
@@ -250,7 +250,7 @@ mod tests {
     fn heads_and_percepts_are_told_in_words() {
         assert_eq!(head(-0.349_07, 0.174_53), "20° right, 10° down");
         assert_eq!(pose(Pose::new(-0.001, 0.0, -0.001)), "0.00, 0.00 m, 0°");
-        assert_eq!(percepts(&Percepts::default()), "recognises nothing");
+        assert_eq!(percepts(&Percepts::default()), "no detections");
         assert_eq!(sonar(SonarReading { left: None, right: Some(0.3), time_s: None }), "left —, right 0.30 m");
     }
 }

@@ -1,4 +1,4 @@
-//! Bookmarks in a file beside the match: beside its trace, or beside its scenario, for the seed that is played.
+//! Stores bookmarks in a file beside the trace, or beside the scenario file for each seed.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,23 +21,23 @@ use naoisis_core::replace_file::replace_file;
 use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::Scenario;
 
-/// A larger one is not ours.
+/// The greatest size of a valid file, bytes.
 const LARGEST_FILE_BYTES: u64 = 4 << 20;
 
-/// The trace that is shown, if one is.
+/// The file of the trace that is shown, if any.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
 pub struct OpenedTrace(pub Option<PathBuf>);
 
-/// Where the bookmarks of the match are kept.
+/// The file of the match's bookmarks.
 #[derive(Resource, Clone, Debug, Default)]
 pub(super) struct BookmarkFile {
-    /// The match, and the file; nothing is kept without one.
+    /// The match and its file; nothing is stored without one.
     of: Option<(Keyframes, Option<PathBuf>)>,
-    /// What is in it.
+    /// The bookmarks in the file.
     written: Vec<Bookmark>,
 }
 
-/// A file of bookmarks.
+/// The contents of a file of bookmarks.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Kept {
@@ -59,7 +59,7 @@ struct KeptBookmark {
     view: KeptView,
 }
 
-/// What was drawn: from a place to another, or around one through another, m, pitch frame.
+/// A stroke of the pen: from a point to another, or around one through another, m, pitch frame.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum KeptMark {
@@ -67,7 +67,7 @@ enum KeptMark {
     Zone([[f32; 2]; 2]),
 }
 
-/// Where the camera was.
+/// The camera of a bookmark.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct KeptView {
@@ -124,7 +124,7 @@ impl From<KeptBookmark> for Bookmark {
     }
 }
 
-/// The file of a match: of its trace, or of its scenario's file and the seed.
+/// The file for a match: beside its trace, or beside its scenario file, with the seed.
 fn file_of(trace: Option<&Path>, scenario: Option<(&Path, u64)>) -> Option<PathBuf> {
     let (path, ending) = match (trace, scenario) {
         (Some(trace), _) => (trace, ".bookmarks.json".to_owned()),
@@ -136,7 +136,7 @@ fn file_of(trace: Option<&Path>, scenario: Option<(&Path, u64)>) -> Option<PathB
     Some(path.with_file_name(name))
 }
 
-/// Bookmarks of a file; none where it is not there.
+/// Reads the bookmarks of a file; empty if the file does not exist.
 ///
 /// # Errors
 /// What is wrong with it, in words.
@@ -159,7 +159,7 @@ fn write(path: &Path, bookmarks: &[Bookmark]) -> io::Result<()> {
     replace_file(path, |mut file| file.write_all(text.as_bytes()))
 }
 
-/// Reads the bookmarks of a match when it is opened, and writes them down when they change.
+/// Reads the bookmarks of a match when it is opened, and writes them when they change.
 pub(super) fn keep(
     (keyframes, branches): (Res<Keyframes>, Option<Res<Branches>>),
     (timeline, trace): (Res<Timeline>, Res<OpenedTrace>),
@@ -178,13 +178,13 @@ pub(super) fn keep(
         let mut path = file_of(trace, scenario).filter(|_| !is_fork);
         let read = path.as_deref().map_or_else(|| Ok(Vec::new()), read);
         let found = read.unwrap_or_else(|error| {
-            notice.tell(format!("{error}; its bookmarks are not used, and new ones not kept"));
+            notice.tell(format!("{error}; its bookmarks are ignored, and new ones are not saved"));
             path = None;
             Vec::new()
         });
         if !found.is_empty() {
             let count = found.len();
-            notice.tell(format!("{count} bookmarks of this match: J goes to the first one"));
+            notice.tell(format!("{count} bookmarks of this match; J: first one"));
             bookmarks.take_in(found.clone(), &keyframes);
         }
         *file = BookmarkFile { of: Some((keyframes.clone(), path)), written: found };
@@ -195,7 +195,7 @@ pub(super) fn keep(
         return;
     }
     if let Err(error) = write(path, bookmarks.list()) {
-        notice.tell(format!("{}: {error}; bookmarks are not kept", path.display()));
+        notice.tell(format!("{}: {error}; bookmarks are not saved", path.display()));
         file.of = Some((keyframes.clone(), None));
         return;
     }

@@ -1,4 +1,5 @@
-//! Moments with captions, stepped through like slides: each with the view, the pen's marks and the world that it was made with.
+//! Bookmarks: moments with captions, shown one after the other like slides, each with its view, strokes of the pen and
+//! robot's world.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, FontId, TextEdit, WidgetInfo, WidgetType};
@@ -19,7 +20,7 @@ use crate::viewer::watch::large_letters;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::RobotId;
 
-/// A caption's letters by the height of those of a score, and its width by the window's.
+/// The height of a caption's letters relative to the score's, and its width relative to the window's.
 const LETTERS: f32 = 0.7;
 const WIDTH: f32 = 0.7;
 
@@ -33,50 +34,50 @@ impl Plugin for BookmarksPlugin {
     }
 }
 
-/// A moment that is shown to others.
+/// A bookmark.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Bookmark {
     /// The cycle that had just ended.
     pub cycle: u64,
-    /// What is said about it.
+    /// The caption.
     pub caption: String,
-    /// What was drawn.
+    /// The strokes of the pen.
     pub(super) marks: Vec<PenMark>,
     /// The selected robot.
     pub(super) selected: Option<RobotId>,
-    /// Whether only the world of that one was seen.
+    /// Whether only the world of the selected robot was shown.
     pub(super) robots_world: bool,
-    /// Where it was seen from.
+    /// The camera.
     pub(super) camera: ViewerCamera,
 }
 
-/// The moments that are stepped through, in their order in the match.
+/// The bookmarks in the order of the match.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct Bookmarks {
     list: Vec<Bookmark>,
-    /// The one that is shown.
+    /// The bookmark that is shown.
     shown: Option<usize>,
-    /// The match that they are of.
+    /// The match of the bookmarks.
     of: Keyframes,
 }
 
 impl Bookmarks {
-    /// All of them.
+    /// All bookmarks.
     pub fn list(&self) -> &[Bookmark] {
         &self.list
     }
 
-    /// The one that is shown, and how many there are.
+    /// The index of the bookmark that is shown.
     pub fn shown(&self) -> Option<usize> {
         self.shown
     }
 
-    /// Takes in those that were kept of a match.
+    /// Replaces the bookmarks by those stored for a match.
     pub(super) fn take_in(&mut self, list: Vec<Bookmark>, of: &Keyframes) {
         *self = Bookmarks { list, shown: None, of: of.clone() };
     }
 
-    /// Adds one; in place of one of the same moment.
+    /// Adds a bookmark; replaces one of the same moment.
     fn add(&mut self, bookmark: Bookmark) {
         let at = self.list.partition_point(|other| other.cycle < bookmark.cycle);
         match self.list.get_mut(at).filter(|other| other.cycle == bookmark.cycle) {
@@ -86,7 +87,7 @@ impl Bookmarks {
         self.shown = Some(at);
     }
 
-    /// The next one, or the one before: seen from the one that is shown, or else from a cycle.
+    /// The index of the next or previous bookmark, relative to the one that is shown, else to `cycle`.
     fn neighbour(&self, forward: bool, cycle: u64) -> Option<usize> {
         let index = match (self.shown, forward) {
             (Some(shown), true) => shown + 1,
@@ -98,7 +99,7 @@ impl Bookmarks {
     }
 }
 
-/// Another match has other moments.
+/// Removes the bookmarks of another match.
 fn forget(keyframes: Res<Keyframes>, clock: Res<CycleClock>, mut bookmarks: ResMut<Bookmarks>) {
     if !bookmarks.of.is_same(&keyframes) {
         *bookmarks = Bookmarks { of: keyframes.clone(), ..default() };
@@ -136,13 +137,13 @@ fn obey(
                     camera: **camera,
                 });
                 let count = bookmarks.list.len();
-                notice.tell(format!("Bookmark {count}; J: the next one, Shift J: the one before"));
+                notice.tell(format!("Bookmark {count}; J: next one, Shift J: previous one"));
             }
             TeachAction::NextBookmark | TeachAction::PreviousBookmark => {
                 let forward = *action == TeachAction::NextBookmark;
                 let Some(index) = bookmarks.neighbour(forward, clock.cycle) else {
                     notice.tell(if bookmarks.list.is_empty() {
-                        "No bookmarks; K: one of this moment"
+                        "No bookmarks; K: add one at this moment"
                     } else {
                         "No more bookmarks"
                     });
@@ -167,7 +168,7 @@ fn obey(
     }
 }
 
-/// The caption of the moment that is shown, to be read from afar and written on.
+/// Shows the caption of the current bookmark in large letters, as an editable text.
 fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmarks: ResMut<Bookmarks>) -> Result {
     let Some(index) = bookmarks.shown else { return Ok(()) };
     let count = bookmarks.list.len();
@@ -181,7 +182,7 @@ fn show_caption(mut contexts: EguiContexts, clock: Res<CycleClock>, mut bookmark
     layout::floating(context, "caption", Align2::CENTER_BOTTOM).show(context, |ui| {
         card(ui).show(ui, |ui| {
             let text = TextEdit::multiline(&mut caption).font(FontId::proportional(letters)).desired_rows(1);
-            let text = ui.add(text.desired_width(width).frame(egui::Frame::NONE).hint_text("What is to be seen here?"));
+            let text = ui.add(text.desired_width(width).frame(egui::Frame::NONE).hint_text("Caption of this moment"));
             text.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Caption"));
             ui.horizontal(|ui| {
                 ui.label(dim(format!("{} of {count}, at {at}", index + 1)));

@@ -1,5 +1,4 @@
-//! To show a match to others: a pen on the pitch, one robot's world without the truth, and moments with captions that are stepped
-//! through like slides.
+//! Presenting a match: a pen on the pitch, the world of one robot without the truth, and bookmarks with captions.
 
 use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
@@ -14,7 +13,7 @@ use super::shared::{CameraSystems, KeysSystems, RobotsWorld, TeachAction};
 use bookmarks::Bookmarks;
 use pen::Pen;
 
-/// What helps to show a match to others.
+/// The tools for presenting a match.
 pub struct TeachPlugin;
 
 impl Plugin for TeachPlugin {

@@ -1,4 +1,4 @@
-//! A pen: arrows and zones on the pitch, which stay where they are when the view moves.
+//! The pen: arrows and zones on the pitch, which stay in place when the view moves.
 
 use bevy::prelude::*;
 
@@ -12,9 +12,9 @@ use crate::viewer::stage::pitch_from_world;
 use bevy_egui::input::EguiWantsInput;
 use naoisis_core::behaviour::drawings::DrawColour;
 
-/// Lines of the pen are as thick as three, this far from each other, m.
+/// The distance between the three parallel lines of a stroke, m.
 const APART_M: f32 = 0.012;
-/// A zone is hatched, with lines so far from each other, m.
+/// The distance between the hatching lines of a zone, m.
 const HATCHING_M: f32 = 0.12;
 
 pub(super) fn obey(
@@ -29,8 +29,8 @@ pub(super) fn obey(
                 pen.is_on = !pen.is_on;
                 taken.0 = pen.is_on;
                 pen.release();
-                let on = "Pen: a drag draws an arrow, with Shift a zone; X: the last one away; U: no pen";
-                notice.tell(if pen.is_on { on } else { "No pen: the mouse moves the view again" });
+                let on = "Pen: a drag draws an arrow, with Shift a zone; X: erase the last one; U: put the pen away";
+                notice.tell(if pen.is_on { on } else { "Pen away: the mouse moves the view again" });
             }
             TeachAction::Erase => drop(pen.marks.pop()),
             _ => {}
@@ -62,7 +62,7 @@ pub(super) fn draw(
     }
 }
 
-/// The place on the ground that is seen at a place of the window, m, pitch frame.
+/// The point on the ground at a position in the window, m, pitch frame.
 fn on_pitch((camera, from): (&Camera, &GlobalTransform), cursor: Vec2) -> Option<Vec2> {
     let ray = camera.viewport_to_world(from, cursor).ok()?;
     let (origin, direction) = (pitch_from_world() * ray.origin, pitch_from_world() * *ray.direction);
@@ -92,7 +92,7 @@ pub(super) fn show(pen: Res<Pen>, mut brush: Brush) {
     }
 }
 
-/// Slanting lines within a circle about the origin.
+/// Slanted lines within a circle about the origin.
 fn hatching(radius: f32) -> impl Iterator<Item = (Vec2, Vec2)> {
     let lines = (radius / HATCHING_M).floor() as i32;
     let across = Vec2::new(1.0, -1.0).normalize();

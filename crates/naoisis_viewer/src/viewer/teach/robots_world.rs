@@ -1,4 +1,4 @@
-//! One robot's world alone: where is it, and where is the ball, as it believes? The true robots and the true ball are not seen.
+//! The world of one robot: its beliefs are shown, and the true robots and ball are hidden.
 
 use bevy::prelude::*;
 
@@ -30,11 +30,11 @@ pub(super) fn obey(
             continue;
         };
         choices.write(SelectionCommand::Robot(whose));
-        notice.tell(format!("The world as {whose} believes it to be; Y: the truth"));
+        notice.tell(format!("The world as {whose} believes it; Y: the truth"));
     }
 }
 
-/// Hides the true ball, or shows it again. Robots are hidden where those are that do not see themselves.
+/// Hides or shows the true ball. Robots are hidden by the same system as the robot whose camera is used.
 pub(super) fn hide_ball(world: Res<RobotsWorld>, mut balls: Query<&mut Visibility, With<Ball>>) {
     let wanted = if world.0 { Visibility::Hidden } else { Visibility::Inherited };
     for mut visibility in &mut balls {
@@ -57,8 +57,8 @@ pub(super) fn draw(
             let own_end = game.own_end(id.team);
             draw_world_of(*id, body, belief, own_end, &mut brush);
             let here = belief.pose_in_pitch(own_end).position;
-            brush.words(here + 0.25 * Vec2::Y, format!("{id} believes to be here"), palette::ink(DrawColour::White));
+            brush.words(here + 0.25 * Vec2::Y, format!("{id} believes it is here"), palette::ink(DrawColour::White));
         }
-        None => brush.words(Vec2::ZERO, format!("{id} keeps no belief"), palette::ink(DrawColour::White)),
+        None => brush.words(Vec2::ZERO, format!("{id} has no belief"), palette::ink(DrawColour::White)),
     }
 }

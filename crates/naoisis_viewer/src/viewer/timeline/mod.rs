@@ -1,8 +1,8 @@
-//! The past of the match, to be looked at again: of the match that is played here, or of one that a trace was written of.
+//! The timeline: shows the past of a match or of a trace.
 //!
-//! Of every cycle a record is kept ([`History`]). To look at an earlier cycle, the match stands, its present is put aside,
-//! and what the record says is put in its place: whatever shows the match shows that cycle then, and need not know. Before
-//! the next cycle is run the present comes back as it was, bit for bit, so that looking back changes nothing.
+//! A record of every cycle is kept ([`History`]). To show an earlier cycle, the match is paused, its present is stored,
+//! and the record is put into the world; everything that shows the match then shows that cycle. Before the next cycle
+//! runs, the present is restored bit for bit, so looking back changes nothing.
 //!
 //! A replay is a match without a present: its records come from a file, and its robots decide nothing.
 
@@ -25,7 +25,7 @@ use naoisis_sim::scenario::{BehaviourSpec, Scenario, ScenarioFault};
 use naoisis_sim::simulation;
 use present::{Present, put_record};
 
-/// The past is shown this many times as fast as it was when it is to go as fast as possible.
+/// The factor to real time at which the past is shown at unlimited speed.
 const FASTEST: f64 = 64.0;
 
 /// Keeps the [`History`] and shows the past.
@@ -47,22 +47,22 @@ impl Plugin for TimelinePlugin {
     }
 }
 
-/// The system that lets the past go on.
+/// The system that plays the past.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TimelineSystems;
 
-/// Which moment of the match is shown.
+/// The moment of the match that is shown.
 #[derive(Resource, Default, Debug)]
 pub struct Timeline {
-    /// The moment that is shown, in cycles since the start, if it is not the present.
+    /// The moment in cycles since the start; `None` for the present.
     cursor: Option<f64>,
     /// The cycle whose record is in the world.
     shown: Option<u64>,
-    /// The present, put aside.
+    /// The stored present.
     present: Option<Box<Present>>,
-    /// The scenario of the trace that is shown, if one is.
+    /// The scenario of the trace that is shown, if any.
     trace_scenario: Option<Box<Scenario>>,
-    /// The parts that its records have.
+    /// The parts that the records contain.
     fields: Fields,
 }
 
@@ -72,38 +72,38 @@ impl Timeline {
         self.cursor.is_some()
     }
 
-    /// The moment that is shown, in cycles since the start; none for the present.
+    /// The moment that is shown, in cycles since the start; `None` for the present.
     pub fn cursor(&self) -> Option<f64> {
         self.cursor
     }
 
-    /// Whether a trace is shown, and no match is played.
+    /// Whether a trace is shown and no match is played.
     pub fn is_replay(&self) -> bool {
         self.trace_scenario.is_some()
     }
 
-    /// What the match of the trace that is shown was started from, if one is.
+    /// The scenario of the trace that is shown, if any.
     pub fn trace_scenario(&self) -> Option<&Scenario> {
         self.trace_scenario.as_deref()
     }
 
-    /// The parts that the records of the match have.
+    /// The parts that the records of the match contain.
     pub fn fields(&self) -> &Fields {
         &self.fields
     }
 }
 
-/// Forgets the match that was shown, for another.
+/// Forgets the match, for another.
 pub fn forget(world: &mut World) {
     *world.resource_mut::<Timeline>() = Timeline::default();
     world.resource_mut::<History>().clear();
     world.insert_resource(Keyframes::default());
 }
 
-/// Shows a trace, in place of any match that is there.
+/// Shows a trace, in place of the current match.
 ///
 /// # Errors
-/// [`ScenarioFault`] when the trace's scenario cannot be set up here.
+/// [`ScenarioFault`] when the scenario of the trace cannot be started here.
 pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioFault> {
     let mut log = EventLog::default();
     for (time_s, event) in &trace.events {
@@ -121,21 +121,21 @@ pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioF
     Ok(())
 }
 
-/// A way that the match went: what is known of all of its moments.
+/// The stored data of a branch of the match.
 #[derive(Clone, Debug, Default)]
 pub struct Way {
     /// The records of its cycles.
     pub history: History,
-    /// What happened.
+    /// The log of events.
     pub log: EventLog,
-    /// What is kept whole of it.
+    /// The keyframes.
     pub keyframes: Keyframes,
-    /// Where it is from a trace, what the match was started from, and the parts that its records have.
+    /// For a trace: its scenario, and the parts that its records contain.
     pub trace: Option<(Box<Scenario>, Fields)>,
 }
 
 impl Way {
-    /// The one that is shown, taken out of the world.
+    /// Takes the data of the current branch out of the world.
     pub fn take(world: &mut World) -> Way {
         let timeline = core::mem::take(&mut *world.resource_mut::<Timeline>());
         Way {
@@ -146,7 +146,7 @@ impl Way {
         }
     }
 
-    /// Puts it into the world, in place of the one that is there.
+    /// Puts the data into the world, in place of the current branch.
     pub fn put(self, world: &mut World) {
         let Way { history, log, keyframes, trace } = self;
         world.insert_resource(history);
@@ -156,7 +156,7 @@ impl Way {
         world.insert_resource(Timeline { trace_scenario, fields, ..default() });
     }
 
-    /// What there was until the end of a cycle at a time, s, for a match that is played on from there.
+    /// The data until the end of a cycle at `time_s`, for a branch that plays on from there.
     ///
     /// # Errors
     /// When the records of that cycle cannot be read.
@@ -170,10 +170,10 @@ impl Way {
     }
 }
 
-/// Shows the match of a trace, which nobody plays.
+/// Shows the match of a trace without a present.
 ///
 /// # Errors
-/// [`ScenarioFault`] when its scenario cannot be set up here.
+/// [`ScenarioFault`] when its scenario cannot be started here.
 pub fn show_trace(world: &mut World, way: Way) -> Result<(), ScenarioFault> {
     if let Some((started_from, _)) = &way.trace {
         let as_played = simulation::resolved(world, started_from);
@@ -192,7 +192,7 @@ pub fn show_trace(world: &mut World, way: Way) -> Result<(), ScenarioFault> {
     Ok(())
 }
 
-/// Shows a moment of the match, in cycles since the start. That of a match that is played here goes on from its end.
+/// Shows a moment, in cycles since the start. After its last cycle, a match shows the present.
 pub fn go_to(world: &mut World, cursor: f64) {
     let Some(cycles) = world.resource::<History>().cycles() else { return };
     let (first, last) = (*cycles.start() as f64, *cycles.end() as f64);
@@ -209,7 +209,7 @@ pub fn go_to(world: &mut World, cursor: f64) {
     show_past(world);
 }
 
-/// Shows a moment some cycles later, or earlier.
+/// Moves by a number of cycles.
 pub fn step(world: &mut World, cycles: i64) {
     let now = match world.resource::<Timeline>().cursor {
         // Back from between two cycles is to the nearer one.
@@ -220,7 +220,7 @@ pub fn step(world: &mut World, cycles: i64) {
     go_to(world, now + cycles as f64);
 }
 
-/// Puts the present back as it was. In a replay, shows its end.
+/// Restores the present. In a replay, shows its end.
 pub fn return_to_present(world: &mut World) {
     if world.resource::<Timeline>().is_replay() {
         if let Some(last) = world.resource::<History>().last_cycle() {
@@ -235,7 +235,7 @@ pub fn return_to_present(world: &mut World) {
     *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
 }
 
-/// Puts what the records say of the moment into the world.
+/// Puts the record of the moment into the world.
 fn show_past(world: &mut World) {
     let Some(cursor) = world.resource::<Timeline>().cursor else { return };
     world.resource_scope(|world, mut history: Mut<History>| {
@@ -267,7 +267,7 @@ fn keep_cycle(current: Res<CurrentRecord>, mut history: ResMut<History>, mut pla
     }
 }
 
-/// Keeps what a match starts from, whoever started it.
+/// Stores the start of a match when one is started.
 fn keep_start(
     recorded: RecordedMatch,
     mut current: ResMut<CurrentRecord>,
@@ -302,7 +302,7 @@ fn obey_timeline_commands(world: &mut World) {
     }
 }
 
-/// The past goes on at the wanted speed, and into the present.
+/// Plays the past at the wanted speed, up to the present.
 fn play_past(world: &mut World) {
     let Some(cursor) = world.resource::<Timeline>().cursor else { return };
     let playback = world.resource::<Playback>();

@@ -1,4 +1,4 @@
-//! A moment of the match: the present put aside and back, a record put in its place.
+//! Stores and restores the present, and puts records into the world.
 
 use bevy::prelude::*;
 
@@ -23,7 +23,7 @@ use naoisis_sim::interface::cycle_record::{CycleRecord, GameRecord, RobotRecord}
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::gather::CurrentRecord;
 
-/// What is put aside while the past is shown.
+/// The state of the world that is stored while the past is shown.
 #[derive(Debug)]
 pub(super) struct Present {
     clock: CycleClock,
@@ -34,7 +34,7 @@ pub(super) struct Present {
     ball: Option<(Entity, BallBundle)>,
 }
 
-/// Of a robot, all that a record has something of, but for its belief, which not every robot has.
+/// The components of a robot of which records contain something, except the belief, which some robots lack.
 #[derive(Bundle, Clone, Debug)]
 struct RobotBundle {
     pose: Pose,
@@ -51,7 +51,7 @@ struct RobotBundle {
     drawings: Drawings,
 }
 
-/// Of the ball, all that a record has something of.
+/// The components of the ball of which records contain something.
 #[derive(Bundle, Clone, Copy, Debug)]
 struct BallBundle {
     pose: Pose,
@@ -60,7 +60,7 @@ struct BallBundle {
 }
 
 impl Present {
-    /// What there is now.
+    /// Stores the present.
     pub fn put_aside(world: &mut World) -> Present {
         let roster: Vec<Entity> = world.resource::<Roster>().entities().collect();
         let robots = roster.into_iter();
@@ -80,7 +80,7 @@ impl Present {
         }
     }
 
-    /// Makes it what there is now.
+    /// Restores the present.
     pub fn put_back(self, world: &mut World) {
         let Present { clock, game, events, record, robots, ball } = self;
         world.insert_resource(clock);
@@ -116,7 +116,7 @@ fn put_robot(world: &mut World, robot: Entity, state: RobotBundle, belief: Optio
     }
 }
 
-/// What the robot has; of what it does not have, nothing.
+/// The components of a robot; defaults for those that it lacks.
 fn robot_state(world: &World, robot: Entity) -> RobotBundle {
     fn of<C: Component + Clone + Default>(world: &World, robot: Entity) -> C {
         world.get::<C>(robot).cloned().unwrap_or_default()
@@ -137,7 +137,7 @@ fn robot_state(world: &World, robot: Entity) -> RobotBundle {
     }
 }
 
-/// Puts what a record says into the world; what is shown between it and the one before is between the two.
+/// Puts a record into the world; poses between it and the record before are interpolated for display.
 pub(super) fn put_record(
     world: &mut World,
     history: &History,

@@ -14,7 +14,7 @@ use serde::Deserialize;
 
 const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
-/// A match at 60 frames/s of 1/30 s a cycle.
+/// A match with 1/30 s per cycle and 60 frames/s.
 fn app(scenario: &Scenario) -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin));

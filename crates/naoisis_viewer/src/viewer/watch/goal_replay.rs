@@ -1,5 +1,4 @@
-//! Goals again, in slow motion: the past of the match is kept, so what led to a goal can be looked at from near as soon as it was
-//! scored, and then the match goes on where it was.
+//! Replays of goals in slow motion: shortly after a goal, its past is shown from near, and then the match continues.
 
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_4;
@@ -18,17 +17,18 @@ use naoisis_core::team::Team;
 use naoisis_record::record::history::History;
 use naoisis_record::record::match_marks::{Mark, MarkKind};
 
-/// So long after a goal it is shown again, from so long before it, s of the match.
+/// The time after a goal at which its replay starts, and the time before the goal from which it shows it, s of the
+/// match.
 const AFTER_S: f64 = 1.0;
 const RUN_UP_S: f64 = 2.5;
-/// How fast it is shown.
+/// The speed of replays.
 const SLOW: Speed = Speed::Times(0.4);
-/// Who watches a match faster than this wants to be through with it.
+/// The speed of the match from which there are no replays.
 const FASTEST: f64 = 2.0;
-/// A step of the match that is longer than this was a jump, s.
+/// A change of the moment by more than this is a jump, s.
 const LONGEST_STEP_S: f64 = 1.0;
 
-/// Shows goals again while the match is watched.
+/// Replays goals in the use [`Workspace::Watch`].
 pub struct GoalReplayPlugin;
 
 impl Plugin for GoalReplayPlugin {
@@ -37,39 +37,39 @@ impl Plugin for GoalReplayPlugin {
     }
 }
 
-/// The goal that is shown again, or is to be.
+/// The goal that is replayed or will be.
 #[derive(Resource, Default, Debug)]
 pub struct GoalReplay {
-    /// The moment that was shown in the frame before, in cycles.
+    /// The moment that was shown in the last frame, cycles.
     before: Option<f64>,
-    /// The goal that is to be shown again.
+    /// The goal to replay.
     due: Option<Mark>,
     shown: Option<Shown>,
 }
 
-/// A goal that is shown again.
+/// A running replay.
 #[derive(Debug)]
 struct Shown {
     words: String,
     /// The part of the match that is shown, cycles.
     part: [f64; 2],
-    /// Whether it has begun, or for how many frames it has not.
+    /// Whether it has started, or for how many frames it has not.
     has_begun: bool,
     waited: u8,
-    /// Where a replay of a trace goes on, cycles.
+    /// Where a trace continues after it, cycles.
     goes_on_at: f64,
-    /// What it was watched with before.
+    /// The state of the viewer before it.
     speed: Speed,
     camera: ViewerCamera,
 }
 
 impl GoalReplay {
-    /// What is shown again, if anything is.
+    /// The text of the goal that is replayed, if any.
     pub fn words(&self) -> Option<&str> {
         self.shown.as_ref().map(|shown| shown.words.as_str())
     }
 
-    /// Whether anything is shown again, or will be.
+    /// Whether a goal is replayed or will be.
     pub fn is_busy(&self) -> bool {
         self.shown.is_some() || self.due.is_some()
     }
@@ -156,9 +156,9 @@ fn show_goals(
     moments.write(TimelineCommand::GoTo(first as u64));
 }
 
-/// What is known of the goal of a team at a time, s.
+/// The text of the goal of a team at a time, s.
 fn words(log: &EventLog, time_s: f64, team: Option<Team>) -> String {
-    /// An entry's time is that of its cycle, but for rounding.
+    /// The tolerance for the time of an entry, which is that of its cycle, rounded.
     const NEAR_S: f64 = 0.1;
     let entries = log.until(time_s + NEAR_S).iter().rev().take_while(|entry| entry.time_s > time_s - NEAR_S);
     let goal = entries.into_iter().find(|entry| entry.important && entry.team == team);

@@ -1,5 +1,5 @@
-//! To watch a match as on television: a large score, goals again in slow motion, a summary at the end. The camera that follows
-//! play is among the [others](super::camera).
+//! The match as on television: a large score, replays of goals, a summary at the end. The camera that follows play is
+//! among the [others](super::camera).
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, FontId, RichText};
@@ -17,7 +17,7 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Game;
 use naoisis_core::team::Team;
 
-/// The score's height by the window's, and its limits, logical pixels.
+/// The height of the score as a fraction of the window's, and its limits, logical pixels.
 const SCORE_SHARE: f32 = 0.06;
 const SCORE_HEIGHTS: [f32; 2] = [26.0, 72.0];
 
@@ -66,7 +66,7 @@ fn show_score(mut contexts: EguiContexts, game: Res<Game>, clock: Res<CycleClock
     Ok(())
 }
 
-/// What is shown again, and that it is.
+/// Shows the text of a replay.
 fn show_replay(mut contexts: EguiContexts, replay: Res<GoalReplay>) -> Result {
     let Some(words) = replay.words() else { return Ok(()) };
     let context = contexts.ctx_mut()?;

@@ -1,4 +1,4 @@
-//! What the match was like in numbers, once it is over: as `naoisis run --summary` tells it, read from its records by a thread.
+//! The summary of a finished match, as by `naoisis run --summary`, computed from its records by a thread.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, FontId, Grid, Sense};
@@ -29,7 +29,7 @@ use naoisis_record::record::summary_recorder::png;
 use naoisis_record::record::summary_rows::team_rows;
 use naoisis_sim::scenario::Scenario;
 
-/// Shows a match in numbers.
+/// Shows the summary of a match.
 pub struct SummaryPlugin;
 
 impl Plugin for SummaryPlugin {
@@ -40,14 +40,14 @@ impl Plugin for SummaryPlugin {
     }
 }
 
-/// The match in numbers, from its end on.
+/// The summary, once the match has ended.
 #[derive(Resource, Default)]
 pub struct FinalSummary {
-    /// The match that it is of, and its last cycle.
+    /// The match, and its last cycle.
     of: Option<(Keyframes, u64)>,
     read: Option<Mutex<Receiver<MatchSummary>>>,
     summary: Option<MatchSummary>,
-    /// Whether its end is shown, and nobody has closed the summary.
+    /// Whether the end of the match is shown and the summary was not closed.
     is_shown: bool,
     is_closed: bool,
 }
@@ -156,7 +156,7 @@ fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut
             });
             ui.horizontal(|ui| {
                 is_closed = ui.button("Close").clicked();
-                let hint = "The match in numbers as a picture, in the current folder";
+                let hint = "Saves the statistics as a picture in the current folder";
                 is_saved = ui.button("Save as PNG").on_hover_text(hint).clicked();
             });
         });
@@ -166,7 +166,7 @@ fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut
         let written = png(&picture(summary)).and_then(|bytes| write_new(Path::new(""), &name, "png", &bytes));
         notice.tell(match written {
             Ok(path) => format!("Saved as {}", path.display()),
-            Err(error) => format!("The summary is not saved: {error}"),
+            Err(error) => format!("The summary was not saved: {error}"),
         });
     }
     if is_closed {
@@ -175,13 +175,13 @@ fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut
     Ok(())
 }
 
-/// What the teams did, line by line.
+/// The statistics of the teams, line by line.
 fn rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     let goals = vec!["goals".to_owned(), summary.score.blue.to_string(), summary.score.pink.to_string()];
     [vec![goals], team_rows(summary)].concat()
 }
 
-/// Where something was: the more time, the stronger the colour.
+/// Draws a heat map: stronger colours for more time.
 fn draw_map(ui: &mut egui::Ui, map: &HeatMap, colour: Color32, width: f32) {
     let cell = width / CELLS_ALONG as f32;
     let (area, _) = ui.allocate_exact_size(egui::vec2(width, cell * map.rows as f32), Sense::hover());
