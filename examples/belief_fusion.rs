@@ -1,9 +1,9 @@
-//! Where is the opponent? What a camera, a sonar and a team-mate know together (paper, Fig. 7).
+//! Where is the opponent? Fusing observations of a camera, a sonar and a team-mate (paper, Fig. 7).
 //!
-//! A robot looks past an opponent that it cannot see, then at it, then away again. Meanwhile the opponent walks off: the
-//! camera knew where it was, and the sonar, which tells the distance only, hears where it goes; a Kalman filter takes each
-//! for what it says well. Then the ball: two team-mates see it from different sides, and a third, who does not, is told by
-//! both.
+//! A robot looks past an opponent that it cannot see, then at it, then away again. Meanwhile the opponent walks away.
+//! The camera gave its position; the sonar, which only measures the distance, follows its motion; a Kalman filter
+//! weights each measurement by its accuracy. Then the ball: two team-mates see it from different sides, and a third,
+//! which does not see it, fuses their messages.
 //!
 //! ```sh
 //! cargo run --release --no-default-features --example belief_fusion
@@ -23,8 +23,8 @@ use naoisis::sensing::sonar::{SonarReading, SonarSettings};
 const WATCHER: RobotId = RobotId::new(Team::Blue, 2);
 const OPPONENT: RobotId = RobotId::new(Team::Pink, 2);
 
-/// 0.55 m ahead to the left, where the left sonar points; the head looks straight away from it, then at it, then away again.
-/// After 1.5 s the opponent walks backwards, for as long, by 0.18 m.
+/// 0.55 m ahead to the left, where the left sonar points. The head looks straight away from it, then at it, then away
+/// again. After 1.5 s the opponent walks backwards for 1.5 s, by 0.18 m.
 const OPPONENT_AT_THE_SIDE: &str = r#"{ "rules": "free", "ball": null,
     "vision": { "noise": { "robots": { "false_positive_probability": 0 } } },
     "robots": [
@@ -33,7 +33,7 @@ const OPPONENT_AT_THE_SIDE: &str = r#"{ "rules": "free", "ball": null,
         { "from_s": 1.1, "head_deg": [-80, 0] } ] } },
       { "team": "pink", "number": 2, "pose": [0.52, 0.18, 180], "behaviour": { "script": [
         { "from_s": 1.5, "until_s": 3.0, "walk": [-0.004, 0, 0] } ] } } ] }"#;
-/// A cycle, s.
+/// The duration of a cycle, s.
 const PERIOD: f32 = 1.0 / 30.0;
 
 fn main() -> Result<(), Box<dyn core::error::Error>> {
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     find_the_ball_together()
 }
 
-/// The stages of Fig. 7, many times over, as any one of them may be lucky.
+/// Repeats the stages of Fig. 7 many times, because a single one may be lucky.
 fn find_the_opponent() -> Result<(), Box<dyn core::error::Error>> {
     const RUNS: u64 = 200;
     let [mut seen, mut remembered, mut heard] = [(0.0, 0.0); 3];
@@ -56,8 +56,8 @@ fn find_the_opponent() -> Result<(), Box<dyn core::error::Error>> {
         let mut tracks: Vec<RobotTrack> = Vec::new();
         app.run_cycles(12);
         watch(&app, &mut tracks);
-        assert!(tracks.is_empty(), "nobody is in sight yet");
-        // It looks at the opponent, and away again.
+        assert!(tracks.is_empty(), "no robot is in view yet");
+        // The robot looks at the opponent, and away again.
         for _ in 12..45 {
             pass_a_cycle(&mut app, [&mut tracks]);
             watch(&app, &mut tracks);
@@ -66,7 +66,7 @@ fn find_the_opponent() -> Result<(), Box<dyn core::error::Error>> {
         runs += 1;
         let truth = |app: &App| app.robot_pose(OPPONENT).unwrap_or_default().position;
         seen = added(seen, track, truth(&app));
-        // The opponent walks off. One memory goes by what was seen, the other by the sonar, too.
+        // The opponent walks away. One estimate uses the camera only, the other the sonar, too.
         let mut with_sonar = tracks.clone();
         for _ in 45..90 {
             pass_a_cycle(&mut app, [&mut tracks, &mut with_sonar]);
@@ -75,8 +75,8 @@ fn find_the_opponent() -> Result<(), Box<dyn core::error::Error>> {
         remembered = added(remembered, &tracks[0], truth(&app));
         heard = added(heard, &with_sonar[0], truth(&app));
     }
-    println!("where the opponent is        error, mean   doubt (standard deviation)");
-    println!("  not seen yet               no idea");
+    println!("position of the opponent     mean error    standard deviation");
+    println!("  not seen yet               unknown");
     for (name, (error, doubt)) in
         [("seen", seen), ("1.5 s later, remembered", remembered), ("1.5 s later, and heard", heard)]
     {
@@ -85,7 +85,7 @@ fn find_the_opponent() -> Result<(), Box<dyn core::error::Error>> {
     Ok(())
 }
 
-/// The match, and the robot's memories of it, go on by a cycle.
+/// Runs a cycle, and updates the robot's estimates.
 fn pass_a_cycle<const N: usize>(app: &mut App, memories: [&mut Vec<RobotTrack>; N]) {
     app.run_cycles(1);
     for tracks in memories {
@@ -93,7 +93,7 @@ fn pass_a_cycle<const N: usize>(app: &mut App, memories: [&mut Vec<RobotTrack>; 
     }
 }
 
-/// What the cameras say of robots.
+/// The detections of robots by the cameras.
 fn watch(app: &App, tracks: &mut Vec<RobotTrack>) {
     let percepts = app.robot::<Percepts>(WATCHER).map_or(&[][..], |percepts| &percepts.robots);
     for seen in percepts {
@@ -101,7 +101,7 @@ fn watch(app: &App, tracks: &mut Vec<RobotTrack>) {
     }
 }
 
-/// What the sonars say of them.
+/// The detections of robots by the sonars.
 fn listen(app: &App, tracks: &mut [RobotTrack]) {
     let (Some(reading), Some(sonar)) = (app.robot::<SonarReading>(WATCHER), app.robot::<SonarSettings>(WATCHER)) else {
         return;
@@ -113,13 +113,13 @@ fn listen(app: &App, tracks: &mut [RobotTrack]) {
     }
 }
 
-/// The sums with one more error and standard deviation, m.
+/// Adds an error and a standard deviation to the sums, m.
 fn added((error, doubt): (f32, f32), track: &RobotTrack, truth: Vec2) -> (f32, f32) {
     let variance = track.covariance.x_axis.x + track.covariance.y_axis.y;
     (error + track.position.distance(truth), doubt + variance.sqrt())
 }
 
-/// Two witnesses 3 m from the ball, at a right angle to each other.
+/// Two observers 3 m from the ball, at a right angle to each other.
 fn find_the_ball_together() -> Result<(), Box<dyn core::error::Error>> {
     const RUNS: u64 = 200;
     let witnesses = [
@@ -140,7 +140,7 @@ fn find_the_ball_together() -> Result<(), Box<dyn core::error::Error>> {
         app.run_cycles(2);
         let heard = witnesses.map(|(from, pose)| {
             let percept = app.robot::<Percepts>(from)?.ball?;
-            // What it says is what a filter makes of one look.
+            // The message has the estimate of a filter from one look.
             let seen = BallEstimate::first_seen(&Sighting::new(percept.position_m, 0.005), &BallModel::default());
             Some(HeardBall {
                 from,
@@ -157,8 +157,9 @@ fn find_the_ball_together() -> Result<(), Box<dyn core::error::Error>> {
             *error += team_ball(told.into_iter(), &model).map_or(0.0, |ball| ball.position_m.length());
         }
     }
-    println!("where the ball is            error, mean");
-    for (name, error) in ["told by 2, 3 m away", "told by 3, 1.9 m away", "told by both"].iter().zip(errors) {
+    println!("position of the ball         mean error");
+    for (name, error) in ["reported by 2, 3 m away", "reported by 3, 1.9 m away", "reported by both"].iter().zip(errors)
+    {
         println!("  {name:24} {:>7.1} cm", 100.0 * error / seen_by_both as f32);
     }
     Ok(())

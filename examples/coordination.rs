@@ -1,9 +1,9 @@
 //! Who goes for the ball? Four robots agree by messages, and agree less the more messages are lost.
 //!
-//! Each says once a cycle how far from the ball it thinks to be, its bid, and goes if it has heard of no lower one of late.
-//! While the ball is put elsewhere every few seconds, it is counted how many of them are on their way: one is right, two get
-//! in each other's way, none leaves the ball to the opponents. An old bid is worth nothing: what is not heard again is
-//! forgotten.
+//! Each robot sends its distance to the ball, its bid, once a cycle, and goes to the ball if it has received no lower
+//! bid recently. The ball is moved every few seconds, and the example counts how many robots go to it: one is right,
+//! two get in each other's way, none leaves the ball to the opponents. Bids expire, so a robot that is not heard any
+//! more is forgotten.
 //!
 //! ```sh
 //! cargo run --release --no-default-features --example coordination
@@ -17,9 +17,9 @@ use naoisis::prelude::*;
 use naoisis::teams::looking;
 use std::collections::BTreeMap;
 
-/// A bid that was heard longer ago does not count, s.
+/// The time after which a bid expires, s.
 const FRESH_S: f32 = 0.5;
-/// Rounds with the ball at a new place, and how long each takes, s.
+/// The number of rounds with a new position of the ball, and the duration of each, s.
 const ROUNDS: u64 = 40;
 const ROUND_S: usize = 4;
 
@@ -27,9 +27,9 @@ const ROUND_S: usize = 4;
 #[derive(Component, Clone, Default)]
 #[require(Belief, SimpleBelief)]
 struct Bidder {
-    /// The last bids of the others, m, and when they were heard, s.
+    /// The last bids of the others, m, and when they were received, s.
     heard: BTreeMap<RobotId, (f32, f32)>,
-    /// Whether it goes for the ball.
+    /// Whether the robot goes to the ball.
     goes: bool,
 }
 
@@ -59,7 +59,7 @@ fn bid(
         };
         *head = looking::look_at(ball);
         let own = ball.length();
-        // Of equal bids, that of the lower number counts.
+        // Of equal bids, that of the robot with the lower number wins.
         bidder.goes = bidder
             .heard
             .iter()
@@ -86,7 +86,7 @@ fn add_bidder(app: &mut App) {
     app.add_behaviour::<Bidder, _>("bidder", bid);
 }
 
-/// The shares of the time in which nobody, one and more than one went for the ball.
+/// The shares of the time in which no robot, one and several went to the ball.
 fn shares(loss: f32) -> Result<[f64; 3], Box<dyn core::error::Error>> {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
@@ -113,7 +113,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     if common::view(&scenario(0.0), add_bidder, |_| {})? {
         return Ok(());
     }
-    println!("messages lost   nobody goes    one goes   several go");
+    println!("messages lost     none goes    one goes   several go");
     for loss in [0.0, 0.2, 0.5, 0.8, 0.9, 0.95, 1.0] {
         let [nobody, one, several] = shares(loss)?;
         println!("{:>10.0} %   {nobody:>9.1} %   {one:>7.1} %   {several:>8.1} %", 100.0 * loss);

@@ -1,8 +1,8 @@
-//! Deciding under uncertainty: where to shoot, past a keeper of whom the robot has only a vague idea.
+//! Deciding under uncertainty: where to shoot, past a keeper whose position is uncertain.
 //!
-//! One robot shoots at the middle of the goal. The other draws from what it believes (its own pose, the ball, the
-//! keeper, each with its covariance) and from what it knows of its kicks, counts for each direction how often the ball
-//! would go in, and takes the best.
+//! One robot shoots at the centre of the goal. The other draws samples from its beliefs (its own pose, the ball and the
+//! keeper, each with its covariance) and from the spread of its kicks, counts for each direction how often the ball
+//! would go in, and chooses the best one.
 //!
 //! Run with `cargo run --release --no-default-features --example decision_making`.
 
@@ -16,14 +16,14 @@ use naoisis::geometry::{angle_of, unit, unrotate, wrap_angle};
 use naoisis::prelude::*;
 use naoisis::statistics::{mean, share};
 
-/// Situations that both are tried in.
+/// The number of situations in which both are tried.
 const SITUATIONS: u64 = 1000;
-/// Draws for each direction, and directions.
+/// The number of samples for each direction, and of directions.
 const DRAWS: usize = 100;
 const DIRECTIONS: usize = 15;
-/// What a robot knows of its kicks: the standard deviation of their direction, radians.
+/// The standard deviation of the direction of kicks, radians, which the robot knows.
 const KICK_SD: f32 = 0.07;
-/// Half of what a standing keeper covers, and the ball's radius, m.
+/// Half of the width that a standing keeper covers, and the radius of the ball, m.
 const KEEPER_M: f32 = 0.15 + 0.03;
 
 /// How a robot decides where to shoot.
@@ -35,7 +35,7 @@ enum Shooter {
     Weighing,
 }
 
-/// The direction that was decided on, and the robot's dice.
+/// The chosen direction, and the random numbers of the robot.
 #[derive(Component, Default)]
 struct Aim {
     direction: Option<f32>,
@@ -54,7 +54,7 @@ fn shoot(
         };
         let forward = belief.pose.forward();
         let in_robot = unrotate(forward, ball.position_m - belief.pose.position);
-        // Looks at the goal and the ball in turn, for two seconds before it decides.
+        // Looks at the goal and the ball alternately, for two seconds before it decides.
         let looks_up = clock.cycle % 60 < 20;
         (head.yaw, head.pitch) = if looks_up { (0.0, 0.0) } else { (angle_of(in_robot), 0.3) };
         if clock.cycle < 60 {
@@ -70,12 +70,12 @@ fn shoot(
             }
         };
         aim.direction = Some(direction);
-        // To where the ball lies before the right foot, facing along the shot.
+        // Walks to where the ball lies in front of the right foot, facing along the shot.
         let along = unit(direction);
         let place = ball.position_m - along * 0.16 + along.perp() * 0.05;
         let way = unrotate(forward, place - belief.pose.position);
         let turn = wrap_angle(direction - belief.pose.heading);
-        // The ball leaves along the line from the foot to it: straight on only if it lies straight before the foot.
+        // The ball leaves along the line from the foot to it: straight only if it lies straight ahead of the foot.
         let straight = (in_robot.y + 0.05).abs() < 0.01 && turn.abs() < 0.05;
         if KickType::RightStraight.admits(in_robot) && straight {
             kick.0 = Some(KickRequest::new(KickType::RightStraight, 1.0));
@@ -85,7 +85,7 @@ fn shoot(
     }
 }
 
-/// The direction in which most draws are goals.
+/// The direction with the most goals among the samples.
 fn best_direction(belief: &Belief, ball: Vec2, pitch: &Pitch, dice: &mut RandomStream) -> f32 {
     let (line, post) = (pitch.half_length(), pitch.goal.width_m / 2.0 - 0.08);
     let [left, right] = [post, -post].map(|y| angle_of(Vec2::new(line, y) - ball));
@@ -93,7 +93,7 @@ fn best_direction(belief: &Belief, ball: Vec2, pitch: &Pitch, dice: &mut RandomS
     let keeper = belief.opponents.iter().min_by(|a, b| b.position_m.x.total_cmp(&a.position_m.x));
     let scored = |direction: f32, dice: &mut RandomStream| {
         let goals = (0..DRAWS).filter(|_| {
-            // The same error of the heading turns the shot and all that the robot sees.
+            // The same error of the heading rotates the shot and everything that the robot sees.
             let shot = direction + dice.gaussian(KICK_SD) + dice.gaussian(heading_sd);
             let ahead = unit(shot);
             let crosses = ball.y + ahead.y / ahead.x * (line - ball.x);
@@ -110,7 +110,7 @@ fn best_direction(belief: &Belief, ball: Vec2, pitch: &Pitch, dice: &mut RandomS
     best.map_or((left + right) / 2.0, |(_, direction)| direction)
 }
 
-/// A place drawn from its distribution, by the Cholesky factor of its covariance.
+/// A position drawn from its distribution, by the Cholesky factor of its covariance.
 fn draw(place: Vec2, [xx, xy, yy]: PlaceCovariance, dice: &mut RandomStream) -> Vec2 {
     let a = xx.max(1e-6).sqrt();
     let b = xy / a;
@@ -119,7 +119,7 @@ fn draw(place: Vec2, [xx, xy, yy]: PlaceCovariance, dice: &mut RandomStream) -> 
     place + Vec2::new(a * x, b * x + c * y)
 }
 
-/// A situation: ball and keeper somewhere, and the robot behind the ball.
+/// A situation: random positions of ball and keeper, and the robot behind the ball.
 fn situation_of(situation: u64) -> String {
     let mut dice = RandomStream::for_match(situation, "situation");
     let mut throw = |low: f32, high: f32| low + (high - low) * dice.uniform();
@@ -137,13 +137,13 @@ fn add_shooter(app: &mut App) {
     app.add_behaviour::<Shooter, _>("shooter", shoot);
 }
 
-/// Has all shooters decide in this way.
+/// Makes all shooters decide in this way.
 fn choose(app: &mut App, shooter: Shooter) {
     let mut shooters = app.world_mut().query::<&mut Shooter>();
     shooters.iter_mut(app.world_mut()).for_each(|mut chosen| *chosen = shooter);
 }
 
-/// Whether a shot in a situation goes in.
+/// Whether a shot in a situation is a goal.
 fn scores(shooter: Shooter, situation: u64) -> Result<bool, Box<dyn std::error::Error>> {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
@@ -166,7 +166,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|shooter| (1..=SITUATIONS).map(|situation| scores(shooter, situation)).collect::<Result<Vec<bool>, _>>());
     let [middle, weighing] = results;
     let (middle, weighing) = (middle?, weighing?);
-    for (name, goals) in [("at the middle of the goal", &middle), ("where it is likeliest to go in", &weighing)] {
+    for (name, goals) in [("at the centre of the goal", &middle), ("in the best direction", &weighing)] {
         if let Some(share) = share(goals.iter().filter(|goal| **goal).count(), goals.len()) {
             println!(
                 "shooting {name:31} scores in {:3.0} % of {SITUATIONS} situations ({:.0} to {:.0} % with 95 % confidence)",
@@ -176,12 +176,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             );
         }
     }
-    // The situations are the same, so that each can be compared with itself.
+    // The situations are the same, so they can be compared in pairs.
     let gains: Vec<f64> =
         middle.iter().zip(&weighing).map(|(one, other)| f64::from(*other) - f64::from(*one)).collect();
     if let Some(gain) = mean(&gains) {
         let [low, high] = [gain.low, gain.high].map(|value| 100.0 * value);
-        let verdict = if gain.low > 0.0 { "weighing pays" } else { "that weighing pays is not sure" };
+        let verdict = if gain.low > 0.0 { "deciding pays" } else { "it is not significant" };
         println!(
             "the difference is {:.0} points ({low:.0} to {high:.0} with 95 % confidence): {verdict}",
             100.0 * gain.value

@@ -1,5 +1,5 @@
-//! Your first behaviour: a robot that looks for the ball, walks to it and kicks it. Everything that it knows comes from
-//! its own cameras.
+//! A first behaviour: a robot that looks for the ball, walks to it and kicks it. It knows only what its own cameras
+//! see.
 //!
 //! Run with `cargo run --release --no-default-features --example first_behaviour`.
 
@@ -10,12 +10,12 @@ mod common;
 use bevy::prelude::*;
 use naoisis::prelude::*;
 
-/// Ties robots to the behaviour; a scenario names it `"kicker"`.
+/// Ties robots to the behaviour; scenarios name it `"kicker"`.
 #[derive(Component, Default)]
 struct Kicker;
 
-/// A behaviour is a system. It reads sensors and writes commands of the robots that carry its marker, and the engine
-/// refuses it if it asks for more.
+/// A behaviour is a system. It reads sensors and writes commands of the robots with its marker, and registration fails
+/// if it asks for more.
 fn kick_the_ball(
     clock: Res<CycleClock>,
     mut robots: Query<(&Percepts, &HeadAngles, &mut HeadCommand, &mut WalkCommand, &mut KickCommand), With<Kicker>>,
@@ -23,19 +23,19 @@ fn kick_the_ball(
     for (percepts, angles, mut head, mut walk, mut kick) in &mut robots {
         *walk = WalkCommand::default();
         let Some(ball) = percepts.ball else {
-            // Turn around, and nod: the upper camera sees far, the lower near.
+            // Turns around, and nods: the upper camera sees far, the lower near.
             *walk = WalkCommand::at_velocity(0.0, 0.0, 1.2, &clock);
             head.pitch = if angles.pitch < 0.1 { 0.3 } else { 0.0 };
             continue;
         };
-        // Places are in the robot's own frame: x ahead, y to the left, in metres.
+        // Positions are in the robot's frame: x ahead, y to the left, in metres.
         let place = ball.position_m;
         head.yaw = place.to_angle();
         head.pitch = if place.length() < 1.0 { 0.35 } else { 0.0 };
         if KickType::RightStraight.admits(place) {
             kick.0 = Some(KickRequest::new(KickType::RightStraight, 1.0));
         } else {
-            // To where the ball lies 16 cm ahead and 5 cm to the right: before the right foot. The step is cut to what a
+            // Walks to where the ball lies 16 cm ahead and 5 cm to the right: in front of the right foot. The step is cut to what a
             // robot can do in a cycle.
             *walk = WalkCommand::new(place.x - 0.16, place.y + 0.05, 0.3 * head.yaw);
         }

@@ -1,4 +1,4 @@
-//! A headless test of a behaviour, on `MinimalPlugins`: no window, no renderer, a fraction of a second.
+//! A headless test of a behaviour, on Bevy's `MinimalPlugins`: no window, no renderer, a fraction of a second.
 //!
 //! Run with `cargo run --release --no-default-features --example headless_test`, or with `cargo test --example
 //! headless_test`: the same test, as you would write it in your own crate.
@@ -10,7 +10,7 @@ mod common;
 use bevy::prelude::*;
 use naoisis::prelude::*;
 
-/// A robot that keeps its distance: it walks back from whatever its sonars hear.
+/// A robot that keeps its distance: it walks away from what its sonars detect.
 #[derive(Component, Default)]
 struct Shy;
 
@@ -26,7 +26,7 @@ fn add_shy(app: &mut App) {
     app.add_behaviour::<Shy, _>("shy", keep_away);
 }
 
-/// Somebody 40 cm before it.
+/// Another robot 40 cm ahead.
 const VISITOR: &str = r#", { "team": "pink", "number": 1, "pose": [0.4, 0.15, 180] }"#;
 
 fn scenario(other: &str) -> String {
@@ -36,7 +36,7 @@ fn scenario(other: &str) -> String {
     )
 }
 
-/// What the robot of a scenario has before it, and where it is two seconds later.
+/// The position of the robot of a scenario after two seconds.
 fn place_after_two_seconds(other: &str) -> Vec2 {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins));
@@ -53,9 +53,9 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     }
     let alone = place_after_two_seconds("");
     let visited = place_after_two_seconds(VISITOR);
-    println!("alone it stays at {alone}; with somebody 40 cm before it, it goes to {visited}");
+    println!("alone it stays at {alone}; with a robot 40 cm ahead, it goes to {visited}");
     assert_eq!(alone, Vec2::ZERO);
-    // Until the other is 0.5 m away.
+    // Until the other robot is 0.5 m away.
     assert!((-0.2..-0.05).contains(&visited.x));
     Ok(())
 }

@@ -1,8 +1,8 @@
-//! What is the ball's velocity worth to a keeper? The same shots at two keepers that differ in nothing else.
+//! How much does a keeper gain from the ball's velocity? The same shots at two keepers that differ in nothing else.
 //!
-//! Both see the ball through the same noisy cameras, and both stand between it and the goal. One believes what its Kalman
-//! filter says of the velocity, and steps to where the shot will cross its line; the other takes every ball for one that
-//! lies still, and follows it.
+//! Both see the ball through the same noisy cameras, and both stand between it and the goal. One uses the velocity that
+//! its Kalman filter estimates, and steps to where the shot will cross its line. The other assumes that the ball lies
+//! still, and follows it.
 //!
 //! ```sh
 //! cargo run --release --no-default-features --example keeper_intercepts [SHOTS]
@@ -15,7 +15,7 @@ use bevy::prelude::*;
 use naoisis::prelude::*;
 use naoisis::statistics::share;
 
-/// How far in front of the goal line they stand, m.
+/// The distance of the keepers from the goal line, m.
 const DEPTH_M: f32 = 0.3;
 
 /// Steps to where the shot will cross its line.
@@ -33,7 +33,7 @@ fn intercept(mut robots: Query<(&Belief, &mut WalkCommand, &mut HeadCommand), Wi
         let Some(ball) = belief.ball else { continue };
         let velocity = ball.velocity_mps;
         let time_s = (belief.pose.position.x - ball.position_m.x) / velocity.x.min(-0.1);
-        // Straight on: what slows the ball down does not turn it.
+        // The ball rolls straight: drag does not turn it.
         let crossing = if velocity.x < -0.1 { ball.position_m.y + velocity.y * time_s } else { guard(ball.position_m) };
         step_to(belief, crossing, &mut walk);
         look_at_ball(belief, &mut head);
@@ -48,7 +48,8 @@ fn follow(mut robots: Query<(&Belief, &mut WalkCommand, &mut HeadCommand), With<
     }
 }
 
-/// Where the line from the ball to the middle of the goal (3 m from the centre) crosses the keeper's.
+/// The point at which the line from the ball to the centre of the goal (3 m from the centre mark) crosses the line of
+/// the keeper.
 fn guard(ball: Vec2) -> f32 {
     ball.y * DEPTH_M / (ball.x + 3.0).max(DEPTH_M)
 }
@@ -64,13 +65,13 @@ fn look_at_ball(belief: &Belief, head: &mut HeadCommand) {
     }
 }
 
-/// A shot at a keeper of this kind. The same seed is the same shot.
+/// A shot at a keeper with this behaviour. The same seed gives the same shot.
 fn scenario(keeper: &str, seed: u64) -> String {
     let mut stream = RandomStream::for_match(seed, "shots");
     let from = Vec2::new(-0.8 + 0.8 * stream.uniform(), 2.4 * stream.uniform() - 1.2);
     let target = Vec2::new(-3.0, 1.2 * stream.uniform() - 0.6);
     let way = target - from;
-    // It reaches the goal: v / 0.5 per second is how far a ball rolls.
+    // The ball reaches the goal: it rolls v / 0.5 per second.
     let velocity = way.normalize() * (0.5 * way.length() + 0.2 + 0.5 * stream.uniform());
     let start_y = guard(from);
     format!(
@@ -88,7 +89,7 @@ fn add_keepers(app: &mut App) {
     app.add_behaviour::<Interceptor, _>("interceptor", intercept).add_behaviour::<Follower, _>("follower", follow);
 }
 
-/// Whether that shot is a goal.
+/// Whether the shot is a goal.
 fn is_goal(keeper: &str, seed: u64) -> Result<bool, Box<dyn core::error::Error>> {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
@@ -105,7 +106,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
         Some(word) => word.parse().map_err(|_| format!("{word}: expected a number of shots"))?,
         None => 300,
     };
-    println!("keeper                     saves, with the 95 % interval");
+    println!("keeper                     saves, with 95 % interval");
     for (keeper, what) in
         [("follower", "follows the ball"), ("interceptor", "uses its velocity"), ("idle", "stands still")]
     {

@@ -1,12 +1,12 @@
-//! Reinforcement learning: a robot learns to score into an empty goal from wherever the ball lies.
+//! Reinforcement learning: a robot learns to score into an empty goal from any position of the ball.
 //!
-//! The policy is linear: from where the robot believes the ball and the goal to be follows its step, and whether it
-//! kicks. The cross-entropy method (Rubinstein, 1999) looks for its fifteen numbers: it draws policies from a normal
-//! distribution, plays each on a few seeded situations, and moves the distribution to the best of them. The learned
-//! policy is saved as JSON, loaded again and played.
+//! The policy is linear: it maps the believed positions of ball and goal to a step and to the decision to kick. The
+//! cross-entropy method (Rubinstein, 1999) optimises its fifteen weights: it draws policies from a normal distribution,
+//! plays each on a few seeded situations, and moves the distribution to the best of them. The learned policy is saved
+//! as JSON, loaded again and played.
 //!
-//! Run with `cargo run --release --no-default-features --example learn_to_score [POLICY.json]`; with
-//! `POLICY.json --view`, and without `--no-default-features`, a policy that was learned before is played in a window.
+//! Run with `cargo run --release --no-default-features --example learn_to_score [POLICY.json]`. With `POLICY.json
+//! --view`, and without `--no-default-features`, a learned policy is played in a window.
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
@@ -17,16 +17,16 @@ use bevy::prelude::*;
 use naoisis::geometry::{angle_of, unrotate};
 use naoisis::prelude::*;
 
-/// Numbers of a policy: for dx, dy and the turn, the weights of five features.
+/// The number of weights: for dx, dy and the turn, those of five features.
 const WEIGHTS: usize = 15;
-/// Policies drawn in a generation, the best of them that it learns from, and generations.
+/// The numbers of policies per generation, of the best ones that the distribution moves to, and of generations.
 const POPULATION: usize = 48;
 const ELITE: usize = 8;
 const GENERATIONS: usize = 24;
-/// Situations that each policy is tried on, and those that the result is judged by.
+/// The numbers of situations for training a policy, and for testing the result.
 const TRIALS: u64 = 8;
 const TESTS: u64 = 100;
-/// A try is over after this time, s.
+/// The time limit of an episode, s.
 const TRY_S: usize = 20;
 
 /// A robot that is controlled by a policy.
@@ -34,8 +34,7 @@ const TRY_S: usize = 20;
 #[require(SimpleBelief, Belief)]
 struct Learner([f32; WEIGHTS]);
 
-/// What the robot does: looks at the ball, steps as its policy says, and kicks when the ball is before its foot and the
-/// goal ahead.
+/// Looks at the ball, steps as the policy says, and kicks when the ball is in front of its foot and the goal ahead.
 fn act(
     clock: Res<CycleClock>,
     pitch: Res<Pitch>,
@@ -51,7 +50,7 @@ fn act(
         };
         (head.yaw, head.pitch) = (angle_of(ball), if ball.length() < 1.0 { 0.3 } else { 0.0 });
         let goal = angle_of(in_robot(Vec2::new(pitch.half_length(), 0.0)));
-        // Where the ball lies for a straight kick of the right foot, the features of the ball vanish.
+        // The features of the ball are zero where it lies for a straight kick of the right foot.
         let features = [ball.x - 0.16, ball.y + 0.05, goal, ball.length().min(1.0) * goal, angle_of(ball)];
         let command = |row: usize| -> f32 {
             weights[5 * row..5 * row + 5].iter().zip(features).map(|(weight, feature)| weight * feature).sum()
@@ -63,7 +62,7 @@ fn act(
     }
 }
 
-/// A situation: ball and robot somewhere.
+/// A situation: random positions of ball and robot.
 fn scenario(situation: u64) -> (f32, String) {
     let mut dice = RandomStream::for_match(situation, "situation");
     let mut throw = |low: f32, high: f32| low + (high - low) * dice.uniform();
@@ -81,7 +80,7 @@ fn add_learner(app: &mut App) {
     app.add_behaviour::<Learner, _>("learner", act);
 }
 
-/// Gives the robot its policy.
+/// Sets the policy of the robot.
 fn teach(app: &mut App, weights: &[f32; WEIGHTS]) {
     let mut learners = app.world_mut().query::<&mut Learner>();
     for mut learner in learners.iter_mut(app.world_mut()) {
@@ -89,8 +88,8 @@ fn teach(app: &mut App, weights: &[f32; WEIGHTS]) {
     }
 }
 
-/// Plays a situation. One for a goal and up to one half more for a quick one; without a goal, a little for coming to the
-/// ball and for bringing it forward.
+/// Plays a situation. The reward is 1 for a goal and up to 0.5 more for a quick one; without a goal, a little for
+/// approaching the ball and for moving it forward.
 fn play(weights: &[f32; WEIGHTS], situation: u64) -> f32 {
     let (ball_x, json) = scenario(situation);
     let mut app = App::new();
@@ -100,7 +99,7 @@ fn play(weights: &[f32; WEIGHTS], situation: u64) -> f32 {
     let started = scenario
         .map_err(|error| error.to_string())
         .and_then(|scenario| app.start_match(&scenario).map(|_| ()).map_err(|fault| fault.to_string()));
-    // The robot may happen to be thrown onto the ball: that teaches nothing.
+    // The robot may be placed onto the ball by chance; such a situation is of no use.
     if started.is_err() {
         return 0.0;
     }
@@ -139,7 +138,7 @@ fn rewards(policies: &[[f32; WEIGHTS]], situations: core::ops::Range<u64>) -> Ve
     })
 }
 
-/// The share of the test situations, which it never learned from, in which a policy scores.
+/// The success rate of a policy in the test situations, which are not used for learning.
 fn score(policy: &[f32; WEIGHTS]) -> f32 {
     let situations: Vec<u64> = (10_000..10_000 + TESTS).collect();
     let scored = std::thread::scope(|scope| {
@@ -163,7 +162,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         common::view(&scenario(1).1, add_learner, |app| teach(app, &policy))?;
         return Ok(());
     }
-    // Better now than after minutes of learning.
+    // Fails now rather than after minutes of learning.
     std::fs::OpenOptions::new().append(true).create(true).open(&path).map_err(|error| format!("{path}: {error}"))?;
     let mut dice = RandomStream::for_match(1, "policies");
     let (mut mean, mut spread) = ([0.0_f32; WEIGHTS], [1.0_f32; WEIGHTS]);
@@ -173,7 +172,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for generation in 0..GENERATIONS {
         let policies: Vec<[f32; WEIGHTS]> =
             (0..POPULATION).map(|_| core::array::from_fn(|index| mean[index] + dice.gaussian(spread[index]))).collect();
-        // New situations in every generation, so that none is learned by heart.
+        // New situations in every generation, to avoid overfitting.
         let first = generation as u64 * TRIALS;
         let rewards = rewards(&policies, first..first + TRIALS);
         let mut order: Vec<usize> = (0..POPULATION).collect();
@@ -186,7 +185,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             mean[index] = elite().sum::<f32>() / ELITE as f32;
             let squared = |weight: f32| (weight - mean[index]) * (weight - mean[index]);
             let variance = elite().map(squared).sum::<f32>() / ELITE as f32;
-            // A little more than there is, which shrinks, so that it does not settle too soon.
+            // Adds some variance, which decreases, so that the distribution does not converge too early.
             spread[index] = variance.sqrt() + 0.3 * (1.0 - generation as f32 / GENERATIONS as f32);
         }
     }

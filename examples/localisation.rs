@@ -1,5 +1,5 @@
-//! Three ways to localise a robot, compared on the same seeds: how well each knows where it is in a match, and whether it
-//! finds itself after a kidnapping, being carried elsewhere without being told.
+//! Three localisation filters compared on the same seeds: their accuracy in a match, and whether they recover from a
+//! kidnapping, in which the robot is carried elsewhere without notice.
 //!
 //! Run with `cargo run --release --no-default-features --example localisation`.
 
@@ -15,12 +15,12 @@ use naoisis::geometry::{to_degrees, wrap_angle};
 use naoisis::prelude::*;
 use naoisis::statistics::median;
 
-/// Matches, and kidnappings, of each filter.
+/// The numbers of matches and of kidnappings for each filter.
 const MATCHES: u64 = 4;
 const KIDNAPPINGS: u64 = 100;
-/// A robot knows where it is when it is off by less than this: m, degrees.
+/// The greatest errors with which a robot counts as localised: m, degrees.
 const FOUND: [f32; 2] = [0.3, 15.0];
-/// Within this time it should, and go on to know for a second, s.
+/// The time limit for recovering; the robot must then stay localised for a second, s.
 const TIME_S: usize = 10;
 
 fn main() -> Result<(), Box<dyn core::error::Error>> {
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     Ok(())
 }
 
-/// A match from a scenario.
+/// Starts a match of a scenario.
 fn match_of(json: &str) -> App {
     let scenario = Scenario::from_json(json).unwrap_or_else(|error| panic!("{error}"));
     let mut app = App::new();
@@ -53,7 +53,7 @@ fn match_of(json: &str) -> App {
     app
 }
 
-/// How far a robot's belief is from the truth: m, degrees.
+/// The errors of a robot's belief: m, degrees.
 fn error(app: &App, id: RobotId) -> Option<[f32; 2]> {
     let truth = team_from_pitch(app.robot_pose(id)?, app.game().own_end(id.team));
     let belief = app.robot::<Belief>(id)?.pose;
@@ -80,7 +80,7 @@ fn errors_in_matches(localisation: &str) -> [f64; 2] {
     [median(places).unwrap_or_default(), median(headings).unwrap_or_default()]
 }
 
-/// Carries a playing robot to some other place. After how many seconds it knows where it is, if in time.
+/// Carries a playing robot elsewhere. Returns the time until it is localised again, s, if it is in time.
 fn time_to_find_itself(localisation: &str, seed: u64) -> Option<f64> {
     let robot = RobotId::new(Team::Blue, 2);
     let mut app = match_of(&format!(
@@ -95,7 +95,7 @@ fn time_to_find_itself(localisation: &str, seed: u64) -> Option<f64> {
     app.world_mut().flush();
     app.run_cycles(1);
     let carried = app.cycle();
-    // A lucky moment does not count: it must go on to know for a second.
+    // A lucky moment does not count: the robot must stay localised for a second.
     let mut known_for = 0;
     let found = |app: &App| {
         let knows = error(app, robot).is_some_and(|error| error[0] < FOUND[0] && error[1] < FOUND[1]);

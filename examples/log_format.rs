@@ -1,7 +1,7 @@
-//! A log format of one's own: where the ball was, as a table for other programs.
+//! A custom log format: the positions of the ball as a table for other programs.
 //!
-//! Run with `cargo run --release --no-default-features --example log_format -- run match3v3 --log ball_csv=ball.csv`; without a
-//! command it prints what such a file has.
+//! Run with `cargo run --release --no-default-features --example log_format -- run match3v3 --log ball_csv=ball.csv`;
+//! without a command it prints the contents of such a file.
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
@@ -16,11 +16,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// A table of the ball's places.
+/// A table of the ball's positions.
 struct BallTable {
     output: OutputFile,
     file: BufWriter<File>,
-    /// What went wrong first: it is said at the end.
+    /// The first error, which is reported at the end.
     error: Option<io::Error>,
 }
 
@@ -48,13 +48,13 @@ impl Recorder for BallTable {
 
     fn finish(mut self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
         let written = self.error.take().map_or_else(|| self.file.flush(), Err);
-        let said = format!("the ball's places are in {}", self.output.path().display());
+        let said = format!("the positions of the ball are in {}", self.output.path().display());
         self.output.close(written).map(|()| Some(said))
     }
 }
 
 fn add_format(app: &mut App) {
-    app.add_log_format("ball_csv", "the ball's places, as a table", BallTable::create);
+    app.add_log_format("ball_csv", "the positions of the ball, as a table", BallTable::create);
 }
 
 fn main() -> Result<ExitCode, Box<dyn core::error::Error>> {
@@ -74,7 +74,7 @@ fn main() -> Result<ExitCode, Box<dyn core::error::Error>> {
     std::fs::remove_file(&path)?;
     let last = table.lines().last().unwrap_or_default();
     println!("{} lines, the last is {last}", table.lines().count());
-    // The heads of the columns, the start, and every cycle.
+    // The names of the columns, the start, and every cycle.
     assert_eq!(table.lines().count(), 1 + 1 + 90);
     Ok(ExitCode::SUCCESS)
 }

@@ -1,4 +1,4 @@
-//! A whole naoisis with a team of one's own in it: the window, batches, replays and all other commands know it.
+//! A program with its own team and all commands of naoisis: the window, batches, replays and the others know the team.
 //!
 //! Run with `cargo run --release --no-default-features --example own_program -- COMMAND`, such as
 //!
@@ -15,7 +15,7 @@ use std::process::ExitCode;
 #[derive(Component, Default)]
 struct Rusher;
 
-/// Looks down, walks at the ball, and kicks when it lies before the right foot.
+/// Looks down, walks at the ball, and kicks when it lies in front of the right foot.
 fn rush(
     clock: Res<CycleClock>,
     mut robots: Query<(&Percepts, &mut HeadCommand, &mut WalkCommand, &mut KickCommand), With<Rusher>>,
@@ -23,7 +23,7 @@ fn rush(
     for (percepts, mut head, mut walk, mut kick) in &mut robots {
         head.pitch = 0.25;
         let Some(ball) = percepts.ball else {
-            // Turns, 86 degrees in a second.
+            // Turns by 86 degrees per second.
             *walk = WalkCommand::at_velocity(0.0, 0.0, 1.5, &clock);
             continue;
         };

@@ -1,5 +1,5 @@
-//! Path planning among moving obstacles: a planner that searches a grid, and one that only reacts, on the same seeds.
-//! Both know no more of the obstacles than the robot sees of them.
+//! Path planning among moving obstacles: a grid planner and a reactive planner on the same seeds. Both know only the
+//! obstacles that the robot sees.
 //!
 //! Run with `cargo run --release --no-default-features --example path_planning`.
 
@@ -14,14 +14,14 @@ use naoisis::statistics::mean;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Where the robot shall go, m.
+/// The goal of the robot, m.
 const GOAL: Vec2 = Vec2::new(2.4, 0.0);
-/// Two robots nearer to each other than this touch, m.
+/// The distance at which two robots touch, m.
 const CLEARANCE_M: f32 = 0.38;
-/// Walks of each planner.
+/// The number of walks of each planner.
 const WALKS: u64 = 40;
 
-/// A robot that walks to the goal, and how it finds its way.
+/// A robot that walks to the goal, with its planner.
 #[derive(Component, Default, Clone, Copy, PartialEq)]
 #[require(SimpleBelief, Belief)]
 enum Planner {
@@ -42,12 +42,12 @@ fn walk_to_goal(clock: Res<CycleClock>, mut robots: Query<(&Belief, &Planner, &m
         let velocity = 0.2 * unrotate(forward, way.normalize_or_zero());
         let turn = 3.0 * angle_of(unrotate(forward, GOAL - here));
         *walk = WalkCommand::at_velocity(velocity.x, velocity.y, turn, &clock);
-        // Sweeps its head from side to side, to see what comes.
+        // Sweeps its head from side to side, to see obstacles.
         head.yaw = if head.yaw >= 0.9 { -1.0 } else { head.yaw + 0.1 };
     }
 }
 
-/// Towards the goal, and away from and around whoever is near: a potential field with a swirl.
+/// Steers towards the goal, and away from and around near robots: a potential field with a swirl.
 fn reactive_way(here: Vec2, goal: Vec2, obstacles: &[Vec2]) -> Vec2 {
     let mut way = (goal - here).normalize_or_zero();
     for obstacle in obstacles {
@@ -60,7 +60,7 @@ fn reactive_way(here: Vec2, goal: Vec2, obstacles: &[Vec2]) -> Vec2 {
     way
 }
 
-/// The shortest way over a grid (Hart, Nilsson, Raphael: A*, 1968).
+/// The shortest path on a grid (Hart, Nilsson, Raphael: A*, 1968).
 mod grid {
     use super::*;
 
@@ -75,11 +75,11 @@ mod grid {
         Vec2::new(x as f32 + 0.5, y as f32 + 0.5) * CELL_M - Vec2::new(3.2, 2.2)
     }
 
-    /// The first stretch of the way.
+    /// The first section of the path.
     pub fn way(here: Vec2, goal: Vec2, obstacles: &[Vec2]) -> Vec2 {
         let index = |[x, y]: [i32; 2]| (y * SIZE[0] + x) as usize;
         let inside = |[x, y]: [i32; 2]| (0..SIZE[0]).contains(&x) && (0..SIZE[1]).contains(&y);
-        // Near an obstacle every step costs more, so that a robot inside of its clearance gets out.
+        // Near an obstacle every step costs more, so a robot inside its clearance leaves it.
         let cost = |cell: [i32; 2]| -> u32 {
             let nearest = obstacles.iter().map(|obstacle| obstacle.distance(place(cell))).fold(f32::MAX, f32::min);
             if nearest < CLEARANCE_M + 0.1 { 30 } else { 1 }
@@ -124,9 +124,9 @@ mod grid {
     }
 }
 
-/// A walk among others who walk.
+/// A walk among other walking robots.
 fn scenario(seed: u64) -> String {
-    // Four robots go up and down across the way, each at its own place and time.
+    // Four robots walk to and fro across the path, each at its own place and time.
     let crossing = |index: u64| {
         let x = -1.2 + 0.8 * index as f32;
         let phase = (seed * 7 + index * 3) % 10;
@@ -155,7 +155,7 @@ fn add_walker(app: &mut App) {
     app.add_behaviour::<Planner, _>("walker", walk_to_goal);
 }
 
-/// What came of a walk: how long it took, if it arrived, and how many collisions there were.
+/// The results of a walk: its duration if it arrived, and the number of collisions.
 fn walk(planner: Planner, seed: u64) -> Result<(Option<f64>, u32), Box<dyn std::error::Error>> {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);

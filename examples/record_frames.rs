@@ -1,7 +1,7 @@
-//! Record a frame sequence: PNG files of the field and of what one robot sees, drawn in software.
+//! Records a sequence of frames: PNG files of the field and of the view of one robot, drawn in software.
 //!
-//! The same as `naoisis run match3v3 --frames DIR`, from a program: between two cycles you may record what you like, and
-//! nothing of the match changes by it.
+//! This is what `naoisis run match3v3 --frames DIR` does. A program can record anything between two cycles; this does
+//! not change the match.
 //!
 //! Run with `cargo run --release --no-default-features --example record_frames [DIR]`; the folder must be new or empty.
 
@@ -18,7 +18,7 @@ use naoisis::record::match_renderer::MatchRenderer;
 use naoisis::record::picture::Picture;
 use std::path::PathBuf;
 
-/// How long is recorded, and every how many cycles there is a frame: six a second.
+/// The duration of the recording, and the number of cycles between frames: six frames per second.
 const DURATION_S: u64 = 5;
 const EVERY: u64 = 5;
 
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut frames = FrameRecorder::create(&folder, EVERY, pictures).map_err(|error| error.to_string())?;
     for _ in 0..30 * DURATION_S {
         app.run_cycles(1);
-        // Every cycle, also those without a frame: its legs step as the robot walks.
+        // Every cycle, also without a frame, so that the legs follow the walk.
         renderer.look(app.world_mut());
         frames.record(app.world_mut(), &mut renderer);
     }

@@ -1,9 +1,11 @@
-//! A robot that hears: a sensor of one's own, with settings in the scenario, a reading for behaviours, and a value in the trace.
+//! A custom sensor: a robot that hears, with settings in the scenario, a reading for behaviours, and a value in the
+//! trace.
 //!
-//! The referee whistles at the side line as play begins. Robots wait for it: who is too far to hear it stays where it is.
+//! The referee whistles at the side line when play begins. Robots wait for the whistle; a robot that is too far away
+//! does not hear it and stays.
 //!
-//! Run with `cargo run --release --no-default-features --example robot_that_hears`; with `-- run ears.json --trace -` and a
-//! scenario of your own, its traces have `"sensors": { "whistle_ear": { "heard": true } }` of each robot.
+//! Run with `cargo run --release --no-default-features --example robot_that_hears`. With `-- run ears.json --trace -`
+//! and a scenario of your own, its traces have `"sensors": { "whistle_ear": { "heard": true } }` for each robot.
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
@@ -12,14 +14,14 @@ use naoisis::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
 
-/// The settings: a scenario changes them under `"sensors": { "whistle_ear": { ... } }`, for all robots or for one.
+/// The settings. A scenario changes them under `"sensors": { "whistle_ear": { ... } }`, for all robots or for one.
 #[derive(Component, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 struct WhistleEar {
-    /// How far it hears, m.
+    /// The range, m.
     range_m: f32,
-    /// How probable it is that a whistle is missed.
+    /// The probability that a whistle is missed.
     miss_probability: f32,
 }
 
@@ -29,15 +31,15 @@ impl Default for WhistleEar {
     }
 }
 
-/// The reading: behaviours may know it, and cannot write it.
+/// The reading, which behaviours may read but not write.
 #[derive(Component, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
 struct Whistle {
-    /// Whether one was heard in this cycle.
+    /// Whether a whistle was heard in this cycle.
     heard: bool,
 }
 
-/// The sensor is the simulation's: it may read where the robots are, and what happened.
+/// The system of the sensor is part of the simulation: it may read the poses of robots and the events.
 fn hear(
     mut events: MessageReader<MatchEvent>,
     pitch: Res<Pitch>,
@@ -47,7 +49,7 @@ fn hear(
     let whistled = events.read().any(|event| matches!(event, MatchEvent::StateChanged { state: GameState::Playing }));
     for (pose, ear, mut whistle, mut streams) in &mut robots {
         let is_near = pose.position.distance(referee) < ear.range_m;
-        // Random numbers of its own: nobody else's noise changes.
+        // Random numbers of its own, so the noise of other sensors does not change.
         whistle.heard = whistled && is_near && !streams.own("whistle_ear").chance(ear.miss_probability);
     }
 }
@@ -88,7 +90,9 @@ fn main() -> Result<ExitCode, Box<dyn core::error::Error>> {
     let starts = [1, 2].map(|number| place(&app, number));
     app.run_cycles(60);
     let [hearing, deaf] = [1, 2].map(|number| place(&app, number).distance(starts[number as usize - 1]));
-    println!("two seconds after the whistle, who heard it has walked {hearing:.2} m, and who did not {deaf:.2} m");
+    println!(
+        "two seconds after the whistle, the robot that heard it has walked {hearing:.2} m, the other one {deaf:.2} m"
+    );
     assert!(hearing > 0.25 && deaf == 0.0);
     Ok(ExitCode::SUCCESS)
 }

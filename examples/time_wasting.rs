@@ -1,7 +1,8 @@
-//! A rule of one's own: whose team leads may not stay at the ball without playing it.
+//! A custom rule: a robot of the leading team may not stay at the ball without playing it.
 //!
-//! Run with `cargo run --release --no-default-features --example time_wasting`; with a command, such as
-//! `-- run match3v3 --explain --set rules.own.time_wasting.limit_s=5`, it is a whole naoisis that knows the rule.
+//! Run with `cargo run --release --no-default-features --example time_wasting`. With a command, such as `-- run
+//! match3v3 --explain --set rules.own.time_wasting.limit_s=5`, the program has all commands of naoisis, and they know
+//! the rule.
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
@@ -11,13 +12,13 @@ use naoisis::referee::report::report;
 use serde::Deserialize;
 use std::process::ExitCode;
 
-/// The settings: a scenario has them under `"rules": { "own": { "time_wasting": { ... } } }`, and with that the rule.
+/// The settings. A scenario switches the rule on by `"rules": { "own": { "time_wasting": { ... } } }`.
 #[derive(Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct TimeWasting {
     /// How long a robot may stay at the ball, s.
     limit_s: f32,
-    /// Nearer than this it is at the ball, m.
+    /// The distance within which a robot is at the ball, m.
     radius_m: f32,
 }
 
@@ -38,7 +39,7 @@ impl CustomRule for TimeWasting {
 
     fn judge(&self, cycles: u64, seen: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
         (cycles >= seen.cycles(self.limit_s)).then(|| {
-            seen.evidence_against("Whose team leads may not stay at the ball without playing it.", robot)
+            seen.evidence_against("A robot of the leading team may not stay at the ball without playing it.", robot)
                 .with_measurement("s at the ball", seen.seconds(cycles), self.limit_s)
                 .otherwise("It had to kick the ball, or leave it, in time.")
         })
@@ -49,7 +50,7 @@ fn add_rule(app: &mut App) {
     app.add_rule::<TimeWasting>("time_wasting");
 }
 
-/// Blue leads by one to nil, and its robot stands at the ball.
+/// Blue leads by one goal, and its robot stands at the ball.
 const SCENARIO: &str = r#"{ "rules": { "preset": "free", "own": { "time_wasting": { "limit_s": 3 } } },
     "interventions": [{ "at_s": 0, "do": { "set_score": { "blue": 1, "pink": 0 } } }],
     "robots": [{ "team": "blue", "number": 1, "pose": [-0.2, 0, 0] }, { "team": "pink", "number": 1, "pose": [0.2, 0, 180] }] }"#;

@@ -1,5 +1,4 @@
-//! A behaviour of one's own in the window: it walks to the ball, kicks it, draws what it thinks, and everything that the
-//! viewer shows is shown of it, too.
+//! A behaviour in the window: it walks to the ball, kicks it and draws what it thinks, and the viewer shows its state.
 //!
 //! `cargo run --release --example watched_behaviour`
 
@@ -7,7 +6,7 @@ use bevy::prelude::*;
 use naoisis::prelude::*;
 use naoisis::viewer::ViewerPlugins;
 
-/// How often it has kicked: the panel shows it, because it can be reflected.
+/// The number of its kicks. The panel shows it because it derives `Reflect`.
 #[derive(Component, Default, Reflect)]
 #[reflect(Component)]
 struct Kicks(u32);
@@ -27,7 +26,7 @@ fn rush(clock: Res<CycleClock>, mut robots: Query<(Senses, Commands), With<Rushe
             drawings.text(Frame::Robot, Vec2::ZERO, "where is it?", DrawColour::White);
             continue;
         };
-        // Where the ball lies before the right foot.
+        // Walks to where the ball lies in front of the right foot.
         let towards = ball.position_m - Vec2::new(0.17, -0.05);
         drawings.target(Frame::Robot, towards, "rush", DrawColour::White);
         drawings.circle(Frame::Robot, ball.position_m, 0.1, DrawColour::Yellow);

@@ -1,4 +1,4 @@
-"""Plays a robot of a naoisis match: needs Python 3.8 and nothing else.
+"""Plays a robot of a naoisis match. Needs only Python 3.8.
 
     from naoisis_agent import play
 
@@ -13,11 +13,11 @@
 
     $ naoisis run match3v3 --blue "exec:python3 my_team.py" --trace match.jsonl
 
-`decide` gets what the robot perceives in a cycle, a dictionary as in a trace, and returns what the robot shall do, in the words
-of a trace's `command`; nothing to let it stand. What is printed goes to standard error, as standard output is the match's.
-`play(decide, fields=["percepts.ball", "game.state"])` is told of these parts alone, which takes less time.
-With `encoding="msgpack"` the two talk in MessagePack, which `naoisis_message_pack.py` beside this file knows: worth it for images,
-and where the package `msgpack` is installed; without that Python reads JSON several times as fast.
+`decide` receives the perception of the robot in a cycle, a dictionary as in a trace, and returns a command with the names
+of a trace's `command`, or None to stand still. Prints go to standard error, because standard output belongs to the match.
+`play(decide, fields=["percepts.ball", "game.state"])` receives only these parts, which takes less time.
+`encoding="msgpack"` uses MessagePack, by `naoisis_message_pack.py` beside this file. It is faster for images,
+and if the package `msgpack` is installed; without it Python reads JSON several times as fast.
 """
 
 import base64
@@ -31,15 +31,15 @@ _to_json = json.JSONEncoder(allow_nan=False, separators=(",", ":")).encode
 
 
 class Refused(Exception):
-    """The match does not let the program play, and says why."""
+    """The match refuses the program, with a reason."""
 
 
 class Agent:
-    """The connection to the match. `welcome` is what the match says of itself: robot, cycle_s, field, rules, model."""
+    """The connection to the match. `welcome` describes the match: robot, cycle_s, field, rules, model."""
 
     def __init__(self, name="", images=(), belief=False, address=None, robot=None, token=None, encoding="json", fields=()):
-        """Says hello, over standard input and output, or to `naoisis serve` at `address`: "tcp:HOST:PORT" or "unix:PATH", with the
-        token that it asks for. Of perceptions it gets these fields, by their names in traces, or all."""
+        """Connects over standard input and output, or to `naoisis serve` at `address`: "tcp:HOST:PORT" or "unix:PATH", with its
+        token. `fields` are the parts of perceptions to receive, named as in traces; all by default."""
         self._message_pack = None
         if address is None:
             self._from_match, self._to_match = sys.stdin.buffer, sys.stdout.buffer
@@ -70,7 +70,7 @@ class Agent:
         self.end = None
 
     def turns(self):
-        """The cycles of the match, each with its "cycle", "time_s" and "perception", until it is over. Answer each."""
+        """The cycles of the match until its end, each with "cycle", "time_s" and "perception". Each must be answered."""
         while True:
             turn = self._receive()
             if turn is None:
@@ -84,7 +84,7 @@ class Agent:
             yield turn
 
     def answer(self, turn, command=None):
-        """Says what the robot shall do in this cycle."""
+        """Sends the command for this cycle."""
         self._send({"cycle": turn["cycle"], "command": command or {}})
 
     def _send(self, message):
@@ -108,7 +108,7 @@ class Agent:
 
 
 def play(decide, **hello):
-    """Plays until the match is over. How it ended, with its score; nothing if the match was broken off."""
+    """Plays until the match is over. Returns its end and score, or None if the match was broken off."""
     agent = Agent(**hello)
     for turn in agent.turns():
         agent.answer(turn, decide(turn["perception"]))
@@ -125,5 +125,5 @@ def _connect(address):
         connection = socket.create_connection((host, int(port)))
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     else:
-        raise ValueError(f"{address!r} is no address; expected tcp:HOST:PORT or unix:PATH")
+        raise ValueError(f"{address!r} is not an address; expected tcp:HOST:PORT or unix:PATH")
     return connection

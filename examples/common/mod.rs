@@ -1,12 +1,12 @@
-//! What the examples share: with `--view`, a match is shown in a window.
+//! Code that the examples share: with `--view`, a match is shown in a window.
 
 use bevy::prelude::*;
 use core::error::Error;
 
-/// With `--view` on the command line, shows the match of a scenario in a window. Returns whether it did: the example is
-/// over then.
+/// With `--view` on the command line, shows the match of a scenario in a window. Returns whether it did; the example
+/// then ends.
 ///
-/// `prepare` adds what the scenario needs, such as behaviours; `begun` changes what a scenario cannot say.
+/// `prepare` adds what the scenario needs, such as behaviours; `begun` changes what a scenario cannot express.
 pub fn view(json: &str, prepare: impl FnOnce(&mut App), begun: impl FnOnce(&mut App)) -> Result<bool, Box<dyn Error>> {
     if !std::env::args().any(|argument| argument == "--view") {
         return Ok(false);

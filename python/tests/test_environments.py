@@ -50,7 +50,7 @@ def test_every_number_has_a_name_and_every_choice_does_what_it_says(action):
 
 def test_the_page_of_the_repository_is_that_of_the_lists():
     page = Path(__file__).parent.parent / "OBSERVATIONS.md"
-    assert page.read_text() == naoisis.tables.page(), "write it anew: python -m naoisis.tables > OBSERVATIONS.md"
+    assert page.read_text() == naoisis.tables.page(), "write it again: python -m naoisis.tables > OBSERVATIONS.md"
 
 
 def test_perceptions_are_those_of_the_match():

@@ -1,4 +1,4 @@
-"""naoisis: a behavioural simulator of robot soccer. Coarse motion, strict perception.
+"""naoisis: a simulator of humanoid robot soccer with coarse motion and strict perception.
 
 A match in three lines::
 
@@ -6,8 +6,8 @@ A match in three lines::
     match = naoisis.Match("match3v3", seed=1)
     match.run(); match.score
 
-Robots know nothing but what two cameras, two sonars, odometry and team messages tell them, through this door as through
-every other; what is true is apart, in :meth:`Match.truth`.
+Robots know only what their cameras, sonars, odometry and team messages tell them, in Python as in every other
+interface. The truth is separate, in :meth:`Match.truth`.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ if TYPE_CHECKING:
 
 
 def tasks() -> dict[str, str]:
-    """The named tasks, and what is to be done in each. Gymnasium has them as ``naoisis/NAME-vN``."""
+    """The named tasks with their descriptions. Gymnasium knows them as ``naoisis/NAME-vN``."""
     return {name: description for name, _, description in challenges()}
 
 
 def rewards() -> dict[str, str]:
-    """The parts of rewards, and what each counts."""
+    """The terms of rewards with their descriptions."""
     return dict(Environments.rewards())
 
 
@@ -68,7 +68,7 @@ def parallel_env(*arguments: Any, **options: Any) -> MatchParallelEnv:
     Args:
         scenario: A task's name (:func:`tasks`), or a scenario as of :class:`Match`.
         control: A team, ``"blue"``, or robots, such as ``["blue1", "pink2"]`` [default: the task's].
-        opponents: The name of the other team, where the scenario lines up teams; of a list of names one is drawn for each episode.
+        opponents: The name of the other team, if the scenario has teams; from a list of names one is drawn for each episode.
         observation, action, reward, cycles_per_step, set, realism, camera, image_size, render_mode: As of :class:`MatchEnv`.
     """
     from naoisis import parallel

@@ -1,4 +1,4 @@
-"""What the functions of the package are given, checked before it is passed on."""
+"""Checks of the arguments of the package's functions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def seed_of(seed: Any) -> int | None:
 
 
 def count_of(count: Any, name: str, least: int = 1, most: int = 2**32) -> int:
-    """A whole number of things."""
+    """A whole number within a range."""
     try:
         number = operator.index(count)
     except TypeError:
@@ -66,7 +66,7 @@ def match_of(
     pink: str | None = None,
     realism: str | None = None,
 ) -> dict[str, Any]:
-    """What a match is made of, as the compiled part reads it."""
+    """The arguments of a match in the form of the compiled module."""
     if set is not None and not isinstance(set, Mapping):
         raise TypeError(f"set: expected a dictionary of fields and their values, not {set!r}")
     check_set(set)
@@ -87,14 +87,14 @@ def match_of(
 
 
 def check_set(set: Mapping[str, Any] | None) -> None:
-    """That what is set can be: what a match goes on from is for the scenario to say."""
+    """Checks that the fields of ``set`` can be set; only a scenario itself can have ``from``."""
     if set is not None and any(field == "from" for field in set):
         expected = "a scenario that goes on from the saved match, {'from': 'moment.naoisis'}"
-        raise ScenarioError(f"set: `from` is no field to be set; expected {expected}", field="from", expected=expected)
+        raise ScenarioError(f"set: `from` cannot be set; expected {expected}", field="from", expected=expected)
 
 
 def control_of(control: str | Iterable[str]) -> list[str]:
-    """The names of the robots, or teams, that are controlled."""
+    """The names of the controlled robots or teams."""
     if not isinstance(control, Iterable):
         raise TypeError(f"control: expected robots such as 'blue2', or a team, not {control!r}")
     words = [control] if isinstance(control, str) else list(control)

@@ -1,4 +1,4 @@
-"""Many seeded matches, and what they come to."""
+"""Many seeded matches and their results."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ __all__ = ["Batch", "batch"]
 
 
 class Batch(Columns):
-    """What came of the matches of a batch: columns by their names, an entry a match, in the order of the matches.
+    """The results of a batch: columns by name, with one entry per match, in the order of the matches.
 
     The columns are those of the table that ``naoisis batch --csv`` writes: ``seed``, the settings that were swept,
-    ``outcome``, ``duration_s``, ``blue_goals``, ``pink_goals`` and so on. What there is not is not a number.
+    ``outcome``, ``duration_s``, ``blue_goals``, ``pink_goals`` and so on. Missing values are NaN.
     """
 
     def __init__(self, played: _naoisis.Batch):
@@ -31,7 +31,7 @@ class Batch(Columns):
 
     @property
     def matches(self) -> int:
-        """How many matches there were."""
+        """The number of matches."""
         return len(self._played)
 
     def to_csv(self) -> str:
@@ -45,13 +45,13 @@ class Batch(Columns):
         return pandas.DataFrame(self._columns)
 
     def summary(self) -> list[dict[str, Any]]:
-        """What each combination of settings comes to.
+        """The results of each combination of settings.
 
         Returns:
-            For each a dictionary with ``settings``, ``realism``, ``matches``, ``failed``, ``repeated`` (whether every seed plays the
-            same match, of which intervals say nothing) and the estimates: shares of wins and draws, goals, penalties,
+            For each combination a dictionary with ``settings``, ``realism``, ``matches``, ``failed``, ``repeated`` (whether every seed plays the
+            same match, so that intervals are meaningless) and the estimates: shares of wins and draws, goals, penalties,
             possession, each as ``{"value": …, "low": …, "high": …}``, the interval being that of 95 % confidence,
-            or None where there is nothing to estimate it from.
+            or None without data.
         """
         summaries = self._played.summaries()
         return [{"settings": dict(settings), "realism": realism, **summary} for settings, realism, summary in summaries]
@@ -74,18 +74,18 @@ def batch(
     duration_s: float | None = None,
     csv: str | os.PathLike[str] | None = None,
 ) -> Batch:
-    """Plays matches with the seeds from ``seed`` on, on all cores: the same ones whatever the number of threads.
+    """Plays matches with consecutive seeds from ``seed`` on all cores. The results do not depend on the number of threads.
 
-    Ctrl-C finishes the matches under way, and raises KeyboardInterrupt; with ``csv`` the same call goes on from there.
+    Ctrl-C finishes the running matches, and raises KeyboardInterrupt; with ``csv`` the same call continues from there.
 
     Args:
         scenario: As of :class:`Match`; so are ``set``, ``blue``, ``pink`` and ``realism``.
-        matches: How many matches of each combination of settings.
+        matches: The number of matches for each combination of settings.
         seed: The seed of the first match [default: the scenario's].
-        threads: Matches at the same time [default: one a core].
+        threads: The number of threads [default: one per core].
         sweep: Fields of the scenario with several values each; every combination of them is played.
-        duration_s: Where each match stops.
-        csv: Writes the table as it comes; a file of the same batch that is there already is gone on with.
+        duration_s: The duration of each match.
+        csv: Writes the table to this file; an existing file of the same batch is continued.
 
     Raises:
         ScenarioError: The scenario, or one of the combinations, is wrong.

@@ -9,7 +9,7 @@ from naoisis import _naoisis
 
 
 def main() -> int:
-    """Carries out the command line, as the program of the same name does. Returns its exit status."""
+    """Runs the command line, like the program of the same name. Returns its exit status."""
     # The command closes its files itself when it is interrupted.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _naoisis.command(["naoisis", *sys.argv[1:]])

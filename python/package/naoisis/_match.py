@@ -17,7 +17,7 @@ __all__ = ["Match"]
 
 
 class Match:
-    """A match that is played cycle by cycle, and can be looked at in between.
+    """A match that is played cycle by cycle and can be inspected in between.
 
     >>> import naoisis
     >>> match = naoisis.Match("kick_right_straight", seed=1)
@@ -29,18 +29,18 @@ class Match:
         scenario: A built-in scenario's name (``naoisis list scenarios``), the path of a ``.ron`` or ``.json`` file, or a
             dictionary of the same shape.
         seed: The seed of all random numbers, instead of the scenario's.
-        set: Fields of the scenario that are otherwise, such as ``{"messages.loss": 0.2, "robots[0].number": 7}``.
-        blue: The team that plays in blue, such as ``"roles"``, where the scenario lines up teams.
-        pink: The team that plays in pink.
-        realism: How much of a real robot there is: ``"paper"``, ``"ideal"`` or ``"realistic"``.
-        control: The robots that :meth:`step` decides for, such as ``["blue2"]``, or a whole team: ``"blue"``. The built-in
-            estimator tells what they believe.
+        set: Fields of the scenario to change, such as ``{"messages.loss": 0.2, "robots[0].number": 7}``.
+        blue: The blue team, such as ``"roles"``, if the scenario has teams.
+        pink: The pink team.
+        realism: The level of realism: ``"paper"``, ``"ideal"`` or ``"realistic"``.
+        control: The robots that :meth:`step` controls, such as ``["blue2"]``, or a whole team: ``"blue"``. :meth:`belief` returns the
+            belief of the built-in estimator for them.
 
     Raises:
-        ScenarioError: The scenario is wrong; it says in which file, line and column, and what was expected.
+        ScenarioError: The scenario is invalid; the error has file, line and column, and what was expected.
 
-    All lengths are in metres, times in seconds, angles in degrees; places are in the pitch frame, those of percepts in the
-    robot's own, those of beliefs in the team's. The dictionaries have the words of a trace.
+    All lengths are in metres, times in seconds, angles in degrees; positions are in the pitch frame, those of percepts in the
+    robot frame, those of beliefs in the team frame. The dictionaries have the names of a trace.
     """
 
     def __init__(
@@ -59,10 +59,10 @@ class Match:
 
     @classmethod
     def restore(cls, snapshot: bytes) -> Match:
-        """The match of a snapshot, which goes on bit for bit as the one that it was taken of.
+        """The match of a snapshot. It continues bit for bit like the match of which the snapshot was taken.
 
         Raises:
-            SnapshotError: These are no such bytes.
+            SnapshotError: The bytes are not a snapshot.
         """
         if not isinstance(snapshot, (bytes, bytearray, memoryview)):
             raise TypeError(f"snapshot: expected bytes, not {snapshot!r}")
@@ -71,11 +71,11 @@ class Match:
         return match
 
     def snapshot(self) -> bytes:
-        """The whole state of the match, random numbers included: the bytes of a ``.naoisis`` file, too."""
+        """The whole state of the match, including random numbers, as the bytes of a ``.naoisis`` file."""
         return self._match.snapshot()
 
     def branch(self) -> Match:
-        """Another match that is now as this one is, and goes its own way from here."""
+        """An independent copy of the match in its current state."""
         return Match.restore(self.snapshot())
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -85,16 +85,16 @@ class Match:
         """Plays some cycles, with commands for the robots that are controlled.
 
         Args:
-            commands: For each robot what it wants, in a trace's words, everything optional: ``{"blue2": {"walk": [dx m, dy m,
+            commands: The command of each robot, with the names of a trace, everything optional: ``{"blue2": {"walk": [dx m, dy m,
                 dtheta deg], "head_deg": [yaw, pitch], "kick": {"type": "right_straight", "speed": 1.0}, "posture": …, "say":
-                {…}}}``. A step is that of one cycle, and goes on in all cycles of the call; the rest is for the first. A robot
+                {…}}}``. ``walk`` is the step of one cycle, and is repeated in all cycles of the call; the rest is for the first cycle. A robot
                 without a command stands.
 
-        What :meth:`perception` and :meth:`belief` said before is what robots perceived at the beginning of these cycles.
+        What :meth:`perception` and :meth:`belief` returned before are the perceptions at the beginning of these cycles.
 
         Raises:
             MatchError: The match is over.
-            ValueError: A command is wrong, or for a robot that is not controlled.
+            ValueError: A command is invalid, or for a robot that is not controlled.
         """
         cycles = count_of(cycles, "cycles")
         if self.finished:
@@ -107,7 +107,7 @@ class Match:
         self._match.step(dict(commands), cycles)
 
     def run(self, seconds: float | None = None) -> int:
-        """Plays to the end, or for some seconds of the match's own time. Ctrl-C stops it between two cycles.
+        """Plays to the end, or for some seconds of simulated time. Ctrl-C stops it between two cycles.
 
         Returns:
             The number of cycles played.
@@ -158,51 +158,51 @@ class Match:
 
     @property
     def scenario(self) -> dict[str, Any]:
-        """Everything that the match started from, all robots listed: a scenario itself."""
+        """The complete scenario of the match, with all defaults and robots. It is a scenario itself."""
         return self._match.scenario
 
     @property
     def realism(self) -> str:
-        """How much of a real robot there is, in words, such as ``"realistic but for kicks"``."""
+        """The realism of the match in words, such as ``"realistic but for kicks"``."""
         return self._match.realism
 
     def truth(self) -> dict[str, Any]:
-        """What is true after the last cycle, and what the robots perceived, believed and wanted in it: a trace's line.
+        """The line of a trace after the last cycle: the truth, and what the robots perceived, believed and commanded.
 
-        No robot can know this; it is for referees, rewards and people.
+        Robots cannot know this; it is for referees, rewards and people.
         """
         return self._match.truth()
 
     def perception(self, robot: str) -> dict[str, Any]:
-        """What a robot, such as ``"blue2"``, perceives: its sensors, the messages that arrived, and what it is told.
+        """The perception of a robot, such as ``"blue2"``: its sensors, received messages, and the game status that it received.
 
-        In a match with control it is of the cycle that the next :meth:`step` decides, otherwise of the last one.
+        In a match with controlled robots it is of the cycle that the next :meth:`step` plays, otherwise of the last one.
         """
         return self._match.perception(robot)
 
     def belief(self, robot: str) -> dict[str, Any] | None:
-        """What a robot believes, in its team's frame; None of a robot without beliefs."""
+        """The belief of a robot, in the frame of its team; None for a robot without beliefs."""
         return self._match.belief(robot)
 
     def image(self, robot: str, camera: str = "top") -> np.ndarray:
-        """What a robot's camera sees: ``uint8``, rows from the top, columns, and red, green and blue.
+        """The image of a robot's camera: ``uint8``, rows from the top, columns, and red, green and blue.
 
-        Cameras have the names that the robot's model gives them: those of a NAO are ``top`` and ``bottom``, other robots' not.
-        The newest image that the match rendered for the robot, and drawn now where it renders none.
+        Cameras have the names of the robot's model, for example ``top`` and ``bottom`` for a NAO.
+        It is the newest image that the match rendered for the robot; if the match renders none, it is rendered now.
         """
         return self._match.image(robot, camera)
 
     def labels(self, robot: str, camera: str = "top") -> np.ndarray:
-        """What each pixel of a robot's camera is: ``uint8``, rows and columns; the numbers of :data:`naoisis.LABELS`.
+        """The class of each pixel of a robot's camera: ``uint8``, rows and columns; the numbers of :data:`naoisis.LABELS`.
 
-        Of the image that :meth:`image` returns where the scenario says ``cameras.labels``, else of what it would see now.
+        With ``cameras.labels`` in the scenario they belong to the image of :meth:`image`, else they are rendered now.
         """
         return self._match.labels(robot, camera)
 
     def depth(self, robot: str, camera: str = "top") -> np.ndarray:
-        """How far each pixel of a robot's camera is along its axis, m: ``float32``, rows and columns; 0 is the sky.
+        """The depth of each pixel along the axis of a robot's camera, m: ``float32``, rows and columns; 0 is the sky.
 
-        Of the image that :meth:`image` returns where the scenario says ``cameras.depth``, else of what it would see now.
+        With ``cameras.depth`` in the scenario it belongs to the image of :meth:`image`, else it is rendered now.
         """
         return self._match.depth(robot, camera)
 
@@ -217,17 +217,17 @@ class Match:
         beliefs: str | os.PathLike[str] | None = None,
         video: str | os.PathLike[str] | None = None,
     ) -> None:
-        """Writes the match down from now on, until :meth:`close`, which whoever records must call.
+        """Records the match from now on, until :meth:`close`, which must be called.
 
         Args:
-            trace: A line of JSON a cycle, ``.jsonl``; compressed as ``.jsonl.zst``.
-            beliefs: A table of beliefs against the truth, ``.csv``.
-            video: A film of the field, ``.mp4``.
+            trace: One line of JSON per cycle, ``.jsonl``; compressed as ``.jsonl.zst``.
+            beliefs: A table of the errors of beliefs, ``.csv``.
+            video: A video of the field, ``.mp4``.
         """
         self._match.record(*(None if path is None else os.fspath(path) for path in (trace, beliefs, video)))
 
     def close(self) -> list[str]:
-        """Ends what is being recorded, and returns what the records have to say, such as a summary of the beliefs."""
+        """Ends the recordings, and returns their messages, such as a summary of the beliefs."""
         return self._match.close()
 
     def __enter__(self) -> Match:

@@ -1,4 +1,4 @@
-"""Tables of comma-separated values as columns."""
+"""CSV tables as columns."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Columns(Mapping[str, np.ndarray]):
-    """Columns by their names, in their order."""
+    """Columns by name, in order."""
 
     def __init__(self, columns: Mapping[str, np.ndarray]):
         self._columns = dict(columns)
@@ -25,7 +25,7 @@ class Columns(Mapping[str, np.ndarray]):
 
 
 def columns_of(table: Iterable[str]) -> dict[str, np.ndarray]:
-    """The columns of a table of comma-separated values, whose first line has their names."""
+    """The columns of a CSV table, whose first line has their names."""
     lines = list(csv.reader(table))
     if not lines:
         raise ValueError("there is nothing in the table; expected a line with the names of its columns")
@@ -34,7 +34,7 @@ def columns_of(table: Iterable[str]) -> dict[str, np.ndarray]:
 
 
 def column_of(cells: Sequence[str]) -> np.ndarray:
-    """The cells as whole numbers, as numbers, or else as texts. An empty cell among numbers is not a number."""
+    """The cells as whole numbers, as numbers, or else as texts. An empty cell among numbers is NaN."""
     try:
         return np.array([int(cell) for cell in cells], dtype=np.uint64 if _is_large(cells) else np.int64)
     except ValueError:

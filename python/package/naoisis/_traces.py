@@ -1,4 +1,4 @@
-"""What was written of matches, read again."""
+"""Reads traces and tables of matches."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Trace", "read_beliefs", "read_trace", "trace_lines"]
 
 
 class Trace(Columns):
-    """A trace as columns: an entry a line, by the name of the robot and the quantity, such as ``"blue1.pose"``.
+    """A trace as columns: one entry per line, by the name of the robot and the quantity, such as ``"blue1.pose"``.
 
     ================================ =============== ==================================================================
     column                           shape           what it is
@@ -41,12 +41,12 @@ class Trace(Columns):
     ``blue1.kicks``                  (n,)            1 where it wanted to kick
     ================================ =============== ==================================================================
 
-    What there is not is not a number; parts that the trace lacks have no column.
+    Missing values are NaN; parts that the trace does not have get no column.
 
     Attributes:
-        scenario: What the match started from.
-        events: What happened, each with its ``kind`` and ``time_s``.
-        ending: Why the match ended, such as ``"final_whistle"``; None of a trace that was broken off.
+        scenario: The scenario of the match.
+        events: The events, each with its ``kind`` and ``time_s``.
+        ending: Why the match ended, such as ``"final_whistle"``; None for an incomplete trace.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Trace(Columns):
         return list(dict.fromkeys(name.split(".")[0] for name in self if "." in name and not name.startswith("ball.")))
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A data frame (needs pandas): a column a number, such as ``blue1.pose.0``."""
+        """A data frame (needs pandas) with one column per number, such as ``blue1.pose.0``."""
         import pandas
 
         flat = {}
@@ -84,7 +84,7 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
     """Reads a trace (``.jsonl`` or ``.jsonl.zst``) as columns.
 
     Raises:
-        TraceError: It cannot be read; with the line and column of what is wrong.
+        TraceError: It cannot be read; the error has line and column.
     """
     return Trace(*_naoisis.read_trace(os.fspath(path)))
 
@@ -93,12 +93,12 @@ def trace_lines(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
     """The cycles of a trace as dictionaries, one after the other, as :meth:`Match.truth` has them.
 
     Raises:
-        TraceError: It cannot be read; with the line and column of what is wrong.
+        TraceError: It cannot be read; the error has line and column.
     """
     return iter(_naoisis.TraceLines(os.fspath(path)))
 
 
 def read_beliefs(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
-    """Reads a table of beliefs against the truth, as ``naoisis run --beliefs`` writes it: columns by their names."""
+    """Reads a table of the errors of beliefs, as written by ``naoisis run --beliefs``: columns by name."""
     with open(path, newline="", encoding="utf-8") as file:
         return columns_of(file)

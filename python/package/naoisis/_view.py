@@ -1,4 +1,4 @@
-"""How environments are shown to people: as pictures, or in a window."""
+"""Rendering of environments as pictures, or in a window."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ SIZE = (360, 640)
 
 
 def check_render_mode(mode: str | None, modes: Iterable[str]) -> None:
-    """That this is one of the modes, or none."""
+    """Checks that this is one of the modes, or None."""
     if mode is not None and mode not in modes:
         raise ValueError(f"render_mode: there is no {mode!r}; expected one of {', '.join(modes)}, or None")
 
 
 class View:
-    """What is shown of an environment: in the mode ``"human"`` a window, as fast as the match's own time at most."""
+    """The display of an environment: in the mode ``"human"`` a window, at most at the speed of real time."""
 
     def __init__(self, mode: str | None, modes: Iterable[str]):
         check_render_mode(mode, modes)
@@ -32,7 +32,7 @@ class View:
         self._shown_at = 0.0
 
     def show(self, worlds: Worlds) -> None:
-        """Shows the first world in the window, if there is to be one."""
+        """Shows the first world in the window, if the mode has one."""
         if self.mode != "human":
             return
         if self._window is None:
@@ -49,7 +49,7 @@ class View:
 
 
 class Window:
-    """A window of pictures, by Tk, which comes with Python."""
+    """A window that shows pictures, by Tk, which is part of Python."""
 
     def __init__(self, title: str):
         advice = "expected a display and Tk, or render_mode 'rgb_array'"
@@ -69,7 +69,7 @@ class Window:
         self._is_open = True
 
     def show(self, image: np.ndarray) -> None:
-        """Shows a picture, ``uint8`` (height, width, 3); does nothing once somebody has closed the window."""
+        """Shows a picture, ``uint8`` (height, width, 3); does nothing once the window has been closed."""
         if not self._is_open:
             return
         height, width, _ = image.shape

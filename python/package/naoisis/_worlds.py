@@ -1,4 +1,4 @@
-"""Worlds in which something learns: what the environments of all libraries are made of."""
+"""Worlds for learning, used by the environments of all libraries."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Reward = Callable[[Mapping[str, Any], str], float]
 
 
 class CommonOptions(TypedDict, total=False):
-    """How worlds are, in all kinds of environments: :class:`naoisis.MatchEnv` says what each option means."""
+    """The options of worlds in all environments, documented in :class:`naoisis.MatchEnv`."""
 
     action: str
     reward: Mapping[str, float] | Reward | None
@@ -34,7 +34,7 @@ class CommonOptions(TypedDict, total=False):
 
 
 class WorldOptions(CommonOptions, total=False):
-    """All options, with those that some environments name as arguments of their own."""
+    """All options, including those that some environments have as arguments."""
 
     control: str | Iterable[str] | None
     opponents: str | Sequence[str] | None
@@ -42,7 +42,7 @@ class WorldOptions(CommonOptions, total=False):
 
 
 class Worlds:
-    """Some worlds, and the arrays that they fill. A row is an agent: those of one world are neighbours."""
+    """Worlds and the arrays that they fill. Each row is an agent; the agents of a world are neighbours."""
 
     def __init__(
         self,
@@ -120,7 +120,7 @@ class Worlds:
         self.numbers_of_action = counts[0] if action == "continuous" else len(counts)
 
     def arrays(self, with_final: bool = False) -> dict[str, np.ndarray]:
-        """Fresh arrays that a step fills."""
+        """New arrays for a step to fill."""
         rows, length = self.rows, len(self.observation_names)
         image = self.image_shape or (0,)
         finals = rows if with_final else 0
@@ -136,7 +136,7 @@ class Worlds:
         }
 
     def actions(self, actions: Any) -> np.ndarray:
-        """Actions as the compiled part takes them."""
+        """The actions in the form of the compiled module."""
         shape = (self.rows, self.numbers_of_action)
         try:
             given = np.asarray(actions)
@@ -153,13 +153,13 @@ class Worlds:
         return array
 
     def observations(self, arrays: Mapping[str, np.ndarray], prefix: str = "") -> Any:
-        """What agents observe, row by row, as their space has it."""
+        """The observations of all agents, row by row, as in their space."""
         if self.image_shape:
             return {"body": arrays[f"{prefix}observations"], "image": arrays[f"{prefix}images"]}
         return arrays[f"{prefix}observations"]
 
     def row(self, observations: Any, row: int) -> Any:
-        """What one agent observes."""
+        """The observation of one agent."""
         if self.image_shape:
             return {name: array[row] for name, array in observations.items()}
         return observations[row]
@@ -171,11 +171,11 @@ class Worlds:
         options: Mapping[str, Any] | None = None,
         mask: np.ndarray | None = None,
     ) -> None:
-        """Begins episodes, from what :func:`changes_of` has made of the options of the reset."""
+        """Starts episodes, with the changes of :func:`changes_of`."""
         self.inner.reset(seed_of(seed), mask, changes_of(options or {}), arrays)
 
     def step(self, actions: Any, arrays: dict[str, np.ndarray]) -> None:
-        """Plays a step, and rewards it in one's own way where there is one and no world has gone on to its next episode."""
+        """Plays a step, and computes a custom reward if there is one and no world has started its next episode."""
         self.inner.step(self.actions(actions), arrays)
         if self.own_reward is not None:
             truths = [self.inner.truth(world) for world in range(self.worlds)]
@@ -183,7 +183,7 @@ class Worlds:
             arrays["rewards"][...] = np.asarray(rewards, np.float32)
 
     def picture(self, size: tuple[int, int] = (540, 960), world: int = 0) -> np.ndarray:
-        """The field of a world."""
+        """A picture of the field of a world."""
         height, width = size
         return self.inner.picture(world, width, height)
 
@@ -192,7 +192,7 @@ CHANGES = ("set", "situation", "snapshot")
 
 
 def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
-    """What the options of a reset change of the episodes that it begins; None where that is nothing."""
+    """The changes of episodes by the options of a reset; None if there are none."""
     changes: dict[str, Any] = dict.fromkeys(CHANGES)
     for name in ("set", "situation"):
         value = options.get(name)
@@ -207,15 +207,13 @@ def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
                 f"options: snapshot: expected the bytes of a match's snapshot, not {type(snapshot).__name__}"
             )
         if changes["set"] is not None or changes["situation"] is not None:
-            raise ValueError(
-                "options: a snapshot is a moment as it was; expected no `set` and no `situation` beside it"
-            )
+            raise ValueError("options: a snapshot cannot be changed; expected no `set` and no `situation` beside it")
         changes["snapshot"] = bytes(snapshot)
     return changes if any(value is not None for value in changes.values()) else None
 
 
 def check_options(options: Mapping[str, Any] | None, *more: str) -> None:
-    """That a reset knows all of its options."""
+    """Checks that a reset knows all of its options."""
     if options is not None and not isinstance(options, Mapping):
         raise TypeError(f"options: expected a dictionary, not {options!r}")
     for name in options or ():
@@ -224,7 +222,7 @@ def check_options(options: Mapping[str, Any] | None, *more: str) -> None:
 
 
 def _opponents(opponents: Any, control: list[str] | None) -> tuple[str, list[str]]:
-    """The side of the opponents, and the names of the teams of which one is drawn for each episode."""
+    """The side of the opponents, and the names of the teams from which one is drawn for each episode."""
     side = "blue" if control and control[0].startswith("pink") else "pink"
     if opponents is None or isinstance(opponents, str):
         return side, [] if opponents is None else [opponents]

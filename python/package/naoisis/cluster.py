@@ -3,8 +3,8 @@
 >>> import naoisis.cluster
 >>> table = naoisis.cluster.batch("match3v3", matches=100_000)   # on the cluster that Ray is connected to, or on this machine
 
-The table is that of :func:`naoisis.batch`, byte for byte: each match depends on its scenario and seed alone. Work goes out in blocks of
-some ten seconds; what a machine that is lost was playing is played again elsewhere.
+The table is that of :func:`naoisis.batch`, byte for byte: each match depends on its scenario and seed alone. Work is sent in blocks of
+about ten seconds; blocks of a lost machine are repeated elsewhere.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ def batch(
 ) -> naoisis.Batch:
     """Plays matches on all machines of the cluster: the same table as :func:`naoisis.batch` plays on one.
 
-    The machines need nothing but the package, and a file that the scenario is, or goes on from, at its path. Ctrl-C leaves the rows that are finished in ``csv``, and
-    the same call goes on from there.
+    The machines need only the package, and the files of the scenario at the same paths. Ctrl-C leaves the finished rows in ``csv``, and
+    the same call continues from there.
 
     Args:
         scenario, matches, seed, set, sweep, csv, options: As of :func:`naoisis.batch`, but for ``threads``: a core plays a block.
-        in_flight: Blocks that are under way or wait at the same time, at most [default: two a core].
-        progress: Whether a bar on standard error says how far it is [default: if that is a terminal].
+        in_flight: The most blocks that run or wait at the same time [default: two per core].
+        progress: Whether to show a progress bar on standard error [default: if that is a terminal].
 
     Raises:
         ScenarioError: The scenario, or one of the combinations, is wrong.
@@ -109,8 +109,8 @@ def map(
     >>> naoisis.cluster.map(lead, ["match3v3"], range(1000))
 
     Args:
-        function: Of a scenario and a seed. An exception of it is raised here.
-        scenarios: What it is called with: names, dictionaries, anything that can be pickled.
+        function: A function of a scenario and a seed. Its exceptions are raised here.
+        scenarios: The scenarios: names, dictionaries, anything that can be pickled.
         seeds: The seeds, for each of the scenarios.
         in_flight, progress: As of :func:`batch`.
 
@@ -138,7 +138,7 @@ def _in_blocks(
     progress: bool | None,
     unit: str,
 ) -> Iterator[list[Result]]:
-    """Has all work done in blocks, and yields what came of them, in their order. The first ones, of one each, tell how long it takes."""
+    """Runs all work in blocks, and yields their results in order. The first blocks have one item each, to measure the time."""
     if not ray.is_initialized():
         ray.init(include_dashboard=False, log_to_driver=False)
     most = in_flight or max(2, 2 * int(ray.cluster_resources().get("CPU", 1)))
@@ -174,7 +174,7 @@ def _in_blocks(
 
 
 def _task(play: Callable[[range], list[Result]]) -> Any:
-    """The work on a block as a task of Ray's: the results, and how long it took, s."""
+    """Runs a block as a task of Ray. Returns the results, and the time, s."""
 
     @ray.remote(num_cpus=1, max_retries=MOST_LOSSES)
     def timed(block: range) -> tuple[list[Result], float]:
@@ -185,7 +185,7 @@ def _task(play: Callable[[range], list[Result]]) -> Any:
 
 
 def _from_anywhere(scenario: Scenario) -> Scenario:
-    """The scenario with the paths of its files as they are, whatever folder somebody works in."""
+    """The scenario with absolute paths of its files."""
     if isinstance(scenario, Mapping):
         saved = scenario.get("from")
         return {**scenario, "from": os.path.abspath(saved)} if isinstance(saved, (str, os.PathLike)) else scenario
@@ -196,13 +196,13 @@ def _from_anywhere(scenario: Scenario) -> Scenario:
 
 
 def _text(path: Path) -> str:
-    """A file as it is, ends of lines included."""
+    """The text of a file, including its line ends."""
     with open(path, encoding="utf-8", newline="") as file:
         return file.read()
 
 
 def records(table: str) -> list[str]:
-    """The records of a table as they are written, header and ends of lines included. Cells may have lines of their own."""
+    """The records of a table as written, including the header and line ends. Cells may contain line ends."""
     lines = io.StringIO(table, newline="").readlines()
     reader = tables.reader(iter(lines))
     found, before = [], 0
@@ -213,7 +213,7 @@ def records(table: str) -> list[str]:
 
 
 class _Bar:
-    """How far it is, in a line on standard error."""
+    """A progress bar on standard error."""
 
     def __init__(self, total: int, unit: str, shown: bool | None):
         self.total, self.unit, self.done = total, unit, 0

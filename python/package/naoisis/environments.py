@@ -34,32 +34,32 @@ class MatchEnv(gymnasium.Env):
     Args:
         scenario: A task's name (:func:`naoisis.tasks`), or a scenario as of :class:`naoisis.Match`.
         control: The robot, such as ``"blue2"`` [default: the task's].
-        opponents: The name of the other team, where the scenario lines up teams; of a list of names one is drawn for each episode.
-        observation: ``"perception"`` (sensors, and what the robot is told), ``"belief"`` (the built-in estimator), ``"truth"``
-            (what no robot can know), or ``"image"`` (a dictionary of a camera image and what the body knows).
+        opponents: The name of the other team, if the scenario has teams; from a list of names one is drawn for each episode.
+        observation: ``"perception"`` (sensors, and the game status that the robot received), ``"belief"`` (the built-in estimator), ``"truth"``
+            (the true state), or ``"image"`` (a dictionary of a camera image and the state of the body).
         action: ``"continuous"``, ``"multi_discrete"``, ``"discrete"`` or ``"velocities"``: see ``action_names``.
-        reward: Weights of the parts of the reward (:func:`naoisis.rewards`), or a function of the truth and the robot's name
-            [default: the task's, and else the score].
-        cycles_per_step: Cycles that an action lasts [default: the task's, and else 3].
-        set: Fields of the scenario that are otherwise.
-        realism: How much of a real robot there is.
-        camera: The name of the camera of images, one that the robot's model has: of a NAO ``"top"`` or ``"bottom"``, of a Booster K1
+        reward: Weights of the terms of the reward (:func:`naoisis.rewards`), or a function of the truth and the robot's name
+            [default: the task's, else the score].
+        cycles_per_step: Cycles for which an action is held [default: the task's, else 3].
+        set: Fields of the scenario to change.
+        realism: The level of realism.
+        camera: The name of the camera of images in the robot's model: for a NAO ``"top"`` or ``"bottom"``, for a Booster K1
             ``"head"``.
         image_size: Height and width of images, pixels.
         render_mode: ``"rgb_array"`` for pictures of the field, ``"human"`` for a window, which needs a display and Tk.
 
-    A reset's ``options`` hold for the episodes from it to the next reset: ``set`` are fields of the scenario that are otherwise,
-    ``situation`` says where things stand, in the words of a task's file, and ``snapshot`` is a moment to begin from, of
-    :meth:`naoisis.Match.snapshot` or :meth:`snapshot`, each time with other chance to come.
+    The ``options`` of a reset apply to the episodes until the next reset: ``set`` are fields of the scenario to change,
+    ``situation`` are start areas as in a task's file, and ``snapshot`` is a moment to start from, of
+    :meth:`naoisis.Match.snapshot` or :meth:`snapshot`, each time with other random numbers.
 
-    The end of a task, and the final whistle, terminate an episode; the end of its time truncates it. ``info["success"]`` says
-    how a task ended. A penalised robot stays an agent, with ``body.penalised`` in its observation.
+    The end of a task, and the final whistle, terminate an episode; its time limit truncates it. ``info["success"]`` says
+    whether a task succeeded. A penalised robot stays an agent, with ``body.penalised`` in its observation.
 
     Attributes:
         observation_names: The names of the numbers of an observation.
-        observation_entries: For each its name, least and greatest value, and what it says.
-        action_names: The names of the numbers of an action, or of what can be chosen, list by list.
-        reward_weights: How much each part of the reward counts.
+        observation_entries: For each its name, least and greatest value, and meaning.
+        action_names: The names of the numbers of an action, or of the choices, one list per choice.
+        reward_weights: The weights of the terms of the reward.
     """
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
@@ -104,15 +104,15 @@ class MatchEnv(gymnasium.Env):
         return observation, float(arrays["rewards"][0]), terminated, truncated, info
 
     def truth(self) -> dict[str, Any]:
-        """What is true now: as :meth:`naoisis.Match.truth`."""
+        """The current truth: see :meth:`naoisis.Match.truth`."""
         return self._worlds.inner.truth(0)
 
     def snapshot(self) -> bytes:
-        """The match as it is now, to begin episodes from: ``reset(options={"snapshot": ...})``."""
+        """A snapshot of the match, to start episodes from: ``reset(options={"snapshot": ...})``."""
         return self._worlds.inner.snapshot(0)
 
     def state(self) -> np.ndarray:
-        """What is true, as an array, for critics that may know it; its names are ``state_names``."""
+        """The true state as an array, for critics; its names are ``state_names``."""
         state: np.ndarray = self._worlds.inner.state()[0]
         return state
 
@@ -129,20 +129,20 @@ class MatchEnv(gymnasium.Env):
 
 
 class VectorEnv(gymnasium.vector.VectorEnv):
-    """Many worlds in step, on several threads: a row for each agent, those of one world being neighbours.
+    """Many worlds that are stepped together, on several threads: one row per agent; the agents of a world are neighbours.
 
     Same seeds and actions give the same bytes on any number of threads.
 
     Args:
         num_envs: The number of worlds; with several agents in each, the attribute ``num_envs`` is that of the rows.
         control: Robots, such as ``["blue1", "blue2"]``, or a team, ``"blue"`` [default: the task's one robot].
-        autoreset_mode: What becomes of a world whose episode is over: ``"next_step"`` (its next step begins the next episode),
-            ``"same_step"`` (the next one begins at once, and ``info["final_obs"]`` has the last observation), or ``"disabled"``
-            (``reset(options={"reset_mask": ...})`` begins it, with a mask of the worlds).
-        threads: Threads that step worlds [default: one a core].
-        reward: Weights, or a function, which costs a dictionary of the truth for each world and step.
+        autoreset_mode: When a world starts its next episode: ``"next_step"`` (in its next step),
+            ``"same_step"`` (at once; ``info["final_obs"]`` has the last observation), or ``"disabled"``
+            (by ``reset(options={"reset_mask": ...})``, with a mask of the worlds).
+        threads: The number of threads [default: one per core].
+        reward: Weights, or a function; a function costs the time for a dictionary of the truth for each world and step.
 
-    The rest is as of :class:`MatchEnv`.
+    The other arguments are those of :class:`MatchEnv`.
 
     Attributes:
         num_worlds: The number of worlds.
@@ -188,16 +188,16 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         seed: int | list[int] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
-        """Begins episodes, in all worlds or in those of ``options["reset_mask"]``; with one seed for all, the first's.
+        """Starts episodes, in all worlds or in those of ``options["reset_mask"]``; ``seed`` is that of the first world.
 
-        The other options, which are those of :class:`MatchEnv`, hold in these worlds until their next reset by a call of this.
+        The other options are those of :class:`MatchEnv`. They apply to these worlds until their next call of this method.
         """
         if self.closed:
             raise MatchError("the environment is closed; expected no reset after that")
         if isinstance(seed, (list, tuple)):
             if len(seed) != self.num_worlds or list(seed) != list(range(seed[0], seed[0] + len(seed))):
                 raise ValueError(
-                    f"seed: {seed} are not {self.num_worlds} seeds that follow each other; expected the first one only"
+                    f"seed: {seed} are not {self.num_worlds} consecutive seeds; expected the first one only"
                 )
             seed = seed[0]
         super().reset(seed=seed)
@@ -232,14 +232,14 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         truncations: np.ndarray,
         images: np.ndarray | None = None,
     ) -> dict[str, Any]:
-        """A step that fills the caller's arrays: no memory is taken for them. Returns the info.
+        """Plays a step and fills the caller's arrays, without allocating. Returns the info.
 
         Args:
             observations: ``float32`` (num_envs, numbers of an observation).
             rewards: ``float32`` (num_envs,).
             terminations: ``bool`` (num_envs,).
             truncations: ``bool`` (num_envs,).
-            images: ``uint8`` (num_envs, height, width, 3), where images are observed.
+            images: ``uint8`` (num_envs, height, width, 3), if images are observed.
         """
         arrays = self._worlds.arrays(self.autoreset_mode == AutoresetMode.SAME_STEP)
         arrays |= {
@@ -283,17 +283,17 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return np.ascontiguousarray(of_worlds[:, 0])
 
     def _copies(self, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The observations, apart from those that are kept for worlds that are not reset."""
+        """The observations, copied for worlds that are not reset."""
         if self.autoreset_mode != AutoresetMode.DISABLED:
             return arrays
         return {name: arrays[name].copy() for name in ("observations", "images")}
 
     def snapshot(self, world: int = 0) -> bytes:
-        """A world as it is now, to begin episodes from: ``reset(options={"snapshot": ...})``."""
+        """A snapshot of a world, to start episodes from: ``reset(options={"snapshot": ...})``."""
         return self._worlds.inner.snapshot(count_of(world, "world", least=0))
 
     def state(self) -> np.ndarray:
-        """What is true in each world: ``float32`` (num_worlds, numbers); their names are ``state_names``."""
+        """The true state of each world: ``float32`` (num_worlds, numbers); their names are ``state_names``."""
         return self._worlds.inner.state()
 
     @property
@@ -302,19 +302,19 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return [name for name, *_ in self._worlds.inner.state_entries()]
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """Pictures of the first worlds' fields."""
+        """Pictures of the fields of the first worlds."""
         if self.render_mode != "rgb_array":
             return None
         return tuple(self._worlds.picture((270, 480), world) for world in range(min(self.num_worlds, 16)))
 
 
 def vector_env(scenario: Scenario = "match3v3", num_envs: int = 1, **options: Any) -> VectorEnv:
-    """Many worlds in step: see :class:`VectorEnv`."""
+    """Many worlds that are stepped together: see :class:`VectorEnv`."""
     return VectorEnv(scenario, num_envs, **options)
 
 
 def register() -> None:
-    """Makes the tasks known to Gymnasium, as ``naoisis/NAME-vN``."""
+    """Registers the tasks in Gymnasium, as ``naoisis/NAME-vN``."""
     for name, version, _ in _naoisis.challenges():
         gymnasium.register(
             id=f"naoisis/{name}-v{version}",

@@ -6,15 +6,15 @@ __all__ = ["MatchError", "NaoisisError", "ScenarioError", "SnapshotError", "Trac
 
 
 class NaoisisError(Exception):
-    """The base of all of the package's own exceptions."""
+    """The base class of the exceptions of the package."""
 
 
 class _PlacedError(NaoisisError, ValueError):
-    """Something in a file is wrong.
+    """An error at a place in a file.
 
     Attributes:
         file: The file as it was named, or the name of a built-in scenario.
-        line: The line, from 1; None where the file could not be read at all.
+        line: The line, from 1; None if the file could not be read at all.
         column: The column, from 1.
     """
 
@@ -27,11 +27,11 @@ class _PlacedError(NaoisisError, ValueError):
 
 
 class ScenarioError(_PlacedError):
-    """A scenario, or something that is set in it, is wrong.
+    """A scenario, or a setting for it, is invalid.
 
     Attributes:
-        field: The field at fault, such as ``robots[1].pose``; None where the text as such is wrong.
-        expected: What would be right.
+        field: The invalid field, such as ``robots[1].pose``; None for an error of the text itself.
+        expected: What was expected.
     """
 
     def __init__(
@@ -53,8 +53,8 @@ class TraceError(_PlacedError):
 
 
 class SnapshotError(NaoisisError, ValueError):
-    """Some bytes are no snapshot of a match."""
+    """Bytes are not a snapshot of a match."""
 
 
 class MatchError(NaoisisError, RuntimeError):
-    """A match cannot do what it is asked to: it is over, it was broken off, or somebody else is playing it."""
+    """An operation on a match is not possible: it is over, it was broken off, or another thread is using it."""

@@ -1,4 +1,4 @@
-"""Environments of PettingZoo: a team that learns, or both. Needs ``pip install naoisis[pettingzoo]``."""
+"""Environments of PettingZoo: one or both teams learn. Needs ``pip install naoisis[pettingzoo]``."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ RENDER_MODES = ("rgb_array", "human")
 class MatchParallelEnv(ParallelEnv):
     """The robots of a match, or of a named task, as agents ``blue_1``, ``blue_2`` and so on.
 
-    All agents stay to the end: one that serves a penalty has ``body.penalised`` in its observation, and its actions do nothing.
+    All agents stay to the end: a penalised one has ``body.penalised`` in its observation, and its actions have no effect.
     The arguments are those of :func:`naoisis.parallel_env`.
 
     Attributes:
         observation_names: The names of the numbers of an observation.
-        action_names: The names of the numbers of an action, or of what can be chosen, list by list.
+        action_names: The names of the numbers of an action, or of the choices, one list per choice.
     """
 
     def __init__(self, worlds: Worlds, view: View):
@@ -61,7 +61,7 @@ class MatchParallelEnv(ParallelEnv):
         seed: int | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-        """Begins an episode. Of the options, those of :class:`naoisis.MatchEnv` count; others, of wrappers say, are not ours."""
+        """Starts an episode. Uses the options of :class:`naoisis.MatchEnv`, and ignores others, such as those of wrappers."""
         if seed is None and not self._has_seed:
             seed = int(np.random.default_rng().integers(2**32))
         arrays = self._worlds.arrays()
@@ -84,7 +84,7 @@ class MatchParallelEnv(ParallelEnv):
             raise ValueError(f"actions: there is no agent {foreign[0]!r}; expected {', '.join(self.agents)}")
         missing = [agent for agent in self.agents if agent not in actions]
         if missing:
-            raise ValueError(f"actions: there is none for {', '.join(missing)}; expected one for each agent")
+            raise ValueError(f"actions: missing for {', '.join(missing)}; expected one for each agent")
         arrays = self._worlds.arrays()
         rows = [np.ravel(actions[agent]) for agent in self.agents]
         self._worlds.step(rows, arrays)
@@ -103,7 +103,7 @@ class MatchParallelEnv(ParallelEnv):
         return {agent: self._worlds.row(observations, row) for row, agent in enumerate(self.possible_agents)}
 
     def state(self) -> np.ndarray:
-        """What is true, as an array, for critics that may know it; its names are ``state_names``."""
+        """The true state as an array, for critics; its names are ``state_names``."""
         state: np.ndarray = self._worlds.inner.state()[0]
         return state
 
@@ -113,11 +113,11 @@ class MatchParallelEnv(ParallelEnv):
         return [name for name, *_ in self._worlds.inner.state_entries()]
 
     def truth(self) -> dict[str, Any]:
-        """What is true now: as :meth:`naoisis.Match.truth`."""
+        """The current truth: see :meth:`naoisis.Match.truth`."""
         return self._worlds.inner.truth(0)
 
     def snapshot(self) -> bytes:
-        """The match as it is now, to begin episodes from: ``reset(options={"snapshot": ...})``."""
+        """A snapshot of the match, to start episodes from: ``reset(options={"snapshot": ...})``."""
         return self._worlds.inner.snapshot(0)
 
     def render(self) -> np.ndarray | None:
@@ -136,7 +136,7 @@ def parallel_env(
     render_mode: str | None = None,
     **options: Unpack[CommonOptions],
 ) -> MatchParallelEnv:
-    """The environment: :func:`naoisis.parallel_env` says of what."""
+    """Creates the environment: see :func:`naoisis.parallel_env`."""
     view = View(render_mode, RENDER_MODES)
     worlds = Worlds(scenario, control=control, opponents=opponents, observation=observation, **options)
     return MatchParallelEnv(worlds, view)

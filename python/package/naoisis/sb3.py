@@ -21,10 +21,10 @@ __all__ = ["VecEnv"]
 
 
 class VecEnv(vec_env.VecEnv):
-    """Many worlds in step: a row for each agent of each world. The arguments are those of :class:`naoisis.VectorEnv`.
+    """Many worlds that are stepped together: one row for each agent of each world. The arguments are those of :class:`naoisis.VectorEnv`.
 
-    Agents of one team share a policy then. A step that ends an episode returns the first observation of the next one; the last one
-    is in ``infos[row]["terminal_observation"]``, and ``infos[row]["TimeLimit.truncated"]`` says whether its time was over.
+    All agents share one policy. A step that ends an episode returns the first observation of the next one; the last one
+    is in ``infos[row]["terminal_observation"]``, and ``infos[row]["TimeLimit.truncated"]`` says whether its time limit ended it.
     """
 
     def __init__(self, scenario: Scenario = "ScoreEmptyGoal", num_envs: int = 1, **options: Any):

@@ -31,19 +31,19 @@ Policy = Callable[[Any], Any]
 
 
 class SelfPlay(gymnasium.vector.VectorEnv):
-    """Many worlds in step, in which one team learns, and policies out of a pool play the other: one in each episode.
+    """Many worlds that are stepped together, in which one team learns and a policy from a pool, drawn for each episode, plays the other.
 
-    Every observation is in its team's own frame, so that a policy of one team plays in the other's place as it is. The pool begins with
-    robots that stand; :meth:`add` adds to it. Episodes begin as in the mode ``same_step`` of :class:`naoisis.VectorEnv`.
+    Every observation is in the frame of its team, so a policy can play either team without changes. The pool starts with
+    a policy that stands still; :meth:`add` adds others. Episodes start as in the mode ``same_step`` of :class:`naoisis.VectorEnv`.
 
     Args:
         team: The team that learns.
         seed: The seed of the draw of policies.
-        options: As of :class:`naoisis.VectorEnv`, but for ``control`` and ``opponents``, which are this class's matter.
+        options: As of :class:`naoisis.VectorEnv`, except ``control`` and ``opponents``, which this class sets.
 
     Attributes:
-        pool: The policies, of which each world draws one when an episode begins; the first is that of standing.
-        drawn: The number in the pool of each world's policy.
+        pool: The policies, from which each world draws one when an episode starts; the first one stands still.
+        drawn: The index in the pool of each world's policy.
     """
 
     metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.SAME_STEP}

@@ -1,4 +1,4 @@
-"""The pages of observations, actions, rewards and tasks, made of the lists that fill the arrays.
+"""The page of observations, actions, rewards and tasks, generated from the lists that fill the arrays.
 
 ``python -m naoisis.tables > OBSERVATIONS.md`` writes the page of the repository.
 """
@@ -20,7 +20,7 @@ KINDS = {
 
 
 def page() -> str:
-    """The page, in Markdown: of one robot with a team-mate, against two."""
+    """The page in Markdown, for a robot with one team-mate against two."""
     parts = [
         "# Observations, actions, rewards and tasks",
         "",
