@@ -296,7 +296,7 @@ fn a_check_walks_a_program_through_a_match() {
     assert!(output.status.success(), "{}", text(&output.stdout));
     assert!(text(&output.stdout).contains("sends a hello              ok: dribblers, protocol 1"));
     for (misdeed, said) in [
-        ("another protocol", "sends a hello              wrong: it uses version 2 of the protocol; expected 1"),
+        ("another protocol", "sends a hello              wrong: it uses protocol 2; expected 1"),
         ("crashes", "answers in every cycle     wrong: in cycle 5: it ended with status 7"),
     ] {
         let output = check(&format!("exec:python3 misbehaving.py '{misdeed}'"));

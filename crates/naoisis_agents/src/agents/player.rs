@@ -73,16 +73,16 @@ impl Agent {
 
     /// Receives the hello of the program. If the program sends anything else, it is told what is wrong.
     pub(super) fn hello(&mut self, deadline: Option<Instant>) -> Result<Hello, Loss> {
-        let said =
-            self.connection.receive::<Value>(deadline).and_then(|said| {
-                // Looked at first: another version may have other fields.
-                match said.pointer("/hello/protocol").and_then(Value::as_u64) {
-                    Some(protocol) if protocol != u64::from(PROTOCOL) => Err(self
-                        .refuse(format!("it uses version {protocol} of the protocol; expected {PROTOCOL}"), deadline)),
-                    _ => read_value::<HelloMessage>(&said)
-                        .map_err(|error| malformed(&error.to_string(), said.to_string().as_bytes())),
+        let said = self.connection.receive::<Value>(deadline).and_then(|said| {
+            // Looked at first: another version may have other fields.
+            match said.pointer("/hello/protocol").and_then(Value::as_u64) {
+                Some(protocol) if protocol != u64::from(PROTOCOL) => {
+                    Err(self.refuse(format!("it uses protocol {protocol}; expected {PROTOCOL}"), deadline))
                 }
-            });
+                _ => read_value::<HelloMessage>(&said)
+                    .map_err(|error| malformed(&error.to_string(), said.to_string().as_bytes())),
+            }
+        });
         let hello = said.map_err(|mut loss| {
             loss.message = match loss.reason {
                 AgentLoss::Malformed => format!("{}; expected a hello at first, such as {EXAMPLE_HELLO}", loss.message),

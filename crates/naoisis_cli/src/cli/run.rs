@@ -311,9 +311,10 @@ fn finish(
     }
     match outcome.broken_invariants.first() {
         None => ExitCode::SUCCESS,
-        Some(first) => {
-            report::failure(&format!("{} invariants were broken; first at {first}", outcome.broken_invariants.len()))
-        }
+        Some(first) => report::failure(&format!(
+            "invariants were broken {} times; first at {first}",
+            outcome.broken_invariants.len()
+        )),
     }
 }
 
