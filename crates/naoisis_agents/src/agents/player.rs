@@ -92,7 +92,7 @@ impl Agent {
             if loss.reason == AgentLoss::Malformed {
                 let _ = self.refuse(loss.message.clone(), deadline);
             }
-            self.told(loss)
+            self.with_exit_status(loss)
         })?;
         self.connection.set_encoding(hello.hello.encoding);
         Ok(hello.hello)
@@ -128,7 +128,7 @@ impl Agent {
         };
         self.hello = Some(hello.clone());
         let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot)));
-        self.connection.send(&welcome, deadline).map_err(|loss| self.told(loss))
+        self.connection.send(&welcome, deadline).map_err(|loss| self.with_exit_status(loss))
     }
 
     /// Tells the program why it may not play.
@@ -155,7 +155,7 @@ impl Agent {
             belief: belief.filter(|_| self.hello.as_ref().is_some_and(|hello| hello.belief)),
             images: self.images_of(clock, images),
         };
-        self.connection.send(&turn, self.deadline).map_err(|loss| self.told(loss))
+        self.connection.send(&turn, self.deadline).map_err(|loss| self.with_exit_status(loss))
     }
 
     /// The images that the program wants and that arrived in this cycle.
@@ -175,7 +175,7 @@ impl Agent {
 
     /// Receives the command of the program for this cycle.
     pub(super) fn answer(&mut self, cycle: u64) -> Result<RobotCommand, Loss> {
-        let answer = self.connection.receive::<Answer>(self.deadline).map_err(|loss| self.told(loss))?;
+        let answer = self.connection.receive::<Answer>(self.deadline).map_err(|loss| self.with_exit_status(loss))?;
         if answer.cycle != cycle {
             let message = format!("it answered for cycle {}; expected {cycle}", answer.cycle);
             return Err(Loss::new(AgentLoss::WrongCycle, message));
@@ -184,7 +184,7 @@ impl Agent {
     }
 
     /// Adds to a loss how the process ended, if that is known.
-    fn told(&mut self, loss: Loss) -> Loss {
+    fn with_exit_status(&mut self, loss: Loss) -> Loss {
         let (AgentLoss::Closed, Some(process)) = (loss.reason, &mut self.process) else { return loss };
         match process.exit_status(Instant::now() + FAREWELL) {
             Some(status) if status.success() => Loss::new(AgentLoss::Closed, "it ended before the match did"),

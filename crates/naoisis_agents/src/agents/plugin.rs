@@ -8,7 +8,7 @@ use super::loss::Loss;
 use super::player::{Agent, AgentPlayer, FAREWELL};
 use super::process::Process;
 use super::protocol::Hello;
-use super::remote::{ObeyingRobot, believe};
+use super::remote::{CommandComponents, believe};
 use super::settings::AgentSettings;
 
 use naoisis_core::behaviour::{DecideSystems, Program};
@@ -133,7 +133,14 @@ fn ask(
     settings: Res<AgentSettings>,
     mut lost: ResMut<LostAgents>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&RobotId, &mut AgentPlayer, Perceived, Option<&Belief>, Option<&CameraImages>, ObeyingRobot)>,
+    mut robots: Query<(
+        &RobotId,
+        &mut AgentPlayer,
+        Perceived,
+        Option<&Belief>,
+        Option<&CameraImages>,
+        CommandComponents,
+    )>,
 ) {
     let mut players: Vec<_> = robots.iter_mut().collect();
     players.sort_by_key(|(id, ..)| **id);
@@ -151,7 +158,7 @@ fn ask(
         let Some(agent) = &mut player.0 else { continue };
         let answer = agent.answer(clock.cycle);
         let malformed = |error: UnknownKick| Loss::new(AgentLoss::Malformed, error.to_string());
-        match answer.and_then(|command| robot.obey(command).map_err(malformed)) {
+        match answer.and_then(|command| robot.apply(command).map_err(malformed)) {
             Ok(()) => {}
             Err(loss) => {
                 losses.push((**id, loss));

@@ -96,14 +96,14 @@ pub fn believe(world: &mut World, id: RobotId) -> Result<(), AgentError> {
 pub fn command(world: &mut World, id: RobotId, command: RobotCommand) -> Result<(), AgentError> {
     let entity = remote_entity(world, id)?;
     let mut robot = world.get_entity_mut(entity).map_err(|_| AgentError::NoSuchRobot(id))?;
-    let mut robot = robot.get_components_mut::<ObeyingRobot>().map_err(|_| AgentError::NoSuchRobot(id))?;
-    Ok(robot.obey(command)?)
+    let mut robot = robot.get_components_mut::<CommandComponents>().map_err(|_| AgentError::NoSuchRobot(id))?;
+    Ok(robot.apply(command)?)
 }
 
 /// The command components of a robot.
 #[derive(QueryData)]
 #[query_data(mutable)]
-pub(super) struct ObeyingRobot {
+pub(super) struct CommandComponents {
     walk: &'static mut WalkCommand,
     head: &'static mut HeadCommand,
     kick: &'static mut KickCommand,
@@ -112,12 +112,12 @@ pub(super) struct ObeyingRobot {
     kicks: &'static KickSettings,
 }
 
-impl ObeyingRobotItem<'_, '_> {
+impl CommandComponentsItem<'_, '_> {
     /// Writes all parts of `command`, or none.
     ///
     /// # Errors
     /// When the robot has no kick of the name in `command`.
-    pub(super) fn obey(&mut self, command: RobotCommand) -> Result<(), UnknownKick> {
+    pub(super) fn apply(&mut self, command: RobotCommand) -> Result<(), UnknownKick> {
         let RobotCommand { walk, head, kick, posture, say } = command;
         kick.map_or(Ok(()), |kick| self.kicks.check(kick.kick_type))?;
         if let Some(walk) = walk {

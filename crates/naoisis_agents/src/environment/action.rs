@@ -173,7 +173,7 @@ impl ActionKind {
 
 /// The kick of the robot that stands for one of the paper's four kicks: a robot without a straight kick uses its kick
 /// with the longest range.
-fn had(kick_type: KickType, kicks: &KickSettings) -> KickType {
+fn available_kick(kick_type: KickType, kicks: &KickSettings) -> KickType {
     match kicks.get(kick_type) {
         None if !kick_type.is_side_kick() => kicks.strongest().unwrap_or(kick_type),
         _ => kick_type,
@@ -196,7 +196,7 @@ pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
         Some(WalkCommand::at_velocity(forward, left, turn * limits.max_angular, clock))
     };
     let kicks = robot.get::<KickSettings>().copied().unwrap_or_default();
-    let kick = |kick_type, speed| Some(KickRequest::new(had(kick_type, &kicks), speed));
+    let kick = |kick_type, speed| Some(KickRequest::new(available_kick(kick_type, &kicks), speed));
     let choice = |index: usize| action.get(index).map_or(0, |value| *value as usize);
     match kind {
         ActionKind::Continuous => {

@@ -164,7 +164,7 @@ impl Episode {
             .iter()
             .zip(actions.chunks(length))
             .map(|(id, action)| {
-                let say = (settings.observation == ObservationKind::Belief).then(|| words(world, *id)).flatten();
+                let say = (settings.observation == ObservationKind::Belief).then(|| team_message(world, *id)).flatten();
                 RobotCommand { say, ..command(settings.action, action, world, *id) }
             })
             .collect();
@@ -230,7 +230,7 @@ fn odometry(world: &World, robot: Entity) -> Pose {
 
 /// The message that a robot with a belief sends its team-mates, as those of the built-in teams do: its pose, and where
 /// it saw the ball recently. `None` in leagues with a limited number of messages.
-fn words(world: &World, id: RobotId) -> Option<TeamMessage> {
+fn team_message(world: &World, id: RobotId) -> Option<TeamMessage> {
     /// The greatest age of a ball position that is sent, s.
     const FRESH_BALL_S: f32 = 0.5;
     let robot = world.get_entity(world.resource::<Roster>().get(id)?).ok()?;

@@ -11,10 +11,10 @@ use core::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, UdpSocket};
 
 use super::packet::{ControlPacket, ProtocolVersion};
+use super::packet_series::MatchStatus;
 use super::report::ReturnPacket;
 use super::sockets::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind, place};
 use super::status_reports::{Reporter, status_of};
-use super::telling::ToldMatch;
 use super::truth::{Truth, true_report};
 use naoisis_core::ball::Ball;
 use naoisis_core::behaviour::Remote;
@@ -166,7 +166,7 @@ impl Listener {
         let open = || {
             let (truth, note) = match Truth::open(self.address, self.port_offset) {
                 Ok((truth, requests)) => {
-                    (Some(truth), format!("monitors are told the truth that ask for it at {requests}"))
+                    (Some(truth), format!("monitors that ask at {requests} receive the true state"))
                 }
                 Err(error) => (None, format!("monitors cannot ask for the truth: {error}")),
             };
@@ -207,7 +207,7 @@ pub(super) fn report(
 
 /// Sends monitors the state of the game and the true positions.
 pub(super) fn tell_the_truth(
-    told: ToldMatch,
+    status: MatchStatus,
     mut listener: ResMut<Listener>,
     robots: Query<(&RobotId, &Pose, &Posture)>,
     ball: Query<&Pose, With<Ball>>,
@@ -217,12 +217,12 @@ pub(super) fn tell_the_truth(
     if !truth.has_monitors() {
         return;
     }
-    let is_time = told.is_time();
-    truth.tell_game(told.packet(version, true, numbers, PerTeam::default()), is_time);
+    let is_time = status.is_time();
+    truth.tell_game(status.packet(version, true, numbers, PerTeam::default()), is_time);
     if is_time {
         let ball_m = ball.single().ok().map(|ball| ball.position);
         let report = |(id, pose, posture): (&RobotId, &Pose, &Posture)| {
-            let report = true_report(*pose, *posture, ball_m, told.game.own_end(id.team), told.clock.end_time_s());
+            let report = true_report(*pose, *posture, ball_m, status.game.own_end(id.team), status.clock.end_time_s());
             ReturnPacket { player: id.number, team: numbers[id.team], report }
         };
         truth.tell_robots(robots.iter().sort_by_key::<&RobotId, _>(|id| **id).map(report));

@@ -22,25 +22,25 @@ mod listener;
 mod monitors;
 mod network;
 pub mod packet;
-mod portrait;
+mod packet_series;
+mod packet_source;
 pub mod report;
 mod sockets;
 mod status_reports;
 mod team_messages;
-mod telling;
 mod truth;
 
 pub use division::Division;
 pub use listener::Listener;
 pub use network::NetworkSettings;
 pub use packet::{ControlPacket, ProtocolVersion};
-pub use portrait::Portrayed;
+pub use packet_source::PacketSource;
 pub use report::ReturnPacket;
 pub use sockets::{HERE, NetworkError, robot_address};
 pub use team_messages::TeamMessages;
 
 use network::Network;
-use telling::{PacketSeries, ToldMatch};
+use packet_series::{MatchStatus, PacketSeries};
 
 use naoisis_core::communication::deliver_messages;
 use naoisis_core::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
@@ -87,19 +87,19 @@ impl GameController {
     }
 
     /// Sends the state of the match to robots and monitors if `is_time` or something has changed.
-    fn tell(&mut self, told: &ToldMatch, is_time: bool) {
-        portrait::note_shots(&mut self.shots_scored, self.shoot_out.as_ref(), told.game.shoot_out.as_ref());
-        self.shoot_out = told.game.shoot_out;
-        self.send(told, false, is_time);
+    fn send_state(&mut self, status: &MatchStatus, is_time: bool) {
+        packet_source::note_shots(&mut self.shots_scored, self.shoot_out.as_ref(), status.game.shoot_out.as_ref());
+        self.shoot_out = status.game.shoot_out;
+        self.send(status, false, is_time);
         if self.network.has_monitors() {
-            self.send(told, true, is_time);
+            self.send(status, true, is_time);
         }
     }
 
     /// Sends a packet if `is_time` or something has changed.
-    fn send(&mut self, told: &ToldMatch, for_monitors: bool, is_time: bool) {
+    fn send(&mut self, status: &MatchStatus, for_monitors: bool, is_time: bool) {
         let GameControllerSettings { version, team_numbers, .. } = self.settings;
-        let packet = told.packet(version, for_monitors, team_numbers, self.shots_scored);
+        let packet = status.packet(version, for_monitors, team_numbers, self.shots_scored);
         if let Some(packet) = self.packets[usize::from(for_monitors)].next(packet, is_time) {
             self.network.send(&packet);
         }
@@ -112,15 +112,15 @@ pub fn start(world: &mut World, controller: GameController) {
         world.get_resource_or_init::<Schedules>().add_systems(
             Cycle,
             (
-                tell_changes.in_set(CycleSystems::Communicate),
+                send_changes.in_set(CycleSystems::Communicate),
                 take_reports.in_set(CycleSystems::Act),
-                tell.in_set(CycleSystems::Last),
+                send_state.in_set(CycleSystems::Last),
             ),
         );
     }
     world.insert_resource(controller);
     // It fails only where there is no match.
-    let _ = world.run_system_cached(tell);
+    let _ = world.run_system_cached(send_state);
 }
 
 /// Makes the match in `world` follow a real GameController from now on. Robots stand until its first packet arrives.
@@ -153,8 +153,8 @@ pub fn carry(world: &mut World, messages: TeamMessages) {
 }
 
 /// Sends changes since the last cycle: a match begins at the start of a cycle.
-fn tell_changes(told: ToldMatch, mut controller: ResMut<GameController>) {
-    controller.tell(&told, false);
+fn send_changes(status: MatchStatus, mut controller: ResMut<GameController>) {
+    controller.send_state(&status, false);
 }
 
 fn take_reports(
@@ -174,7 +174,7 @@ fn take_reports(
 }
 
 /// Sends the state after the cycle.
-fn tell(told: ToldMatch, mut controller: ResMut<GameController>) {
-    let is_time = told.is_time();
-    controller.tell(&told, is_time);
+fn send_state(status: MatchStatus, mut controller: ResMut<GameController>) {
+    let is_time = status.is_time();
+    controller.send_state(&status, is_time);
 }

@@ -11,9 +11,9 @@ use std::net::{IpAddr, SocketAddr, UdpSocket};
 
 use super::monitors::Monitors;
 use super::packet::ControlPacket;
+use super::packet_series::PacketSeries;
 use super::report::ReturnPacket;
 use super::sockets::{NetworkError, REQUEST_PORT, place, robot_address};
-use super::telling::PacketSeries;
 use naoisis_core::communication::StatusReport;
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;

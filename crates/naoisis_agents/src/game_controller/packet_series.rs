@@ -5,7 +5,7 @@ use bevy::prelude::*;
 
 use super::division::Division;
 use super::packet::{ControlPacket, ProtocolVersion};
-use super::portrait::Portrayed;
+use super::packet_source::PacketSource;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, Penalty, Rules};
 use naoisis_core::pitch::Pitch;
@@ -17,7 +17,7 @@ const PERIOD_S: f32 = 0.5;
 
 /// The resources and components from which packets are made.
 #[derive(SystemParam)]
-pub(super) struct ToldMatch<'w, 's> {
+pub(super) struct MatchStatus<'w, 's> {
     pub clock: Res<'w, CycleClock>,
     pub game: Res<'w, Game>,
     rules: Res<'w, Rules>,
@@ -26,7 +26,7 @@ pub(super) struct ToldMatch<'w, 's> {
     robots: Query<'w, 's, (&'static RobotId, &'static Penalty)>,
 }
 
-impl ToldMatch<'_, '_> {
+impl MatchStatus<'_, '_> {
     /// Whether a packet is due after this cycle.
     pub fn is_time(&self) -> bool {
         self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
@@ -46,7 +46,7 @@ impl ToldMatch<'_, '_> {
         let game = if for_monitors { game } else { memory.announcement.announced(game) };
         let records = &memory.robots;
         let division = Division::on(pitch);
-        Portrayed { game, rules, division, clock, robots: &robots, records, team_numbers, shots_scored }
+        PacketSource { game, rules, division, clock, robots: &robots, records, team_numbers, shots_scored }
             .packet(version, for_monitors)
     }
 }
@@ -56,17 +56,17 @@ impl ToldMatch<'_, '_> {
 pub(super) struct PacketSeries {
     number: u8,
     /// The last packet that was sent, without its time.
-    told: Option<ControlPacket>,
+    last: Option<ControlPacket>,
 }
 
 impl PacketSeries {
     /// The packet with its number if `is_time` or it differs from the last one, else `None`.
     pub fn next(&mut self, packet: ControlPacket, is_time: bool) -> Option<ControlPacket> {
         let without_time = packet.without_time();
-        if !is_time && self.told.as_ref() == Some(&without_time) {
+        if !is_time && self.last.as_ref() == Some(&without_time) {
             return None;
         }
-        self.told = Some(without_time);
+        self.last = Some(without_time);
         let packet_number = self.number;
         self.number = packet_number.wrapping_add(1);
         Some(ControlPacket { packet_number, ..packet })

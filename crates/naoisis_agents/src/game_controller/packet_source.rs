@@ -11,7 +11,7 @@ use super::packet::{ControlPacket, MOST_PLAYERS, PlayerPacket, ProtocolVersion, 
 
 /// The state of a match from which a packet is made.
 #[derive(Clone, Copy, Debug)]
-pub struct Portrayed<'a> {
+pub struct PacketSource<'a> {
     /// The game: the true one for monitors, the announced one for robots.
     pub game: &'a Game,
     /// The rules of the match.
@@ -30,10 +30,10 @@ pub struct Portrayed<'a> {
     pub shots_scored: PerTeam<u16>,
 }
 
-impl Portrayed<'_> {
+impl PacketSource<'_> {
     /// The packet of this state.
     pub fn packet(&self, version: ProtocolVersion, for_monitors: bool) -> ControlPacket {
-        let Portrayed { game, rules, clock, .. } = *self;
+        let PacketSource { game, rules, clock, .. } = *self;
         let left = Team::BOTH.into_iter().find(|team| game.own_end(*team) == End::NegativeX).unwrap_or_default();
         let [primary, secondary] = self.cycles_left();
         let numbers = |team: Team| self.robots.iter().filter(move |(id, _)| id.team == team);
@@ -60,7 +60,7 @@ impl Portrayed<'_> {
     /// The cycles left on the primary and the secondary clock, as a GameController runs them. In `set` the secondary
     /// clock stands, because the time of the whistle is not announced. A shot of a shoot-out is on the primary clock.
     fn cycles_left(&self) -> [u64; 2] {
-        let Portrayed { game, rules, clock, .. } = *self;
+        let PacketSource { game, rules, clock, .. } = *self;
         let of_half = game.cycles_left.unwrap_or(0);
         match (game.state, game.shoot_out) {
             (GameState::Set | GameState::Playing, Some(shoot_out)) => {
@@ -156,7 +156,7 @@ mod tests {
     fn packet(game: &Game, rules: &Rules, robots: &[(RobotId, Penalty)], for_monitors: bool) -> ControlPacket {
         let (clock, team_numbers) = (CycleClock::default(), PerTeam { blue: 5, pink: 12 });
         let (division, shots_scored) = (Division::Small, PerTeam::default());
-        Portrayed { game, rules, division, clock: &clock, robots, records: &[], team_numbers, shots_scored }
+        PacketSource { game, rules, division, clock: &clock, robots, records: &[], team_numbers, shots_scored }
             .packet(VERSION, for_monitors)
     }
 
