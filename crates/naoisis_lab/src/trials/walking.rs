@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{Laboratory, MeasuredQuantity, TrialError, deviation_of, mean_of};
 use naoisis_core::geometry::{to_degrees, wrap_angle};
 use naoisis_core::robot::gait::Gait;
-use naoisis_core::robot::motion::ExecutedStep;
+use naoisis_core::robot::motion::{ExecutedStep, MotionLimits};
 use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sim::scenario::{RobotModel, Scenario};
 use naoisis_sim::simulation::MatchApp;
@@ -88,13 +88,173 @@ pub(super) fn turns(scenario: &Scenario) -> bool {
     scenario.motion.max_angular > 0.0
 }
 
-/// The quantities that are measured of turns; all others are of walks.
-const OF_TURNS: [&str; 4] = [
-    "turn",
-    "from standing to the full turn",
-    "spread of a turn by a radian",
-    "odometry: spread after a turn of a radian",
-];
+/// A measured quantity, and the setting of the model that it belongs to.
+struct Row {
+    name: &'static str,
+    unit: &'static str,
+    measured: f64,
+    real: f32,
+    path: &'static str,
+}
+
+/// Walks at full speed in each direction, and turns on the spot.
+struct Walks {
+    forward: Vec<Walk>,
+    backward: Vec<Walk>,
+    sideways: Vec<Walk>,
+    turn: Vec<Walk>,
+}
+
+impl Walks {
+    fn run(laboratory: &mut Laboratory, repetitions: u32) -> Result<Self, TrialError> {
+        let mut walked = |step: [f32; 3], repetitions: u32| -> Result<Vec<Walk>, TrialError> {
+            (1..=repetitions.max(2)).map(|seed| walk(laboratory, step, seed)).collect()
+        };
+        // A mean needs fewer repetitions than a spread.
+        let some = repetitions / 8;
+        Ok(Self {
+            forward: walked([FASTEST, 0.0, 0.0], repetitions)?,
+            backward: walked([-FASTEST, 0.0, 0.0], some)?,
+            sideways: walked([0.0, FASTEST, 0.0], some)?,
+            turn: walked([0.0, 0.0, MOST_TURN], repetitions)?,
+        })
+    }
+}
+
+fn values(walks: &[Walk], value: impl Fn(&Walk) -> f64) -> Vec<f64> {
+    walks.iter().map(value).collect()
+}
+
+fn mean(walks: &[Walk], value: impl Fn(&Walk) -> f64) -> f64 {
+    mean_of(&values(walks, value))
+}
+
+/// The gait of a scenario's robots. Robots without one walk equally fast in all directions.
+fn gait_of(motion: &MotionLimits) -> Gait {
+    motion.gait.unwrap_or(Gait {
+        backward_mps: motion.max_linear_mps,
+        sideways_mps: motion.max_linear_mps,
+        ..Gait::default()
+    })
+}
+
+/// The time from a command to a step at the speed `full`, s: the latency, and the duration of slower steps before it.
+fn start_s(real: &Scenario, full: f32, acceleration: f32) -> f32 {
+    // A robot without a gait reaches its speed at once.
+    let Some(gait) = real.motion.gait else { return real.latency.walk_s };
+    real.latency.walk_s + (ops::ceil(full / (acceleration * gait.step_s) - 1e-3).max(1.0) - 1.0) * gait.step_s
+}
+
+/// The quantities of walks.
+fn walk_rows(walks: &Walks, real: &Scenario) -> Vec<Row> {
+    let (motion, noise, gait) = (real.motion, real.odometry.noise, gait_of(&real.motion));
+    let slip = gait.slip;
+    let forward = &walks.forward;
+    // For a displacement L, one part of the variances grows with L, another with the square of L.
+    let way = mean(forward, |walk| walk.ways[1]) as f32;
+    let shares = values(forward, |walk| walk.ways[0] / walk.ways[1]);
+    let drifts = values(forward, |walk| walk.turns[0] / walk.ways[1]);
+    let counted = values(forward, |walk| walk.ways[2] / walk.ways[1]);
+    let headings = values(forward, |walk| (walk.turns[2] - walk.turns[1]) / walk.ways[1].sqrt());
+    let of_gait = |path| if motion.gait.is_some() { path } else { "motion.max_linear_mps" };
+    let speed = |name, walks: &[Walk], real: f32, path| {
+        let measured = mean(walks, |walk| walk.speed_mps);
+        Row { name, unit: "m/s", measured, real: slip.scale * real, path }
+    };
+    vec![
+        speed("speed forward", forward, motion.max_linear_mps, "motion.max_linear_mps"),
+        speed("speed backward", &walks.backward, gait.backward_mps, of_gait("motion.gait.backward_mps")),
+        speed("speed sideways", &walks.sideways, gait.sideways_mps, of_gait("motion.gait.sideways_mps")),
+        Row {
+            name: "from standing to full speed",
+            unit: "s",
+            measured: mean(forward, |walk| walk.started_s),
+            real: start_s(real, motion.max_linear_mps, gait.acceleration_mps2),
+            path: "motion.gait.acceleration_mps2",
+        },
+        Row {
+            name: "way walked for a way of the legs",
+            unit: "",
+            measured: mean_of(&shares),
+            real: slip.scale,
+            path: "motion.gait.slip.scale",
+        },
+        Row {
+            name: "spread of that over walks of a metre",
+            unit: "",
+            measured: deviation_of(&shares),
+            real: ops::hypot(slip.scale_sd, slip.error.translation_sd_m / ops::sqrt(way)),
+            path: "motion.gait.slip.scale_sd",
+        },
+        Row {
+            name: "drift of the heading on a straight metre",
+            unit: "°",
+            measured: deviation_of(&drifts),
+            real: to_degrees(ops::hypot(slip.drift_sd, slip.error.heading_per_metre_sd / ops::sqrt(way))),
+            path: "motion.gait.slip.drift_sd_degpm",
+        },
+        Row {
+            name: "odometry: way counted for a way of the legs",
+            unit: "",
+            measured: mean_of(&counted),
+            real: noise.translation_scale,
+            path: "odometry.noise.translation_scale",
+        },
+        Row {
+            name: "odometry: spread after a metre",
+            unit: "m",
+            measured: deviation_of(&counted) * f64::from(ops::sqrt(way)),
+            real: noise.translation_sd_m,
+            path: "odometry.noise.translation_sd_m",
+        },
+        Row {
+            name: "odometry: spread of the heading after a metre",
+            unit: "°",
+            measured: deviation_of(&headings),
+            real: to_degrees(noise.heading_per_metre_sd),
+            path: "odometry.noise.heading_per_metre_sd_deg",
+        },
+    ]
+}
+
+/// The quantities of turns on the spot.
+fn turn_rows(turns: &[Walk], real: &Scenario) -> Vec<Row> {
+    let (motion, noise, gait) = (real.motion, real.odometry.noise, gait_of(&real.motion));
+    // The variance grows with the angle, so an error divided by the root of the angle is that of a radian.
+    let of_radian = |walk: &Walk, error: f64| error / walk.turns[1].abs().to_radians().sqrt();
+    let turned = values(turns, |walk| of_radian(walk, walk.turns[0] - walk.turns[1]));
+    let counted = values(turns, |walk| of_radian(walk, walk.turns[2] - walk.turns[1]));
+    vec![
+        Row {
+            name: "turn",
+            unit: "°/s",
+            measured: mean(turns, |walk| walk.turn_degps),
+            real: to_degrees(motion.max_angular),
+            path: "motion.max_angular_degps",
+        },
+        Row {
+            name: "from standing to the full turn",
+            unit: "s",
+            measured: mean(turns, |walk| walk.started_s),
+            real: start_s(real, motion.max_angular, gait.angular_acceleration),
+            path: "motion.gait.angular_acceleration_degps2",
+        },
+        Row {
+            name: "spread of a turn by a radian",
+            unit: "°",
+            measured: deviation_of(&turned),
+            real: to_degrees(gait.slip.error.rotation_sd),
+            path: "motion.gait.slip.error",
+        },
+        Row {
+            name: "odometry: spread after a turn of a radian",
+            unit: "°",
+            measured: deviation_of(&counted),
+            real: to_degrees(noise.rotation_sd),
+            path: "odometry.noise.rotation_sd_deg",
+        },
+    ]
+}
 
 /// Measures speeds, accelerations, slip, and the errors of odometry.
 ///
@@ -102,130 +262,16 @@ const OF_TURNS: [&str; 4] = [
 /// When the model makes no valid scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
-    let mut walked = |step: [f32; 3], repetitions: u32| -> Result<Vec<Walk>, TrialError> {
-        (1..=repetitions.max(2)).map(|seed| walk(&mut laboratory, step, seed)).collect()
-    };
-    // A mean is known sooner than a spread.
-    let some = repetitions / 8;
-    let [forward, backward, sideways, turn] = [
-        walked([FASTEST, 0.0, 0.0], repetitions)?,
-        walked([-FASTEST, 0.0, 0.0], some)?,
-        walked([0.0, FASTEST, 0.0], some)?,
-        walked([0.0, 0.0, MOST_TURN], repetitions)?,
-    ];
-    let of = |walks: &[Walk], value: fn(&Walk) -> f64| walks.iter().map(value).collect::<Vec<f64>>();
+    let run = Walks::run(&mut laboratory, repetitions)?;
     let real = laboratory.scenario(json!({}))?;
-    let (motion, noise) = (real.motion, real.odometry.noise);
-    let gait = motion.gait.unwrap_or(Gait {
-        backward_mps: motion.max_linear_mps,
-        sideways_mps: motion.max_linear_mps,
-        ..Gait::default()
-    });
-    let slip = gait.slip;
-    // Of a way L, the length spreads by a share and by the root of L, and so does the heading.
-    let way = mean_of(&of(&forward, |walk| walk.ways[1])) as f32;
-    let shares = of(&forward, |walk| walk.ways[0] / walk.ways[1]);
-    let drifts = of(&forward, |walk| walk.turns[0] / walk.ways[1]);
-    let counted = of(&forward, |walk| walk.ways[2] / walk.ways[1]);
-    let headings = of(&forward, |walk| (walk.turns[2] - walk.turns[1]) / walk.ways[1].sqrt());
-    // The variance grows with the angle, so that what is divided by its root is that of a radian.
-    let of_radian = |walk: &Walk, error: f64| error / walk.turns[1].abs().to_radians().sqrt();
-    let turned: Vec<f64> = turn.iter().map(|walk| of_radian(walk, walk.turns[0] - walk.turns[1])).collect();
-    let counted_turns: Vec<f64> = turn.iter().map(|walk| of_radian(walk, walk.turns[2] - walk.turns[1])).collect();
-    // The command's way, and how long the steps take that come before the first one at full speed.
-    let start_s = |full: f32, acceleration: f32| {
-        // Who has no gait is as fast as it can be at once.
-        if motion.gait.is_none() {
-            return real.latency.walk_s;
-        }
-        real.latency.walk_s + (ops::ceil(full / (acceleration * gait.step_s) - 1e-3).max(1.0) - 1.0) * gait.step_s
-    };
-    let mean = |walks: &[Walk], value: fn(&Walk) -> f64| mean_of(&of(walks, value));
-
-    let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
-    let speed = |name, walks, real: f32, path| {
-        quantity(name, "m/s", mean(walks, |walk| walk.speed_mps), slip.scale * real, path)
-    };
-    // Who has no gait of its own is as fast in all directions.
-    let of_gait = |path| if motion.gait.is_some() { path } else { "motion.max_linear_mps" };
-    let quantities = [
-        speed("speed forward", &forward, motion.max_linear_mps, "motion.max_linear_mps"),
-        speed("speed backward", &backward, gait.backward_mps, of_gait("motion.gait.backward_mps")),
-        speed("speed sideways", &sideways, gait.sideways_mps, of_gait("motion.gait.sideways_mps")),
-        quantity(
-            "turn",
-            "°/s",
-            mean(&turn, |walk| walk.turn_degps),
-            to_degrees(motion.max_angular),
-            "motion.max_angular_degps",
-        ),
-        quantity(
-            "from standing to full speed",
-            "s",
-            mean(&forward, |walk| walk.started_s),
-            start_s(motion.max_linear_mps, gait.acceleration_mps2),
-            "motion.gait.acceleration_mps2",
-        ),
-        quantity(
-            "from standing to the full turn",
-            "s",
-            mean(&turn, |walk| walk.started_s),
-            start_s(motion.max_angular, gait.angular_acceleration),
-            "motion.gait.angular_acceleration_degps2",
-        ),
-        quantity("way walked for a way of the legs", "", mean_of(&shares), slip.scale, "motion.gait.slip.scale"),
-        quantity(
-            "spread of that over walks of a metre",
-            "",
-            deviation_of(&shares),
-            ops::hypot(slip.scale_sd, slip.error.translation_sd_m / ops::sqrt(way)),
-            "motion.gait.slip.scale_sd",
-        ),
-        quantity(
-            "drift of the heading on a straight metre",
-            "°",
-            deviation_of(&drifts),
-            to_degrees(ops::hypot(slip.drift_sd, slip.error.heading_per_metre_sd / ops::sqrt(way))),
-            "motion.gait.slip.drift_sd_degpm",
-        ),
-        quantity(
-            "spread of a turn by a radian",
-            "°",
-            deviation_of(&turned),
-            to_degrees(slip.error.rotation_sd),
-            "motion.gait.slip.error",
-        ),
-        quantity(
-            "odometry: way counted for a way of the legs",
-            "",
-            mean_of(&counted),
-            noise.translation_scale,
-            "odometry.noise.translation_scale",
-        ),
-        quantity(
-            "odometry: spread after a metre",
-            "m",
-            deviation_of(&counted) * f64::from(ops::sqrt(way)),
-            noise.translation_sd_m,
-            "odometry.noise.translation_sd_m",
-        ),
-        quantity(
-            "odometry: spread of the heading after a metre",
-            "°",
-            deviation_of(&headings),
-            to_degrees(noise.heading_per_metre_sd),
-            "odometry.noise.heading_per_metre_sd_deg",
-        ),
-        quantity(
-            "odometry: spread after a turn of a radian",
-            "°",
-            deviation_of(&counted_turns),
-            to_degrees(noise.rotation_sd),
-            "odometry.noise.rotation_sd_deg",
-        ),
-    ];
-    let [has_walk, has_turn] = [walks(&real), turns(&real)];
-    let has =
-        |quantity: &MeasuredQuantity| if OF_TURNS.contains(&quantity.name.as_str()) { has_turn } else { has_walk };
-    Ok(quantities.into_iter().filter(has).collect())
+    let mut rows = Vec::new();
+    if walks(&real) {
+        rows.extend(walk_rows(&run, &real));
+    }
+    if turns(&real) {
+        rows.extend(turn_rows(&run.turn, &real));
+    }
+    let quantity =
+        |Row { name, unit, measured, real, path }| laboratory.quantity(name, unit, measured, real.into(), path);
+    Ok(rows.into_iter().map(quantity).collect())
 }
