@@ -4,10 +4,10 @@ use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis::prelude::*;
+use naoisis::viewer::camera_images::{CameraImagesPlugin, Watched};
 use naoisis::viewer::cycle_samples::CycleSamplesPlugin;
 use naoisis::viewer::drive::DrivePlugin;
 use naoisis::viewer::event_log::EventLogPlugin;
-use naoisis::viewer::eyes::{EyesPlugin, Watched};
 use naoisis::viewer::{Speed, TimelineCommand, ViewerCommand};
 
 use crate::determinism::trace_of;
@@ -20,7 +20,7 @@ fn the_trace_of_a_match_watched_at_changing_speeds_is_the_headless_one_byte_for_
     let scenario = Scenario { seed: 5, ..Scenario::named("match3v3").unwrap() };
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin));
-    app.add_plugins((CycleSamplesPlugin, EyesPlugin));
+    app.add_plugins((CycleSamplesPlugin, CameraImagesPlugin));
     // Somebody looks through a robot's eyes, too.
     let looked_through = (RobotId::new(Team::Blue, 2), CameraName::TOP);
     app.world_mut().resource_mut::<Watched>().cameras.insert(looked_through);

@@ -9,7 +9,7 @@ use super::keyframes::Keyframes;
 use super::rebuild::{RebuildSystems, Rebuilt};
 use super::shared::{DisplayFraction, Notice, Playback};
 use super::theme::minutes;
-use super::timeline::{self, Timeline, Way};
+use super::timeline::{self, BranchData, Timeline};
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::history::History;
 use naoisis_record::whatif::Moment;
@@ -25,7 +25,7 @@ impl Plugin for BranchesPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Branches>()
             .add_message::<BranchCommand>()
-            .add_systems(Update, (forget, obey, fork_when_known).chain().after(RebuildSystems));
+            .add_systems(Update, (forget, apply, fork_when_known).chain().after(RebuildSystems));
     }
 }
 
@@ -74,7 +74,7 @@ pub struct Branch {
 /// A stored match.
 #[derive(Debug)]
 struct Aside {
-    way: Way,
+    data: BranchData,
     /// The end of the match, from which it continues; `None` for a trace.
     present: Option<Moment>,
     /// The moment that was shown, if it was in the past.
@@ -100,7 +100,7 @@ impl Branches {
     /// The record of a cycle of a stored branch, if it has this cycle.
     pub fn record(&mut self, index: usize, cycle: u64) -> Option<CycleRecord> {
         let aside = self.list.get_mut(index)?.aside.as_mut()?;
-        aside.way.history.record(cycle).ok().flatten()
+        aside.data.history.record(cycle).ok().flatten()
     }
 
     /// The last cycle that two branches have in common.
@@ -132,7 +132,7 @@ fn forget(keyframes: Res<Keyframes>, mut branches: ResMut<Branches>) {
     }
 }
 
-fn obey(world: &mut World) {
+fn apply(world: &mut World) {
     let commands: Vec<BranchCommand> = world.resource_mut::<Messages<BranchCommand>>().drain().collect();
     for command in commands {
         let result = match command {
@@ -204,21 +204,21 @@ fn fork(
     let shown = world.resource::<Branches>().shown;
     put_aside(world)?;
     let until = match &world.resource::<Branches>().list[shown].aside {
-        Some(aside) => aside.way.until(cycle, time_s),
+        Some(aside) => aside.data.until(cycle, time_s),
         None => return Ok(()),
     };
-    let result = until.and_then(|way| restore(world).map(|()| way));
-    let way = match result {
-        Ok(way) => way,
+    let result = until.and_then(|data| restore(world).map(|()| data));
+    let data = match result {
+        Ok(data) => data,
         Err(message) => {
             bring_back(world, shown)?;
             return Err(message);
         }
     };
-    let keyframes = way.keyframes.clone();
+    let keyframes = data.keyframes.clone();
     // Its chance may be another from here on.
     keyframes.note_change();
-    way.put(world);
+    data.put(world);
     let mut branches = world.resource_mut::<Branches>();
     let number = branches.list.len();
     let name = format!("{number}: from {}", minutes(time_s as f32));
@@ -252,26 +252,26 @@ fn put_aside(world: &mut World) -> Result<(), String> {
         Some(Moment::of(world)?)
     };
     let last_cycle = world.resource::<History>().last_cycle().unwrap_or_default();
-    let way = Way::take(world);
+    let data = BranchData::take(world);
     let mut branches = world.resource_mut::<Branches>();
     let shown = branches.shown;
     let branch = &mut branches.list[shown];
     branch.last_cycle = last_cycle;
-    branch.aside = Some(Aside { way, present, cursor });
+    branch.aside = Some(Aside { data, present, cursor });
     Ok(())
 }
 
 /// Puts a stored branch back into the world, paused.
 fn bring_back(world: &mut World, index: usize) -> Result<(), String> {
-    let Some(Aside { way, present, cursor }) = world.resource_mut::<Branches>().list[index].aside.take() else {
+    let Some(Aside { data, present, cursor }) = world.resource_mut::<Branches>().list[index].aside.take() else {
         return Ok(());
     };
     match present {
         Some(present) => {
             present.put_back(world)?;
-            way.put(world);
+            data.put(world);
         }
-        None => timeline::show_trace(world, way).map_err(|fault| fault.to_string())?,
+        None => timeline::show_trace(world, data).map_err(|fault| fault.to_string())?,
     }
     let mut playback = world.resource_mut::<Playback>();
     (playback.paused, playback.failed, playback.problem) = (true, false, None);

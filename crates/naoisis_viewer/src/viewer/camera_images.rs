@@ -29,13 +29,13 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
 /// Draws images of the robots' cameras for the panels.
-pub struct EyesPlugin;
+pub struct CameraImagesPlugin;
 
-impl Plugin for EyesPlugin {
+impl Plugin for CameraImagesPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Watched>()
             .init_resource::<SensedScene>()
-            .init_resource::<EyeImages>()
+            .init_resource::<ShownImages>()
             .add_systems(
                 Cycle,
                 keep_scene
@@ -48,7 +48,7 @@ impl Plugin for EyesPlugin {
                 Update,
                 (find_past_scene, draw_watched)
                     .chain()
-                    .in_set(EyesSystems)
+                    .in_set(CameraImagesSystems)
                     .run_if(|watched: Res<Watched>| !watched.cameras.is_empty()),
             );
     }
@@ -56,7 +56,7 @@ impl Plugin for EyesPlugin {
 
 /// The systems that draw the images. Systems that show an image add its camera to [`Watched`] before them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct EyesSystems;
+pub struct CameraImagesSystems;
 
 /// The cameras that are watched in this frame.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
@@ -77,7 +77,7 @@ pub struct SensedScene {
 
 /// The images of the cameras that are watched.
 #[derive(Resource, Default)]
-pub struct EyeImages {
+pub struct ShownImages {
     /// Each with the cycle in which it was taken.
     images: BTreeMap<(RobotId, CameraName), (u64, Image)>,
     prepared: PreparedScene,
@@ -90,14 +90,14 @@ pub struct EyeImages {
     pub last_count: usize,
 }
 
-impl EyeImages {
+impl ShownImages {
     /// The image of a watched camera, and the cycle in which it was taken.
     pub fn image(&self, robot: RobotId, side: CameraName) -> Option<(u64, &Image)> {
         self.images.get(&(robot, side)).map(|(cycle, image)| (*cycle, image))
     }
 }
 
-fn forget_scene(mut sensed: ResMut<SensedScene>, mut images: ResMut<EyeImages>) {
+fn forget_scene(mut sensed: ResMut<SensedScene>, mut images: ResMut<ShownImages>) {
     *sensed = SensedScene::default();
     images.images.clear();
 }
@@ -177,23 +177,23 @@ fn draw_watched(
     threads: Res<SensingThreads>,
     roster: Res<Roster>,
     robots: Query<(&CameraSettings, &CameraImages)>,
-    mut eyes: ResMut<EyeImages>,
+    mut shown: ResMut<ShownImages>,
 ) {
-    let eyes = &mut *eyes;
+    let shown = &mut *shown;
     let Some(cycle) = sensed.cycle else { return };
-    eyes.images.retain(|camera, _| watched.cameras.contains(camera));
+    shown.images.retain(|camera, _| watched.cameras.contains(camera));
     let mut due = Vec::new();
     for &(id, side) in &watched.cameras {
-        if eyes.images.get(&(id, side)).is_some_and(|(taken, _)| *taken == cycle) {
+        if shown.images.get(&(id, side)).is_some_and(|(taken, _)| *taken == cycle) {
             continue;
         }
         let Some((settings, own)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { continue };
-        let (_, mut image) = eyes.images.remove(&(id, side)).unwrap_or_default();
+        let (_, mut image) = shown.images.remove(&(id, side)).unwrap_or_default();
         // Robots that are off the pitch or lie have no images.
         let Some(body) = sensed.scene.robot(id).filter(|robot| robot.is_upright()) else { continue };
         if own.cycle.is_some() && !own.of(side).is_empty() && !timeline.is_past() {
             image.clone_from(own.of(side));
-            eyes.images.insert((id, side), (cycle, image));
+            shown.images.insert((id, side), (cycle, image));
             continue;
         }
         let Some(camera) = settings.view(side, body.head) else { continue };
@@ -204,15 +204,15 @@ fn draw_watched(
         return;
     }
     let started = Instant::now();
-    eyes.prepared.prepare(&sensed.scene, Detail::default());
-    let prepared = &eyes.prepared;
-    jobs::for_each(*threads, &mut eyes.workers, &mut due, |renderer, job| {
+    shown.prepared.prepare(&sensed.scene, Detail::default());
+    let prepared = &shown.prepared;
+    jobs::for_each(*threads, &mut shown.workers, &mut due, |renderer, job| {
         renderer.draw(prepared, &job.view, Layers::default(), &mut job.image);
     });
-    eyes.last_took = started.elapsed();
-    eyes.last_count = due.len();
-    eyes.drawn += due.len() as u64;
-    eyes.images.extend(due.into_iter().map(|job| (job.camera, (cycle, job.image))));
+    shown.last_took = started.elapsed();
+    shown.last_count = due.len();
+    shown.drawn += due.len() as u64;
+    shown.images.extend(due.into_iter().map(|job| (job.camera, (cycle, job.image))));
 }
 
 #[cfg(test)]
@@ -230,7 +230,7 @@ mod tests {
                  "robots": [{ "number": 1, "pose": [0.0, 0.0, 0.0] }, { "number": 2, "pose": [-1.0, 0.0, 0.0] }] }"#,
         );
         let mut app = App::new();
-        app.add_plugins((MinimalPlugins, NaoisisPlugins, EyesPlugin));
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, CameraImagesPlugin));
         app.init_resource::<Timeline>().init_resource::<History>();
         app.start_match(&scenario.unwrap()).unwrap();
         app.update();
@@ -238,7 +238,7 @@ mod tests {
     }
 
     fn drawn(app: &App) -> u64 {
-        app.world().resource::<EyeImages>().drawn
+        app.world().resource::<ShownImages>().drawn
     }
 
     #[test]
@@ -256,10 +256,10 @@ mod tests {
             app.update();
         }
         assert_eq!(drawn(&app), 5);
-        let eyes = app.world().resource::<EyeImages>();
-        let (cycle, image) = eyes.image(BLUE, CameraName::BOTTOM).unwrap();
+        let shown = app.world().resource::<ShownImages>();
+        let (cycle, image) = shown.image(BLUE, CameraName::BOTTOM).unwrap();
         assert_eq!((cycle, image.width, image.height), (10, 320, 240));
-        assert!(eyes.image(BLUE, CameraName::TOP).is_none());
+        assert!(shown.image(BLUE, CameraName::TOP).is_none());
         app.world_mut().resource_mut::<Watched>().cameras.clear();
         app.run_cycles(1);
         app.update();
@@ -275,7 +275,7 @@ mod tests {
         // The ball was 0.9 m ahead then, whatever it has rolled since.
         let camera = CameraSettings::default().view(CameraName::BOTTOM, HeadAngles::default()).unwrap();
         let pixel = camera.pixel_in_image(Vec3::new(0.9, 0.0, 0.03)).unwrap();
-        let (_, image) = app.world().resource::<EyeImages>().image(BLUE, CameraName::BOTTOM).unwrap();
+        let (_, image) = app.world().resource::<ShownImages>().image(BLUE, CameraName::BOTTOM).unwrap();
         let [red, green, blue] = image.colour(pixel.x as u32, pixel.y as u32).unwrap();
         assert!(red > 150 && red > green + 50 && green > blue, "{red} {green} {blue}");
     }

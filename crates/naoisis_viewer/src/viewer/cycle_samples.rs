@@ -36,7 +36,7 @@ impl Plugin for CycleSamplesPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<CycleSamples>()
             .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
-            .add_systems(First, begin_anew.run_if(resource_exists_and_changed::<Scenario>))
+            .add_systems(First, reset.run_if(resource_exists_and_changed::<Scenario>))
             .add_systems(PreUpdate, note_past);
     }
 }
@@ -112,7 +112,7 @@ impl CycleSamples {
     }
 }
 
-fn begin_anew(mut samples: ResMut<CycleSamples>) {
+fn reset(mut samples: ResMut<CycleSamples>) {
     *samples = CycleSamples::default();
 }
 

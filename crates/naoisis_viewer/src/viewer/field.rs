@@ -7,7 +7,7 @@ use core::f32::consts::TAU;
 
 use super::palette;
 use super::part_mesh::{mesh_of_parts, part_material};
-use super::stage::PitchRoot;
+use super::pitch_frame::PitchRoot;
 use naoisis_core::geometry::unit;
 use naoisis_core::pitch::{End, Pitch};
 use naoisis_sensing::appearance::field::{self, GroundShape};

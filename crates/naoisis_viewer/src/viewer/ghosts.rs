@@ -8,10 +8,10 @@ use super::branches::Branches;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::part_mesh::part_material;
+use super::pitch_frame::{PitchFrameSystems, PitchRoot, between, transform_of};
 use super::robot_animation::GhostBody;
 use super::robot_model::{RobotMeshes, add_limbs};
 use super::shared::{DisplayFraction, Notice};
-use super::stage::{PitchRoot, StageSystems, between, transform_of};
 use naoisis_core::ball::{Ball, BallPhysics};
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::cycle::CycleClock;
@@ -35,7 +35,10 @@ impl Plugin for GhostsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Ghosts>().add_systems(
             PostUpdate,
-            (place_ghosts.in_set(StageSystems).before(TransformSystems::Propagate), draw_names.after(OverlaySystems)),
+            (
+                place_ghosts.in_set(PitchFrameSystems).before(TransformSystems::Propagate),
+                draw_names.after(OverlaySystems),
+            ),
         );
     }
 }

@@ -8,7 +8,7 @@ use bevy_egui::{EguiInput, EguiPreUpdateSet};
 
 use super::branches::BranchCommand;
 use super::display_settings::{DisplaySettings, Switch};
-use super::hands::driving::Driving;
+use super::interaction::driving::Driving;
 use super::shared::{
     Action, CameraSystems, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, TeachAction,
     TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
@@ -91,8 +91,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::F2, "F2", "View from above", Action::View(ViewPreset::TopDown)),
     binding(KeyCode::F3, "F3", "Follow the ball", Action::View(ViewPreset::FollowBall)),
     binding(KeyCode::F4, "F4", "Follow the selected robot", Action::View(ViewPreset::FollowRobot)),
-    binding(KeyCode::F5, "F5", "Through its first camera", Action::View(ViewPreset::Eyes(CameraName::TOP))),
-    binding(KeyCode::F6, "F6", "Through its last camera", Action::View(ViewPreset::Eyes(CameraName::BOTTOM))),
+    binding(KeyCode::F5, "F5", "Through its first camera", Action::View(ViewPreset::RobotCamera(CameraName::TOP))),
+    binding(KeyCode::F6, "F6", "Through its last camera", Action::View(ViewPreset::RobotCamera(CameraName::BOTTOM))),
     binding(KeyCode::F7, "F7", "Fly with the mouse", Action::View(ViewPreset::Fly)),
     binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(SelectionCommand::Next)),
     with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(SelectionCommand::Previous))),

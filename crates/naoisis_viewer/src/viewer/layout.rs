@@ -36,14 +36,14 @@ impl Plugin for LayoutPlugin {
             .init_resource::<PanelSizes>()
             .configure_sets(
                 EguiPrimaryContextPass,
-                (Behind, Score, Controls, Hands, TimelineBar, Robot, Lanes, Plots, Right, Events, Floating)
+                (Behind, Score, Controls, Interventions, TimelineBar, Robot, Lanes, Plots, Right, Events, Floating)
                     .chain()
                     .after(ThemeSystems),
             )
             // What is opened when it is wanted is wanted.
             .configure_sets(
                 EguiPrimaryContextPass,
-                (Score, Controls, Hands, TimelineBar, Robot, Lanes, Plots, Events).run_if(is_debugging),
+                (Score, Controls, Interventions, TimelineBar, Robot, Lanes, Plots, Events).run_if(is_debugging),
             )
             .add_systems(PreUpdate, find_panel.after(EguiPreUpdateSet::ProcessInput))
             .add_systems(EguiPrimaryContextPass, note_free_area.after(Events).before(Floating));
@@ -60,7 +60,7 @@ pub enum LayoutSystems {
     /// Pause, speed, scenario, at the bottom.
     Controls,
     /// The buttons for interventions, above the controls.
-    Hands,
+    Interventions,
     /// The timeline, above the interventions.
     TimelineBar,
     /// The selected robot, at the left.

@@ -21,16 +21,16 @@
 //! | [`drive`], [`speed`] | running the cycles: pause, single cycle, speed, restart |
 //! | [`timeline`] | the past of the match, and replays of traces |
 //! | `timeline_bar` | the bar below the match: position, events, branches |
-//! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
+//! | [`pitch_frame`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
 //! | `drawing` | shadows and anti-aliasing |
 //! | `field` | models of carpet, lines, goals, nets |
 //! | `robot_model`, `robot_animation` | models of robots and their motion |
 //! | `ball_and_posts` | models of ball and posts |
 //! | [`camera`] | the camera of the window |
 //! | [`keys`], [`display_settings`] | keys; which panels are shown, and how |
-//! | [`hands`] | dragging, turning, kicking, whistling; driving a robot |
+//! | [`interaction`] | dragging, turning, kicking, whistling; driving a robot |
 //! | [`overlays`] | drawings on the pitch: perceptions, beliefs and commands of robots |
-//! | [`eyes`] | images of the robots' cameras |
+//! | [`camera_images`] | images of the robots' cameras |
 //! | [`robot_panel`] | perceptions, commands, beliefs and behaviour of the selected robot |
 //! | [`cycle_samples`] | numbers of the latest cycles |
 //! | [`behaviour_state`] | the state of a behaviour, by reflection |
@@ -75,6 +75,7 @@ mod ball_and_posts;
 pub mod behaviour_state;
 pub mod branches;
 pub mod camera;
+pub mod camera_images;
 #[cfg(test)]
 mod colour_vision;
 pub mod cycle_samples;
@@ -84,12 +85,11 @@ pub mod drive;
 pub mod event_filter;
 pub mod event_log;
 mod events_panel;
-pub mod eyes;
 mod field;
 pub mod film;
 pub mod first_frame;
 pub mod ghosts;
-pub mod hands;
+pub mod interaction;
 pub mod keyframes;
 pub mod keys;
 mod labels;
@@ -104,6 +104,7 @@ mod palette;
 mod panels;
 mod part_mesh;
 mod pen_marks;
+pub mod pitch_frame;
 pub mod plots;
 pub mod rebuild;
 pub mod report_state;
@@ -114,7 +115,6 @@ mod scenario_list;
 pub mod selection;
 pub mod shared;
 pub mod speed;
-pub mod stage;
 pub mod start_page;
 pub mod statistics;
 pub mod teach;
@@ -162,7 +162,7 @@ impl PluginGroup for ViewerPlugins {
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)
             .add(cycle_samples::CycleSamplesPlugin)
-            .add(stage::StagePlugin)
+            .add(pitch_frame::PitchFramePlugin)
             .add(drawing::DrawingPlugin)
             .add(field::FieldPlugin)
             .add(robot_model::RobotModelPlugin)
@@ -170,7 +170,7 @@ impl PluginGroup for ViewerPlugins {
             .add(ball_and_posts::BallAndPostsPlugin)
             .add(camera::ViewerCameraPlugin)
             .add(keys::KeysPlugin)
-            .add(hands::HandsPlugin)
+            .add(interaction::InteractionPlugin)
             .add(selection::SelectionPlugin)
             .add(theme::ThemePlugin)
             .add(layout::LayoutPlugin)
@@ -186,7 +186,7 @@ impl PluginGroup for ViewerPlugins {
             .add(film::FilmPlugin)
             .add(event_filter::EventFilterPlugin)
             .add(events_panel::EventsPanelPlugin)
-            .add(eyes::EyesPlugin)
+            .add(camera_images::CameraImagesPlugin)
             .add(rebuild::RebuildPlugin)
             .add(branches::BranchesPlugin)
             .add(ghosts::GhostsPlugin)

@@ -22,9 +22,9 @@ const FASTEST_MPS: f32 = 12.0;
 const FLOOR_HALF_SIDE: f32 = 60.0;
 
 /// Spawns the pitch root, light and sky, and makes simulated entities children of the pitch root.
-pub struct StagePlugin;
+pub struct PitchFramePlugin;
 
-impl Plugin for StagePlugin {
+impl Plugin for PitchFramePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PitchRoot>()
             .insert_resource(ClearColor(palette::SKY))
@@ -34,14 +34,14 @@ impl Plugin for StagePlugin {
             .add_systems(Startup, (light_stage, lay_floor))
             .add_systems(
                 PostUpdate,
-                (place_entities, hide_penalised).in_set(StageSystems).before(TransformSystems::Propagate),
+                (place_entities, hide_penalised).in_set(PitchFrameSystems).before(TransformSystems::Propagate),
             );
     }
 }
 
 /// The systems that set the displayed transforms.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct StageSystems;
+pub struct PitchFrameSystems;
 
 /// The entity whose children are in the pitch frame.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]

@@ -52,16 +52,16 @@ use super::event_filter::ListedEvents;
 use super::events_panel::ShownEvent;
 use super::film::Filming;
 use super::ghosts::Ghosts;
-use super::hands::Hands;
-use super::hands::driving::Driving;
-use super::hands::undo::Undo;
+use super::interaction::MouseDrag;
+use super::interaction::driving::Driving;
+use super::interaction::undo::Undo;
 use super::layout::FreeArea;
 use super::many_times::ManyTimes;
 use super::overlays::{Overlays, Shows};
+use super::pitch_frame::{pose_of, world_from_pitch};
 use super::plots::Plots;
 use super::rebuild::ShownState;
 use super::shared::{Notice, Playback, RobotsWorld, Selection, is_over};
-use super::stage::{pose_of, world_from_pitch};
 use super::statistics::FrameStatistics;
 use super::teach::bookmarks::Bookmarks;
 use super::teach::pen::Pen;
@@ -133,7 +133,7 @@ struct Reported<'w, 's> {
     playback: Res<'w, Playback>,
     timeline: Res<'w, Timeline>,
     selection: Res<'w, Selection>,
-    hands: Res<'w, Hands>,
+    drag: Res<'w, MouseDrag>,
     filming: Res<'w, Filming>,
     driving: Res<'w, Driving>,
     display: Res<'w, DisplaySettings>,
@@ -188,7 +188,7 @@ impl Reported<'_, '_> {
             "shift": self.keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
             "typing": self.panels.wants_any_keyboard_input(),
             "pressed": self.buttons.pressed(MouseButton::Left),
-            "held": self.hands.hold_anything() || self.taught.0.is_drawing(),
+            "held": self.drag.is_dragging() || self.taught.0.is_drawing(),
             "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
             "seed": self.scenario.as_ref().map(|scenario| scenario.seed),
             "teams": self.scenario.as_ref().and_then(|scenario| scenario.teams.as_ref()),

@@ -4,8 +4,8 @@ use bevy::prelude::*;
 
 use super::camera::ViewerCamera;
 use super::layout::mouse_is_for_match;
+use super::pitch_frame::pitch_from_world;
 use super::shared::{Selection, SelectionCommand, SelectionSystems};
-use super::stage::pitch_from_world;
 use naoisis_core::game::Penalty;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;

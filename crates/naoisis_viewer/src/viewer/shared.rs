@@ -111,7 +111,7 @@ pub enum ViewPreset {
     /// Behind the selected robot, following it.
     FollowRobot,
     /// Through a camera of the selected robot.
-    Eyes(CameraName),
+    RobotCamera(CameraName),
     /// Flying freely by the mouse.
     Fly,
 }

@@ -14,8 +14,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use super::camera_images::ShownImages;
 use super::display_settings::DisplaySettings;
-use super::eyes::EyeImages;
 use super::layout::{self, LayoutSystems};
 use super::shared::Playback;
 use super::theme::{bright, card, dim, text_size};
@@ -111,7 +111,7 @@ fn end_frame(
     mut clock: ResMut<FrameClock>,
     mut statistics: ResMut<FrameStatistics>,
     counts: Res<DrawCounts>,
-    eyes: Res<EyeImages>,
+    images: Res<ShownImages>,
 ) {
     let now = Instant::now();
     let main = clock.began.map_or(Duration::ZERO, |began| now - began);
@@ -129,13 +129,13 @@ fn end_frame(
         main_s: clock.main.as_secs_f32() / frames,
         rendering_s: rendering.as_secs_f32() / frames,
         draw_calls: counts.0.draw_calls.load(Ordering::Relaxed),
-        eye_images_per_s: (eyes.drawn - clock.eye_images) as f32 / elapsed_s,
+        eye_images_per_s: (images.drawn - clock.eye_images) as f32 / elapsed_s,
         first_picture_s: match counts.0.first_picture_ns.load(Ordering::Relaxed) {
             0 => None,
             nanoseconds => Some(Duration::from_nanos(nanoseconds).as_secs_f32()),
         },
     };
-    *clock = FrameClock { began: None, since: Some(now), frames: 0, main: Duration::ZERO, eye_images: eyes.drawn };
+    *clock = FrameClock { began: None, since: Some(now), frames: 0, main: Duration::ZERO, eye_images: images.drawn };
 }
 
 /// When the renderer started a frame.
@@ -187,7 +187,7 @@ fn show_statistics(
     statistics: Res<FrameStatistics>,
     diagnostics: Res<DiagnosticsStore>,
     playback: Res<Playback>,
-    eyes: Res<EyeImages>,
+    images: Res<ShownImages>,
     adapter: Option<Res<RenderAdapterInfo>>,
     meshes: Query<(), With<Mesh3d>>,
 ) -> Result {
@@ -207,9 +207,9 @@ fn show_statistics(
                 let images = format!(
                     "{:.0} /s, the last {} in {:.1} ms; {} so far",
                     statistics.eye_images_per_s,
-                    eyes.last_count,
-                    1000.0 * eyes.last_took.as_secs_f32(),
-                    eyes.drawn
+                    images.last_count,
+                    1000.0 * images.last_took.as_secs_f32(),
+                    images.drawn
                 );
                 line(ui, "robots' images", &images);
                 line(ui, "match", &format!("{:.2}× real time", playback.achieved));

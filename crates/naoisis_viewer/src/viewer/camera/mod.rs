@@ -8,15 +8,15 @@ use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 
-pub mod eyes;
 pub mod free_area;
+pub mod robot_view;
 pub mod viewpoint;
 
 use super::layout::{FreeArea, mouse_is_for_match};
 use super::palette;
+use super::pitch_frame::{PitchFrameSystems, PitchRoot, pose_of};
 use super::robot_model::RobotLimbs;
 use super::shared::{CameraSystems, RobotsWorld, Selection, SelectionSystems, ViewPreset};
-use super::stage::{PitchRoot, StageSystems, pose_of};
 use free_area::AreaPerspective;
 use naoisis_core::ball::Ball;
 use naoisis_core::camera_model::{CameraMount, CameraName, CameraView};
@@ -61,7 +61,10 @@ impl Plugin for ViewerCameraPlugin {
             // What is followed is in its place by then.
             .add_systems(
                 PostUpdate,
-                (follow, move_camera, hide_own_body).chain().after(StageSystems).before(TransformSystems::Propagate),
+                (follow, move_camera, hide_own_body)
+                    .chain()
+                    .after(PitchFrameSystems)
+                    .before(TransformSystems::Propagate),
             );
     }
 }
@@ -94,7 +97,7 @@ pub enum CameraMode {
         heading: f32,
     },
     /// Looks through a camera of the selected robot.
-    Eyes(CameraName),
+    RobotCamera(CameraName),
 }
 
 /// The camera of the window.
@@ -173,7 +176,7 @@ fn choose_view(
     let aspect = free.aspect(size_of(window));
     let whole = |overview| (Viewpoint::of_pitch(overview, &pitch, aspect), CameraMode::Pitch(overview));
     for preset in presets.read() {
-        if matches!(preset, ViewPreset::FollowRobot | ViewPreset::Eyes(_)) && selection.0.is_none() {
+        if matches!(preset, ViewPreset::FollowRobot | ViewPreset::RobotCamera(_)) && selection.0.is_none() {
             selection.0 = roster.iter().next().map(|(id, _)| id);
         }
         let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok()).map(pose_of);
@@ -190,7 +193,7 @@ fn choose_view(
                 Some(robot) => (Viewpoint::behind(robot), CameraMode::Robot { heading: robot.heading }),
                 None => continue,
             },
-            ViewPreset::Eyes(side) => (wanted, CameraMode::Eyes(*side)),
+            ViewPreset::RobotCamera(side) => (wanted, CameraMode::RobotCamera(*side)),
             ViewPreset::Fly => (wanted, CameraMode::Fly),
         };
         // The short way round.
@@ -280,7 +283,7 @@ fn follow(
                 camera.mode = CameraMode::Robot { heading: robot.heading };
             }
         }
-        CameraMode::Pitch(_) | CameraMode::Orbit | CameraMode::Fly | CameraMode::Eyes(_) => {}
+        CameraMode::Pitch(_) | CameraMode::Orbit | CameraMode::Fly | CameraMode::RobotCamera(_) => {}
     }
 }
 
@@ -307,7 +310,7 @@ fn move_camera(
     let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
     let mut area = eased.map_or(wanted, |before| between_areas(before, wanted, share));
     let mut field_of_view = FIELD_OF_VIEW;
-    if let CameraMode::Eyes(side) = camera.mode {
+    if let CameraMode::RobotCamera(side) = camera.mode {
         let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
         let mount = robot.and_then(|(.., settings, _)| mount_of(settings, side));
         let (Some((place, head, posture, body, settings, penalty)), Some(mount)) = (robot, mount) else {
@@ -317,11 +320,11 @@ fn move_camera(
         // A robot that is off the pitch sees nothing new.
         if !penalty.is_off_pitch() {
             let view = CameraView::new(settings.intrinsics(mount), mount, settings.neck_m, *head);
-            *transform = eyes::transform(&view, world_from_body(pose_of(place), *posture, body));
+            *transform = robot_view::transform(&view, world_from_body(pose_of(place), *posture, body));
         }
         // What was recognised is drawn where it is seen.
         area = wanted;
-        field_of_view = eyes::field_of_view(settings.intrinsics(mount), area.width() / area.height());
+        field_of_view = robot_view::field_of_view(settings.intrinsics(mount), area.width() / area.height());
     } else {
         // It begins where it should be.
         let share = if eased.is_some() { share } else { 1.0 };
@@ -356,7 +359,7 @@ fn hide_own_body(
     mut limbs: Query<&mut Visibility>,
 ) {
     for (id, model) in &robots {
-        let is_own = matches!(camera.mode, CameraMode::Eyes(_)) && selection.0 == Some(*id);
+        let is_own = matches!(camera.mode, CameraMode::RobotCamera(_)) && selection.0 == Some(*id);
         let hidden = is_own || world.as_ref().is_some_and(|world| world.0);
         let wanted = if hidden { Visibility::Hidden } else { Visibility::Inherited };
         for limb in model.limbs {
@@ -368,10 +371,10 @@ fn hide_own_body(
 }
 
 impl ViewerCamera {
-    /// The robot and camera through which the match is seen, in the mode [`CameraMode::Eyes`].
-    pub fn eyes(&self, selection: &Selection) -> Option<(RobotId, CameraName)> {
+    /// The robot and camera through which the match is seen, in the mode [`CameraMode::RobotCamera`].
+    pub fn robot_camera(&self, selection: &Selection) -> Option<(RobotId, CameraName)> {
         match self.mode {
-            CameraMode::Eyes(side) => selection.0.map(|id| (id, side)),
+            CameraMode::RobotCamera(side) => selection.0.map(|id| (id, side)),
             _ => None,
         }
     }
@@ -387,8 +390,8 @@ mod tests {
         let view = Viewpoint::behind(Pose::default());
         let camera = |mode| ViewerCamera { current: view, wanted: view, mode };
         let selection = Selection(Some(RobotId::new(naoisis_core::team::Team::Pink, 2)));
-        let eyes = camera(CameraMode::Eyes(CameraName::BOTTOM)).eyes(&selection);
+        let eyes = camera(CameraMode::RobotCamera(CameraName::BOTTOM)).robot_camera(&selection);
         assert_eq!(eyes.map(|(_, side)| side), Some(CameraName::BOTTOM));
-        assert_eq!(camera(CameraMode::Ball).eyes(&selection), None);
+        assert_eq!(camera(CameraMode::Ball).robot_camera(&selection), None);
     }
 }

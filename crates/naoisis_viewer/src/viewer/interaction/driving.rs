@@ -144,7 +144,7 @@ pub(super) fn toggle(world: &mut World) {
     let view = world.query::<&ViewerCamera>().iter(world).next().copied();
     *world.resource_mut::<Driving>() = Driving { robot: Some(robot), wish: Wish::default(), view };
     world.resource_mut::<Selection>().0 = Some(robot);
-    world.write_message(ViewPreset::Eyes(CameraName::TOP));
+    world.write_message(ViewPreset::RobotCamera(CameraName::TOP));
 }
 
 fn stop(world: &mut World) {

@@ -18,9 +18,9 @@ use super::camera::{CameraMouse, ViewerCamera};
 use super::layout::mouse_is_for_match;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
+use super::pitch_frame::{pitch_from_world, pose_of, world_from_pitch};
 use super::selection::{PickTarget, pointed_at};
 use super::shared::{CameraSystems, HandAction, KeysSystems, Notice, Selection, SelectionSystems};
-use super::stage::{pitch_from_world, pose_of, world_from_pitch};
 use super::timeline::Timeline;
 use aim::{Grip, Held, Sight};
 use naoisis_core::ball::{Ball, BallPhysics};
@@ -38,21 +38,21 @@ const DRAG_PIXELS: f32 = 4.0;
 const BALL_RING_M: f32 = 0.08;
 
 /// Lets the user take part.
-pub struct HandsPlugin;
+pub struct InteractionPlugin;
 
-impl Plugin for HandsPlugin {
+impl Plugin for InteractionPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Hands>()
+        app.init_resource::<MouseDrag>()
             .init_resource::<undo::Undo>()
             .init_resource::<Notice>()
             .add_message::<HandAction>()
-            .configure_sets(Update, CameraMouse.run_if(|hands: Res<Hands>| !hands.hold_anything()))
-            .add_plugins((driving::DrivingPlugin, panel::HandsPanelPlugin))
+            .configure_sets(Update, CameraMouse.run_if(|drag: Res<MouseDrag>| !drag.is_dragging()))
+            .add_plugins((driving::DrivingPlugin, panel::InteractionPanelPlugin))
             .add_systems(
                 Update,
-                (take_hold.run_if(mouse_is_for_match), drag_and_let_go, undo::note_marks, obey)
+                (take_hold.run_if(mouse_is_for_match), drag_and_let_go, undo::note_marks, apply)
                     .chain()
-                    .in_set(HandsSystems)
+                    .in_set(InteractionSystems)
                     .after(KeysSystems)
                     .before(SelectionSystems)
                     .before(CameraSystems),
@@ -63,11 +63,11 @@ impl Plugin for HandsPlugin {
 
 /// The systems that apply the user's actions.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct HandsSystems;
+pub struct InteractionSystems;
 
 /// The drag of the mouse.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
-pub struct Hands {
+pub struct MouseDrag {
     grip: Option<Grip>,
     /// Where the mouse was pressed, logical pixels, and whether it has moved since.
     press: Option<(Vec2, bool)>,
@@ -75,9 +75,9 @@ pub struct Hands {
     intention: Option<Intervention>,
 }
 
-impl Hands {
+impl MouseDrag {
     /// Whether the mouse drags something. The camera does not move then.
-    pub fn hold_anything(&self) -> bool {
+    pub fn is_dragging(&self) -> bool {
         self.grip.is_some()
     }
 }
@@ -110,7 +110,7 @@ fn take_hold(
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &Transform, &Penalty, &Body)>,
     balls: Query<&Transform, With<Ball>>,
-    mut hands: ResMut<Hands>,
+    mut drag: ResMut<MouseDrag>,
 ) {
     if !buttons.just_pressed(MouseButton::Left) {
         return;
@@ -138,7 +138,7 @@ fn take_hold(
     };
     let Some((held, pose, height_m)) = ball.or_else(robot) else { return };
     if let Some(grip) = Grip::new(held, pose, height_m, &sight) {
-        *hands = Hands { grip: Some(grip), press: Some((cursor, false)), intention: None };
+        *drag = MouseDrag { grip: Some(grip), press: Some((cursor, false)), intention: None };
     }
 }
 
@@ -150,22 +150,22 @@ fn drag_and_let_go(
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     balls: Query<&BallPhysics, With<Ball>>,
-    mut hands: ResMut<Hands>,
+    mut drag: ResMut<MouseDrag>,
     mut notice: ResMut<Notice>,
     mut commands: Commands,
 ) {
-    let (Some(grip), Some((pressed_at, has_moved))) = (hands.grip, hands.press) else { return };
+    let (Some(grip), Some((pressed_at, has_moved))) = (drag.grip, drag.press) else { return };
     if keys.just_pressed(KeyCode::Escape) {
-        *hands = Hands::default();
+        *drag = MouseDrag::default();
         return;
     }
     if !is_live(&timeline) {
         let cursor = window.cursor_position();
         if cursor.is_some_and(|cursor| pressed_at.distance(cursor) > DRAG_PIXELS) {
             notice.tell(why_not(&timeline));
-            *hands = Hands::default();
+            *drag = MouseDrag::default();
         } else if !buttons.pressed(MouseButton::Left) {
-            *hands = Hands::default();
+            *drag = MouseDrag::default();
         }
         return;
     }
@@ -175,20 +175,20 @@ fn drag_and_let_go(
         let intention = sight(*camera, cursor)
             .filter(|_| has_moved)
             .and_then(|sight| grip.release(&sight, pitch.carpet_half_extents(), rolling));
-        hands.press = Some((pressed_at, has_moved));
+        drag.press = Some((pressed_at, has_moved));
         // Over the sky the last place counts.
-        hands.intention = intention.or(hands.intention);
+        drag.intention = intention.or(drag.intention);
     }
     if !buttons.pressed(MouseButton::Left) {
-        if let Some(intervention) = hands.intention {
+        if let Some(intervention) = drag.intention {
             commands.queue(move |world: &mut World| undo::act(world, intervention));
         }
-        *hands = Hands::default();
+        *drag = MouseDrag::default();
     }
 }
 
-fn obey(world: &mut World) {
-    undo::begin_anew(world);
+fn apply(world: &mut World) {
+    undo::reset(world);
     let actions: Vec<HandAction> = world.resource_mut::<Messages<HandAction>>().drain().collect();
     for action in actions {
         if action == HandAction::KeepSituation && world.resource::<Timeline>().is_past() {
@@ -196,7 +196,7 @@ fn obey(world: &mut World) {
             continue;
         }
         if matches!(action, HandAction::Undo | HandAction::Redo) {
-            undo::obey(world, action == HandAction::Undo);
+            undo::apply(world, action == HandAction::Undo);
             continue;
         }
         if !is_live(world.resource()) {
@@ -232,7 +232,7 @@ fn penalise_or_return(world: &mut World) {
 
 /// Draws the intervention of the drag, and those pending until the end of the cycle.
 fn draw_intentions(
-    hands: Res<Hands>,
+    drag: Res<MouseDrag>,
     interventions: Res<Interventions>,
     roster: Res<Roster>,
     bodies: Query<&Body>,
@@ -240,7 +240,7 @@ fn draw_intentions(
     mut brush: Brush,
 ) {
     let rolling = balls.iter().next().map(|physics| physics.rolling).unwrap_or_default();
-    for intention in hands.intention.iter().chain(&interventions.queue) {
+    for intention in drag.intention.iter().chain(&interventions.queue) {
         match *intention {
             Intervention::PlaceRobot { robot, pose } => {
                 let body = roster.get(robot).and_then(|robot| bodies.get(robot).ok()).copied().unwrap_or_default();

@@ -22,14 +22,14 @@ use naoisis_core::robot::Roster;
 const WIDEST_HELP: f32 = 460.0;
 
 /// Shows the buttons, and notices.
-pub(super) struct HandsPanelPlugin;
+pub(super) struct InteractionPanelPlugin;
 
-impl Plugin for HandsPanelPlugin {
+impl Plugin for InteractionPanelPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
             (
-                show_buttons.in_set(LayoutSystems::Hands),
+                show_buttons.in_set(LayoutSystems::Interventions),
                 (show_notice, show_driver).chain().in_set(LayoutSystems::Floating),
             ),
         );

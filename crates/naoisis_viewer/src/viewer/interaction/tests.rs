@@ -24,7 +24,7 @@ fn app() -> App {
         .add_message::<HandAction>()
         .add_message::<SelectionCommand>()
         .add_message::<ViewPreset>()
-        .add_systems(Update, obey);
+        .add_systems(Update, apply);
     driving::tests::add_without_panels(&mut app);
     app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
     app.update();
@@ -106,7 +106,7 @@ fn what_the_match_has_not_carried_out_yet_is_left_out_of_it() {
 fn strokes_of_the_pen_are_taken_back_and_drawn_again() {
     use crate::viewer::pen_marks::{Pen, PenMark};
     let mut app = app();
-    app.init_resource::<Pen>().add_systems(Update, undo::note_marks.before(obey));
+    app.init_resource::<Pen>().add_systems(Update, undo::note_marks.before(apply));
     app.update();
     let marks = |app: &App| app.world().resource::<Pen>().marks.len();
     app.world_mut().resource_mut::<Pen>().marks.push(PenMark::Arrow(Vec2::ZERO, Vec2::X));

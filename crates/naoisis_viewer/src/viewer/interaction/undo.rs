@@ -237,12 +237,12 @@ pub(super) fn note_marks(pen: Option<Res<Pen>>, mut undo: ResMut<Undo>) {
 }
 
 /// Starts with no steps for another match.
-pub(super) fn begin_anew(world: &mut World) {
+pub(super) fn reset(world: &mut World) {
     forget_other_match(world);
 }
 
 /// Performs an undo or redo that a key or button asked for.
-pub(super) fn obey(world: &mut World, is_undo: bool) {
+pub(super) fn apply(world: &mut World, is_undo: bool) {
     let words = if is_undo { undo(world) } else { redo(world) };
     world.resource_mut::<Notice>().tell(words);
 }

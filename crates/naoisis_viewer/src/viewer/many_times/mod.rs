@@ -38,7 +38,7 @@ impl Plugin for ManyTimesPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<ManyTimes>()
             .add_message::<ManyTimesCommand>()
-            .add_systems(Update, (obey, begin_when_known, listen).chain().after(RebuildSystems))
+            .add_systems(Update, (apply, begin_when_known, listen).chain().after(RebuildSystems))
             .add_systems(
                 PostUpdate,
                 heat_map::draw.after(OverlaySystems).before(EguiPostUpdateSet::EndPass).run_if(is_open),
@@ -184,7 +184,7 @@ struct Whole {
     keyframes: Keyframes,
 }
 
-fn obey(world: &mut World) {
+fn apply(world: &mut World) {
     let commands: Vec<ManyTimesCommand> = world.resource_mut::<Messages<ManyTimesCommand>>().drain().collect();
     for command in commands {
         let result = match command {

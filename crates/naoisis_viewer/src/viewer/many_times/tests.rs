@@ -36,7 +36,7 @@ fn app() -> App {
         .init_resource::<Selection>()
         .init_resource::<ManyTimes>()
         .add_message::<ManyTimesCommand>()
-        .add_systems(Update, (obey, begin_when_known, listen).chain().after(RebuildSystems));
+        .add_systems(Update, (apply, begin_when_known, listen).chain().after(RebuildSystems));
     app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
     app.update();
     app

@@ -36,7 +36,7 @@ impl Plugin for MatchPanelPlugin {
         app.init_resource::<WatchedScenarioFile>()
             .add_message::<MatchCommand>()
             .init_resource::<TraceReading>()
-            .add_systems(First, (forget_file, obey, trace_reading::show_when_read.run_if(is_reading)).chain())
+            .add_systems(First, (forget_file, apply, trace_reading::show_when_read.run_if(is_reading)).chain())
             .add_systems(Update, watch_file)
             .add_systems(
                 EguiPrimaryContextPass,
@@ -121,7 +121,7 @@ fn watch_file(
     }
 }
 
-fn obey(world: &mut World) {
+fn apply(world: &mut World) {
     let commands: Vec<MatchCommand> = world.resource_mut::<Messages<MatchCommand>>().drain().collect();
     for command in commands {
         let is_start = !matches!(command, MatchCommand::Change(_));

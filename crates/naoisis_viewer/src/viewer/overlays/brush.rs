@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use core::f32::consts::TAU;
 
 use super::geometry::arc;
-use crate::viewer::stage::world_from_pitch;
+use crate::viewer::pitch_frame::world_from_pitch;
 use naoisis_core::geometry::Pose;
 use naoisis_sensing::belief::PlaceCovariance;
 use naoisis_sensing::belief::covariance::half_axes_95;

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::display_settings::{DisplaySettings, Workspace, is_watching};
+use super::pitch_frame::{PitchFrameSystems, between};
 use super::shared::{DisplayFraction, RobotsWorld, Selection, SelectionSystems};
-use super::stage::{StageSystems, between};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Penalty;
 use naoisis_core::geometry::Pose;
@@ -60,7 +60,7 @@ impl Plugin for OverlaysPlugin {
                 )
                     .chain()
                     .in_set(OverlaySystems)
-                    .after(StageSystems)
+                    .after(PitchFrameSystems)
                     // The panels write the words.
                     .before(EguiPostUpdateSet::EndPass),
             );
@@ -236,12 +236,12 @@ fn obey_overlay_commands(
     display: Res<DisplaySettings>,
 ) {
     for command in commands.read() {
-        overlays.obey(*command, display.workspace);
+        overlays.apply(*command, display.workspace);
     }
 }
 
 impl Overlays {
-    fn obey(&mut self, command: OverlayCommand, workspace: Workspace) {
+    fn apply(&mut self, command: OverlayCommand, workspace: Workspace) {
         let flip = |switch: &mut bool| *switch = !*switch;
         match command {
             OverlayCommand::ToggleAll(overlay) => flip(&mut self.of_robots.entry(overlay).or_default().all),
@@ -313,21 +313,21 @@ mod tests {
         assert!(overlays.shows(Overlay::Beliefs, one, &selected, DEBUG));
         assert!(!overlays.shows(Overlay::Beliefs, other, &selected, DEBUG));
         assert!(!overlays.shows_any(Overlay::Beliefs, &nobody, DEBUG));
-        overlays.obey(OverlayCommand::Toggle(Overlay::Beliefs, other), DEBUG);
+        overlays.apply(OverlayCommand::Toggle(Overlay::Beliefs, other), DEBUG);
         assert!(
             overlays.shows(Overlay::Beliefs, other, &nobody, DEBUG)
                 && overlays.shows_any(Overlay::Beliefs, &nobody, DEBUG)
         );
-        overlays.obey(OverlayCommand::ToggleAll(Overlay::Trails), DEBUG);
+        overlays.apply(OverlayCommand::ToggleAll(Overlay::Trails), DEBUG);
         assert!(
             overlays.shows(Overlay::Trails, one, &nobody, DEBUG)
                 && overlays.shows(Overlay::Trails, other, &nobody, DEBUG)
         );
-        overlays.obey(OverlayCommand::ToggleAll(Overlay::Trails), DEBUG);
+        overlays.apply(OverlayCommand::ToggleAll(Overlay::Trails), DEBUG);
         assert!(!overlays.shows(Overlay::Trails, one, &selected, DEBUG));
-        overlays.obey(OverlayCommand::Clear, DEBUG);
+        overlays.apply(OverlayCommand::Clear, DEBUG);
         assert!(Overlay::ALL.into_iter().all(|overlay| !overlays.shows(overlay, one, &selected, DEBUG)));
-        overlays.obey(OverlayCommand::Reset, DEBUG);
+        overlays.apply(OverlayCommand::Reset, DEBUG);
         assert_eq!(overlays, Overlays::default());
     }
 
@@ -337,9 +337,9 @@ mod tests {
         let selected = Selection(Some(one));
         let mut overlays = Overlays::default();
         assert!(Overlay::ALL.into_iter().all(|overlay| !overlays.shows_any(overlay, &selected, Workspace::Teach)));
-        overlays.obey(OverlayCommand::ToggleSelected(Overlay::Beliefs), Workspace::Teach);
+        overlays.apply(OverlayCommand::ToggleSelected(Overlay::Beliefs), Workspace::Teach);
         assert!(overlays.shows(Overlay::Beliefs, one, &selected, Workspace::Teach));
-        overlays.obey(OverlayCommand::ToggleSelected(Overlay::Beliefs), DEBUG);
+        overlays.apply(OverlayCommand::ToggleSelected(Overlay::Beliefs), DEBUG);
         assert!(!overlays.shows(Overlay::Beliefs, one, &selected, DEBUG));
         assert!(overlays.shows(Overlay::Beliefs, one, &selected, Workspace::Teach));
     }
@@ -347,7 +347,7 @@ mod tests {
     #[test]
     fn what_is_shown_can_be_kept_in_a_file() {
         let mut overlays = Overlays::default();
-        overlays.obey(OverlayCommand::Toggle(Overlay::Bounds, RobotId::new(Team::Pink, 2)), DEBUG);
+        overlays.apply(OverlayCommand::Toggle(Overlay::Bounds, RobotId::new(Team::Pink, 2)), DEBUG);
         let text = ron::to_string(&overlays).unwrap();
         assert_eq!(ron::from_str::<Overlays>(&text).unwrap(), overlays);
     }

@@ -51,7 +51,7 @@ impl Plugin for PlotsPlugin {
         app.init_resource::<Plots>()
             .init_resource::<FieldList>()
             .add_message::<PlotCommand>()
-            .add_systems(Update, (list_fields, obey, begin_anew, listen, ask).chain())
+            .add_systems(Update, (list_fields, apply, reset, listen, ask).chain())
             .add_systems(EguiPrimaryContextPass, panel::show.run_if(is_open).in_set(LayoutSystems::Plots));
     }
 }
@@ -94,7 +94,7 @@ impl Pin {
 pub struct Plots {
     /// The plotted fields, from top to bottom.
     pub pins: Vec<Pin>,
-    data: BTreeMap<Field, Known>,
+    data: BTreeMap<Field, FieldValues>,
     /// The match of the values.
     of: Keyframes,
     job: Option<Job>,
@@ -102,7 +102,7 @@ pub struct Plots {
 
 /// The known values of a field.
 #[derive(Default, Debug)]
-struct Known {
+struct FieldValues {
     curves: BTreeMap<Subject, Series>,
     /// All values before this cycle are known.
     until: u64,
@@ -157,7 +157,7 @@ impl Plots {
     }
 }
 
-fn obey(
+fn apply(
     mut commands: MessageReader<PlotCommand>,
     list: Res<FieldList>,
     selection: Res<Selection>,
@@ -205,7 +205,7 @@ fn toggle(pins: &mut Vec<Pin>, field: &Field, robots: BTreeSet<RobotId>) {
 }
 
 /// Removes the values of another match, and of fields that are no longer plotted.
-fn begin_anew(keyframes: Res<Keyframes>, mut plots: ResMut<Plots>) {
+fn reset(keyframes: Res<Keyframes>, mut plots: ResMut<Plots>) {
     if !plots.of.is_same(&keyframes) {
         let pins = core::mem::take(&mut plots.pins);
         *plots = Plots { pins, of: keyframes.clone(), ..default() };

@@ -27,7 +27,7 @@ fn app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, RebuildPlugin, CycleSamplesPlugin));
     app.init_resource::<Plots>().init_resource::<FieldList>().add_message::<PlotCommand>();
-    app.add_systems(Update, (list_fields, obey, begin_anew, listen, ask).chain())
+    app.add_systems(Update, (list_fields, apply, reset, listen, ask).chain())
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(333_340)))
         .insert_resource(Simulator(&simulator))
         .init_resource::<DisplaySettings>()

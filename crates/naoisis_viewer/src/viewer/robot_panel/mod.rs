@@ -11,9 +11,9 @@ mod pins;
 mod wall;
 mod wording;
 
+use super::camera_images::{CameraImagesSystems, Watched};
 use super::cycle_samples::CycleSamples;
 use super::display_settings::{DisplaySettings, Switch};
-use super::eyes::{EyesSystems, Watched};
 use super::keyframes::Keyframes;
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::plots::catalogue::FieldList;
@@ -54,7 +54,10 @@ impl Plugin for RobotPanelPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Pictures>()
             .init_resource::<Opened>()
-            .add_systems(Update, (watch_cameras.before(EyesSystems), pictures::update_pictures.after(EyesSystems)))
+            .add_systems(
+                Update,
+                (watch_cameras.before(CameraImagesSystems), pictures::update_pictures.after(CameraImagesSystems)),
+            )
             .add_systems(
                 EguiPrimaryContextPass,
                 (
@@ -162,7 +165,7 @@ fn show_robot(
                         let image = pictures.show(ui, (id, name), Some(robot.percepts), each);
                         let hint = format!("{name}: click to look through it");
                         if image.on_hover_text(hint).clicked() {
-                            actions.write(Action::View(ViewPreset::Eyes(name)));
+                            actions.write(Action::View(ViewPreset::RobotCamera(name)));
                         }
                     }
                 });

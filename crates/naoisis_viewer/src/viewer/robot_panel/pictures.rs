@@ -7,10 +7,10 @@ use bevy_egui::egui::{self, Align2, Color32, FontId, Pos2, Rect as Area, Stroke,
 use bevy_egui::{EguiContexts, EguiTextureHandle, EguiUserTextures};
 use std::collections::BTreeMap;
 
-use crate::viewer::camera::eyes::image_in;
+use crate::viewer::camera::robot_view::image_in;
 use crate::viewer::camera::{ViewerCamera, mount_of};
+use crate::viewer::camera_images::{ShownImages, Watched};
 use crate::viewer::display_settings::DisplaySettings;
-use crate::viewer::eyes::{EyeImages, Watched};
 use crate::viewer::layout::FreeArea;
 use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
 use crate::viewer::palette;
@@ -37,7 +37,7 @@ struct Picture {
 
 /// Updates the textures before the frame is drawn, so that none is missing in it.
 pub(super) fn update_pictures(
-    eyes: Res<EyeImages>,
+    images: Res<ShownImages>,
     watched: Res<Watched>,
     mut pictures: ResMut<Pictures>,
     mut textures: ResMut<Assets<bevy::image::Image>>,
@@ -45,14 +45,14 @@ pub(super) fn update_pictures(
 ) {
     let pictures = &mut pictures.0;
     pictures.retain(|camera, picture| {
-        let is_shown = eyes.image(camera.0, camera.1).is_some_and(|(_, image)| !image.is_empty());
+        let is_shown = images.image(camera.0, camera.1).is_some_and(|(_, image)| !image.is_empty());
         if !is_shown {
             user_textures.remove_image(&picture.texture);
         }
         is_shown
     });
     for &(id, side) in &watched.cameras {
-        let Some((cycle, image)) = eyes.image(id, side).filter(|(_, image)| !image.is_empty()) else { continue };
+        let Some((cycle, image)) = images.image(id, side).filter(|(_, image)| !image.is_empty()) else { continue };
         let size = egui::vec2(image.width as f32, image.height as f32);
         match pictures.get_mut(&(id, side)) {
             Some(picture) if picture.cycle == cycle => {}
@@ -81,7 +81,7 @@ pub(super) fn draw_in_window(
     robots: Query<(&Percepts, &CameraSettings)>,
     (window, free, display): (Single<&Window>, Res<FreeArea>, Res<DisplaySettings>),
 ) -> Result {
-    let Some((id, side)) = camera.eyes(&selection) else { return Ok(()) };
+    let Some((id, side)) = camera.robot_camera(&selection) else { return Ok(()) };
     let Some((percepts, settings)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
     if !overlays.shows(Overlay::Percepts, id, &selection, display.workspace) {
         return Ok(());

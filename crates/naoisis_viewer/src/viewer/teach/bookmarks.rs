@@ -29,7 +29,7 @@ pub struct BookmarksPlugin;
 
 impl Plugin for BookmarksPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (forget, obey).chain().after(KeysSystems).before(CameraSystems))
+        app.add_systems(Update, (forget, apply).chain().after(KeysSystems).before(CameraSystems))
             .add_systems(EguiPrimaryContextPass, show_caption.run_if(is_teaching).in_set(LayoutSystems::Floating));
     }
 }
@@ -111,7 +111,7 @@ fn forget(keyframes: Res<Keyframes>, clock: Res<CycleClock>, mut bookmarks: ResM
     }
 }
 
-fn obey(
+fn apply(
     mut actions: MessageReader<TeachAction>,
     (clock, timeline, log): (Res<CycleClock>, Res<Timeline>, Res<EventLog>),
     mut bookmarks: ResMut<Bookmarks>,

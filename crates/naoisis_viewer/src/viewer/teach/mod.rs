@@ -28,7 +28,7 @@ impl Plugin for TeachPlugin {
             .add_systems(Update, bookmark_file::keep)
             .add_systems(
                 Update,
-                (pen::obey, robots_world::obey, pen::draw).chain().after(KeysSystems).before(CameraSystems),
+                (pen::apply, robots_world::apply, pen::draw).chain().after(KeysSystems).before(CameraSystems),
             )
             .add_systems(
                 PostUpdate,

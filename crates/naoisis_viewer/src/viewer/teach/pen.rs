@@ -7,8 +7,8 @@ use crate::viewer::layout::{MouseTaken, OverPanel, mouse_is_over_match};
 use crate::viewer::overlays::Brush;
 use crate::viewer::palette;
 pub use crate::viewer::pen_marks::{Pen, PenMark};
+use crate::viewer::pitch_frame::pitch_from_world;
 use crate::viewer::shared::{Notice, TeachAction};
-use crate::viewer::stage::pitch_from_world;
 use bevy_egui::input::EguiWantsInput;
 use naoisis_core::behaviour::drawings::DrawColour;
 
@@ -17,7 +17,7 @@ const APART_M: f32 = 0.012;
 /// The distance between the hatching lines of a zone, m.
 const HATCHING_M: f32 = 0.12;
 
-pub(super) fn obey(
+pub(super) fn apply(
     mut actions: MessageReader<TeachAction>,
     mut pen: ResMut<Pen>,
     mut taken: ResMut<MouseTaken>,

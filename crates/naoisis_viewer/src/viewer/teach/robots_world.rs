@@ -13,7 +13,7 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 
-pub(super) fn obey(
+pub(super) fn apply(
     mut actions: MessageReader<TeachAction>,
     selection: Res<Selection>,
     roster: Res<Roster>,

@@ -110,20 +110,20 @@ pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioF
         log.note(*time_s, [event]);
     }
     let first = trace.history.cycles().map_or(0, |cycles| *cycles.start());
-    let way = Way {
+    let data = BranchData {
         history: trace.history,
         log,
         keyframes: Keyframes::default(),
         trace: Some((Box::new(trace.scenario), trace.fields)),
     };
-    show_trace(world, way)?;
+    show_trace(world, data)?;
     go_to(world, first as f64);
     Ok(())
 }
 
 /// The stored data of a branch of the match.
 #[derive(Clone, Debug, Default)]
-pub struct Way {
+pub struct BranchData {
     /// The records of its cycles.
     pub history: History,
     /// The log of events.
@@ -134,11 +134,11 @@ pub struct Way {
     pub trace: Option<(Box<Scenario>, Fields)>,
 }
 
-impl Way {
+impl BranchData {
     /// Takes the data of the current branch out of the world.
-    pub fn take(world: &mut World) -> Way {
+    pub fn take(world: &mut World) -> BranchData {
         let timeline = core::mem::take(&mut *world.resource_mut::<Timeline>());
-        Way {
+        BranchData {
             history: core::mem::take(&mut *world.resource_mut::<History>()),
             log: core::mem::take(&mut *world.resource_mut::<EventLog>()),
             keyframes: core::mem::take(&mut *world.resource_mut::<Keyframes>()),
@@ -148,7 +148,7 @@ impl Way {
 
     /// Puts the data into the world, in place of the current branch.
     pub fn put(self, world: &mut World) {
-        let Way { history, log, keyframes, trace } = self;
+        let BranchData { history, log, keyframes, trace } = self;
         world.insert_resource(history);
         world.insert_resource(log);
         world.insert_resource(keyframes);
@@ -160,8 +160,8 @@ impl Way {
     ///
     /// # Errors
     /// When the records of that cycle cannot be read.
-    pub fn until(&self, cycle: u64, time_s: f64) -> Result<Way, String> {
-        Ok(Way {
+    pub fn until(&self, cycle: u64, time_s: f64) -> Result<BranchData, String> {
+        Ok(BranchData {
             history: self.history.until(cycle).map_err(|error| error.to_string())?,
             log: self.log.cut(time_s),
             keyframes: self.keyframes.until(cycle),
@@ -174,8 +174,8 @@ impl Way {
 ///
 /// # Errors
 /// [`ScenarioFault`] when its scenario cannot be started here.
-pub fn show_trace(world: &mut World, way: Way) -> Result<(), ScenarioFault> {
-    if let Some((started_from, _)) = &way.trace {
+pub fn show_trace(world: &mut World, data: BranchData) -> Result<(), ScenarioFault> {
+    if let Some((started_from, _)) = &data.trace {
         let as_played = simulation::resolved(world, started_from);
         let mut scenario = as_played.clone();
         for robot in &mut scenario.robots {
@@ -188,7 +188,7 @@ pub fn show_trace(world: &mut World, way: Way) -> Result<(), ScenarioFault> {
         // Nobody decides anything, but who did can be told.
         world.insert_resource(as_played);
     }
-    way.put(world);
+    data.put(world);
     Ok(())
 }
 
