@@ -5,7 +5,7 @@
 //
 //     $ naoisis run match3v3 --blue "exec:node my_team.js"
 //
-// `decide` gets what the robot perceives in a cycle, as a trace has it, and returns what the robot shall do, in the words of a
+// `decide` receives the perception of the robot in a cycle, as in a trace, and returns a command with the names of a
 // trace's `command`. Standard output is the match's: console.log writes to standard error here.
 "use strict";
 

@@ -53,7 +53,7 @@ def page() -> str:
     parts += [
         "",
         "With `discrete` the head looks at the ball, and searches where the robot sees none; with `velocities` it looks where the ball is",
-        "believed to be, where beliefs are observed, and now and then at a goal post, if the robot has not seen of late where it is.",
+        "believed to be, if beliefs are observed, and now and then at a goal post, if the robot has not seen landmarks recently.",
     ]
     parts += ["", "## Rewards", "", "| part | what it counts |", "|---|---|"]
     parts += [f"| `{name}` | {says} |" for name, says in _naoisis.Environments.rewards()]

@@ -71,7 +71,7 @@ impl Stream {
 
     /// Closes the direction to the program: nothing more will be sent.
     fn end_writing(&mut self) {
-        // Whoever has hung up already will not mind.
+        // The program may have closed the connection already.
         let _ =
             with_stream!(self, pipes => { pipes.close_input(); Ok(()) }, socket => socket.shutdown(Shutdown::Write));
     }

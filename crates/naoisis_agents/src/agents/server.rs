@@ -197,7 +197,7 @@ fn is_left_over(path: &Path) -> bool {
 impl Drop for Server {
     fn drop(&mut self) {
         if let Address::Unix(path) = &self.address {
-            // Whoever has removed it already will not mind.
+            // It may have been removed already.
             let _ = std::fs::remove_file(path);
         }
     }
@@ -294,7 +294,7 @@ mod tests {
         drop(alive);
         assert!(path.exists());
         drop(listen().unwrap());
-        // What is no socket is somebody's.
+        // A file that is not a socket belongs to somebody else.
         std::fs::write(&path, "kept").unwrap();
         assert!(listen().is_err());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "kept");

@@ -18,7 +18,7 @@ pub(super) fn print_summaries(
     rows.sort_by_key(|row| (row.variant, row.index));
     for rows in rows.chunk_by(|one, other| combination(one) == combination(other)) {
         let settings = rows.first().map(|row| sweep.words(row.variant)).unwrap_or_default();
-        // Whoever prints a result says how real it is.
+        // Every result names its realism.
         let realism = rows.first().map(|row| sweep.realism(row.variant)).unwrap_or_default();
         let settings = if settings.is_empty() { settings } else { format!("{settings}; ") };
         printer.print(format_args!("{settings}realism {realism}\n"));

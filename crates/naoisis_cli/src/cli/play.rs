@@ -129,7 +129,7 @@ pub(super) fn display() -> Result<(), &'static str> {
     }
     match x11rb::connect(None) {
         Ok((connection, _)) => {
-            // A server whose last client leaves starts anew, and refuses whoever comes meanwhile: this one stays.
+            // A server whose last client leaves restarts, and refuses clients meanwhile: this client stays.
             core::mem::forget(connection);
             Ok(())
         }

@@ -49,7 +49,7 @@ fn print_error(text: &str) {
 
 /// Prints a text that may contain control characters.
 fn print_rendered(text: &str) {
-    // Whoever closed standard error does not want to know.
+    // Standard error may be closed; then the text is dropped.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 

@@ -47,7 +47,7 @@ pub(super) fn run_match(
     listen: Option<&Address>,
     begin: impl FnOnce(&mut App) -> Result<(), ExitCode>,
 ) -> ExitCode {
-    // That there is no adapter is said by whoever asks for one.
+    // A missing adapter is reported where one is requested.
     let filter = "warn,wgpu_hal::vulkan::instance=off".to_owned();
     let log = LogPlugin { level: Level::WARN, filter, ..default() };
     let mut app = program.simulator_with((log, RecordPlugin));
@@ -295,7 +295,7 @@ fn finish(
         match said {
             Ok(Some(summary)) if !arguments.quiet => printer.print(summary),
             Ok(_) => {}
-            // Whoever reads a trace from a pipe may have seen enough.
+            // The reader of a trace may close the pipe.
             Err(error) if error.is_broken_pipe() => return ExitCode::SUCCESS,
             Err(error) => {
                 return report::failure(&format!("cannot write {error}; what was written before it can still be used"));

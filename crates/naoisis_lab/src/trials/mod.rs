@@ -193,7 +193,7 @@ impl<'a> Laboratory<'a> {
 
 /// The mean.
 fn mean_of(values: &[f64]) -> f64 {
-    // The sum of nothing is a negative nought.
+    // The sum of no values is -0.
     (0.0 + values.iter().sum::<f64>()) / (values.len() as f64).max(1.0)
 }
 

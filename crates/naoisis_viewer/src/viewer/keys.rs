@@ -219,7 +219,7 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions
         keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight, KeyCode::SuperLeft, KeyCode::SuperRight]);
     let is_meant = |binding: &&Binding| {
         let is_held = binding.shift == shift && binding.control == control;
-        // Whoever drives has plain keys for that.
+        // Driving uses plain keys for that.
         keys.just_pressed(binding.key) && is_held && (control || !driving.takes(binding.key))
     };
     actions.write_batch(BINDINGS.iter().filter(is_meant).map(|binding| binding.action));

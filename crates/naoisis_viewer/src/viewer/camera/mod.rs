@@ -242,7 +242,7 @@ fn use_mouse(
     if wanted == camera.wanted {
         return;
     }
-    // Whoever moves it away from what it follows, wants it to stay there.
+    // Moving the camera away from what it follows ends following.
     if matches!(mode, CameraMode::Pitch(_) | CameraMode::Play)
         || (wanted.focus != camera.wanted.focus && mode != CameraMode::Fly)
     {

@@ -147,7 +147,7 @@ fn a_driven_robot_goes_where_the_keys_say() {
     // A second of 90 degrees a second; the first cycles were still the behaviour's.
     let turned = app.robot_pose(BLUE2).unwrap().heading - before.heading;
     assert!((turned.to_degrees() - 90.0).abs() < 15.0, "{}", turned.to_degrees());
-    // Whoever selects another robot drives that one.
+    // Selecting another robot drives that one.
     let blue3 = RobotId::new(Team::Blue, 3);
     app.world_mut().resource_mut::<Selection>().0 = Some(blue3);
     app.update();

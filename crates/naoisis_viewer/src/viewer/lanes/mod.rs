@@ -202,7 +202,7 @@ fn find_event(
             notice.tell("The match is still being read: please try again");
             continue;
         }
-        // Whom somebody chose, and not whom the last event brought.
+        // The robot that the user chose, not the one of the last event.
         let chosen = selection.0.filter(|id| lanes.followed != Some(*id));
         let cycles = cycles_of(&lanes, &history, chosen, clock.period_s);
         let found = match wanted {

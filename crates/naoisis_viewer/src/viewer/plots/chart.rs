@@ -72,7 +72,7 @@ impl Chart {
             return word_ticks(&self.unit, extremes);
         }
         let [mut low, mut high] = if extremes[0] <= extremes[1] { extremes } else { [0.0, 1.0] };
-        // Where nought is near, it is seen how far from it values are.
+        // If zero is near, the axis includes it.
         if low > 0.0 && low < 0.6 * high {
             low = 0.0;
         } else if high < 0.0 && high > 0.6 * low {
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(words(&ticks), ["0.0", "0.1", "0.2", "0.3"]);
         assert!((ticks.range[1] - 0.3).abs() < 1e-9);
         assert_eq!(words(&chart(&[-170.0, 160.0], Unit::In("°")).value_ticks(4)), ["−200", "−100", "0", "100", "200"]);
-        // Far from nought the axis does not begin there; what does not change has room around it.
+        // Far from zero the axis does not start there; a constant has room around it.
         assert_eq!(
             words(&chart(&[101.0, 103.0], Unit::Plain).value_ticks(4)),
             ["101.0", "101.5", "102.0", "102.5", "103.0"]

@@ -178,7 +178,7 @@ impl Moments {
         }
         of_match.clone_from(&wanted.keyframes);
         while app.world().resource::<CycleClock>().cycle < wanted.cycle {
-            // Only of the last cycle somebody wants to know why.
+            // Reasons are only needed for the last cycle.
             if app.world().resource::<CycleClock>().cycle + 1 == wanted.cycle {
                 ask_for_reasons(app.world_mut());
             }

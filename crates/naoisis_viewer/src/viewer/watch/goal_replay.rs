@@ -95,7 +95,7 @@ fn show_goals(
         let is_in_it = timeline.is_past() && (shown.part[0] - 1.0..=shown.part[1]).contains(&now);
         shown.has_begun |= is_in_it;
         shown.waited = shown.waited.saturating_add(1);
-        // Where the match was started anew meanwhile it never begins.
+        // If the match was restarted meanwhile, the replay never starts.
         let is_left = !is_in_it && (shown.has_begun || shown.waited > 3);
         if !is_left && is_watching {
             return;
