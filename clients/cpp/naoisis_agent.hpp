@@ -13,8 +13,8 @@
 //
 //     $ g++ -std=c++17 -O2 my_team.cpp -o my_team && naoisis run match3v3 --blue "exec:./my_team"
 //
-// `decide` gets what the robot perceives in a cycle, as a trace has it, and returns what the robot shall do, in the words of a
-// trace's `command`. Standard output is the match's: print to std::cerr.
+// `decide` receives the perception of the robot in a cycle, as in a trace, and returns a command with the names of a
+// trace's `command`. Standard output belongs to the match: print to std::cerr.
 #pragma once
 
 #include <cctype>

@@ -6,14 +6,14 @@
 //     $ naoisis run match3v3 --blue "exec:node my_team.js"
 //
 // `decide` receives the perception of the robot in a cycle, as in a trace, and returns a command with the names of a
-// trace's `command`. Standard output is the match's: console.log writes to standard error here.
+// trace's `command`. Standard output belongs to the match: console.log writes to standard error here.
 "use strict";
 
 const { Console } = require("console");
 const readline = require("readline");
 
-// Plays until the match is over. Promises how it ended, with its score; nothing if the match was broken off. Of what the robot
-// perceives `decide` gets the fields that are named, such as "percepts.ball" or "game.state", and all if none is.
+// Plays until the match is over. Resolves to its end and score, or to undefined if the match was broken off. `decide` receives
+// only the named fields of perceptions, such as "percepts.ball" or "game.state"; all, if none are named.
 async function play(decide, name = "", fields = []) {
   globalThis.console = new Console(process.stderr);
   const send = (message) => process.stdout.write(JSON.stringify(message) + "\n");

@@ -150,7 +150,7 @@ fn put_body(sink: &mut impl Sink, robot: &EntityRef, memory: &Memory) {
 fn put_seen<S: Sink>(sink: &mut S, group: &'static str, number: u8, place: Option<Vec2>) {
     let [x, y] = place.unwrap_or_default().to_array();
     Group::new(sink, group, number)
-        .flag("seen", "1 where it is seen, and else 0 like the rest", place.is_some())
+        .flag("seen", "1 if it is seen; else it and the rest of its group are 0", place.is_some())
         .put("x", PLACE, "distance forwards, m", x)
         .put("y", PLACE, "distance to the left, m", y);
 }
@@ -225,7 +225,7 @@ fn put_belief(sink: &mut impl Sink, belief: Option<&Belief>, world: &World, othe
     let velocity = unrotate(belief.pose.forward(), ball.velocity_mps);
     let [xx, _, yy] = ball.position_covariance;
     Group::new(sink, "ball", 0)
-        .flag("known", "1 where the robot knows of it, and else 0 like the rest", is_known)
+        .flag("known", "1 if the robot knows of it; else it and the rest of its group are 0", is_known)
         .put("x", PLACE, "distance forwards, m", place.x)
         .put("y", PLACE, "distance to the left, m", place.y)
         .put("vx", SPEED, "forward velocity, m/s", velocity.x)
@@ -245,7 +245,7 @@ fn put_believed(sink: &mut impl Sink, group: &'static str, count: u8, own: Pose,
         let robot = robots.get(usize::from(number) - 1).copied();
         let (place, age_s) = robot.unwrap_or_default();
         Group::new(sink, group, number)
-            .flag("known", "1 where the robot knows of it, and else 0 like the rest", robot.is_some())
+            .flag("known", "1 if the robot knows of it; else it and the rest of its group are 0", robot.is_some())
             .put("x", PLACE, "distance forwards, m", place.x)
             .put("y", PLACE, "distance to the left, m", place.y)
             .put("age", AGE, "time since it was seen or reported, s", age_s);
@@ -316,7 +316,7 @@ fn put_truth(sink: &mut impl Sink, robot: &EntityRef, world: &World, id: RobotId
             let seen = pose.relative(pose_of(&other));
             let forward = seen.forward();
             Group::new(sink, group, number)
-                .flag("plays", "1 while it serves no penalty", !other.get::<Penalty>().is_some_and(Penalty::is_active))
+                .flag("plays", "1 while it is not penalised", !other.get::<Penalty>().is_some_and(Penalty::is_active))
                 .put("x", PLACE, "distance forwards, m", seen.position.x)
                 .put("y", PLACE, "distance to the left, m", seen.position.y)
                 .put("cos", UNIT, "cosine of its heading, robot frame", forward.x)
@@ -345,9 +345,9 @@ fn put_game(sink: &mut impl Sink, status: &GameStatus, body: BodyStatus, team: T
     let [own, other] = [team, team.opponent()].map(|team| status.score[team] as f32);
     game.put("lead", [-10.0, 10.0], "own goals minus goals of the opponents", own - other)
         .put("minutes_left", [0.0, 60.0], "minutes left in this half", status.time_left_s.unwrap_or(0.0) / 60.0)
-        .flag("own_kick_off", "1 where the last kick-off was the own team's", status.kick_off_team == team);
+        .flag("own_kick_off", "1 if the last kick-off was the own team's", status.kick_off_team == team);
     let mut own = Group::new(sink, "body", 0);
-    own.flag("penalised", "1 while the robot serves a penalty: its actions do nothing", status.penalised);
+    own.flag("penalised", "1 while the robot is penalised; its actions then have no effect", status.penalised);
     for (name, state) in [
         ("walking", BodyStatus::Walking),
         ("kicking", BodyStatus::Kicking),
@@ -355,7 +355,7 @@ fn put_game(sink: &mut impl Sink, status: &GameStatus, body: BodyStatus, team: T
         ("fallen", BodyStatus::Fallen),
         ("getting_up", BodyStatus::GettingUp),
     ] {
-        own.flag(name, "1 while the body does this; all 0 where it stands", body == state);
+        own.flag(name, "1 while the body does this; all 0 while it stands", body == state);
     }
 }
 
@@ -388,7 +388,7 @@ fn state_into(sink: &mut impl Sink, world: &World) {
         let velocity = point_team_from_pitch(velocity, own_end);
         let forward = pose.forward();
         Group::new(sink, id.team.name(), id.number)
-            .flag("plays", "1 while it serves no penalty", !robot.get::<Penalty>().is_some_and(Penalty::is_active))
+            .flag("plays", "1 while it is not penalised", !robot.get::<Penalty>().is_some_and(Penalty::is_active))
             .put("x", PLACE, "position, m", pose.position.x)
             .put("y", PLACE, "position, m", pose.position.y)
             .put("cos", UNIT, "cosine of its heading", forward.x)
