@@ -221,7 +221,7 @@ fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
     let first = fs::read_to_string(folder.path().join("table.csv")).unwrap();
     let output = batch("3", "2");
     assert!(output.status.success());
-    assert!(text(&output.stdout).contains("6 of 6 matches, 2 of them earlier"), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).contains("6 of 6 matches, 2 of them played earlier"), "{}", text(&output.stdout));
     let table = fs::read_to_string(folder.path().join("table.csv")).unwrap();
     assert!(table.starts_with(&first) && table.lines().count() == 7, "{table}");
     let output = naoisis(folder.path(), &["batch", "match3v3", "--matches", "1", "--csv", "table.csv"]);
@@ -268,7 +268,7 @@ fn a_batch_finds_the_mistakes_of_all_its_matches_and_goes_on_with_them() {
     let counts = |output: &Output| text(&output.stdout).split("mistakes a match").nth(1).unwrap()[..60].to_owned();
     assert_eq!(counts(&again), counts(&whole));
     for (arguments, words) in [
-        (&["--mistakes", "whole.csv"][..], "whole.csv: there is such a file already"),
+        (&["--mistakes", "whole.csv"][..], "whole.csv: the file exists already"),
         (&["--csv", "table.csv", "--mistakes", "new.csv"], "new.csv: there is no such file, and 4 of the matches"),
         (&["--csv", "same.csv", "--mistakes", "same.csv"], "same.csv: --csv writes this file already"),
         (&["--csv", "other.csv", "--mistakes", "table.csv"], "table.csv:1: this is no table of this batch's mistakes"),
@@ -305,7 +305,7 @@ fn all_pairs_of_teams_play_in_both_colours_and_go_on_where_they_were() {
     assert!(pairs("all", "2").status.success());
     let output = pairs("all", "4");
     let words = text(&output.stdout);
-    assert!(output.status.success() && words.contains("12 of 12 matches, 6 of them earlier"), "{words}");
+    assert!(output.status.success() && words.contains("12 of 12 matches, 6 of them played earlier"), "{words}");
     assert!(words.contains("against passers") && words.contains("no difference that is sure"), "{words}");
     let table = fs::read_to_string(folder.path().join("pairs.csv")).unwrap();
     assert!(table.lines().next().unwrap().contains("teams.blue") && table.lines().count() == 13, "{table}");
@@ -385,7 +385,7 @@ fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     assert_eq!(chosen.map(|entry| entry.unwrap().file_name()).collect::<Vec<_>>(), ["blue1_bottom"]);
     let output = naoisis(folder.path(), &[&arguments[..], &["pink1.top"]].concat());
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("no such robot plays; expected one of blue1"), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("there is no such robot in the match; expected one of blue1"), "{}", text(&output.stderr));
     // Recording changes nothing of the match.
     let trace = |more: &[&str]| {
         let arguments = ["run", "match3v3", "--duration", "1", "--trace", "-", "--quiet"];
@@ -408,8 +408,8 @@ fn a_video_and_a_contact_sheet_come_of_a_match_and_nothing_is_written_over() {
     let sheet = fs::read(folder.path().join("sheet.png")).unwrap();
     assert_eq!(&sheet[1..4], b"PNG");
     for (more, message) in [
-        (&["--video", "match.mp4"][..], "--video: match.mp4: there is such a file already"),
-        (&["--sheet", "sheet.png"], "--sheet: sheet.png: there is such a file already"),
+        (&["--video", "match.mp4"][..], "--video: match.mp4: the file exists already"),
+        (&["--sheet", "sheet.png"], "--sheet: sheet.png: the file exists already"),
         (&["--video", "match.avi"], "ends in .mp4"),
         (&["--video", "no/match.mp4"], "--video: no/match.mp4"),
         (&["--views", "field"], "--views: expected --frames DIR"),

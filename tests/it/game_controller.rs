@@ -233,7 +233,7 @@ fn a_port_in_use_is_a_mistake_of_the_command_line_and_so_are_numbers_that_are_no
         (&["--team-numbers", "5,12"], "--game-controller"),
         (&["--truth-for-monitors"], "--game-controller"),
         (&["--team-messages", "--truth-for-monitors"], "--game-controller"),
-        (&["--pace", "0"], "times real time"),
+        (&["--pace", "0"], "multiple of real time"),
     ] {
         let output = naoisis(folder.path(), &[&["run", "match3v3", "--duration", "1"], arguments].concat());
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

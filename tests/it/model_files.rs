@@ -256,7 +256,7 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     assert_eq!(lines[0], "random.ron: ok, the model of a robot");
     assert_eq!(
         lines[1],
-        "random.ron: note: these are the NAO's, as the file does not say them: head.max_degps, cameras.diagonal_fov_deg, \
+        "random.ron: note: the file leaves these out, so the NAO's figures are used: head.max_degps, cameras.diagonal_fov_deg, \
          cameras.height, cameras.width, motion.max_angular_degps"
     );
     assert_eq!(

@@ -35,7 +35,7 @@ fn every_output_that_is_there_asks_for_force() {
         fs::write(path(name), "precious").unwrap();
         let (status, said) = run(folder.path(), &[option, name]);
         assert_eq!(status, Some(2), "{option}: {said}");
-        let start = format!("error: {option}: {name}: there is such a file already; expected another name, or --force");
+        let start = format!("error: {option}: {name}: the file exists already; expected another name, or --force");
         assert!(said.starts_with(&start), "{said}");
         assert_eq!(fs::read(path(name)).unwrap(), b"precious");
         let (status, said) = run(folder.path(), &[option, name, "--force"]);

@@ -83,7 +83,7 @@ fn an_own_log_format_is_an_option_of_run() {
     assert_eq!(std::fs::read_to_string(folder.path().join("all.jsonl")).unwrap().lines().count(), 1 + 31 + 1);
     // It is written over no more than other outputs, nor into each other, and an unknown one is said.
     for (arguments, expected) in [
-        (&run[..], "--log: ball.csv: there is such a file already"),
+        (&run[..], "--log: ball.csv: the file exists already"),
         (
             &["run", "match3v3", "--log", "ball_csv=new", "--log", "trace=new"],
             "--log: new: --log writes this file already",

@@ -190,7 +190,7 @@ fn what_a_program_says_to_standard_error_is_shown_with_its_robot() {
     let team = "exec:python3 misbehaving.py 'wants images'";
     let output = naoisis(folder.path(), &["run", "match3v3", "--duration", "0.1", "--cameras", "off", "--pink", team]);
     let said = text(&output.stderr);
-    assert!(said.contains("[pink2] I was refused: it wants camera images, and none are rendered"), "{said}");
+    assert!(said.contains("[pink2] I was refused: it wants camera images, but none are rendered"), "{said}");
 }
 
 /// Holds a pipe open for as long as it lives, beside a child that does so, too, and never answers.
