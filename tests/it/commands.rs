@@ -385,7 +385,11 @@ fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     assert_eq!(chosen.map(|entry| entry.unwrap().file_name()).collect::<Vec<_>>(), ["blue1_bottom"]);
     let output = naoisis(folder.path(), &[&arguments[..], &["pink1.top"]].concat());
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("there is no such robot in the match; expected one of blue1"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("there is no such robot in the match; expected one of blue1"),
+        "{}",
+        text(&output.stderr)
+    );
     // Recording changes nothing of the match.
     let trace = |more: &[&str]| {
         let arguments = ["run", "match3v3", "--duration", "1", "--trace", "-", "--quiet"];
