@@ -1,10 +1,3 @@
 //! The commands of `naoisis`.
-#![cfg_attr(
-    test,
-    expect(
-        clippy::disallowed_methods,
-        reason = "tests may compute what they expect with the platform's own functions"
-    )
-)]
 
 pub mod cli;
