@@ -89,7 +89,7 @@ def test_episodes_begin_in_the_moment_with_other_chance_each_time(folder):
         (lambda folder: naoisis.batch({"from": str(folder / "on.json")}), "is no saved match"),
         (lambda folder: naoisis.Match(folder / "moment.naoisis"), r"is a saved match; expected a scenario .*'from'"),
         (lambda folder: naoisis.vector_env(str(folder / "moment.naoisis"), 2, control="blue"), "is a saved match"),
-        (lambda folder: naoisis.Match("match3v3", set={"from": "moment.naoisis"}), "set: `from` is no field to be set"),
+        (lambda folder: naoisis.Match("match3v3", set={"from": "moment.naoisis"}), "set: `from` cannot be set"),
         (lambda folder: naoisis.Match(folder / "on.json", realism="realistic"), "`realism` is that of the saved match"),
         (
             lambda folder: naoisis.Match(folder / "on.json", set={"ball.position_m": [1.0, 0.0]}),

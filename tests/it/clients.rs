@@ -200,5 +200,5 @@ fn the_python_team_plays_the_same_match_in_message_pack() {
         folder.path(),
         &["run", "match3v3", "--duration", "0.1", "--cameras", "off", "--agent-start-timeout", "60", "--blue", &team],
     );
-    assert!(text(&output.stderr).contains("Refused: it wants camera images, and none"), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("Refused: it wants camera images, but none"), "{}", text(&output.stderr));
 }

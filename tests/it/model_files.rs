@@ -285,8 +285,7 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     check(folder.path(), &model).unwrap();
     for command in [&["check", "random.ron"][..], &["robot", "show", "random.ron"]] {
         let output = naoisis(folder.path(), command);
-        let words =
-            "note: no camera shows it the ball where it kicks from: the nearest ball that it sees straight ahead is ";
+        let words = "note: its cameras cannot see a ball that it could kick: the nearest ball that it can see straight ahead is ";
         assert!(output.status.success() && text(&output.stdout).contains(words), "{}", text(&output.stdout));
     }
 }

@@ -117,11 +117,11 @@ mod tests {
             blindness_in(&Scenario::from_json(&text).unwrap())
         };
         let level = words(r#""head": { "pitch_deg": [0, 0] }"#).unwrap();
-        assert!(level.contains("the nearest ball that it sees straight ahead is 0.7"), "{level}");
+        assert!(level.contains("the nearest ball that it can see straight ahead is 0.7"), "{level}");
         let up = words(r#""head": { "pitch_deg": [-80, -80] }"#).unwrap();
         assert!(up.contains("it cannot see any ball straight ahead"), "{up}");
         let fixed = words(r#""head": { "max_degps": 0 }, "cameras": { "mounts": [{ "name": "head", "position_m": [0.06, 0, 0.84] }] }"#).unwrap();
-        assert!(fixed.contains("the nearest ball that it sees straight ahead is"), "{fixed}");
+        assert!(fixed.contains("the nearest ball that it can see straight ahead is"), "{fixed}");
         let blind = words(r#""cameras": { "mounts": [] }"#).unwrap();
         assert!(blind.contains("it has no cameras"), "{blind}");
     }

@@ -119,7 +119,7 @@ fn restart(world: &mut World, seed_step: u64) {
         if seed_step != 0 {
             world
                 .resource_mut::<Notice>()
-                .tell("A replay has the seed of its match: R shows it again, F plays on from here");
+                .tell("A replay keeps the seed of its match. R: from the start, F: new branch from here");
             return;
         }
         timeline::go_to(world, 0.0);
@@ -205,7 +205,7 @@ fn advance(world: &mut World) -> bool {
     playback.note_progress(1.0);
     if let Err(panic) = &result {
         playback.failed = true;
-        playback.problem = Some(format!("{panic}. The match cannot go on; start it again, or another."));
+        playback.problem = Some(format!("{panic}. The match cannot continue; restart it or open another."));
     }
     result.is_ok()
 }

@@ -60,12 +60,12 @@ fn what_was_done_by_hand_is_taken_back_and_done_again() {
     assert!(close(app.robot_pose(BLUE2), Some(goal)));
     act(&mut app, HandAction::Undo);
     assert!(close(app.robot_pose(BLUE2), start), "{:?}", app.robot_pose(BLUE2));
-    assert!(app.world().resource::<Notice>().text.starts_with("Taken back: blue2 is put at (1.00"));
+    assert!(app.world().resource::<Notice>().text.starts_with("Undone: blue2 is put at (1.00"));
     act(&mut app, HandAction::Redo);
     assert!(close(app.robot_pose(BLUE2), Some(goal)));
-    assert!(app.world().resource::<Notice>().text.starts_with("Done again: blue2"));
+    assert!(app.world().resource::<Notice>().text.starts_with("Redone: blue2"));
     act(&mut app, HandAction::Redo);
-    assert!(app.world().resource::<Notice>().text.starts_with("Nothing was taken back"));
+    assert!(app.world().resource::<Notice>().text.starts_with("Nothing to redo"));
     // A penalty, too: the robot stands where it stood.
     act(&mut app, HandAction::PenaliseOrReturn);
     act(&mut app, HandAction::Undo);
@@ -77,7 +77,7 @@ fn what_was_done_by_hand_is_taken_back_and_done_again() {
     // A whistle was heard.
     act(&mut app, HandAction::Whistle);
     act(&mut app, HandAction::Undo);
-    assert!(app.world().resource::<Notice>().text.starts_with("Cannot be taken back: the whistle"));
+    assert!(app.world().resource::<Notice>().text.starts_with("Cannot be undone: the whistle"));
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn what_the_match_has_not_carried_out_yet_is_left_out_of_it() {
     app.world_mut().write_message(crate::viewer::ViewerCommand::Restart);
     app.update();
     act(&mut app, HandAction::Undo);
-    assert!(app.world().resource::<Notice>().text.starts_with("Nothing was done by hand"));
+    assert!(app.world().resource::<Notice>().text.starts_with("Nothing to undo"));
 }
 
 #[test]

@@ -154,7 +154,7 @@ pub(super) fn undo(world: &mut World) -> String {
         Step::Drawn(_) => change_marks(world, None),
         Step::Erased(mark) => change_marks(world, Some(*mark)),
     }
-    let words = format!("Taken back: {}", step.words());
+    let words = format!("Undone: {}", step.words());
     world.resource_mut::<Undo>().undone.push(step);
     words
 }
@@ -185,7 +185,7 @@ pub(super) fn redo(world: &mut World) -> String {
             step
         }
     };
-    let words = format!("Done again: {}", step.words());
+    let words = format!("Redone: {}", step.words());
     world.resource_mut::<Undo>().done.push(step);
     words
 }

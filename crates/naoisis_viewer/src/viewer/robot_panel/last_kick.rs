@@ -162,6 +162,6 @@ mod tests {
         assert_eq!(found.last_kick((BLUE, 19), &mut history, &keyframes, &game), None);
         let kick = found.last_kick((BLUE, 40), &mut history, &keyframes, &game).unwrap();
         assert_eq!((kick.cycle, kick.decided), (20, Some(10)));
-        assert!(kick.words.ends_with("missed, as the ball was out of its reach"), "{}", kick.words);
+        assert!(kick.words.ends_with("missed, because the ball was out of its reach"), "{}", kick.words);
     }
 }
