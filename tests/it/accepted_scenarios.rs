@@ -21,13 +21,15 @@ use naoisis::robot::falls::{CollisionFalls, FallModel};
 use naoisis::robot::gait::{Gait, Slip, StepNoise};
 use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickModel, KickSettings};
+use naoisis::robot::latency::Latency;
 use naoisis::robot::motion::{MotionError, MotionLimits};
 use naoisis::robot::posture::PostureRequest;
 use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec, rules_preset};
-use naoisis::sensing::latency::Latency;
 use naoisis::sensing::odometry::{OdometryNoise, OdometrySettings};
 use naoisis::sensing::sonar::{SonarNoise, SonarSettings};
-use naoisis::sensing::vision::{ClassNoise, Falloff, FalsePlaces, GazeNoise, HiddenFeet, VisionNoise, VisionSettings};
+use naoisis::sensing::vision::{
+    ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, VisionNoise, VisionSettings,
+};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
@@ -357,7 +359,8 @@ fn abilities() -> impl Strategy<Value = Abilities> {
         },
     );
     let places = || {
-        (within(0.0..=600.0), within(0.0..=3600.0)).prop_map(|(per_minute, life_s)| FalsePlaces { per_minute, life_s })
+        (within(0.0..=600.0), within(0.0..=3600.0))
+            .prop_map(|(per_minute, life_s)| FalsePositives { per_minute, life_s })
     };
     let feet = (within(-1.0..=10.0), within(0.0..=10.0)).prop_map(|(bias, sd)| HiddenFeet { bias, sd });
     let lasting = (degrees(0.0..=180.0), gaze, places(), places(), feet);

@@ -49,7 +49,7 @@ pub struct HeadCommand {
     pub pitch: f32,
 }
 
-/// The command that the joints follow instead of the [`HeadCommand`], if commands have [latency](naoisis_sensing::sensing::latency).
+/// The command that the joints follow instead of the [`HeadCommand`] where commands are [delayed](super::latency).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct LateHeadCommand(pub Option<HeadCommand>);

@@ -10,6 +10,7 @@ pub mod falls;
 pub mod gait;
 pub mod head;
 pub mod kick;
+pub mod latency;
 pub mod look;
 pub mod motion;
 pub mod motion_limits;
@@ -36,7 +37,13 @@ impl Plugin for RobotPlugin {
             .add_observer(enter_roster)
             .add_observer(leave_roster)
             .add_systems(Cycle, remember_poses.in_set(CycleSystems::First).after(BeginCycle))
-            .add_plugins((head::HeadPlugin, motion::MotionPlugin, kick::KickPlugin, falls::FallsPlugin));
+            .add_plugins((
+                head::HeadPlugin,
+                motion::MotionPlugin,
+                kick::KickPlugin,
+                latency::LatencyPlugin,
+                falls::FallsPlugin,
+            ));
     }
 }
 

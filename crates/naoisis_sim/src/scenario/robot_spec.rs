@@ -14,12 +14,12 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::localisation_method::LocalisationMethod;
 use naoisis_sensing::sensing::camera::CameraSettings;
-use naoisis_sensing::sensing::fidelity::Fidelities;
-use naoisis_sensing::sensing::latency::Latency;
+use naoisis_sensing::sensing::fidelity::FidelitySettings;
 use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
 use naoisis_sensing::sensing::vision::VisionSettings;
@@ -65,8 +65,8 @@ pub struct RobotSpec {
     #[serde(rename = "head", skip_serializing_if = "Option::is_none")]
     pub head_limits: Option<HeadLimits>,
     /// How true its own sensors are.
-    #[serde(skip_serializing_if = "Fidelities::is_unset")]
-    pub fidelity: Fidelities,
+    #[serde(skip_serializing_if = "FidelitySettings::is_unset")]
+    pub fidelity: FidelitySettings,
     /// Its own sonars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sonar: Option<SonarSettings>,

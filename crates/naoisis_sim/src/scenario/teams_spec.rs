@@ -13,12 +13,12 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_sensing::belief::localisation_method::LocalisationMethod;
 use naoisis_sensing::sensing::camera::CameraSettings;
-use naoisis_sensing::sensing::fidelity::Fidelities;
-use naoisis_sensing::sensing::latency::Latency;
+use naoisis_sensing::sensing::fidelity::FidelitySettings;
 use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
 use naoisis_sensing::sensing::vision::VisionSettings;
@@ -122,8 +122,8 @@ entry_fields! {
     motion as "motion": Option<MotionLimits>,
     #[serde(skip_serializing_if = "Option::is_none")]
     head_limits as "head": Option<HeadLimits>,
-    #[serde(skip_serializing_if = "Fidelities::is_unset")]
-    fidelity as "fidelity": Fidelities,
+    #[serde(skip_serializing_if = "FidelitySettings::is_unset")]
+    fidelity as "fidelity": FidelitySettings,
     #[serde(skip_serializing_if = "Option::is_none")]
     sonar as "sonar": Option<SonarSettings>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -18,12 +18,12 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::localisation_method::LocalisationMethod;
 use naoisis_sensing::sensing::camera::CameraSettings;
-use naoisis_sensing::sensing::fidelity::Fidelities;
-use naoisis_sensing::sensing::latency::Latency;
+use naoisis_sensing::sensing::fidelity::FidelitySettings;
 use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
 use naoisis_sensing::sensing::vision::VisionSettings;
@@ -72,8 +72,8 @@ pub struct Scenario {
     /// How robots turn their heads, unless they say otherwise.
     pub head: HeadLimits,
     /// How true the sensors are, in a word, unless a robot says otherwise.
-    #[serde(skip_serializing_if = "Fidelities::is_unset")]
-    pub fidelity: Fidelities,
+    #[serde(skip_serializing_if = "FidelitySettings::is_unset")]
+    pub fidelity: FidelitySettings,
     /// The sonars, unless a robot says otherwise.
     pub sonar: SonarSettings,
     /// The cameras.
@@ -126,7 +126,7 @@ impl Default for Scenario {
             kicks: KickSettings::default(),
             falls: FallModel::default(),
             head: HeadLimits::default(),
-            fidelity: Fidelities::default(),
+            fidelity: FidelitySettings::default(),
             sonar: SonarSettings::default(),
             cameras: CameraSettings::default(),
             vision: VisionSettings::default(),
@@ -189,7 +189,7 @@ impl Scenario {
     }
 
     /// How true a robot's sensors are: as it says itself, and else as the scenario says for all.
-    pub fn fidelity_of(&self, robot: &RobotSpec) -> Fidelities {
+    pub fn fidelity_of(&self, robot: &RobotSpec) -> FidelitySettings {
         robot.fidelity.or(self.fidelity)
     }
 

@@ -42,13 +42,13 @@ pub struct SensorError {
     /// The name under which it should have been registered.
     pub sensor: String,
     /// What is wrong with it.
-    pub reason: SensorFlaw,
+    pub reason: SensorErrorKind,
 }
 
 /// What is wrong with a sensor.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum SensorFlaw {
+pub enum SensorErrorKind {
     /// Another sensor has its name.
     #[error("another sensor has this name; give it a name of its own")]
     NameTaken,
@@ -122,17 +122,17 @@ impl SensorApp for App {
         }
         let robots = self.world().try_query_filtered::<(), With<RobotId>>();
         if robots.is_some_and(|mut robots| robots.iter(self.world()).next().is_some()) {
-            return refuse(SensorFlaw::MatchIsOn);
+            return refuse(SensorErrorKind::MatchIsOn);
         }
         let mut registry = self.world_mut().get_resource_or_init::<SensorRegistry>();
         if registry.sensors.contains_key(name) {
-            return refuse(SensorFlaw::NameTaken);
+            return refuse(SensorErrorKind::NameTaken);
         }
         for (id, component) in
             [(TypeId::of::<Settings>(), Settings::type_path()), (TypeId::of::<Reading>(), Reading::type_path())]
         {
             if registry.sensors.values().any(|sensor| sensor.components.contains(&id)) {
-                return refuse(SensorFlaw::ComponentTaken { component: component.to_owned() });
+                return refuse(SensorErrorKind::ComponentTaken { component: component.to_owned() });
             }
         }
         let turn = registry.sensors.len();
@@ -158,8 +158,8 @@ fn mark_of<C: Component>(types: &TypeRegistry) -> Option<Knowledge> {
     Knowledge::of_type(types, TypeId::of::<C>())
 }
 
-fn not_marked<C: Component + Typed>(mark: Knowledge) -> SensorFlaw {
-    SensorFlaw::NotMarked { component: C::type_path().to_owned(), mark }
+fn not_marked<C: Component + Typed>(mark: Knowledge) -> SensorErrorKind {
+    SensorErrorKind::NotMarked { component: C::type_path().to_owned(), mark }
 }
 
 /// Is there where somebody records what registered sensors read: elsewhere it is not written down.

@@ -12,11 +12,11 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::robot::kick::KickSettings;
+use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::fidelity::SensorFidelity;
-use naoisis_sensing::sensing::latency::Latency;
 use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
 use naoisis_sensing::sensing::vision::VisionSettings;
@@ -80,10 +80,7 @@ impl RobotSettings {
             kicks: robot.kicks.unwrap_or(scenario.kicks),
             balance: robot.falls.unwrap_or(scenario.falls),
             sonar: robot.sonar.unwrap_or(scenario.sonar).with_fidelity(fidelity.sonar),
-            cameras: CameraSettings {
-                neck_m: scenario.body_of(robot).neck_m,
-                ..robot.cameras.unwrap_or(scenario.cameras)
-            },
+            cameras: robot.cameras.unwrap_or(scenario.cameras),
             vision: robot.vision.as_ref().unwrap_or(&scenario.vision).clone().with_fidelity(fidelity.vision),
             odometry: robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry),
             latency: robot.latency.unwrap_or(scenario.latency),

@@ -29,13 +29,14 @@ use naoisis_core::robot::body::{Body, BodyBox};
 use naoisis_core::robot::falls::FallModel;
 use naoisis_core::robot::head::{HeadAngles, HeadLimits};
 use naoisis_core::robot::kick::{KickCommand, KickPhase, KickSettings};
+use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::{ExecutedStep, MotionLimits, WalkCommand};
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{PreviousPose, Velocity};
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::sensing::camera::image::Image;
 use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings};
-use naoisis_sensing::sensing::latency::{Latency, OnTheirWay};
+use naoisis_sensing::sensing::latency::LatencyQueues;
 use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
 use naoisis_sensing::sensing::vision::VisionSettings;
@@ -165,8 +166,8 @@ fn check_robot(
     if !parts.get::<CameraImages>().is_none_or(are_whole) {
         return Err(parts.wrong::<CameraImages>(NOT_WHOLE));
     }
-    if !parts.get::<OnTheirWay>().is_none_or(|late| late.images().all(are_whole)) {
-        return Err(parts.wrong::<OnTheirWay>(NOT_WHOLE));
+    if !parts.get::<LatencyQueues>().is_none_or(|late| late.images().all(are_whole)) {
+        return Err(parts.wrong::<LatencyQueues>(NOT_WHOLE));
     }
     parts.need::<PreviousPose>()?;
     parts.need::<HeadAngles>()?;
