@@ -14,7 +14,7 @@ mod common;
 
 use bevy::prelude::*;
 use naoisis::prelude::*;
-use naoisis::teams::looking;
+use naoisis::teams;
 use std::collections::BTreeMap;
 
 /// The time after which a bid expires, s.
@@ -53,11 +53,11 @@ fn bid(
             }
         }
         let Some(ball) = belief.ball_in_robot() else {
-            *head = looking::search(now);
+            *head = teams::search(now);
             bidder.goes = false;
             continue;
         };
-        *head = looking::look_at(ball);
+        *head = teams::look_at(ball);
         let own = ball.length();
         // Of equal bids, that of the robot with the lower number wins.
         bidder.goes = bidder

@@ -61,7 +61,7 @@ fn step_to(belief: &Belief, y: f32, walk: &mut WalkCommand) {
 
 fn look_at_ball(belief: &Belief, head: &mut HeadCommand) {
     if let Some(ball) = belief.ball_in_robot() {
-        *head = naoisis::teams::looking::look_at(ball);
+        *head = naoisis::teams::look_at(ball);
     }
 }
 

@@ -1,28 +1,28 @@
-//! Where to kick the ball.
+//! The choice of the place to kick the ball to, for players that do not pass.
 
 use bevy::prelude::*;
 
 use naoisis_core::pitch::Pitch;
 use naoisis_sensing::belief::RobotBelief;
 
-/// How far an opponent steps aside while the ball rolls a metre towards it: it walks 0.2 m/s, a ball rolls 1 to 2 m/s.
+/// How far an opponent steps aside while the ball rolls a metre towards it, m: it walks 0.2 m/s, a ball rolls 1 to 2 m/s.
 const BLOCKED_PER_METRE: f32 = 0.12;
-/// More room than this between the ball's path and whatever could stop it is no better, m.
+/// The greatest useful distance between the ball's path and robots or posts, m: more is no better.
 const ENOUGH_ROOM_M: f32 = 0.35;
-/// Shots with less room to both posts are not tried, m.
+/// The least distance of a shot from both posts, m.
 const LEAST_ROOM_M: f32 = 0.04;
-/// Places along the goal line that are considered as aims.
+/// The places along the goal line that are considered, as shares of its width.
 const GOAL_AIMS: [f32; 7] = [0.0, 0.17, -0.17, 0.34, -0.34, 0.5, -0.5];
-/// Advantage of the aim chosen before, m of room.
+/// The advantage of the aim chosen before, m.
 const AIM_PREFERENCE_M: f32 = 0.05;
-/// The direction of a pass or of a clearance may be off by this much: its sine.
+/// The tolerance of the direction of a pass, as a sine.
 const PASS_TOLERANCE: f32 = 0.26;
-/// The same near the own goal, where it matters most that the ball gets away.
+/// The tolerance of the direction near the own goal, as a sine: there it matters most that the ball goes away.
 const CLEARANCE_TOLERANCE: f32 = 0.6;
-/// Nearer to the own goal line than this, the ball is cleared, m.
+/// A ball nearer to the own goal line than this is cleared, m.
 const CLEARANCE_DEPTH_M: f32 = 1.2;
 
-/// How large robots and the ball are.
+/// The sizes of robots and the ball.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sizes {
     /// Half the width that an opponent blocks: its feet and the ball's radius, m.
@@ -31,21 +31,21 @@ pub struct Sizes {
     pub ball_radius_m: f32,
 }
 
-/// Where the ball should go.
+/// The place that a kick aims at.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Aim {
     /// The direction, unit vector, team frame.
     pub direction: Vec2,
-    /// How far it should go, m.
+    /// The distance, m.
     pub distance_m: f32,
-    /// How far off the direction may be: the sine of the angle.
+    /// The tolerance of the direction: the sine of the angle.
     pub tolerance: f32,
-    /// Whether it is a shot at the goal, as strong as possible.
+    /// Whether it is a shot at the goal, with the full strength.
     pub is_shot: bool,
 }
 
 impl Aim {
-    /// Towards a place, to stop there.
+    /// Aims at `place`, where the ball is to stop.
     pub fn at(ball: Vec2, place: Vec2) -> Self {
         Self {
             direction: (place - ball).normalize_or(Vec2::X),
@@ -55,8 +55,8 @@ impl Aim {
         }
     }
 
-    /// For a ball that is shot: into the goal where there is most room between posts and opponents, if `range_m` reaches
-    /// it. Otherwise towards it, or in front of it from the side, past opponents, and not over the lines.
+    /// Aims into the goal, where there is the most room between posts and opponents, if `range_m` reaches it. Otherwise aims towards the
+    /// goal, or from the side in front of it, past opponents and not over the lines.
     pub fn choose(
         ball: Vec2,
         opponents: &[RobotBelief],
@@ -94,10 +94,10 @@ impl Aim {
             return aim;
         }
         if reaches && between_posts <= LEAST_ROOM_M {
-            // From the side there is no opening: to the front of the goal.
+            // There is no opening from the side: aim in front of the goal.
             return Self::at(ball, Vec2::new(pitch.half_length() - 0.9, 0.0));
         }
-        // Ahead, or along a wing when that is free and the middle is not.
+        // Ahead, or along a wing if it is free and the middle is not.
         let wing_x = (ball.x + 1.6).min(pitch.half_length() - 0.7);
         let wing_y = pitch.half_width() - 0.5;
         let ahead = if reaches {
@@ -116,14 +116,14 @@ impl Aim {
         Self { tolerance: if must_clear { CLEARANCE_TOLERANCE } else { aim.tolerance }, ..aim }
     }
 
-    /// A gentle first touch at the own kick-off, to the side on which `left` is: a direct shot would be no play.
+    /// Aims a gentle first touch at the own kick-off to the left or right: a direct shot is not allowed.
     pub fn kick_off(ball: Vec2, left: bool) -> Self {
         let side = if left { 1.0 } else { -1.0 };
         Self::at(ball, ball + Vec2::new(0.8, side * 0.7))
     }
 }
 
-/// The least distance between the ball's path and what opponents can block, m.
+/// The least distance between the ball's path and what opponents can block, at most [`ENOUGH_ROOM_M`], m.
 pub fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBelief], sizes: Sizes) -> f32 {
     opponents
         .iter()

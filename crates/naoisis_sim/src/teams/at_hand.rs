@@ -1,15 +1,16 @@
-//! The kicks that a player can make at once, with the ball as it lies before its feet: of a ball that opponents are about to take, a
-//! fair kick now is better than a fine one later.
+//! The kicks that a player can make at once, with the ball as it lies at its feet. When opponents are about to take the ball, a fair
+//! kick now is better than a good one later.
 
 use super::aiming::Aim;
 use super::kicking::{BallAtFeet, LEAST_KICK_M, room_inside};
 use super::options::{AHEAD_ANGLES, AHEAD_SHARES, BEYOND, KickOption};
 use super::player::Player;
-use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, walking_s};
+use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing};
 use naoisis_core::geometry::unit;
 use naoisis_core::robot::kick::KickRequest;
 
-/// The best of them, with what it is worth. `may_shoot`: whether a shot would count; `is_ours`: opponents must keep off.
+/// The best kick that can be made at once, with its value. `may_shoot`: whether a goal would count; `is_ours`: whether opponents must
+/// keep away from the ball.
 pub fn best_at_hand(
     player: &Player,
     company: Company,
@@ -18,12 +19,12 @@ pub fn best_at_hand(
     is_ours: bool,
 ) -> Option<(KickRequest, KickOption)> {
     let ball = at_feet.place;
-    let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), ball);
+    let theirs_s = company.opponents_walk_s(player, ball);
     let ready = |kick: &KickRequest| {
         if is_ours { 1.0 } else { is_first(player, player.kicks.wind_up_of_s(kick.kick_type), theirs_s) }
     };
     let contested = standing(player, ball, 0.5);
-    // Who cannot aim its kicks has one direction for each.
+    // Kicks that cannot be aimed have one direction each.
     let angles: &[f32] = if aims_within(player) > 0.0 { &AHEAD_ANGLES } else { &[0.0] };
     let kicks = angles.iter().flat_map(|angle| at_feet.kicks(player.kicks, unit(*angle).rotate(at_feet.forward)));
     let options = kicks.flat_map(|(kick, direction)| {

@@ -1,4 +1,4 @@
-//! Going for the ball: behind it, around it, lining up, kicking. Shared by all built-in players.
+//! Going for the ball, lining up and kicking it, and searching for a lost ball. Shared by all built-in players.
 
 use bevy::prelude::*;
 
@@ -13,25 +13,25 @@ use naoisis_sensing::sensing::status::BodyStatus;
 
 /// An opponent nearer to the ball than this puts the attacker under pressure, m.
 const PRESSURE_DISTANCE_M: f32 = 0.5;
-/// How much less exact a kick may be under pressure.
+/// The factor on the tolerance of a kick under pressure.
 const PRESSURE_PATIENCE: f32 = 2.5;
-/// Further away from the ball than this, an attacker faces it, m.
+/// An attacker further away from the ball than this faces it, m.
 pub(super) const FACE_BALL_M: f32 = 0.7;
-/// Nearer to the ball than this, an attacker is at it, m.
+/// An attacker nearer to the ball than this is at the ball, m.
 const AT_BALL_M: f32 = 0.5;
-/// After so long at the ball, less exact kicks will do, s.
+/// After this time at the ball, an attacker accepts less exact kicks, s.
 const PREPARATION_S: f32 = 4.0;
 /// The ball must have been seen within this time for a kick, s.
 const FRESH_BALL_S: f32 = 0.4;
-/// Where its cameras cannot show it the ball, it will do if it was seen within this time, s.
+/// The same where the cameras cannot show the ball, s.
 const BLIND_BALL_S: f32 = 5.0;
-/// Who cannot see the ball kicks it from so near to where it means to, m: what it believes of it errs.
+/// A ball out of sight is kicked only from within this distance of the planned place, m.
 const BLIND_EXACTNESS_M: f32 = 0.05;
-/// A ball faster than this is not lined up for but met, m/s.
+/// A ball faster than this is met ahead of its place, m/s.
 const ROLLING_BALL_MPS: f32 = 0.15;
-/// Of a rolling ball it is reckoned where it will be after this time, s.
+/// A rolling ball is met where it will be after this time, s.
 const LEAD_S: f32 = 1.0;
-/// A shot is tried from this share of the greatest kick's distance.
+/// Shots are tried from this share of the reach of kicks.
 const SHOT_RANGE_SHARE: f32 = 0.95;
 
 /// Goes for the ball and kicks it.
@@ -44,8 +44,8 @@ pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
     go_for(player, memory, ball, &aim, meeting_place, |at_feet, hurried| kick_towards(player, at_feet, &aim, hurried))
 }
 
-/// Kicks the ball towards the aim, or goes to where it can: to where the ball will be met, m, team frame. `pick` says how to kick a
-/// ball that lies before the feet, if it should be kicked now, of a player that is in a hurry or not.
+/// Kicks the ball towards `aim`, or goes to the place from which it can, with the ball at `meeting_place`, m, team frame. `pick` chooses
+/// the kick of a ball at the feet, if it should be kicked now; its second argument says whether the player is in a hurry.
 pub fn go_for(
     player: &Player,
     memory: &mut PlayerMemory,
@@ -54,7 +54,7 @@ pub fn go_for(
     meeting_place: Vec2,
     pick: impl FnOnce(BallAtFeet, bool) -> Option<KickRequest>,
 ) -> Decision {
-    if player.kick_is_on_its_way(memory) {
+    if player.is_kick_pending(memory) {
         return Decision { intention: "kick", ..default() };
     }
     if has_kicked_blindly(player, memory, ball) {
@@ -76,10 +76,10 @@ pub fn go_for(
     Decision { walk, target: Some(target), intention: "attack", ..default() }
 }
 
-/// Whether the player has stood and looked at a ball that lies right for so long that it can trust its eyes. The cameras of who walks
-/// step by step sway with the steps, and balls seem to lie where they do not.
+/// Whether the player has stood and looked at a ball that lies right for long enough to kick it. The cameras of a robot with a gait sway
+/// with its steps, which displaces the ball.
 fn has_looked(player: &Player, memory: &mut PlayerMemory) -> bool {
-    /// As long as a sway lasts, s.
+    /// The duration of a sway, s.
     const LOOK_S: f32 = 0.4;
     if player.limits.gait.is_none() {
         return true;
@@ -88,9 +88,9 @@ fn has_looked(player: &Player, memory: &mut PlayerMemory) -> bool {
     player.body == BodyStatus::Standing && player.status.time_s - since_s >= LOOK_S
 }
 
-/// Where the ball should go: at the own kick-off to the side, otherwise at the goal or towards it.
+/// Chooses where to kick the ball: to the side at the own kick-off, otherwise at the goal or towards it.
 pub fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
-    let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
+    let aim = if player.kick_off_team(memory) == Some(player.id.team) {
         Aim::kick_off(ball, player.status.restarts.is_multiple_of(2))
     } else {
         let ahead = player.kicks.types().filter(|kick| !kick.is_side_kick());
@@ -102,15 +102,14 @@ pub fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim
     aim
 }
 
-/// Whether the ball lies so near before the player that none of its cameras shows it, whatever its head does.
+/// Whether the ball lies so near ahead that no camera shows it at any head angles.
 fn is_out_of_sight(player: &Player, ball: &BallBelief) -> bool {
     let place = player.in_robot(ball.position_m);
     let at_ball_m = AT_BALL_M + player.longer_than_nao_m();
     place.x > 0.0 && place.length_squared() < at_ball_m * at_ball_m && !player.head.can_see(place)
 }
 
-/// Whether the player has kicked since it saw the ball last, which it cannot see where it is. If the ball has left, it knows when it has a
-/// look; if not, it may have missed it.
+/// Whether the player has kicked a ball out of sight since it last saw the ball. It may have missed it, and must look again.
 fn has_kicked_blindly(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
     let since_kick_s = memory.kicked_at_s.map(|then| player.status.time_s - then);
     ball.age_s > FRESH_BALL_S
@@ -118,33 +117,33 @@ fn has_kicked_blindly(player: &Player, memory: &PlayerMemory, ball: &BallBelief)
         && is_out_of_sight(player, ball)
 }
 
-/// Whether the player stands where it means to kick from, exactly.
-fn stands_where_it_kicks(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> bool {
+/// Whether the player stands exactly at its planned place for the kick.
+fn is_at_kick_place(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> bool {
     let (abilities, obstacles) = ((player.kicks, player.limits), player.obstacles());
     let plan = KickPlan::choose(ball.position_m, aim, player.pose(), &obstacles, abilities, memory.kick);
     plan.is_some_and(|plan| plan.position.distance_squared(player.position()) < BLIND_EXACTNESS_M * BLIND_EXACTNESS_M)
 }
 
-/// A step back from where the ball should lie, so that it comes into view.
+/// A step back, so that a ball at the feet comes into view.
 fn step_back(player: &Player) -> Decision {
     let place = player.position() - player.forward;
     let walk = player.walk_to(place, player.forward, &player.obstacles());
     Decision { walk, target: Some(place), intention: "attack", ..default() }
 }
 
-/// Whether the player has lost a ball before its feet, where its cameras show it none, and has kicked at it of late.
+/// Whether a lost ball may lie at the feet, where no camera shows it, because the player has recently kicked and may have missed it.
 fn may_have_missed(player: &Player, memory: &PlayerMemory) -> bool {
-    /// So long after a kick it thinks of that, s: as long as it takes to lose the ball, and to get away from it.
+    /// The time after a kick for which this is possible, s: as long as it takes to lose the ball, and to walk away from it.
     const LATE_S: f32 = 10.0;
-    /// Before the feet, m.
+    /// The distance of such a ball from the feet, m.
     const AT_FEET_M: f32 = 0.1;
     let since_kick_s = memory.kicked_at_s.map(|then| player.status.time_s - then);
     let at_feet = Vec2::new(player.own_body.base.x_m[1] + player.ball_radius_m + AT_FEET_M, 0.0);
     since_kick_s.is_some_and(|since_s| (0.0..LATE_S).contains(&since_s)) && !player.head.can_see(at_feet)
 }
 
-/// The kick to make now, of those that `pick` offers, if the ball is before the feet for sure. An opponent at the ball, or a long
-/// time there, makes it hurry.
+/// The kick that `pick` chooses, if the ball certainly lies at the feet. The player hurries after a long time at the ball, or with an
+/// opponent at the ball.
 fn kick_if_ready(
     player: &Player,
     memory: &PlayerMemory,
@@ -157,7 +156,7 @@ fn kick_if_ready(
     }
     if ball.age_s > FRESH_BALL_S {
         let may_be_there = ball.age_s <= BLIND_BALL_S && is_out_of_sight(player, ball);
-        if !may_be_there || !stands_where_it_kicks(player, memory, ball, aim) {
+        if !may_be_there || !is_at_kick_place(player, memory, ball, aim) {
             return None;
         }
     }
@@ -168,7 +167,7 @@ fn kick_if_ready(
     pick(at_feet, hurried)
 }
 
-/// The kick that sends a ball before the feet towards the aim, or, in a hurry, any that does well enough.
+/// The kick that sends a ball at the feet towards `aim`, or, in a hurry, any acceptable kick.
 pub(super) fn kick_towards(player: &Player, at_feet: BallAtFeet, aim: &Aim, hurried: bool) -> Option<KickRequest> {
     let patience = if hurried { PRESSURE_PATIENCE } else { 1.0 };
     let kick = kick_now(at_feet, aim, (player.kicks, player.rolling), player.pitch, patience);
@@ -185,7 +184,7 @@ pub(super) fn kick_towards(player: &Player, at_feet: BallAtFeet, aim: &Aim, hurr
     }
 }
 
-/// The step that brings the player to where it can kick the ball, and that place.
+/// The step towards the place for the kick, and that place, m, team frame.
 fn line_up(
     player: &Player,
     memory: &mut PlayerMemory,
@@ -204,7 +203,7 @@ fn line_up(
     let plan =
         KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, (player.kicks, player.limits), memory.kick);
     memory.kick = plan.map(|plan| plan.kick_type);
-    // Who has no kick stands with its toes at the ball, and walks on.
+    // A robot without kicks stands with its toes at the ball, and walks on.
     let toes_m = player.own_body.base.x_m[1] + player.ball_radius_m;
     let (position, facing) =
         plan.map_or((meeting_place - toes_m * aim.direction, aim.direction), |plan| (plan.position, plan.facing));
@@ -214,7 +213,7 @@ fn line_up(
         return (player.walk_to(place, facing, &obstacles), position);
     }
     obstacles.add(ball.position_m, player.ball_clearance_m());
-    // Far away it is enough to face where the ball is; near it, where it shall go.
+    // Far away, face the ball; near it, the direction of the kick.
     let face_ball_m = FACE_BALL_M + player.longer_than_nao_m();
     let facing = if distance_squared > face_ball_m * face_ball_m {
         (ball.position_m - player.position()).normalize_or(facing)
@@ -224,13 +223,13 @@ fn line_up(
     (player.walk_to(place, facing, &obstacles), position)
 }
 
-/// Looks for the ball: turns around towards where it was lost, then walks from place to place.
+/// Searches for the ball: turns around towards the side on which it was lost, then walks from place to place.
 pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
-    /// How fast the body turns while the head searches: a share of the greatest speed.
+    /// The speed at which the body turns while the head searches, as a share of the greatest speed.
     const TURN_SHARE: f32 = 0.4;
-    /// How long it turns before it walks, s.
+    /// How long the player turns before it walks, s.
     const TURN_S: f32 = 8.0;
-    /// How long it walks to a place before it goes to the next, s.
+    /// How long the player walks to a place before it goes to the next one, s.
     const PATROL_S: f32 = 12.0;
     let now = player.status.time_s;
     let since = *memory.lost_since_s.get_or_insert(now);
@@ -313,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn who_walks_step_by_step_stands_and_looks_before_it_kicks_and_does_not_kick_twice() {
+    fn a_robot_with_a_gait_stands_and_looks_before_it_kicks_and_does_not_kick_twice() {
         let mut situation = PlayerFixture::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
         situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
         situation.latency.kick_s = 0.033;

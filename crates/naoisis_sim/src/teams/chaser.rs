@@ -1,11 +1,11 @@
-//! Chasers: everybody after the ball, except that whoever is further away than a team-mate keeps out of the way.
+//! Chasers: all go for the ball, but a player that is further away than a team-mate keeps out of the way.
 
 use super::attack::{attack, search};
-use super::obeying::is_for_the_keeper_only;
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{has_turn, support};
+use super::rule_limits::is_for_the_keeper_only;
 
-/// A chaser that is not the nearest comes no nearer to the ball than this, m.
+/// The distance that a chaser keeps from the ball while a team-mate is nearer, m.
 const CROWDING_DISTANCE_M: f32 = 1.2;
 
 /// Decides for a chaser.

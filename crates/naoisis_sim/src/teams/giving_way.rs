@@ -1,27 +1,25 @@
-//! Not walking into opponents: who runs into another is sent off for a time, and who stands is not.
+//! Not walking into opponents: the referee penalises the robot that runs into another, not the one that stands.
 
 use bevy::prelude::*;
 
 use super::player::Player;
 use super::walking::{OBSTACLE_MEMORY_S, walks_sideways};
-use naoisis_core::geometry::{unit, unrotate};
+use naoisis_core::geometry::unrotate;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_sensing::belief::RobotBelief;
 
-/// Nearer to an opponent than this, a player does not walk at it, m: they touch at some 0.3 m.
+/// A robot without a gait does not walk towards an opponent nearer than this, m: they touch at about 0.3 m.
 const GIVE_WAY_M: f32 = 0.45;
-/// Who walks step by step comes no nearer to an opponent than this, m, and brakes in time.
+/// A robot with a gait brakes so that it comes no nearer to an opponent than this, m.
 const STOP_M: f32 = 0.4;
-/// What gives an echo is nearer than its middle by this, m.
-const ECHO_DEPTH_M: f32 = 0.05;
-/// What is not walking at an opponent, m/s: the referee overlooks less than 0.05.
+/// The greatest speed towards an opponent that is harmless, m/s: the referee overlooks less than 0.05.
 pub(super) const HARMLESS_MPS: f32 = 0.03;
-/// Two who face each other with the ball so near to the line between them may fight for it, m.
+/// Two robots that face each other may fight for a ball within this distance of the line between them, m.
 const FIGHT_M: f32 = 0.2;
-/// The ball is between them up to this share of the way to the opponent: who stands right at the ball does not face who comes.
+/// The ball is between them up to this share of the way to the opponent: an opponent right at the ball does not face the player.
 const BETWEEN: f32 = 0.75;
 
-/// The step without what would run into an opponent.
+/// Removes from a step what would run into an opponent.
 pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -> WalkCommand {
     let mut step = player.forward.rotate(walk.translation());
     let wider_m = 2.0 * player.wider_than_nao_m();
@@ -29,7 +27,7 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
         .iter()
         .filter(|other| other.age_s < OBSTACLE_MEMORY_S)
         .map(|other| other.position_m - player.position());
-    for way in seen.chain(heard(player)) {
+    for way in seen.chain(player.echoes().map(|(_, way)| way)) {
         let distance = way.length();
         let Some(line) = way.try_normalize() else { continue };
         let most_mps = match &player.limits.gait {
@@ -49,16 +47,7 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
     WalkCommand { dx: step.x, dy, dtheta: walk.dtheta }
 }
 
-/// The ways to what its sonars hear before it, m, team frame.
-fn heard<'a>(player: &'a Player) -> impl Iterator<Item = Vec2> + use<'a> {
-    let echoes = [(player.sonar.left, 1.0), (player.sonar.right, -1.0)];
-    echoes.into_iter().filter_map(|(distance, side)| {
-        let direction = || player.forward.rotate(unit(side * player.sonar_settings.heading));
-        distance.map(|distance| direction() * (distance + ECHO_DEPTH_M))
-    })
-}
-
-/// Whether the player faces an opponent in this direction and at this distance with the ball between them.
+/// Whether the player faces an opponent in the direction `line` at `distance`, m, with the ball between them.
 fn fights(player: &Player, line: Vec2, distance: f32) -> bool {
     let Some(ball) = player.ball() else { return false };
     let along = line.dot(ball.position_m - player.position());
@@ -78,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_walks_at_an_opponent_unless_for_the_ball_between_them() {
+    fn a_player_walks_at_an_opponent_only_for_the_ball_between_them() {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.0, 2.0));
         let ahead = WalkCommand::new(0.006, 0.0, 0.0);
         let dx = |situation: &PlayerFixture, x: f32| give_way(&situation.player(), ahead, &[opponent(x, 0.0)]).dx;
@@ -90,7 +79,7 @@ mod tests {
         assert!(given.dx < ahead.dx && given.dy < 0.0 && given.dtheta == ahead.dtheta, "{given:?}");
         assert_eq!(give_way(&situation.player(), ahead, &[opponent(0.0, 0.35)]), ahead);
         situation.limits.gait = Some(Gait::default());
-        // Who cannot stop at once brakes before.
+        // A robot that cannot stop at once brakes in time.
         assert!(dx(&situation, 0.45) < 0.005 && dx(&situation, 0.9) == 0.006);
         situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.2, 0.0);
         assert_eq!(dx(&situation, 0.35), 0.006);
@@ -100,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_walks_at_what_it_only_hears() {
+    fn a_player_does_not_walk_at_what_only_its_sonars_detect() {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.0, 2.0));
         situation.limits.gait = Some(Gait::default());
         let ahead = WalkCommand::new(0.006, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! What a player makes of the referee's whistles where the GameController tells of goals, and of the start of play, late.
+//! Whistles, and the referee's signals, where the GameController reports goals and the start of play with a delay.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -6,31 +6,31 @@ use serde::{Deserialize, Serialize};
 use naoisis_core::game::{GameState, Rules};
 use naoisis_core::referee::GameStatus;
 
-/// A whistle that no news has followed for so much longer than news may take was for something else, s.
+/// A whistle is ignored if no report has followed for this much longer than the reports' delay, s.
 const PATIENCE_S: f32 = 2.0;
 
-/// What a player remembers of whistles.
+/// The whistles that a player remembers.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct Whistles {
-    /// The state that it was told of last.
+    /// The state that was reported last.
     pub told: GameState,
-    /// Those that it understands.
+    /// The number of whistles whose meaning is known.
     pub understood: u32,
-    /// When it heard one that it has not been told the meaning of, s.
+    /// When a whistle was heard whose meaning has not been reported yet, s.
     pub heard_at_s: Option<f32>,
-    /// Signals for `ready` that it had seen before it was last told `standby`.
+    /// The number of signals for `ready` seen before `standby` was last reported.
     pub ready_signals: u32,
 }
 
-/// What a player is told of the game, with the state that it takes from a whistle of which it is not told yet: in `set` it begins
-/// play, and in play there is a goal. In `standby` the referee's arms say `ready`.
+/// Corrects the reported status by a whistle whose meaning has not been reported yet: in `set` it begins play, in play it means a goal.
+/// In `standby`, the referee's signal means `ready`.
 pub fn as_heard(told: &GameStatus, rules: &Rules, whistles: &mut Whistles) -> GameStatus {
     let longest_s = rules.status_delay_s.max(rules.goal_delay_s);
     if longest_s == 0.0 && rules.ready_delay_s == 0.0 {
         return *told;
     }
     if told.state != whistles.told {
-        // The one that began play may have been followed by another since.
+        // The whistle that began play may have been followed by another one.
         let begins = (whistles.told, told.state) == (GameState::Set, GameState::Playing);
         let understood = if begins { whistles.understood + 1 } else { told.whistles };
         *whistles = Whistles { told: told.state, understood, heard_at_s: None, ..*whistles };
@@ -58,7 +58,7 @@ pub fn as_heard(told: &GameStatus, rules: &Rules, whistles: &mut Whistles) -> Ga
 mod tests {
     use super::*;
 
-    /// The states that a player goes by when it is told so, every second.
+    /// The states that a player assumes for these reports of state and number of whistles, one a second.
     fn heard(told: &[(GameState, u32)]) -> Vec<GameState> {
         let rules = Rules { status_delay_s: 3.0, ..Rules::default() };
         let mut whistles = Whistles::default();

@@ -1,4 +1,4 @@
-//! The keeper stays between the ball and the goal, steps into shots, and clears a ball that comes near.
+//! The keeper stays between the ball and the goal, steps or dives into shots, and clears a ball that comes near.
 
 use bevy::prelude::*;
 
@@ -7,27 +7,25 @@ use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{FRESH_TEAM_MATE_S, TURN_PREFERENCE_S, time_to_ball_s};
 use super::worth::reach_m;
 use naoisis_core::behaviour::reasons::{Choice, Reasons};
-use naoisis_core::game::DefenderLimit;
 use naoisis_core::kick_geometry::Side;
 use naoisis_core::pitch::End;
 use naoisis_core::robot::posture::PostureRequest;
 
 /// Distance of the keeper's place from the middle of the goal line, m.
 const GUARD_DISTANCE_M: f32 = 0.45;
-/// The same where kicks are exact, m: they go where nobody stands, and the further out the keeper is, the more of the goal it hides.
+/// The same where kicks are exact, m: such kicks go past the keeper, which covers more of the goal from further out.
 const GUARD_AGAINST_EXACT_KICKS_M: f32 = 0.8;
-/// The keeper's place is at least so far in front of the goal line, m.
+/// The least distance of the keeper's place from the goal line, m.
 const LEAST_DEPTH_M: f32 = 0.2;
 /// A ball nearer to the goal than this is cleared, m.
 const CLEAR_DISTANCE_M: f32 = 1.1;
-/// Once it has left to clear the ball, it gives up only when that is further away than before by this, m.
+/// A keeper that clears the ball gives up when the ball is further away than [`CLEAR_DISTANCE_M`] by this, m.
 const GIVE_UP_M: f32 = 0.3;
-/// It leaves for a ball so far from the goal that it is there within this time, s, if it is the first there: a fast robot keeps
-/// more than its goal.
+/// The keeper also goes for a ball that is this far from the goal, as the time to walk there, s, if it is the first at the ball.
 const SWEEP_S: f32 = 5.5;
-/// Opponents must be later at such a ball by this, s.
+/// The least advantage over opponents at such a ball, s.
 const SWEEP_LEAD_S: f32 = 0.5;
-/// A ball that comes at this speed is a shot, m/s.
+/// The least speed of a shot, m/s.
 const SHOT_SPEED_MPS: f32 = 0.2;
 
 /// Decides for a keeper.
@@ -35,13 +33,13 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     keep(player, memory, guard_distance_m(player), CLEAR_DISTANCE_M, attack)
 }
 
-/// How far from the middle of the goal line the keeper stands while the ball is far away, m.
+/// The distance of the keeper from the middle of the goal line while the ball is far away, m.
 fn guard_distance_m(player: &Player) -> f32 {
     let is_exact = player.kicks.types().all(|kick| player.kicks.direction_sd_of(kick) == 0.0);
     if is_exact { GUARD_AGAINST_EXACT_KICKS_M } else { GUARD_DISTANCE_M }
 }
 
-/// Keeps the goal from so far, m, and clears with `clear` what comes nearer than so far, m.
+/// Keeps the goal at the distance `guard_m`, and clears the ball with `clear` when it is nearer to the goal than `clear_m`.
 pub fn keep(
     player: &Player,
     memory: &mut PlayerMemory,
@@ -65,8 +63,7 @@ pub fn keep(
         let walk = player.walk_to(place, Vec2::X, &default());
         return Decision { walk, target: Some(place), posture, intention: "save", ..default() };
     }
-    let alone = player.rules.illegal_defender && player.rules.defender_limit == DefenderLimit::KeeperOnly;
-    let in_area = alone && player.pitch.in_penalty_area(End::NegativeX, position);
+    let in_area = player.is_own_area_for_keeper_only() && player.pitch.in_penalty_area(End::NegativeX, position);
     let clear_distance = if memory.attacks { clear_m + GIVE_UP_M } else { clear_m };
     let distance = position.distance(goal);
     let nearer_mate = player.belief.team_mates.iter().any(|mate| {
@@ -87,8 +84,8 @@ pub fn keep(
     Decision { walk, target: Some(place), intention: "keep", ..default() }
 }
 
-/// What speaks for what the keeper does: how near the ball is to the goal, m, and how fast it comes, m/s.
-pub fn reasons(player: &Player, decision: &Decision) -> Reasons {
+/// The reasons for the keeper's decision: the distance of the ball from the goal, m, and its speed towards it, m/s.
+pub fn reasons(player: &Player, _before: PlayerMemory, decision: &Decision) -> Reasons {
     let Some(ball) = player.ball() else { return Reasons::default() };
     let (distance, speed) = (ball.position_m.distance(player.own_goal()), -ball.velocity_mps.x);
     let chosen = match decision.intention {
@@ -103,12 +100,12 @@ pub fn reasons(player: &Player, decision: &Decision) -> Reasons {
     Reasons::of(options, chosen)
 }
 
-/// Whether the keeper is behind the ball before its team-mates, and clearly before the opponents.
+/// Whether the keeper is sooner behind the ball than its team-mates, and clearly sooner than the opponents.
 fn is_first_at(player: &Player, memory: &PlayerMemory, ball: Vec2) -> bool {
     let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
     let own_s = time_to_ball_s(player, player.position(), ball) - preference;
     let belief = player.belief;
-    // Opponents see the pitch turned by half, and play the other way.
+    // Opponents play the other way: their time is computed on the pitch turned by a half turn.
     belief.opponents.iter().all(|other| own_s + SWEEP_LEAD_S < time_to_ball_s(player, -other.position_m, -ball))
         && belief
             .team_mates
@@ -117,11 +114,11 @@ fn is_first_at(player: &Player, memory: &PlayerMemory, ball: Vec2) -> bool {
             .all(|mate| own_s < time_to_ball_s(player, mate.position_m, ball))
 }
 
-/// A dive, for a shot that crosses the keeper's line at `y` and that it can reach by a dive only.
+/// A dive, if the keeper reaches a shot that crosses its line at `y` only by a dive.
 fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRequest> {
-    /// The body of a NAO on its feet stops what comes this near, m; of others in proportion.
+    /// A standing NAO stops a ball that passes within this distance, m; other robots in proportion.
     const BODY_M: f32 = 0.12;
-    /// A ball that is still further away than this in time leaves time for another look, s.
+    /// The keeper does not dive earlier than this before the ball arrives, s.
     const SOON_S: f32 = 0.7;
     let way = y - player.position().y;
     let time_s = (ball.x - player.position().x) / -velocity.x;
@@ -133,13 +130,14 @@ fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRe
     pays.then_some(PostureRequest::Dive(if way > 0.0 { Side::Left } else { Side::Right }))
 }
 
-/// How far from the middle of the goal the keeper comes towards a ball at this distance from it, m: the nearer to a ball that can be
-/// shot it stands, the more of the goal it hides.
+/// How far the keeper comes out towards a ball at `distance` from the middle of the goal, m: nearer to the ball, it covers more of the
+/// goal. Zero for a ball that is too far away for a shot.
 fn coming_out_m(player: &Player, distance: f32) -> f32 {
-    /// From this share of the greatest kick's distance shots are to be reckoned with.
+    /// Shots are expected from this share of the reach of kicks.
     const SHOT_RANGE_SHARE: f32 = 0.75;
-    /// It comes out over this share of the way to the ball, and at most so far that it can walk back in so many seconds, s.
+    /// The keeper comes out over this share of the way to the ball.
     const SHARE_OF_WAY: f32 = 0.5;
+    /// It stays near enough to walk back within this time, s.
     const BACK_S: f32 = 5.0;
     if distance > SHOT_RANGE_SHARE * reach_m(player) {
         return 0.0;
@@ -148,7 +146,7 @@ fn coming_out_m(player: &Player, distance: f32) -> f32 {
     (SHARE_OF_WAY * distance).min(BACK_S * back_mps)
 }
 
-/// Between the ball and the middle of the goal.
+/// The keeper's place between the ball and the middle of the goal, `guard_m` away from the latter.
 fn guard_place(ball: Vec2, goal: Vec2, half_width: f32, guard_m: f32) -> Vec2 {
     let towards_ball = (ball - goal).normalize_or(Vec2::X);
     let place = goal + towards_ball * guard_m;
@@ -156,7 +154,7 @@ fn guard_place(ball: Vec2, goal: Vec2, half_width: f32, guard_m: f32) -> Vec2 {
     Vec2::new(place.x.max(goal.x + LEAST_DEPTH_M), place.y.clamp(-most, most))
 }
 
-/// Where a ball that rolls towards the goal crosses the line x = `line_x`, if that is within `half_width`.
+/// The y at which a shot crosses the line x = `line_x`, if it is within `half_width` of the middle.
 fn crossing(ball: Vec2, velocity: Vec2, line_x: f32, half_width: f32) -> Option<f32> {
     if velocity.x > -SHOT_SPEED_MPS || ball.x < line_x {
         return None;
@@ -168,7 +166,10 @@ fn crossing(ball: Vec2, velocity: Vec2, line_x: f32, half_width: f32) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::teams::player::tests::PlayerFixture;
     use approx::assert_abs_diff_eq;
+    use naoisis_core::geometry::Pose;
+    use naoisis_sensing::belief::RobotBelief;
 
     #[test]
     fn the_guard_stands_on_the_line_from_the_ball_to_the_goal() {
@@ -181,13 +182,9 @@ mod tests {
 
     #[test]
     fn the_guard_stands_further_out_against_kicks_that_go_where_they_are_meant_to() {
-        let mut situation = crate::teams::player::tests::PlayerFixture::new(
-            naoisis_core::geometry::Pose::new(-2.7, 0.0, 0.0),
-            Vec2::new(2.0, 0.0),
-        );
-        let place = |situation: &crate::teams::player::tests::PlayerFixture| {
-            decide(&situation.player(), &mut PlayerMemory::default()).target.unwrap()
-        };
+        let mut situation = PlayerFixture::new(Pose::new(-2.7, 0.0, 0.0), Vec2::new(2.0, 0.0));
+        let place =
+            |situation: &PlayerFixture| decide(&situation.player(), &mut PlayerMemory::default()).target.unwrap();
         let own_goal_x = situation.player().own_goal().x;
         assert_abs_diff_eq!(place(&situation).x, own_goal_x + 0.8, epsilon = 1e-3);
         situation.kicks.direction_sd = 0.1;
@@ -196,13 +193,8 @@ mod tests {
 
     #[test]
     fn the_keeper_comes_out_to_a_ball_that_can_be_shot_no_further_than_it_gets_back_in_time() {
-        let mut situation = crate::teams::player::tests::PlayerFixture::new(
-            naoisis_core::geometry::Pose::new(-2.7, 0.0, 0.0),
-            Vec2::ZERO,
-        );
-        let out = |situation: &crate::teams::player::tests::PlayerFixture, distance: f32| {
-            coming_out_m(&situation.player(), distance)
-        };
+        let mut situation = PlayerFixture::new(Pose::new(-2.7, 0.0, 0.0), Vec2::ZERO);
+        let out = |situation: &PlayerFixture, distance: f32| coming_out_m(&situation.player(), distance);
         // 5 s at 0.2 m/s are 1 m; kicks reach 4 m.
         assert_eq!([out(&situation, 1.5), out(&situation, 2.5), out(&situation, 3.5)], [0.75, 1.0, 0.0]);
         situation.limits.gait = Some(naoisis_core::robot::gait::Gait { backward_mps: 0.1, ..default() });
@@ -211,11 +203,8 @@ mod tests {
 
     #[test]
     fn a_shot_that_cannot_be_walked_to_is_dived_for_where_the_rules_let_it() {
-        let mut situation = crate::teams::player::tests::PlayerFixture::new(
-            naoisis_core::geometry::Pose::new(-2.7, 0.0, 0.0),
-            Vec2::ZERO,
-        );
-        let dives = |situation: &crate::teams::player::tests::PlayerFixture, y: f32| {
+        let mut situation = PlayerFixture::new(Pose::new(-2.7, 0.0, 0.0), Vec2::ZERO);
+        let dives = |situation: &PlayerFixture, y: f32| {
             // 1 m away at 2 m/s: half a second, in which it walks 10 cm.
             dive(&situation.player(), Vec2::new(-1.7, y), Vec2::new(-2.0, 0.0), y)
         };
@@ -230,12 +219,8 @@ mod tests {
 
     #[test]
     fn a_fast_keeper_leaves_for_a_ball_at_which_it_is_first_and_a_slow_one_stays() {
-        use naoisis_sensing::belief::RobotBelief;
-        let mut situation = crate::teams::player::tests::PlayerFixture::new(
-            naoisis_core::geometry::Pose::new(-2.7, 0.0, 0.0),
-            Vec2::new(-1.0, 0.0),
-        );
-        let clears = |situation: &crate::teams::player::tests::PlayerFixture| {
+        let mut situation = PlayerFixture::new(Pose::new(-2.7, 0.0, 0.0), Vec2::new(-1.0, 0.0));
+        let clears = |situation: &PlayerFixture| {
             let mut memory = PlayerMemory::default();
             decide(&situation.player(), &mut memory);
             memory.attacks

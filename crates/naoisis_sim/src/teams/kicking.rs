@@ -1,4 +1,4 @@
-//! Where to stand for a kick, and when to strike.
+//! Where to stand for a kick, and which kick to make now.
 
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
@@ -7,35 +7,33 @@ use super::aiming::Aim;
 use super::walking::{Obstacles, least_walking_time_s, walking_time_s};
 use naoisis_core::ball::Rolling;
 use naoisis_core::geometry::{Pose, angle_of, unrotate};
-use naoisis_core::kick_geometry::KickGeometry;
-use naoisis_core::kick_geometry::KickType;
+use naoisis_core::kick_geometry::{KickGeometry, KickType};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::kick::{KickRequest, KickSettings};
 use naoisis_core::robot::motion::MotionLimits;
 use naoisis_sensing::belief::RobotBelief;
 
-/// A ball that is passed stays this far from the lines, m.
+/// The distance of passes from the lines, m.
 const LINE_MARGIN_M: f32 = 0.35;
-/// The ball must lie so far inside the rectangle of a kick, m: it is not seen to the millimetre.
+/// The ball must lie this far inside the rectangle of a kick, m: it is not seen to the millimetre.
 const RECTANGLE_MARGIN_M: f32 = 0.004;
-/// Aiming finer than this share of what the kick itself spreads by is not worth the while.
+/// A kick is aimed no more exactly than this share of its own spread.
 const SPREAD_SHARE: f32 = 0.7;
-/// A kick over less is not worth the while, m.
+/// The least useful distance of a kick, m.
 pub(super) const LEAST_KICK_M: f32 = 0.4;
-/// Advantage of the type of kick chosen before, s.
+/// The advantage of the type of kick chosen before, s.
 const KICK_PREFERENCE_S: f32 = 0.5;
-/// What a side kick is worse by, s: it is the weaker.
+/// The cost of a side kick, which is weaker, s.
 const SIDE_KICK_COST_S: f32 = 0.6;
-/// A kick that can be aimed is prepared for this share of the angle to which it can: the rest is for what goes wrong.
+/// A kick that can be aimed is prepared for at most this share of its greatest angle: the rest is a reserve for errors.
 pub(super) const AIMED_SHARE: f32 = 0.7;
-/// What a place next to which another robot stands is worse by, s.
+/// The cost of a place next to which another robot stands, s.
 const OCCUPIED_COST_S: f32 = 2.5;
-/// A place is taken if it is in an obstacle's circle reduced to this share.
+/// A place is taken if it is in the circle of an obstacle, reduced to this share.
 const OCCUPIED_SHARE: f32 = 0.8;
 
-/// Where to stand for a kick of this geometry that sends a ball at `ball` in this direction (team frame): the position, m,
-/// and the direction to face. Of the directions from which a kick that can be aimed does it, the nearest to the way from `own` to
-/// the ball.
+/// The position, m, and the direction to face for a kick that sends a ball at `ball` in `direction` (team frame). For a kick that can be
+/// aimed, the direction to face is the possible one nearest to the way from `own` to the ball.
 pub fn stand_for(kick: &KickGeometry, ball: Vec2, direction: Vec2, own: Vec2) -> (Vec2, Vec2) {
     let most = AIMED_SHARE * kick.aims_within();
     let wanted = if most > 0.0 { angle_of(unrotate(ball - own, direction)).clamp(-most, most) } else { 0.0 };
@@ -55,7 +53,7 @@ pub struct KickPlan {
 }
 
 impl KickPlan {
-    /// The kick that can be made soonest; none for a robot without kicks.
+    /// Chooses the kick that can be made soonest; `None` for a robot without kicks.
     pub fn choose(
         ball: Vec2,
         aim: &Aim,
@@ -89,8 +87,8 @@ impl KickPlan {
                 cost_s + if falls_short { 5.0 } else { 0.0 }
             };
             let advantage_s = if previous == Some(kick_type) { KICK_PREFERENCE_S } else { 0.0 };
-            // Of equals the first is best. That its place is taken makes a kick only worse, and need not be known of one that is;
-            // neither need the angles of one that is too far away.
+            // Of equals the first is best. Whether the place is taken is not checked for a kick that is worse already, and the angles
+            // are not computed for one that is too far away.
             let is_worse = |cost_s: f32| best.is_some_and(|(least_s, _)| cost_s - advantage_s >= least_s);
             let mut cost_s = cost_of(match &limits.gait {
                 Some(_) if is_worse(cost_of(least_walking_time_s(forward, way, facing, limits))) => continue,
@@ -100,7 +98,7 @@ impl KickPlan {
             if is_worse(cost_s) {
                 continue;
             }
-            // The place itself, and that from where the last stretch begins, must be free.
+            // The place itself, and the one where the last stretch begins, must be free.
             let taken = obstacles.iter().any(|obstacle| {
                 let least = OCCUPIED_SHARE * obstacle.radius_m;
                 [position, position - facing * 0.09]
@@ -118,19 +116,19 @@ impl KickPlan {
     }
 }
 
-/// A ball before a player's feet.
+/// A ball at the feet of a player.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BallAtFeet {
-    /// Where it is, m, team frame.
+    /// The place of the ball, m, team frame.
     pub place: Vec2,
-    /// Where it is, m, robot frame.
+    /// The place of the ball, m, robot frame.
     pub in_robot: Vec2,
-    /// Where the robot faces, unit vector, team frame.
+    /// The direction that the robot faces, unit vector, team frame.
     pub forward: Vec2,
 }
 
 impl BallAtFeet {
-    /// The kicks that reach the ball, aimed as well as they can be, each with the direction in which the ball leaves, unit vector,
+    /// The kicks that reach the ball, aimed at `aim` as far as possible, each with the direction in which the ball leaves, unit vector,
     /// team frame.
     pub fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
         settings.types().filter_map(move |kick_type| {
@@ -146,8 +144,8 @@ impl BallAtFeet {
     }
 }
 
-/// The kick to make now, if the ball lies so that one sends it where it should go: of those that do, the most accurate.
-/// `patience` scales how far off the direction may be.
+/// The most accurate kick that sends the ball where `aim` says from where it lies, if there is one. `patience` scales the tolerance of the
+/// direction.
 pub fn kick_now(
     ball: BallAtFeet,
     aim: &Aim,
@@ -172,8 +170,8 @@ pub fn kick_now(
         .map(|(_, kick)| kick)
 }
 
-/// A kick for want of a better one: to wherever the ball goes from where it lies, past opponents, who block `blocked_half_width_m` to
-/// either side, and not backwards.
+/// A kick in whatever direction the ball leaves from where it lies, past opponents, who block `blocked_half_width_m` to either side, and
+/// not backwards.
 pub fn any_kick(
     ball: BallAtFeet,
     opponents: &[RobotBelief],
@@ -183,7 +181,7 @@ pub fn any_kick(
 ) -> Option<KickRequest> {
     /// Opponents further away than this do not stop the ball, m.
     const OPPONENT_RANGE_M: f32 = 0.8;
-    /// The x component of the direction that is furthest backwards.
+    /// The least x component of the direction.
     const LEAST_FORWARDS: f32 = -0.2;
     ball.kicks(kicks, Vec2::X)
         .filter_map(|(kick, direction)| {
@@ -203,7 +201,7 @@ pub fn any_kick(
         .map(|(_, kick)| kick)
 }
 
-/// How far a ball can roll in this direction until it comes too near to a line, m.
+/// The distance that a ball can roll in `direction` until it is too near to a line, m.
 pub(super) fn room_inside(ball: Vec2, direction: Vec2, pitch: &Pitch) -> f32 {
     let along = |place: f32, direction: f32, half: f32| {
         if direction.abs() < 1e-3 {
@@ -222,7 +220,7 @@ mod tests {
     use naoisis_core::geometry::unit;
 
     #[test]
-    fn whoever_stands_where_it_should_sends_the_ball_where_it_should_go() {
+    fn a_kick_from_the_planned_place_sends_the_ball_in_the_planned_direction() {
         let ball = Vec2::new(0.4, -0.3);
         for kick_type in KickType::ALL {
             for angle in [-2.5, -1.0, 0.0, 0.4, 3.0] {

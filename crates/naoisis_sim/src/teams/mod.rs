@@ -1,42 +1,40 @@
-//! The built-in teams: `chasers`, of which everybody goes for the ball; `roles`, with a keeper, a striker and
-//! supporters; and `passers`, who pass, and tell each other what they are about and what they see.
+//! The built-in teams: `chasers`, in which every player goes for the ball; `roles`, with a keeper, a striker and
+//! supporters; and `passers`, who pass and tell each other their plans and what they see.
 //!
-//! They play on their [`Belief`], which the [simple estimator](naoisis_sensing::belief::simple) builds from what they sense, and on what
-//! they are told of the game. Each behaviour is a plain function from what a [`Player`] knows to a [`Decision`]; one system a
-//! behaviour fetches and stores.
+//! The players decide from their [`Belief`], which the [simple estimator](naoisis_sensing::belief::simple) computes from the sensors,
+//! and from the [`GameStatus`]. Each behaviour is a plain function from a [`Player`] to a [`Decision`]; one system per behaviour fetches
+//! the player and stores the decision.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use std::borrow::Cow;
 
-pub mod aiming;
-pub mod at_hand;
-pub mod attack;
-pub mod chaser;
-pub mod giving_way;
-pub mod hearing;
-pub mod keeper;
-pub mod kicking;
-pub mod looked_around;
-pub mod looking;
-pub mod lookout;
-pub mod obeying;
-pub mod options;
-pub mod passer;
-pub mod passing;
-pub mod penalty_kicks;
-pub mod player;
-pub mod roles;
-pub mod striker;
-pub mod supporter;
-pub mod talking;
-pub mod waiting;
-pub mod walking;
-pub mod watching;
-pub mod worth;
+mod aiming;
+mod at_hand;
+mod attack;
+mod chaser;
+mod gaze_history;
+mod gaze_obstacles;
+mod gaze_search;
+mod gaze_walking;
+mod giving_way;
+mod hearing;
+mod keeper;
+mod kicking;
+mod options;
+mod passer;
+mod passing;
+mod penalty_kicks;
+mod player;
+mod positioning;
+mod roles;
+mod rule_limits;
+mod striker;
+mod talking;
+mod walking;
+mod worth;
 
-pub use looking::{Head, look_at, search};
-pub use player::{Decision, Player, PlayerMemory};
+pub use gaze_search::{Head, look_at, search};
 
 use naoisis_core::behaviour::BehaviourApp;
 use naoisis_core::behaviour::drawings::{DrawColour, Drawings, Frame};
@@ -50,37 +48,32 @@ use naoisis_core::referee::GameStatus;
 use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::{HeadAngles, HeadCommand, HeadLimits};
 use naoisis_core::robot::kick::{KickCommand, KickSettings};
+use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
 use naoisis_core::robot::posture::PostureCommand;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::{Belief, SimpleBelief};
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::field_of_view::FieldOfView;
-use naoisis_sensing::sensing::latency::Latency;
 use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
 use naoisis_sensing::sensing::status::BodyStatus;
+use player::{Decision, Player, PlayerMemory};
 
 /// Registers the built-in behaviours and teams.
 ///
-/// Needs the plugins of the sensors and of the [simple belief](naoisis_sensing::belief::SimpleBeliefPlugin) to be added before.
+/// Add the plugins of the sensors and of the [simple belief](naoisis_sensing::belief::SimpleBeliefPlugin) first.
 pub struct BuiltInTeamsPlugin;
 
 impl Plugin for BuiltInTeamsPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<PlayerMemory>()
-            .register_type::<Chaser>()
-            .register_type::<Keeper>()
-            .register_type::<Striker>()
-            .register_type::<Supporter>()
-            .register_type::<Passer>()
-            .register_type::<PassingKeeper>()
-            .add_behaviour::<Chaser, _>("chaser", play::<Chaser>)
-            .add_behaviour::<Keeper, _>("keeper", play::<Keeper>)
-            .add_behaviour::<Striker, _>("striker", play::<Striker>)
-            .add_behaviour::<Supporter, _>("supporter", play::<Supporter>)
-            .add_behaviour::<Passer, _>("passer", play::<Passer>)
-            .add_behaviour::<PassingKeeper, _>("passing_keeper", play::<PassingKeeper>)
-            .add_team("chasers", "Everybody goes for the ball.", |_, _| "chaser")
+        app.register_type::<PlayerMemory>();
+        add_role::<Chaser>(app, "chaser", chaser::decide, roles::reasons);
+        add_role::<Keeper>(app, "keeper", keeper::decide, keeper::reasons);
+        add_role::<Striker>(app, "striker", striker::decide, roles::reasons);
+        add_role::<Supporter>(app, "supporter", striker::decide, roles::reasons);
+        add_role::<Passer>(app, "passer", passer::decide, passer::reasons);
+        add_role::<PassingKeeper>(app, "passing_keeper", passer::keep, keeper::reasons);
+        app.add_team("chasers", "Everybody goes for the ball.", |_, _| "chaser")
             .add_team(
                 "roles",
                 "A keeper, a striker, and supporters who take the striker's place when they are nearer to the ball.",
@@ -98,112 +91,53 @@ impl Plugin for BuiltInTeamsPlugin {
     }
 }
 
-/// A built-in behaviour.
-trait Role: Component {
-    /// Decides while the ball is in play.
-    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision;
+/// Decides for a player while the ball is in play.
+type Decide = fn(&Player, &mut PlayerMemory) -> Decision;
 
-    /// What speaks for that decision, of a player with this memory before it.
-    fn reasons(player: &Player, memory: PlayerMemory, decision: &Decision) -> Reasons;
+/// Explains the decision of a player that had this memory before.
+type Explain = fn(&Player, PlayerMemory, &Decision) -> Reasons;
+
+/// Registers a behaviour of this name for the robots with the marker `Role`.
+fn add_role<Role: Component + Default + bevy::reflect::GetTypeRegistration>(
+    app: &mut App,
+    name: &str,
+    decide: Decide,
+    explain: Explain,
+) {
+    app.register_type::<Role>().add_behaviour::<Role, _>(
+        name,
+        move |clock: Res<CycleClock>, pitch: Res<Pitch>, rules: Res<Rules>, robots: Query<PlayerQuery, With<Role>>| {
+            play(&clock, &pitch, &rules, robots, decide, explain);
+        },
+    );
 }
 
-/// Marks a robot that goes for the ball.
-#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(Component, @Knowledge::Belief)]
-pub struct Chaser;
-
-/// Marks a robot that keeps the goal.
-#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(Component, @Knowledge::Belief)]
-pub struct Keeper;
-
-/// Marks a robot that attacks.
-#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(Component, @Knowledge::Belief)]
-pub struct Striker;
-
-/// Marks a robot that supports the attack.
-#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(Component, @Knowledge::Belief)]
-pub struct Supporter;
-
-/// Marks a robot that passes, and waits for passes.
-#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(Component, @Knowledge::Belief)]
-pub struct Passer;
-
-/// Marks a keeper of a team that passes.
-#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(Component, @Knowledge::Belief)]
-pub struct PassingKeeper;
-
-impl Role for PassingKeeper {
-    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
-        passer::keep(player, memory)
-    }
-
-    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
-        keeper::reasons(player, decision)
-    }
+macro_rules! roles {
+    ($($(#[$doc:meta])* $role:ident)*) => {$(
+        $(#[$doc])*
+        #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+        #[require(Belief, SimpleBelief, PlayerMemory)]
+        #[reflect(Component, @Knowledge::Belief)]
+        pub struct $role;
+    )*};
 }
 
-impl Role for Passer {
-    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
-        passer::decide(player, memory)
-    }
-
-    fn reasons(player: &Player, memory: PlayerMemory, decision: &Decision) -> Reasons {
-        passer::reasons(player, memory, decision)
-    }
+roles! {
+    /// Marks a robot that goes for the ball.
+    Chaser
+    /// Marks a robot that keeps the goal.
+    Keeper
+    /// Marks a robot that attacks.
+    Striker
+    /// Marks a robot that supports the attack. Like a [`Striker`], it attacks when it is the nearest to the ball.
+    Supporter
+    /// Marks a robot that passes, and waits for passes.
+    Passer
+    /// Marks the keeper of a team that passes.
+    PassingKeeper
 }
 
-impl Role for Chaser {
-    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
-        chaser::decide(player, memory)
-    }
-
-    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
-        roles::reasons(player, decision)
-    }
-}
-
-impl Role for Keeper {
-    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
-        keeper::decide(player, memory)
-    }
-
-    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
-        keeper::reasons(player, decision)
-    }
-}
-
-impl Role for Striker {
-    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
-        striker::decide(player, memory)
-    }
-
-    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
-        roles::reasons(player, decision)
-    }
-}
-
-impl Role for Supporter {
-    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
-        supporter::decide(player, memory)
-    }
-
-    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
-        roles::reasons(player, decision)
-    }
-}
-
-/// What a built-in behaviour reads and writes of its robots.
+/// The components that a built-in behaviour reads and writes.
 #[derive(QueryData)]
 #[query_data(mutable)]
 struct PlayerQuery {
@@ -232,14 +166,17 @@ struct PlayerQuery {
     reasons: Option<&'static mut Reasons>,
 }
 
-fn play<R: Role>(
-    clock: Res<CycleClock>,
-    pitch: Res<Pitch>,
-    rules: Res<Rules>,
-    mut robots: Query<PlayerQuery, With<R>>,
+/// Lets these robots decide, and stores their commands, drawings and messages.
+fn play<Role: Component>(
+    clock: &CycleClock,
+    pitch: &Pitch,
+    rules: &Rules,
+    mut robots: Query<PlayerQuery, With<Role>>,
+    decide: Decide,
+    explain: Explain,
 ) {
     for mut robot in &mut robots {
-        let status = hearing::as_heard(robot.status, &rules, &mut robot.memory.whistles);
+        let status = hearing::as_heard(robot.status, rules, &mut robot.memory.whistles);
         let player = Player {
             id: *robot.id,
             belief: robot.belief,
@@ -255,8 +192,8 @@ fn play<R: Role>(
             head: Head::new(&robot.head_limits.reached_from(*robot.head_angles), FieldOfView::of(robot.cameras)),
             rolling: robot.estimator.ball.rolling,
             ball_radius_m: robot.estimator.ball.radius_m,
-            pitch: &pitch,
-            rules: &rules,
+            pitch,
+            rules,
             period: clock.period(),
             forward: robot.belief.pose.forward(),
         };
@@ -265,22 +202,22 @@ fn play<R: Role>(
             memory.looked_around.note(player.pose().heading + robot.head_angles.yaw, status.time_s);
         }
         let before = robot.reasons.is_some().then(|| memory.clone());
-        let decision = decide_in_game(&player, memory, R::decide);
+        let decision = decide_in_game(&player, memory, decide);
         if let (Some(reasons), Some(before)) = (&mut robot.reasons, before) {
             let decides = player.status.state == GameState::Playing && !player.status.penalised;
-            **reasons = if decides { R::reasons(&player, before, &decision) } else { Reasons::default() };
+            **reasons = if decides { explain(&player, before, &decision) } else { Reasons::default() };
         }
         *robot.walk = decision.walk;
-        *robot.head = decision.head.unwrap_or_else(|| watching::watch(&player, memory, &decision.walk));
+        *robot.head = decision.head.unwrap_or_else(|| gaze_walking::watch(&player, memory, &decision.walk));
         robot.kick.0 = decision.kick;
-        robot.posture.0 = decision.posture.or_else(|| obeying::posture(&player));
+        robot.posture.0 = decision.posture.or_else(|| rule_limits::posture(&player));
         draw(&mut robot.drawings, &player, memory, &decision);
-        let speaks = !player.status.penalised && talking::may_speak(&player, memory, decision.pass.is_some());
-        robot.outbox.0 = speaks.then(|| message(&player, &decision));
+        let sends = !player.status.penalised && talking::may_send(&player, memory, decision.pass.is_some());
+        robot.outbox.0 = sends.then(|| message(&player, &decision));
     }
 }
 
-/// Draws where the player goes, and where it wants the ball to go.
+/// Draws the place that the player walks to, and the direction in which it wants to kick the ball.
 fn draw(drawings: &mut Drawings, player: &Player, memory: &PlayerMemory, decision: &Decision) {
     /// Length of the line from the ball, m.
     const AIM_M: f32 = 1.0;
@@ -295,31 +232,27 @@ fn draw(drawings: &mut Drawings, player: &Player, memory: &PlayerMemory, decisio
     }
 }
 
-/// What to do in any state of the game; `decide` tells it while the ball is in play.
-fn decide_in_game(
-    player: &Player,
-    memory: &mut PlayerMemory,
-    decide: impl FnOnce(&Player, &mut PlayerMemory) -> Decision,
-) -> Decision {
-    obeying::note_kick_off(player, memory);
+/// Returns the decision in any state of the game: that of `decide` while the ball is in play.
+fn decide_in_game(player: &Player, memory: &mut PlayerMemory, decide: Decide) -> Decision {
+    rule_limits::note_kick_off(player, memory);
     if player.status.penalised {
         return Decision { head: Some(HeadCommand::default()), intention: "wait", ..default() };
     }
     match player.status.state {
         GameState::Playing => {
             let decision = decide(player, memory);
-            without_pushing(player, obeying::obey(player, memory, decision))
+            without_pushing(player, rule_limits::apply(player, memory, decision))
         }
-        GameState::Ready => without_pushing(player, obeying::take_place(player)),
+        GameState::Ready => without_pushing(player, rule_limits::take_place(player)),
         GameState::Initial | GameState::Standby | GameState::Set | GameState::Finished => {
             Decision { intention: "wait", ..default() }
         }
     }
 }
 
-/// The decision without what would run into an opponent.
+/// Removes from a decision what would walk into an opponent, for robots with a gait.
 fn without_pushing(player: &Player, decision: Decision) -> Decision {
-    // Who walks step by step cannot stop when it touches.
+    // A robot that walks step by step cannot stop at the moment of contact.
     let walk = match player.limits.gait {
         Some(_) => giving_way::give_way(player, decision.walk, &player.belief.opponents),
         None => decision.walk,
@@ -327,9 +260,9 @@ fn without_pushing(player: &Player, decision: Decision) -> Decision {
     Decision { walk, ..decision }
 }
 
-/// What the player tells its team-mates.
+/// Returns the message that the player sends to its team-mates.
 fn message(player: &Player, decision: &Decision) -> TeamMessage {
-    /// A ball seen within this time is worth telling of, s.
+    /// A ball is reported if it was seen within this time, s.
     const FRESH_BALL_S: f32 = 0.5;
     let ball = player.ball().filter(|ball| ball.heard_from.is_none() && ball.age_s < FRESH_BALL_S);
     TeamMessage {

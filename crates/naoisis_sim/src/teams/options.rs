@@ -1,4 +1,4 @@
-//! What can be done with the ball, and what each of it is worth, if the player is in time to do it.
+//! The kicks that a player could prepare: shots, passes and kicks ahead, with their values.
 
 use bevy::prelude::*;
 use std::borrow::Cow;
@@ -6,39 +6,40 @@ use std::borrow::Cow;
 use super::aiming::Aim;
 use super::kicking::stand_for;
 use super::player::Player;
-use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, walking_s, wind_up_s};
+use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, wind_up_s};
 use naoisis_core::behaviour::reasons::Choice;
 use naoisis_core::geometry::{angle_of, unit, unrotate};
 
-/// A shot must reach further than the goal by this factor.
+/// A shot must reach this many times the distance of the goal.
 pub(super) const BEYOND: f32 = 1.15;
-/// Kicks ahead that are considered: their angles, radians, and their shares of the greatest reach.
+/// Angles of the kicks ahead that are considered, radians.
 pub(super) const AHEAD_ANGLES: [f32; 7] = [0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2];
+/// Distances of the kicks ahead that are considered, as shares of the greatest reach.
 pub(super) const AHEAD_SHARES: [f32; 3] = [0.3, 0.55, 0.85];
-/// How far ahead of a team-mate a pass leads, as a share of the reach.
+/// The distance of a pass ahead of the receiver, as a share of the reach.
 const LEAD_SHARE: f32 = 0.06;
-/// A ball that is passed stays this far from the lines, m.
+/// The distance of passes from the lines, m.
 const LINE_MARGIN_M: f32 = 0.4;
-/// What the option of the cycle before is better by, so that small differences do not change it.
+/// The advantage of the option of the cycle before, so that small differences do not change the choice.
 const PREFERENCE: f32 = 0.04;
-/// Options whose directions are nearer to each other than this are the same: the cosine.
+/// Options whose directions differ by less than this angle are the same: its cosine.
 const SAME_DIRECTION: f32 = 0.97;
 
-/// Something that could be done with the ball.
+/// A kick that could be prepared.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct KickOption {
-    /// Where the ball should go.
+    /// The aim of the kick.
     pub aim: Aim,
-    /// Where it ends, m, team frame.
+    /// The place where the ball stops, m, team frame.
     pub place: Vec2,
-    /// Who of the team-mates would get it; none for a shot, or a ball that the player runs after itself.
+    /// The jersey number of the team-mate that would get the ball; `None` for a shot, or a ball that the player follows itself.
     pub receiver: Option<u8>,
-    /// What it is worth, in goals.
+    /// The value, in goals.
     pub value: f32,
 }
 
 impl KickOption {
-    /// For people: what it is, what it is worth, and where the ball ends.
+    /// The option for display: its name, its value, and where the ball stops.
     pub fn choice(&self) -> Choice {
         let name = match (self.aim.is_shot, self.receiver) {
             (true, _) => Cow::Borrowed("shoot"),
@@ -49,9 +50,8 @@ impl KickOption {
     }
 }
 
-/// What can be done with a ball at `ball`: `shot`, which is where a shot or else the way ahead leads, none where there may be none,
-/// passes to team-mates, and kicks ahead. What goes in the direction of `previous` is worth a little more. `is_ours`: opponents must
-/// keep off until the ball is kicked.
+/// The options for a ball at `ball`: `shot` and other shots (none if it is `None`), passes to team-mates, and kicks ahead. An option in
+/// the direction of `previous` is worth a little more. `is_ours`: whether opponents must keep away until the ball is kicked.
 pub fn options(
     player: &Player,
     company: Company,
@@ -61,7 +61,7 @@ pub fn options(
     is_ours: bool,
 ) -> Vec<KickOption> {
     let reach = reach_m(player);
-    let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), ball);
+    let theirs_s = company.opponents_walk_s(player, ball);
     let contested = standing(player, ball, 0.5);
     let aims_within = aims_within(player);
     let option = |aim: Aim, place: Vec2| {
@@ -71,7 +71,7 @@ pub fn options(
             kick_worth(player, company, ball, place)
         };
         let is_previous = previous.is_some_and(|previous| previous.dot(aim.direction) > SAME_DIRECTION);
-        // A shot must get there with some speed left.
+        // A shot must arrive with some speed left.
         let rolls_m = if aim.is_shot { BEYOND * aim.distance_m } else { aim.distance_m };
         let ready_s = preparation_s(player, ball, aim.direction, rolls_m, aims_within);
         let ready = if is_ours { 1.0 } else { is_first(player, ready_s, theirs_s) };
@@ -97,13 +97,13 @@ pub fn options(
     first.into_iter().chain(shots).chain(passes.map(|place| option(Aim::at(ball, place), place))).collect()
 }
 
-/// The best of them, the first of equals.
+/// The option with the greatest value; the first of equals.
 pub fn best(options: &[KickOption]) -> Option<&KickOption> {
     let (first, others) = options.split_first()?;
     Some(others.iter().fold(first, |best, next| if next.value > best.value { next } else { best }))
 }
 
-/// The shots that could be made: at places along the goal line, if a kick reaches them.
+/// The shots at places along the goal line that a kick reaches.
 fn shots(player: &Player, ball: Vec2) -> impl Iterator<Item = Aim> {
     /// Places along the goal line, as shares of half the goal.
     const AIMS: [f32; 5] = [0.0, 0.3, -0.3, 0.6, -0.6];
@@ -124,10 +124,10 @@ fn shots(player: &Player, ball: Vec2) -> impl Iterator<Item = Aim> {
     })
 }
 
-/// How long the player takes until its foot meets the ball, s: to stand behind it and to face so that it goes this way, or beside it
-/// for a side kick that sends it so far. A kick that can be aimed by so many radians needs not be faced.
+/// The time until the player's foot meets the ball, s, to send it in `direction`: the way to stand and face behind the ball, or beside it
+/// if a side kick reaches `distance_m`. The facing may differ from `direction` by `aims_within`, radians.
 fn preparation_s(player: &Player, ball: Vec2, direction: Vec2, distance_m: f32, aims_within: f32) -> f32 {
-    /// What a side kick takes longer: its foot is put before the ball first, s.
+    /// The extra time of a side kick, s: the foot is put before the ball first.
     const SIDE_KICK_S: f32 = 0.3;
     let stands_s = |(place, facing): (Vec2, Vec2)| {
         let turn = angle_of(unrotate(player.forward, facing)).abs();
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn before_an_open_goal_one_shoots_whoever_else_is_there() {
+    fn at_an_open_goal_a_player_shoots_even_with_a_free_team_mate() {
         let option = chosen(&behind(Vec2::new(1.5, 0.0)), &[(3, Vec2::new(2.0, 1.0))], &[]);
         assert!(option.aim.is_shot && option.value > 0.8, "{option:?}");
     }
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shot_into_a_wall_is_worth_little_and_a_ball_is_for_who_gets_it_first() {
+    fn a_shot_into_a_wall_is_worth_little_and_a_ball_is_for_the_first_to_get_it() {
         let situation = behind(Vec2::new(0.8, 0.0));
         let wall: Vec<RobotBelief> = (-4..=4).map(|step| opponent(1.4, 0.15 * step as f32)).collect();
         let mates = [(3, Vec2::new(1.0, 1.6))];

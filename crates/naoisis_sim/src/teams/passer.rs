@@ -1,11 +1,11 @@
-//! The passer: whoever is soonest at the ball shoots or passes, the others wait where a pass can reach them, or stand
-//! between the ball and the own goal when the opponents have it.
+//! The passer: the player that is soonest at the ball shoots or passes. The others wait where a pass can reach them, or stand between
+//! the ball and the own goal when the opponents have it.
 //!
-//! All of that is by messages: everybody tells where it is and which opponents it sees, so that each knows more of them
-//! than it sees itself; and who is about to pass says to whom and where to, so that the other goes there. The keeper
-//! stands further out than that of other teams, as whoever falls back covers what it leaves, and nobody of them walks
-//! into an opponent. With an opponent at the ball they kick it at once past that one, if there is any way; on small pitches nobody kicks
-//! it into that one's feet, but goes to where it can.
+//! Passers coordinate by messages. Each reports its place and the opponents that it sees, so that all know of more opponents than they
+//! see themselves; and a player that is about to pass announces the receiver and the place, so that the receiver goes there. The keeper
+//! stands further out than in other teams, as the players that fall back cover what it leaves. No passer walks into an opponent. With an
+//! opponent at the ball, a passer kicks the ball past it at once if it can; on small pitches it does not kick the ball into the
+//! opponent's feet, but walks to where it can kick it past.
 
 use bevy::prelude::*;
 
@@ -13,38 +13,36 @@ use super::at_hand::best_at_hand;
 use super::attack::{choose_aim, go_for, kick_towards, search};
 use super::giving_way::give_way;
 use super::kicking::BallAtFeet;
-use super::obeying::is_for_the_keeper_only;
 use super::options::{KickOption, best, options};
 use super::passing::{Pass, meet};
 use super::player::{Decision, Player, PlayerMemory};
-use super::waiting::{time_to_ball_s, wait_for_the_ball};
-use super::worth::{Company, is_in_vain, reach_m};
+use super::positioning::{time_to_ball_s, wait_for_the_ball};
+use super::roles::is_soonest;
+use super::rule_limits::is_for_the_keeper_only;
+use super::worth::{Company, is_futile, reach_m};
 use naoisis_core::behaviour::reasons::Reasons;
 use naoisis_core::robot::kick::KickRequest;
+use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::{BallBelief, Belief, RobotBelief};
 
-/// What was heard or seen of a team-mate longer ago does not count, s: where messages are limited, nobody speaks more often.
+/// The greatest age of what is known about a team-mate, s: where messages are limited, they are not more frequent.
 const FRESH_TEAM_MATE_S: f32 = 6.0;
-/// What team-mates told of opponents longer ago does not count, s.
+/// The greatest age of opponents that team-mates reported, s.
 const FRESH_REPORT_S: f32 = 1.0;
-/// An opponent that is told of and one that is seen nearer to each other than this are one, m.
+/// A reported opponent and a seen one within this distance are the same, m.
 const SAME_OPPONENT_M: f32 = 0.5;
-/// A player keeps its turn at the ball until a team-mate is nearer by this, s.
-const TURN_PREFERENCE_S: f32 = 0.8;
-/// An announced pass is waited for so long, s.
+/// The time for which a player waits for an announced pass, s.
 const PASS_PATIENCE_S: f32 = 4.0;
-/// A kick that ends nearer to who gets it than this share of the reach is a pass, which is announced; of others each makes what
-/// it can.
+/// A kick is announced as a pass if it ends within this distance of the receiver, as a share of the reach.
 const NEAR_RECEIVER: f32 = 0.2;
-/// A kick that can be made at once may be worse than the one that is prepared by this, in goals: preparing takes time, and what was
-/// free is not any more.
+/// A kick that can be made at once may be worse than the prepared one by this, in goals: opponents come nearer during the preparation.
 const AT_HAND_LOSS: f32 = 0.03;
-/// In a hurry it may be worse by this, in goals.
+/// The same for a player in a hurry.
 const PRESSED_LOSS: f32 = 0.1;
-/// After so long at the ball it is kicked into an opponent's feet, too, s.
+/// After this time at the ball, it is kicked even into an opponent's feet, s.
 const STAND_OFF_S: f32 = 15.0;
-/// Distance of the keeper's place from the middle of the goal, m: further out it covers more of the goal, as the others
-/// cover what it leaves.
+/// The distance of the keeper's place from the middle of the goal, m: further out it covers more of the goal, and the others cover what
+/// it leaves.
 const KEEPER_GUARD_M: f32 = 0.9;
 /// The keeper clears a ball nearer to the goal than this, m.
 const KEEPER_CLEAR_M: f32 = 1.5;
@@ -52,7 +50,7 @@ const KEEPER_CLEAR_M: f32 = 1.5;
 /// Decides for a passer.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     listen(player, memory);
-    let belief = with_what_mates_tell(player, memory);
+    let belief = with_reported_opponents(player, memory);
     let player = &Player { belief: &belief, ..*player };
     let Some(ball) = player.ball() else { return Decision { reports_opponents: true, ..search(player, memory) } };
     memory.attacks = has_turn(player, memory, ball);
@@ -71,10 +69,10 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     Decision { reports_opponents: true, ..decision }
 }
 
-/// Decides for the keeper.
+/// Decides for the keeper of a team of passers.
 pub fn keep(player: &Player, memory: &mut PlayerMemory) -> Decision {
     listen(player, memory);
-    let belief = with_what_mates_tell(player, memory);
+    let belief = with_reported_opponents(player, memory);
     let player = &Player { belief: &belief, ..*player };
     let clear = |player: &Player, memory: &mut PlayerMemory| match player.ball() {
         Some(ball) => attack(player, memory, ball),
@@ -85,7 +83,7 @@ pub fn keep(player: &Player, memory: &mut PlayerMemory) -> Decision {
     Decision { reports_opponents: true, ..decision }
 }
 
-/// Takes note of announced passes, and of opponents that team-mates see.
+/// Records announced passes, and the opponents that team-mates report, in `memory`.
 fn listen(player: &Player, memory: &mut PlayerMemory) {
     let now = player.status.time_s;
     for message in player.heard {
@@ -102,8 +100,8 @@ fn listen(player: &Player, memory: &mut PlayerMemory) {
     }
 }
 
-/// What the player believes, with the opponents that its team-mates tell of.
-fn with_what_mates_tell(player: &Player, memory: &PlayerMemory) -> Belief {
+/// The player's belief with the opponents that its team-mates reported.
+fn with_reported_opponents(player: &Player, memory: &PlayerMemory) -> Belief {
     let mut belief = player.belief.clone();
     for (_, place, when) in &memory.told_opponents {
         if belief.opponents.iter().all(|other| other.position_m.distance(*place) > SAME_OPPONENT_M) {
@@ -114,18 +112,13 @@ fn with_what_mates_tell(player: &Player, memory: &PlayerMemory) -> Belief {
     belief
 }
 
-/// Whether it is this player's turn: no field player of its team is at the ball sooner.
+/// Whether the player goes for the ball: no field player of its team is there sooner.
 fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
-    let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
-    let own_s = time_to_ball_s(player, ball, player.position()) - preference;
-    let mates = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
-    mates.filter(|mate| mate.id.is_none_or(|id| !id.is_goalkeeper())).all(|mate| {
-        let time_s = time_to_ball_s(player, ball, mate.position_m);
-        own_s < time_s || (own_s == time_s && mate.id.is_none_or(|id| player.id < id))
-    })
+    let is_field_player = |id: Option<RobotId>| !id.is_some_and(RobotId::is_goalkeeper);
+    is_soonest(player, memory, FRESH_TEAM_MATE_S, is_field_player, |place| time_to_ball_s(player, ball, place))
 }
 
-/// The field players of the own team that the player knows of: numbers and places, m, team frame.
+/// The known field players of the own team: jersey numbers and places, m, team frame.
 fn mates(player: &Player) -> Vec<(u8, Vec2)> {
     let fresh = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
     fresh.filter_map(|mate| Some((mate.id.filter(|id| !id.is_goalkeeper())?.number, mate.position_m))).collect()
@@ -133,16 +126,16 @@ fn mates(player: &Player) -> Vec<(u8, Vec2)> {
 
 /// Whether the own team has a kick-off that is not over yet.
 fn is_own_kick_off(player: &Player, memory: &PlayerMemory) -> bool {
-    memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team
+    player.kick_off_team(memory) == Some(player.id.team)
 }
 
-/// Whether the own team has a free kick: opponents keep off.
+/// Whether the own team has a free kick, from which opponents must keep away.
 fn is_own_set_play(player: &Player) -> bool {
     player.status.set_play.is_some_and(|set_play| set_play.team == Some(player.id.team))
 }
 
-/// What the player can do with the ball, and where it meets it.
-fn possible(
+/// The kicks that the player could prepare, and the place where it meets the ball.
+fn options_at_ball(
     player: &Player,
     memory: &mut PlayerMemory,
     company: Company,
@@ -153,7 +146,7 @@ fn possible(
     let previous = memory.aim;
     let aim = choose_aim(player, memory, meeting_place);
     let options = if is_own_kick_off(player, memory) {
-        // It is played to a team-mate; who knows of none plays it to the side.
+        // The ball is passed to a team-mate, or played to the side if the player knows of none.
         let passes = options(player, company, meeting_place, None, previous, true);
         let to_the_side =
             KickOption { aim, place: meeting_place + aim.direction * aim.distance_m, receiver: None, value: 0.0 };
@@ -164,12 +157,12 @@ fn possible(
     (options, meeting_place)
 }
 
-/// Shoots, passes, or takes the ball forward: whatever is worth most.
+/// Shoots, passes, or kicks the ball ahead, whichever has the greatest value.
 fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Decision {
     memory.lost_since_s = None;
     let mates = mates(player);
     let company = Company { mates: &mates, opponents: &player.belief.opponents };
-    let (options, meeting_place) = possible(player, memory, company, ball);
+    let (options, meeting_place) = options_at_ball(player, memory, company, ball);
     let Some(chosen) = best(&options) else { return search(player, memory) };
     memory.aim = Some(chosen.aim.direction);
     let kick_off = is_own_kick_off(player, memory);
@@ -177,7 +170,7 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Deci
     let mut made = *chosen;
     let decision = go_for(player, memory, ball, &chosen.aim, meeting_place, |at_feet, hurried| {
         let is_ours = kick_off || is_own_set_play(player);
-        let may_kick = |kick: &KickRequest| stood_long || !is_kick_in_vain(player, company, at_feet, kick);
+        let may_kick = |kick: &KickRequest| stood_long || !is_kick_futile(player, company, at_feet, kick);
         let at_hand = best_at_hand(player, company, at_feet, !kick_off, is_ours).filter(|(kick, _)| may_kick(kick));
         let mut if_better_by = |least: f32| {
             let (kick, option) = at_hand.filter(|(_, option)| option.value > chosen.value + least)?;
@@ -198,24 +191,24 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Deci
     Decision { pass, ..decision }
 }
 
-/// Whether a kick would only go into the feet of the opponents at the ball.
-fn is_kick_in_vain(player: &Player, company: Company, at_feet: BallAtFeet, kick: &KickRequest) -> bool {
+/// Whether a kick would only hit the feet of the opponents at the ball.
+fn is_kick_futile(player: &Player, company: Company, at_feet: BallAtFeet, kick: &KickRequest) -> bool {
     let strike = player.kicks.strike(kick.kick_type, at_feet.in_robot, kick.direction);
-    strike.is_some_and(|strike| is_in_vain(player, company, at_feet.place, at_feet.forward.rotate(strike.direction)))
+    strike.is_some_and(|strike| is_futile(player, company, at_feet.place, at_feet.forward.rotate(strike.direction)))
 }
 
-/// What speaks for the decision of a passer: with the ball, what each kick is worth, in goals.
+/// The reasons for a passer's decision: with the ball, the values of its kicks, in goals.
 pub fn reasons(player: &Player, mut memory: PlayerMemory, decision: &Decision) -> Reasons {
     listen(player, &mut memory);
-    let belief = with_what_mates_tell(player, &memory);
+    let belief = with_reported_opponents(player, &memory);
     let player = &Player { belief: &belief, ..*player };
     let Some(ball) = player.ball() else { return Reasons::default() };
     if !matches!(decision.intention, "attack" | "kick") {
-        return super::roles::reasons(player, decision);
+        return super::roles::reasons(player, memory, decision);
     }
     let mates = mates(player);
     let company = Company { mates: &mates, opponents: &player.belief.opponents };
-    let (options, _) = possible(player, &mut memory, company, ball);
+    let (options, _) = options_at_ball(player, &mut memory, company, ball);
     let chosen = best(&options).and_then(|best| options.iter().position(|option| option == best));
     Reasons { chosen, options: options.iter().map(KickOption::choice).collect() }
 }
@@ -243,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn who_stands_free_gets_the_ball_unless_a_team_mate_tells_of_an_opponent_there() {
+    fn a_free_team_mate_gets_the_ball_unless_an_opponent_is_reported_there() {
         // 4.5 m from the goal there is no shot.
         let mut situation = PlayerFixture::new(Pose::new(-1.7, 0.0, 0.0), Vec2::new(-1.5, 0.0));
         situation.belief.team_mates = vec![mate(3, 0.3, 0.9)];
@@ -260,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_kicks_into_feet_right_before_it_until_it_has_stood_there_for_long() {
+    fn a_player_kicks_into_feet_right_ahead_only_after_a_long_time() {
         // Where the straight kick of the left foot sends the ball ahead, and the right foot's side kick to the left.
         let mut situation = PlayerFixture::new(Pose::new(1.0, 0.0, 0.0), Vec2::new(1.175, 0.05));
         situation.kicks.left_straight = KickModel::of(6.0);
@@ -300,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_told_of_a_pass_goes_where_it_will_come() {
+    fn the_receiver_of_an_announced_pass_goes_to_its_place() {
         let mut situation = PlayerFixture::new(Pose::new(0.5, 1.2, 0.0), Vec2::new(-1.0, -0.5));
         situation.belief.team_mates = vec![mate(3, -1.2, -0.5)];
         let announced = TeamMessage { payload: Some("pass 2 1.50 0.20".into()), ..default() };

@@ -1,4 +1,4 @@
-//! Passes: where a rolling ball is met, and how a pass is announced.
+//! Passes: where a player meets a rolling ball, and how it announces a pass.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -7,29 +7,30 @@ use serde::{Deserialize, Serialize};
 
 use naoisis_core::ball::Rolling;
 
-/// From a robot's place to where it stops the ball, m.
+/// The distance from a robot's place at which it stops the ball, m.
 const REACH_M: f32 = 0.2;
-/// Steps in which a rolling ball is followed ahead, s, and how far.
+/// The steps in which the place of a rolling ball is predicted, s.
 const STEP_S: f32 = 0.2;
+/// How far ahead it is predicted, s.
 const HORIZON_S: f32 = 6.0;
 
-/// A pass that a player is about to make.
+/// An announced pass.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Pass {
-    /// The jersey number of who shall receive it.
+    /// The jersey number of the receiver.
     pub to: u8,
-    /// Where the ball shall come to rest, m, team frame.
+    /// The place where the ball is meant to stop, m, team frame.
     pub place: Vec2,
 }
 
-/// As players tell each other: `pass 3 1.20 -0.50`.
+/// The text that players send each other: `pass 3 1.20 -0.50`.
 impl fmt::Display for Pass {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "pass {} {:.2} {:.2}", self.to, self.place.x, self.place.y)
     }
 }
 
-/// What announces no pass.
+/// A message does not announce a pass.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("expected `pass`, a jersey number, x and y in metres")]
 pub struct NotAPass;
@@ -46,14 +47,14 @@ impl FromStr for Pass {
     }
 }
 
-/// Where a ball that rolls freely is after `time_s`, m.
+/// The place of a freely rolling ball after `time_s`, m.
 pub fn rolled(ball: Vec2, velocity: Vec2, rolling: Rolling, time_s: f32) -> Vec2 {
     let (distance, _) = rolling.advance(velocity.length(), time_s);
     ball + velocity.normalize_or_zero() * distance
 }
 
-/// Where and after which time somebody at `from` who walks this fast meets a rolling ball: as soon as can be, or, of a ball
-/// that is too fast, about where it comes to rest. m and s.
+/// The first place, m, and time, s, at which a robot that starts at `from` and walks at `walk_mps` meets a rolling ball. A ball that
+/// is too fast is met about where it stops.
 pub fn meet(ball: Vec2, velocity: Vec2, rolling: Rolling, from: Vec2, walk_mps: f32) -> (Vec2, f32) {
     let walk_s = |place: Vec2| (place.distance(from) - REACH_M).max(0.0) / walk_mps.max(1e-3);
     if velocity.length_squared() < 0.05 * 0.05 {

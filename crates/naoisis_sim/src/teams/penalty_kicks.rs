@@ -1,5 +1,4 @@
-//! What players do at a penalty kick, and at the shots of a shoot-out: where they wait, and what they keep away from until the
-//! ball is played.
+//! Penalty kicks, and the shots of a shoot-out: where players wait, and what they keep away from until the ball is played.
 
 use bevy::prelude::*;
 
@@ -11,26 +10,25 @@ use naoisis_core::referee::formation;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::team::Team;
 
-/// How far behind the ball the kicker waits, m.
+/// The distance behind the ball at which the kicker waits, m.
 const BEHIND_BALL_M: f32 = 0.45;
-/// A ball believed farther than this from its mark has been played, m: what is believed is not exact.
+/// A ball believed farther than this from its mark counts as played, m.
 const PLAYED_M: f32 = 0.4;
-/// How far from the penalty area those stay who must not enter it, m.
+/// The distance that players who must not enter the penalty area keep from it, m.
 const AREA_MARGIN_M: f32 = 0.3;
 
-/// Whose penalty kick is being prepared or under way, as far as the player knows: of nobody known, if it does not.
+/// The team whose penalty kick is being prepared or under way; `Some(None)` if the player does not know the team.
 fn penalty_kick(player: &Player) -> Option<Option<Team>> {
     player.status.set_play.filter(|set_play| set_play.kind == SetPlayKind::PenaltyKick).map(|set_play| set_play.team)
 }
 
-/// The penalty mark from which the ball is played, m, team frame.
+/// The penalty mark of a penalty kick for the own team, or against it, m, team frame.
 fn mark(player: &Player, is_ours: bool) -> Vec2 {
     let x = player.pitch.half_length() - player.pitch.penalty_mark_distance_m;
     Vec2::new(if is_ours { x } else { -x }, 0.0)
 }
 
-/// Whether the player is the one of its team who takes a penalty kick: of the field players that it knows of the one nearest to
-/// the mark.
+/// Whether the player takes its team's penalty kick: among the field players that it knows of, it is the nearest to the mark.
 fn is_kicker(player: &Player) -> bool {
     let mark = mark(player, true);
     let own = player.position().distance(mark);
@@ -42,7 +40,7 @@ fn is_kicker(player: &Player) -> bool {
             .all(|(mate, distance)| (own, player.id.number) < (distance, mate.number))
 }
 
-/// The player's place for a penalty kick, team frame; none if there is none.
+/// The player's place for a penalty kick, team frame; `None` without a penalty kick.
 pub fn place(player: &Player) -> Option<Pose> {
     let team = penalty_kick(player)?;
     let is_ours = team == Some(player.id.team);
@@ -55,8 +53,8 @@ pub fn place(player: &Player) -> Option<Pose> {
     })
 }
 
-/// The decision as the rules of a penalty kick, or of a shoot-out, allow it.
-pub fn obey(player: &Player, decision: Decision) -> Decision {
+/// Limits a decision to what the rules of a penalty kick, or of a shoot-out, allow.
+pub fn apply(player: &Player, decision: Decision) -> Decision {
     let opponents = player.id.team.opponent();
     let in_shoot_out =
         player.rules.shoot_out_procedure == ShootOutProcedure::Spl2025 && player.status.shoot_out == Some(opponents);
@@ -97,7 +95,7 @@ mod tests {
     }
 
     fn walk(situation: &PlayerFixture) -> WalkCommand {
-        obey(&situation.player(), Decision { walk: WalkCommand::new(0.005, 0.0, 0.0), ..default() }).walk
+        apply(&situation.player(), Decision { walk: WalkCommand::new(0.005, 0.0, 0.0), ..default() }).walk
     }
 
     #[test]

@@ -1,19 +1,19 @@
-//! What a built-in player has to decide on, what it decides, and what it remembers.
+//! The knowledge of a built-in player, its decision in a cycle, and its memory.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::gaze_history::GazeHistory;
+use super::gaze_search::Head;
 use super::hearing::Whistles;
-use super::looked_around::LookedAround;
-use super::looking::Head;
 use super::passing::Pass;
 use super::walking::{
-    BALL_CLEARANCE_M, OBSTACLE_MEMORY_S, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M,
-    TOLD_MEMORY_S, step_towards, way_around,
+    BALL_CLEARANCE_M, OBSTACLE_MEMORY_S, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, REPORTED_MEMORY_S,
+    ROBOT_CLEARANCE_M, step_towards, way_around,
 };
 use naoisis_core::ball::Rolling;
 use naoisis_core::communication::ReceivedMessage;
-use naoisis_core::game::Rules;
+use naoisis_core::game::{DefenderLimit, Rules};
 use naoisis_core::geometry::{Pose, angle_of, unit, unrotate};
 use naoisis_core::kick_geometry::KickType;
 use naoisis_core::knowledge::Knowledge;
@@ -22,110 +22,109 @@ use naoisis_core::referee::GameStatus;
 use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadCommand;
 use naoisis_core::robot::kick::{KickRequest, KickSettings};
+use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
 use naoisis_core::robot::posture::PostureRequest;
-use naoisis_core::team::RobotId;
+use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::{BallBelief, Belief, RobotBelief};
-use naoisis_sensing::sensing::latency::Latency;
 use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
 use naoisis_sensing::sensing::status::BodyStatus;
 
-/// What the clearances of the built-in teams are measured for: half the width of a NAO with its arms, how far its feet reach
-/// ahead, and the radius of the paper's ball, m. Others keep so much more, or less.
+/// Half the width of a NAO with its arms, m. The clearances of the built-in teams were measured for a NAO with the paper's ball; other
+/// robots and balls add the difference in size.
 const NAO_HALF_WIDTH_M: f32 = 0.15;
-/// See [`NAO_HALF_WIDTH_M`].
+/// How far the feet of a NAO reach ahead of its origin, m.
 const NAO_FRONT_M: f32 = 0.11;
-/// See [`NAO_HALF_WIDTH_M`].
+/// The radius of the paper's ball, m.
 const NAO_BALL_RADIUS_M: f32 = 0.03;
-/// How far its feet reach to either side of a NAO's middle, and half the width that an opponent of its size blocks: a little more, for
-/// the ball's radius, m.
+/// How far the feet of a NAO reach to either side, m.
 const NAO_FEET_HALF_WIDTH_M: f32 = 0.1;
-/// See [`NAO_FEET_HALF_WIDTH_M`].
+/// Half the width that a NAO blocks for the paper's ball, m: its feet and the ball's radius.
 const NAO_BLOCKED_HALF_WIDTH_M: f32 = 0.15;
 
-/// Everything that a player knows when it decides.
+/// Everything that a player can decide by.
 #[derive(Clone, Copy, Debug)]
 pub struct Player<'a> {
-    /// Who it is.
+    /// Its team and number.
     pub id: RobotId,
-    /// What it believes.
+    /// Its belief.
     pub belief: &'a Belief,
-    /// What its team-mates told it in this cycle.
+    /// The messages that it received in this cycle.
     pub heard: &'a [ReceivedMessage],
-    /// What it is told of the game.
+    /// The state of the game, as reported to it.
     pub status: &'a GameStatus,
     /// What its body is doing.
     pub body: BodyStatus,
-    /// What its sonars measured.
+    /// The readings of its sonars.
     pub sonar: SonarReading,
     /// Where its sonars point.
     pub sonar_settings: &'a SonarSettings,
-    /// How fast it walks.
+    /// The limits of its walk.
     pub limits: &'a MotionLimits,
-    /// How far it kicks.
+    /// Its kicks.
     pub kicks: &'a KickSettings,
-    /// How late its commands are.
+    /// The delay of its commands.
     pub latency: &'a Latency,
     /// Its body.
     pub own_body: &'a Body,
-    /// Its head, and what is in view of it.
+    /// Its head, with the field of view of the cameras.
     pub head: Head,
     /// How the ball rolls.
     pub rolling: Rolling,
     /// The ball's radius, m.
     pub ball_radius_m: f32,
-    /// The pitch that is played on.
+    /// The pitch.
     pub pitch: &'a Pitch,
-    /// The rules that are played by.
+    /// The rules of the match.
     pub rules: &'a Rules,
     /// Duration of a cycle, s.
     pub period: f32,
-    /// Where it faces, unit vector, team frame.
+    /// The direction that it faces, unit vector, team frame.
     pub forward: Vec2,
 }
 
-/// What a player does in a cycle.
+/// The decision of a player in a cycle.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Decision {
     /// The step.
     pub walk: WalkCommand,
-    /// Where the steps lead, m, team frame: for people who watch.
+    /// The place that the player walks to, m, team frame: for display.
     pub target: Option<Vec2>,
-    /// Where to look; none for what [`super::looking`] proposes.
+    /// Where to look; `None` for what [`watch`](super::gaze_walking::watch) chooses.
     pub head: Option<HeadCommand>,
     /// The kick.
     pub kick: Option<KickRequest>,
-    /// What it does with its whole body.
+    /// The motion of the whole body: a dive, or getting up.
     pub posture: Option<PostureRequest>,
-    /// What it is about, in a word.
+    /// The intention, in a word.
     pub intention: &'static str,
-    /// The pass that it announces to its team-mates.
+    /// The pass to announce to the team-mates.
     pub pass: Option<Pass>,
-    /// Whether it tells its team-mates which opponents it sees.
+    /// Whether to report the opponents in view to the team-mates.
     pub reports_opponents: bool,
 }
 
-/// What a built-in player remembers from cycle to cycle.
+/// The memory of a built-in player from cycle to cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Belief)]
 pub struct PlayerMemory {
-    /// How often the robots had been placed.
+    /// Number of restarts at which the robots had been placed.
     pub restarts: Option<u32>,
-    /// What it makes of the referee's whistles.
+    /// The referee's whistles, as the player understands them.
     pub whistles: Whistles,
-    /// When it said something last, if messages are limited, s.
+    /// When it sent its last message, if messages are limited, s.
     pub spoke_at_s: Option<f32>,
     /// Whether the game was in `ready` or `set`.
     pub waited_for_kick_off: bool,
-    /// When the kick-off was given that is not over yet, s.
+    /// When the current kick-off began, s; `None` once it is over.
     pub kick_off_since_s: Option<f32>,
     /// The direction in which the ball should go, team frame.
     pub aim: Option<Vec2>,
     /// The kick that is being prepared.
     pub kick: Option<KickType>,
-    /// Since when the ball lies right for the kick that it is about to make, s.
+    /// Since when the ball lies right for the kick that is being prepared, s.
     pub ready_since_s: Option<f32>,
-    /// When it told its legs to kick last, s.
+    /// When it commanded its last kick, s.
     pub kicked_at_s: Option<f32>,
     /// Since when it is at the ball, s.
     pub at_ball_since_s: Option<f32>,
@@ -135,19 +134,19 @@ pub struct PlayerMemory {
     pub lost_since_s: Option<f32>,
     /// On which side the ball was lost: whether on the left.
     pub lost_left: bool,
-    /// Until when it looks around instead of at the ball, s.
+    /// Until when it looks at landmarks instead of the ball, s.
     pub glance_until_s: f32,
-    /// When it looked around last, s.
+    /// When it last looked at landmarks, s.
     pub last_glance_s: f32,
-    /// The pass that a team-mate has announced to it, and when, s.
+    /// The pass that a team-mate announced to it, and when, s.
     pub expected_pass: Option<(Pass, f32)>,
-    /// The place that it has chosen to wait for a pass at, m, team frame.
+    /// The place where it waits for a pass, m, team frame.
     pub free_place: Option<Vec2>,
-    /// Opponents that team-mates tell of: who, where, m, team frame, and when, s.
+    /// Opponents that team-mates reported: by whom, where, m, team frame, and when, s.
     pub told_opponents: Vec<(RobotId, Vec2, f32)>,
-    /// Where it has looked of late.
+    /// When it last looked in each direction.
     #[serde(default)]
-    pub looked_around: LookedAround,
+    pub looked_around: GazeHistory,
 }
 
 impl<'a> Player<'a> {
@@ -161,34 +160,35 @@ impl<'a> Player<'a> {
         self.belief.pose.position
     }
 
-    /// The ball, if it has an idea where that is.
+    /// The ball, if its place is known.
     pub fn ball(&self) -> Option<&'a BallBelief> {
         self.belief.ball.as_ref()
     }
 
-    /// By how much its body is wider to either side than a NAO's, m. Others are taken to be as wide as itself.
+    /// How much wider its body is to either side than a NAO's, m. Other robots are assumed to be as wide.
     pub fn wider_than_nao_m(&self) -> f32 {
         self.own_body.torso.half_width_m - NAO_HALF_WIDTH_M
     }
 
-    /// By how much further ahead a ball before its feet lies than before a NAO's, m.
+    /// How much further ahead a ball at its feet lies than at a NAO's feet, m.
     pub fn longer_than_nao_m(&self) -> f32 {
         (self.own_body.base.x_m[1] - NAO_FRONT_M) + (self.ball_radius_m - NAO_BALL_RADIUS_M)
     }
 
-    /// Half the width that an opponent blocks for the ball, m: its feet and the ball's radius. Others are taken to be as wide as itself.
+    /// Half the width that an opponent blocks for the ball, m: its feet and the ball's radius. Opponents are assumed to be as wide as this
+    /// player.
     pub fn blocked_half_width_m(&self) -> f32 {
         NAO_BLOCKED_HALF_WIDTH_M
             + (self.own_body.base.half_width_m - NAO_FEET_HALF_WIDTH_M)
             + (self.ball_radius_m - NAO_BALL_RADIUS_M)
     }
 
-    /// How far it walks around the ball, m.
+    /// The distance from the ball at which it walks around it, m.
     pub fn ball_clearance_m(&self) -> f32 {
         BALL_CLEARANCE_M + self.longer_than_nao_m()
     }
 
-    /// A point of the team frame in the robot's, m.
+    /// Transforms a point from the team frame to the robot frame, m.
     pub fn in_robot(&self, point: Vec2) -> Vec2 {
         unrotate(self.forward, point - self.position())
     }
@@ -203,7 +203,7 @@ impl<'a> Player<'a> {
         Vec2::new(self.pitch.half_length(), 0.0)
     }
 
-    /// The distance of the nearest opponent from a place, m.
+    /// The distance from `place` to the nearest opponent, m.
     pub fn nearest_opponent(&self, place: Vec2) -> f32 {
         self.belief
             .opponents
@@ -213,42 +213,37 @@ impl<'a> Player<'a> {
             .sqrt()
     }
 
-    /// Where opponents are that were seen of late, m, team frame.
+    /// The places of opponents that were seen recently, m, team frame.
     pub fn fresh_opponents(&self) -> impl Iterator<Item = Vec2> + use<'a> {
-        /// What was seen longer ago is not worth telling of, s.
+        /// The greatest age of what is recent, s.
         const FRESH_S: f32 = 0.5;
         let opponents = self.belief.opponents.iter();
         opponents.filter(|opponent| opponent.age_s < FRESH_S).map(|opponent| opponent.position_m)
     }
 
-    /// Whether a kick that it told its legs has not reached them yet: the next would find them busy.
-    pub fn kick_is_on_its_way(&self, memory: &PlayerMemory) -> bool {
+    /// Whether its last kick command has not reached the legs yet. Another one would find them busy.
+    pub fn is_kick_pending(&self, memory: &PlayerMemory) -> bool {
         let until_s = self.latency.kick_s + 0.5 * self.period;
         memory.kicked_at_s.is_some_and(|then| (0.0..until_s).contains(&(self.status.time_s - then)))
     }
 
-    /// What is in the way: robots, posts, and what the sonars hear besides. The ball is not.
+    /// The obstacles: robots, posts, and what else the sonars detect. The ball is not among them.
     pub fn obstacles(&self) -> Obstacles {
         let mut obstacles = Obstacles::default();
         let own = self.position();
         let near = |place: Vec2| place.distance_squared(own) < OBSTACLE_RANGE_M * OBSTACLE_RANGE_M;
         let robots = self.belief.opponents.iter().chain(&self.belief.team_mates);
-        // Team-mates that told where they are walk on.
-        let memory_s = |robot: &RobotBelief| if robot.id.is_some() { TOLD_MEMORY_S } else { OBSTACLE_MEMORY_S };
+        // Team-mates that reported their places walk on.
+        let memory_s = |robot: &RobotBelief| if robot.id.is_some() { REPORTED_MEMORY_S } else { OBSTACLE_MEMORY_S };
         for robot in robots.filter(|robot| robot.age_s < memory_s(robot) && near(robot.position_m)) {
             obstacles.add(robot.position_m, ROBOT_CLEARANCE_M + 2.0 * self.wider_than_nao_m());
         }
-        let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);
-        for post in [Vec2::new(-x, -y), Vec2::new(-x, y), Vec2::new(x, -y), Vec2::new(x, y)] {
-            if near(post) {
-                obstacles.add(post, POST_CLEARANCE_M + self.wider_than_nao_m());
-            }
+        for post in self.goal_posts().into_iter().filter(|post| near(*post)) {
+            obstacles.add(post, POST_CLEARANCE_M + self.wider_than_nao_m());
         }
-        for (reading, side) in [(self.sonar.left, 1.0), (self.sonar.right, -1.0)] {
-            // What is far away will be seen in time.
-            let Some(distance) = reading.filter(|distance| *distance < 0.45) else { continue };
-            let direction = self.forward.rotate(unit(side * self.sonar_settings.heading));
-            let place = own + direction * (distance + 0.05);
+        // What is far away will be seen in time.
+        for (_, offset) in self.echoes().filter(|(distance_m, _)| *distance_m < 0.45) {
+            let place = own + offset;
             let known = obstacles.iter().any(|known| known.centre.distance_squared(place) < 0.4 * 0.4);
             if !known {
                 obstacles.add(place, 0.3);
@@ -257,21 +252,48 @@ impl<'a> Player<'a> {
         obstacles
     }
 
-    /// The step towards a place past the obstacles, turning to face `facing` (unit vector, team frame).
+    /// The goal posts, m, team frame: the own ones first.
+    pub fn goal_posts(&self) -> [Vec2; 4] {
+        let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);
+        [Vec2::new(-x, -y), Vec2::new(-x, y), Vec2::new(x, -y), Vec2::new(x, y)]
+    }
+
+    /// The echoes of the sonars: each distance, m, and the offset from the player to the middle of what gave the echo, m, team frame.
+    pub fn echoes(&self) -> impl Iterator<Item = (f32, Vec2)> + use<'a> {
+        /// The middle of an object lies this far behind the surface that gives the echo, m.
+        const ECHO_DEPTH_M: f32 = 0.05;
+        let (forward, heading) = (self.forward, self.sonar_settings.heading);
+        [(self.sonar.left, 1.0), (self.sonar.right, -1.0)].into_iter().filter_map(move |(distance_m, side)| {
+            let distance_m = distance_m?;
+            Some((distance_m, forward.rotate(unit(side * heading)) * (distance_m + ECHO_DEPTH_M)))
+        })
+    }
+
+    /// The team whose kick-off is not over yet.
+    pub fn kick_off_team(&self, memory: &PlayerMemory) -> Option<Team> {
+        memory.kick_off_since_s.map(|_| self.status.kick_off_team)
+    }
+
+    /// Whether the rules let only the keeper into its own penalty area.
+    pub fn is_own_area_for_keeper_only(&self) -> bool {
+        self.rules.illegal_defender && self.rules.defender_limit == DefenderLimit::KeeperOnly
+    }
+
+    /// The step towards `place` past the obstacles, turning to `facing` (unit vector, team frame).
     pub fn walk_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
         let way = way_around(self.position(), place, obstacles);
         step_towards(self.forward, way, facing, self.limits, self.period)
     }
 
-    /// The step towards a place to be at: who is near enough to it stands, and who walks goes on until it is there. What one
-    /// believes of places is not exact, and who stands need not follow it.
+    /// The step towards a place to stay at. A standing player that is near enough keeps standing, a walking one goes on until it has
+    /// arrived: believed places are not exact, and a standing player need not follow their noise.
     pub fn go_and_stay(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
-        /// Standing within so many metres and radians, it stays.
+        /// A standing player stays within this distance, m, and angle, radians.
         const STAYS: (f32, f32) = (0.12, 0.35);
-        /// Walking, it goes on until it is within so many.
+        /// A walking player goes on until it is within these.
         const THERE: (f32, f32) = (0.04, 0.1);
 
-        /// The same where commands are followed at once.
+        /// The same for robots without a gait, which follow commands at once.
         const STAYS_EXACTLY: (f32, f32) = (0.04, 0.05);
         const THERE_EXACTLY: (f32, f32) = (0.01, 0.02);
 
@@ -289,7 +311,7 @@ impl<'a> Player<'a> {
         if off < turned { WalkCommand::default() } else { self.walk_to(self.position(), facing, obstacles) }
     }
 
-    /// The step towards a place: over a longer way facing ahead, otherwise facing `facing`.
+    /// The step towards `place`: facing ahead if it is far away, otherwise turning to `facing`.
     pub fn travel_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
         let way = place - self.position();
         let facing = if way.length_squared() > 0.8 * 0.8 { way.normalize_or(facing) } else { facing };
@@ -396,9 +418,9 @@ pub(super) mod tests {
         assert_eq!(count(&situation), 3);
         // A team-mate that told where it is walks on.
         let told = |age_s| RobotBelief { id: Some(RobotId::new(Team::Blue, 3)), ..robot(1.4, -0.3, age_s) };
-        situation.belief.team_mates = vec![told(0.5 * TOLD_MEMORY_S)];
+        situation.belief.team_mates = vec![told(0.5 * REPORTED_MEMORY_S)];
         assert_eq!(count(&situation), 4);
-        situation.belief.team_mates = vec![told(1.5 * TOLD_MEMORY_S)];
+        situation.belief.team_mates = vec![told(1.5 * REPORTED_MEMORY_S)];
         assert_eq!(count(&situation), 3);
     }
 }

@@ -1,12 +1,13 @@
-//! The striker goes for the ball, unless a team-mate other than the keeper is there sooner.
+//! Strikers and supporters: each goes for the ball unless a team-mate other than the keeper is there sooner.
 
 use super::attack::{attack, search};
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{has_turn, support_and_defend};
+use naoisis_core::team::RobotId;
 
-/// Decides for a striker.
+/// Decides for a striker or a supporter.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
-    memory.attacks = has_turn(player, memory, ball, |id| id.is_none_or(|id| !id.is_goalkeeper()));
+    memory.attacks = has_turn(player, memory, ball, |id| !id.is_some_and(RobotId::is_goalkeeper));
     if memory.attacks { attack(player, memory) } else { support_and_defend(player, ball) }
 }

@@ -1,15 +1,15 @@
-//! How often a player talks where messages are limited: so that its team's last as long as the match.
+//! How often a player sends messages where they are limited: so that those of its team last for the match.
 
 use super::player::{Player, PlayerMemory};
 use naoisis_core::game::GameState;
 
-/// Messages that are kept back for each robot: what several say at once is counted afterwards.
+/// Messages kept in reserve for each robot: those that several robots send at once are counted afterwards.
 const RESERVE: u32 = 3;
-/// Who announces a pass waits no longer than this since it spoke last, s.
+/// The longest time between two messages of a player that announces a pass, s.
 const URGENT_S: f32 = 1.0;
 
-/// Whether it is time for the player to say something, and if so, takes note of it. `urgent`: it cannot wait for long.
-pub fn may_speak(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> bool {
+/// Whether it is time for the player to send a message; if so, records it in `memory`. An `urgent` message waits at most [`URGENT_S`].
+pub fn may_send(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> bool {
     let status = player.status;
     if status.messages_left.is_none() {
         return true;
@@ -19,15 +19,15 @@ pub fn may_speak(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> bo
         return false;
     }
     let pause_s = if urgent { pause_s.min(URGENT_S) } else { pause_s };
-    let speaks = memory.spoke_at_s.is_none_or(|at| status.time_s - at >= pause_s);
-    if speaks {
+    let sends = memory.spoke_at_s.is_none_or(|at| status.time_s - at >= pause_s);
+    if sends {
         memory.spoke_at_s = Some(status.time_s);
     }
-    speaks
+    sends
 }
 
-/// How long a player is silent between two messages so that its team's last for the rest of the match, s: 0 where they are not limited,
-/// infinite when none is left.
+/// The time between two messages of a player with which those of its team last for the rest of the match, s: 0 where messages are not
+/// limited, infinite when none is left.
 pub fn pause_between_messages_s(player: &Player) -> f32 {
     let status = player.status;
     let Some(left) = status.messages_left else { return 0.0 };
@@ -59,7 +59,7 @@ mod tests {
             let (time_s, time_left_s) = (f32::from(second), Some(600.0 - f32::from(second % 600)));
             situation.status = naoisis_core::referee::GameStatus { half, time_s, time_left_s, ..situation.status };
             situation.status.messages_left = Some(left);
-            if may_speak(&situation.player(), &mut memory, urgent) {
+            if may_send(&situation.player(), &mut memory, urgent) {
                 spoken += 1;
                 // All five talk alike.
                 left -= 5;
@@ -78,7 +78,7 @@ mod tests {
     fn where_nothing_is_limited_everybody_talks_all_the_time() {
         let situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         let mut memory = PlayerMemory::default();
-        assert!((0..3).all(|_| may_speak(&situation.player(), &mut memory, false)));
+        assert!((0..3).all(|_| may_send(&situation.player(), &mut memory, false)));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Going places: around the ball without touching it, past robots and posts.
+//! Walking to a place: past robots and posts, and around the ball without touching it.
 
 use bevy::prelude::*;
 use core::f32::consts::{FRAC_PI_2, PI};
@@ -7,24 +7,24 @@ use naoisis_core::geometry::{angle_of, unrotate};
 use naoisis_core::robot::gait::Gait;
 use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
 
-/// The toes' corner is 15 cm from a robot's origin and the ball's radius is 3 cm: further away than this, a robot may
-/// turn as it likes without touching the ball, m.
+/// The distance from the ball at which a NAO can turn without touching it, m: the corner of its toes is 15 cm from its origin, and the
+/// radius of the ball is 3 cm.
 pub const BALL_CLEARANCE_M: f32 = 0.21;
-/// Another robot's place and its own are at least so far apart, m: half of a torso's width each, and a little.
+/// The least distance of two robots' places, m: half the width of each torso, and a margin.
 pub const ROBOT_CLEARANCE_M: f32 = 0.36;
-/// Distance from a post's centre, m: half of a torso's width, the post's radius, and a little.
+/// The least distance from the centre of a post, m: half the width of the torso, the post's radius, and a margin.
 pub const POST_CLEARANCE_M: f32 = 0.25;
-/// Obstacles further away than this do not matter yet, m.
+/// The greatest distance at which obstacles count, m.
 pub const OBSTACLE_RANGE_M: f32 = 1.5;
-/// A robot seen longer ago may be anywhere, s.
+/// The greatest age of the place of a robot that is avoided, s.
 pub const OBSTACLE_MEMORY_S: f32 = 4.0;
-/// Places that team-mates told of longer ago are not avoided, s.
-pub const TOLD_MEMORY_S: f32 = 2.0;
-/// How much further than its edge an obstacle is passed, as a share of the radius: for coming back to the straight way.
+/// The greatest age of the reported place of a team-mate that is avoided, s.
+pub const REPORTED_MEMORY_S: f32 = 2.0;
+/// The radius at which an obstacle is passed, as a multiple of its own, so that the player returns to the straight way.
 const PASSING_FACTOR: f32 = 1.02;
-/// A robot whose speed to the side is less than this share of that ahead goes only ahead and back, as one on wheels.
+/// A robot whose speed to the side is less than this share of that ahead walks only ahead and back.
 const LEAST_SIDEWAYS_SHARE: f32 = 0.15;
-/// The most obstacles that are reckoned with.
+/// The greatest number of obstacles.
 const MOST_OBSTACLES: usize = 24;
 
 /// A circle that the robot's origin should not enter.
@@ -36,7 +36,7 @@ pub struct Obstacle {
     pub radius_m: f32,
 }
 
-/// What is in the way.
+/// The obstacles of a player.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Obstacles {
     circles: [Obstacle; MOST_OBSTACLES],
@@ -50,7 +50,7 @@ impl Default for Obstacles {
 }
 
 impl Obstacles {
-    /// Adds one; what does not fit is ignored.
+    /// Adds an obstacle; more than 24 are ignored.
     pub fn add(&mut self, centre: Vec2, radius_m: f32) {
         if let Some(circle) = self.circles.get_mut(self.count) {
             *circle = Obstacle { centre, radius_m };
@@ -58,7 +58,7 @@ impl Obstacles {
         }
     }
 
-    /// All of them.
+    /// All obstacles, in the order in which they were added.
     pub fn iter(&self) -> impl Iterator<Item = &Obstacle> {
         self.circles[..self.count].iter()
     }
@@ -76,10 +76,10 @@ pub fn step_towards(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimit
     WalkCommand { dx: step.x, dy: step.y, dtheta: turn }
 }
 
-/// The velocity (m/s, m/s, rad/s, robot frame) at which a robot that walks step by step goes along `way` and turns to `facing`: so
-/// fast that it comes to rest there, and over a longer way facing ahead, where that is sooner.
+/// The velocity (m/s, m/s, rad/s, robot frame) with which a robot with a gait goes along `way` and turns to `facing`. It brakes so that
+/// it stops at the end, and faces ahead on a longer way if it arrives sooner so.
 fn velocity_towards(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> Vec3 {
-    /// Nearer than this, and turned by less, it is there: what is left is within the play of its joints, m and radians.
+    /// The robot has arrived within this distance, m, and angle, radians: the rest is within the play of its joints.
     const THERE: (f32, f32) = (0.008, 0.035);
 
     let distance = way.length();
@@ -95,20 +95,20 @@ fn velocity_towards(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits:
     gait.reachable(towards.extend(turn.copysign(angle)), limits)
 }
 
-/// Where a robot that does not walk sideways is this near, it is there: it cannot mend what is left on the spot, m.
+/// A robot that does not walk sideways has arrived within this distance, m: it cannot correct the rest on the spot.
 const THERE_WITHOUT_SIDEWAYS_M: f32 = 0.02;
 
-/// Whether the robot can go sideways fast enough to make use of it.
+/// Whether the robot walks sideways fast enough for it to be useful.
 pub fn walks_sideways(limits: &MotionLimits) -> bool {
     limits.gait.is_none_or(|gait| gait.sideways_mps >= LEAST_SIDEWAYS_SHARE * limits.max_linear_mps)
 }
 
-/// The velocity of a robot that goes along `way` without going sideways: it turns there, and then goes ahead; over a short way it
-/// backs instead of turning around.
+/// The velocity of a robot that goes along `way` without walking sideways: it turns, and then walks ahead; on a short way it walks
+/// backwards instead of turning around.
 fn velocity_ahead(forward: Vec2, way: Vec2, gait: &Gait, limits: &MotionLimits) -> Vec3 {
-    /// Turned away by more than this, it turns on the spot, radians.
+    /// The robot turns on the spot if its way is at a greater angle than this, radians.
     const TURNS_FIRST: f32 = 0.5;
-    /// Over no more than this it backs, m.
+    /// The longest way that the robot walks backwards, m.
     const BACKS_M: f32 = 0.3;
 
     let distance = way.length();
@@ -121,21 +121,21 @@ fn velocity_ahead(forward: Vec2, way: Vec2, gait: &Gait, limits: &MotionLimits) 
     gait.reachable(Vec3::new(speed, 0.0, turn), limits)
 }
 
-/// Whether a robot is sooner at the end of `way` if it turns there, walks ahead, and turns to `facing` in the end, than if it faces
-/// `facing` all the time.
+/// Whether a robot is sooner at the end of `way` if it turns, walks ahead, and turns to `facing` at the end than if it faces `facing` all
+/// the time.
 fn is_sooner_ahead(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> bool {
     let (ahead_s, way_s) = (ahead_s(forward, way, facing, limits), aside_s(way, facing, gait, limits));
-    // Angles are asked for where they matter: the way alone may take longer.
+    // The angle is computed only if it matters: the way alone may take longer.
     ahead_s < way_s || ahead_s < way_s + turn_s(forward, facing, limits)
 }
 
-/// How long it takes to turn to a way, go along it ahead, and turn to `facing`, s.
+/// The time to turn to `way`, walk along it ahead, and turn to `facing`, s.
 fn ahead_s(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits) -> f32 {
     let ahead = way.normalize_or(facing);
     way.length() / limits.max_linear_mps + turn_s(forward, ahead, limits) + turn_s(ahead, facing, limits)
 }
 
-/// How long it takes to go along a way facing `facing`, s.
+/// The time to walk along `way` while facing `facing`, s.
 fn aside_s(way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
     let ahead = way.normalize_or(facing);
     let speed_mps = gait.reachable((unrotate(facing, ahead) * limits.max_linear_mps).extend(0.0), limits).length();
@@ -146,8 +146,8 @@ fn turn_s(from: Vec2, to: Vec2, limits: &MotionLimits) -> f32 {
     about_angle_between(from, to) / limits.max_angular
 }
 
-/// The angle between two directions, radians, to 1e-5: without a branch, as directions of different plans are in no order, and a
-/// proper arc tangent asks which eighth of the circle it is in.
+/// The angle between two directions, radians, to 1e-5. Without branches, which would be mispredicted here: an exact arc tangent branches
+/// on the octant.
 fn about_angle_between(from: Vec2, to: Vec2) -> f32 {
     let (along, across) = (from.dot(to), from.perp_dot(to).abs());
     let (less, more) = (along.abs().min(across), along.abs().max(across));
@@ -160,8 +160,8 @@ fn about_angle_between(from: Vec2, to: Vec2) -> f32 {
     if along < 0.0 { PI - angle } else { angle }
 }
 
-/// About how long a robot with a gait takes to go along `way` and to face `facing` in the end, s: in the sooner one of the two ways
-/// in which [`step_towards`] has it walk.
+/// The approximate time that a robot with a gait takes to go along `way` and to face `facing` at the end, s, by the sooner of the two
+/// manners of [`step_towards`].
 pub fn walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
     let ahead_s = ahead_s(forward, way, facing, limits);
     if !walks_sideways(limits) {
@@ -171,18 +171,16 @@ pub fn walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limit
     if way_s >= ahead_s { ahead_s } else { ahead_s.min(way_s + turn_s(forward, facing, limits)) }
 }
 
-/// Less than a robot takes to go along `way` and to face `facing` in the end, s: by the straight way and the chord of the angle.
+/// A lower bound of the time to go along `way` and to face `facing` at the end, s: from the straight way and the chord of the angle.
 pub fn least_walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits) -> f32 {
-    /// With something to spare for rounding.
+    /// A margin for rounding.
     const SURELY: f32 = 0.999;
     SURELY * (way.length() / limits.max_linear_mps + forward.distance(facing) / limits.max_angular)
 }
 
-/// The way to go now so as to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on
-/// the way.
+/// The way to go now to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on the way.
 ///
-/// An obstacle that the place to reach lies in is shrunk so far that it can be reached. Who is inside an obstacle leaves it
-/// sideways, outwards.
+/// An obstacle that contains `to` is shrunk so that it can be reached. A robot inside an obstacle leaves it sideways and outwards.
 pub fn way_around(from: Vec2, to: Vec2, obstacles: &Obstacles) -> Vec2 {
     let way = to - from;
     let distance = way.length();
@@ -203,7 +201,7 @@ pub fn way_around(from: Vec2, to: Vec2, obstacles: &Obstacles) -> Vec2 {
             .filter(|other| other.centre != centre)
             .all(|other| !blocks(from, way.normalize_or_zero(), length, other.centre, 0.8 * other.radius_m))
     };
-    // On the nearer side, unless that is blocked and the other is not.
+    // On the nearer side, unless it is blocked and the other one is not.
     let side = if way.perp_dot(centre - from) > 0.0 { -1.0 } else { 1.0 };
     let near = tangent(from, centre, radius, side);
     if clear(near, near.length()) {
@@ -213,15 +211,14 @@ pub fn way_around(from: Vec2, to: Vec2, obstacles: &Obstacles) -> Vec2 {
     if clear(far, far.length()) { far } else { near }
 }
 
-/// Whether a straight way in `direction` over `distance` meets a circle.
+/// Whether a straight way in `direction` over `distance` meets the circle.
 fn blocks(from: Vec2, direction: Vec2, distance: f32, centre: Vec2, radius: f32) -> bool {
     let offset = centre - from;
     let along = direction.dot(offset);
     along > 0.0 && along - radius < distance && direction.perp_dot(offset).abs() < radius
 }
 
-/// The way to the point where the tangent touches a circle, on the right (`side` = -1) or left (+1) of it; from inside,
-/// outwards and around.
+/// The way to the point where the tangent touches the circle, on its right (`side` = -1) or left (+1); from inside, outwards and around.
 fn tangent(from: Vec2, centre: Vec2, radius: f32, side: f32) -> Vec2 {
     let offset = centre - from;
     let distance_squared = offset.length_squared();
@@ -238,10 +235,9 @@ fn tangent(from: Vec2, centre: Vec2, radius: f32, side: f32) -> Vec2 {
     turned.rotate(offset) * (length / distance_squared.sqrt())
 }
 
-/// The next place on the way to where the ball is kicked from: around the ball without touching it, then straight ahead.
+/// The next place on the way to a kick from `position`, facing `facing`: around the ball without touching it, then straight ahead.
 ///
-/// `position` and `facing` are where to stand for the kick. Returns the place and whether the last stretch has begun,
-/// on which the ball is no obstacle.
+/// Also returns whether the last stretch has begun, on which the ball is no obstacle.
 pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2) -> (Vec2, bool) {
     let offset = unrotate(facing, own - position);
     let behind = -offset.x;
@@ -309,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_stands_too_near_moves_off() {
+    fn a_robot_that_stands_too_near_moves_away() {
         let obstacles = one_obstacle(0.1, 0.0, 0.4);
         let way = way_around(Vec2::ZERO, Vec2::new(2.0, 0.0), &obstacles);
         assert!(way.x < 0.0 && way.y.abs() > 0.0, "{way}");
@@ -326,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn who_walks_step_by_step_arrives_without_turning_back_and_faces_where_it_should() {
+    fn a_robot_with_a_gait_arrives_without_turning_back_and_faces_as_planned() {
         const PERIOD: f32 = 1.0 / 30.0;
         let limits = MotionLimits { gait: Some(Gait::default()), ..MotionLimits::default() };
         let gait = Gait::default();
@@ -357,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn who_cannot_walk_sideways_gets_everywhere_ahead_and_back() {
+    fn a_robot_that_cannot_walk_sideways_arrives_everywhere_ahead_and_back() {
         const PERIOD: f32 = 1.0 / 30.0;
         let gait = Gait { sideways_mps: 0.005, ..Gait::default() };
         let limits = MotionLimits { gait: Some(gait), ..MotionLimits::default() };

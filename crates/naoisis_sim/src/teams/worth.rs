@@ -1,7 +1,7 @@
-//! What a kick is worth: simple geometry of who is where, with the reach and the spread of the robot's own kicks and its own speed, so
-//! that it holds for any robot.
+//! The value of a kick, from the places of the robots and from the reach, the spread and the speed of the player's own robot, so that
+//! it holds for any robot.
 //!
-//! Worth is counted in goals: 1 is a sure goal for the own team, -1 one against it.
+//! Values are in goals: 1 is a certain goal for the own team, -1 one against it.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -11,51 +11,58 @@ use super::player::Player;
 use super::talking::pause_between_messages_s;
 use naoisis_sensing::belief::RobotBelief;
 
-/// How exactly the ball is aimed beside the spread of the kick itself, radians.
+/// Standard deviation of the aim, in addition to that of the kick itself, radians.
 const AIMING_SD: f32 = 0.05;
-/// What is left of a chance for each further kick over the whole reach that it takes to get there.
+/// The factor on the probability of a goal for each further kick over the whole reach that is needed.
 const LEFT_AFTER_A_KICK: f32 = 0.4;
-/// What a ball where one could score is worth, of the goal: opponents come back meanwhile.
+/// The value of a ball from which the team could score, as a share of a goal: opponents come back meanwhile.
 const STANDING: f32 = 0.35;
-/// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often. Measured against `roles`: the more it
-/// matters the more balls a team keeps, and from here on the fewer matches it wins.
+/// The weight of which team has the ball next, from 0 to 1, beside where the ball lies: possession changes often. Measured against
+/// `roles`: with a greater weight a team keeps more balls, and above this value it wins fewer matches.
 const POSSESSION: f32 = 0.57;
-/// The same for robots that aim their kicks, who need not walk around the ball first.
+/// The same for robots with kicks that can be aimed, which need not walk around the ball first.
 const POSSESSION_OF_AIMED: f32 = 0.45;
-/// The same for slow robots that talk as often as they like, on a pitch that is large beside their kicks.
+/// The same for slow robots with unlimited messages, on a pitch that is large for their kicks.
 const POSSESSION_OF_SLOW: f32 = 0.41;
-/// And so much more in a small team of slow robots, where nobody is left to win back a ball that is lost.
+/// Added in a small team of slow robots, in which no player is left to win back a lost ball.
 const POSSESSION_OF_FEW: f32 = 0.1;
-/// Teams up to this size are small, keeper included.
+/// The greatest size of a small team, keeper included.
 const FEW: u8 = 4;
-/// Kicks reach over this share of a small pitch.
+/// A pitch is small if kicks reach over more than this share of it.
 const SMALL_PITCH_SHARE: f32 = 0.75;
-/// Who is sooner at the ball by so long, and by the time for [`RACE_M`], gets it nearly three times of four, s.
+/// The robot that is sooner at the ball by this, and the time for [`RACE_M`], gets it in nearly three of four cases, s.
 const RACE_S: f32 = 0.5;
-/// How far a robot steps about at the ball before it has it, m: slow ones need longer for that.
+/// The distance that a robot walks at the ball before it controls it, m: slow robots need longer for it.
 const RACE_M: f32 = 0.12;
-/// Who takes longer than this to walk as far as it kicks is slow, s.
+/// A robot is slow if it takes longer than this to walk as far as it kicks, s.
 const SLOW_S: f32 = 16.0;
-/// Who is silent for shorter than this between two messages talks as often as it likes, s.
+/// Messages count as unlimited if a player can send one this often, s.
 const TALKS_FREELY_S: f32 = 1.0;
-/// How long an opponent takes to see where a ball rolls, s.
+/// The reaction time of an opponent to a rolling ball, s.
 const REACTION_S: f32 = 0.7;
-/// How exactly an opponent's place is known, m.
+/// Standard deviation of the believed place of an opponent, m.
 const PLACE_SD_M: f32 = 0.04;
-/// A place that is reached is so far from a robot's own at most, m.
+/// A robot has reached a place within this distance, m.
 const AT_PLACE_M: f32 = 0.2;
-/// While a foot swings, opponents come nearer to the ball by this share of the way that they could walk.
+/// Opponents come nearer to the ball by this share of the distance that they could walk while the foot swings.
 const COMING_SHARE: f32 = 0.8;
-/// Who gets a shot that missed: seldom the team that shot.
+/// The probability that the team that shot gets the ball after a miss.
 const OURS_AFTER_A_MISS: f32 = 0.2;
 
-/// Who plays with, and against, whoever has the ball.
+/// The other players that a kick depends on.
 #[derive(Clone, Copy, Debug)]
 pub struct Company<'a> {
-    /// The field players of the own team that are known: numbers and places, m, team frame.
+    /// The known field players of the own team: jersey numbers and places, m, team frame.
     pub mates: &'a [(u8, Vec2)],
-    /// The opponents that are known.
+    /// The known opponents.
     pub opponents: &'a [RobotBelief],
+}
+
+impl Company<'_> {
+    /// The time that the nearest opponent takes to walk to `place`, s, at the player's own speed.
+    pub fn opponents_walk_s(&self, player: &Player, place: Vec2) -> f32 {
+        walking_s(player, self.opponents.iter().map(|other| other.position_m), place)
+    }
 }
 
 /// The greatest reach of the player's kicks, m.
@@ -63,24 +70,24 @@ pub fn reach_m(player: &Player) -> f32 {
     player.kicks.types().map(|kick| player.kicks.max_distance_m(kick)).fold(0.1, f32::max)
 }
 
-/// How long the kick that reaches furthest takes until the foot meets the ball, s.
+/// The time until the foot meets the ball, s, of the kick with the greatest reach.
 pub(super) fn wind_up_s(player: &Player) -> f32 {
     player.kicks.strongest().map_or(player.kicks.wind_up_s, |kick| player.kicks.wind_up_of_s(kick))
 }
 
-/// How exact the kick that reaches furthest is: standard deviation of its direction, radians.
+/// Standard deviation of the direction of the kick with the greatest reach, radians.
 fn direction_sd(player: &Player) -> f32 {
     player.kicks.strongest().map_or(player.kicks.direction_sd, |kick| player.kicks.direction_sd_of(kick))
 }
 
-/// How far to either side of straight ahead the player's kicks can be aimed, radians.
+/// The greatest angle from straight ahead for which a kick is prepared, radians.
 pub(super) fn aims_within(player: &Player) -> f32 {
     let kicks = player.kicks.types().filter_map(|kick| player.kicks.geometry(kick));
     AIMED_SHARE * kicks.map(|kick| kick.aims_within()).fold(0.0, f32::max)
 }
 
-/// How likely a team with the ball at `place` scores, with nobody in its way: from within reach by how wide the goal looks beside
-/// the spread of a kick, from further away less.
+/// The probability that a team with the ball at `place` scores with no opponent in the way: within reach it follows from the angle of the
+/// goal and the spread of a kick, from further away it is less.
 pub fn threat(player: &Player, place: Vec2) -> f32 {
     let way = player.opponent_goal() - place;
     let distance = way.length().max(0.3);
@@ -97,12 +104,12 @@ fn is_pitch_small(player: &Player) -> bool {
     reach_m(player) > SMALL_PITCH_SHARE * player.pitch.length_m
 }
 
-/// Whether the player is slow beside what it kicks.
+/// Whether the player is slow for the reach of its kicks.
 pub(super) fn is_slow(player: &Player) -> bool {
     reach_m(player) > SLOW_S * player.limits.max_linear_mps
 }
 
-/// How much it matters who has the ball next, of 1.
+/// The weight of which team has the ball next, from 0 to 1.
 fn possession(player: &Player) -> f32 {
     let talks_freely = pause_between_messages_s(player) < TALKS_FREELY_S;
     let of_many = if aims_within(player) > 0.0 {
@@ -115,14 +122,14 @@ fn possession(player: &Player) -> f32 {
     if player.rules.team_size <= FEW && is_slow(player) { of_many + POSSESSION_OF_FEW } else { of_many }
 }
 
-/// What a ball at `place` is worth that the own team gets first with this likelihood: how likely it is to score less how likely the
-/// others are, who see the place mirrored.
+/// The value of a ball at `place` that the own team gets first with the probability `ours`: the probability that it scores less that of
+/// the opponents, for whom the place is mirrored.
 pub(super) fn standing(player: &Player, place: Vec2, ours: f32) -> f32 {
     let ours = 0.5 + possession(player) * (ours - 0.5);
     STANDING * (ours * threat(player, place) - (1.0 - ours) * threat(player, -place))
 }
 
-/// How likely a ball that is kicked in this direction goes between the posts.
+/// The probability that a ball kicked in `direction` goes between the posts.
 fn hits(player: &Player, ball: Vec2, direction: Vec2) -> f32 {
     let spread = direction_sd(player) + AIMING_SD;
     let half_goal = 0.5 * player.pitch.goal.width_m - player.ball_radius_m;
@@ -130,14 +137,14 @@ fn hits(player: &Player, ball: Vec2, direction: Vec2) -> f32 {
         let post = player.opponent_goal() + Vec2::Y * side * half_goal - ball;
         // The sine of the angle between the way and the post is near enough to the angle.
         let angle = side * direction.perp_dot(post) / post.length().max(0.1);
-        likely(1.7 * angle / spread)
+        logistic(1.7 * angle / spread)
     };
     (inside(1.0) + inside(-1.0) - 1.0).max(0.0)
 }
 
-/// What a shot in this direction is worth: a goal, a ball before the goal, or one before the feet of who stops it.
+/// The value of a shot in `direction`: a goal, a ball before the goal, or one at the feet of the opponent that stops it.
 pub(super) fn shot_worth(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> f32 {
-    /// What is not a goal ends so far before the goal line, m.
+    /// A ball that misses stops this far before the goal line, m.
     const BEFORE_GOAL: Vec2 = Vec2::X;
     let distance = (player.opponent_goal().x - ball.x) / direction.x.max(0.1);
     let end = ball + direction * distance;
@@ -148,16 +155,16 @@ pub(super) fn shot_worth(player: &Player, company: Company, ball: Vec2, directio
         + (1.0 - course.arrives) * standing(player, course.stopped_at, 0.0)
 }
 
-/// What a pass from `ball` would be worth to a player that waits for it at `place`.
+/// The value of a pass from `ball` to a player that waits at `place`.
 pub fn pass_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> f32 {
     let share = (ball.distance(place) / reach_m(player)).min(1.0);
-    let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), place);
+    let theirs_s = company.opponents_walk_s(player, place);
     let arrives = course(player, company, ball, place, share).arrives;
     let race_s = race_s(player);
-    arrives * likely((theirs_s - race_s) / race_s) * threat(player, place)
+    arrives * logistic((theirs_s - race_s) / race_s) * threat(player, place)
 }
 
-/// What it is worth to kick the ball to `place`, and who of the team-mates gets it if the team does.
+/// The value of a kick to `place`, and the team-mate that gets the ball if the own team does; `None` for the player itself.
 pub(super) fn kick_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> (f32, Option<u8>) {
     let reach = reach_m(player);
     let recovery_s = player.kicks.strongest().map_or(player.kicks.recovery_s, |kick| player.kicks.recovery_of_s(kick));
@@ -167,7 +174,7 @@ pub(super) fn kick_worth(player: &Player, company: Company, ball: Vec2, place: V
         .iter()
         .map(|(number, mate)| (walking_s(player, [*mate], place), Some(*number)))
         .fold((own_s, None), |best, next| if next.0 < best.0 { next } else { best });
-    let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), place);
+    let theirs_s = company.opponents_walk_s(player, place);
     let ours = is_first(player, ours_s, theirs_s) * stays_inside(player, ball, place);
     let share = (ball.distance(place) / reach).min(1.0);
     let course = course(player, company, ball, place, share);
@@ -176,23 +183,23 @@ pub(super) fn kick_worth(player: &Player, company: Company, ball: Vec2, place: V
     (worth, receiver)
 }
 
-/// How likely a ball that is kicked to `place` stays on the pitch.
+/// The probability that a ball kicked to `place` stays on the pitch.
 fn stays_inside(player: &Player, ball: Vec2, place: Vec2) -> f32 {
     let room = Vec2::new(player.pitch.half_length(), player.pitch.half_width()) - place.abs();
     let spread = (direction_sd(player) + AIMING_SD) * ball.distance(place);
-    likely(1.7 * room.min_element() / spread.max(1e-3))
+    logistic(1.7 * room.min_element() / spread.max(1e-3))
 }
 
-/// What becomes of a ball among opponents.
+/// The expected course of a ball among opponents.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Course {
-    /// How likely nobody stops it on the way.
+    /// The probability that no opponent stops it.
     arrives: f32,
-    /// Where it is stopped, if it is, m, team frame.
+    /// The mean place where it is stopped, if it is, m, team frame.
     stopped_at: Vec2,
 }
 
-/// What becomes of a ball that is kicked to `place`. `share`: how far it would roll, of the reach.
+/// The course of a ball that is kicked to `place`. `share`: the distance that it would roll, as a share of the reach.
 fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32) -> Course {
     let way = place - ball;
     let distance = way.length().max(0.05);
@@ -201,7 +208,7 @@ fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32
     let half_width = player.own_body.base.half_width_m + player.ball_radius_m;
     let direction_sd = direction_sd(player);
     let comes_m = COMING_SHARE * wind_up_s(player) * player.limits.max_linear_mps;
-    // Those that surely let it pass have no place where they stop it: half-way is for want of one.
+    // If no opponent can stop it, there is no such place: use the middle.
     let (mut arrives, mut stops, mut stopped_m) = (1.0, 1e-3, 0.5e-3 * distance);
     for other in company.opponents {
         let offset = come_nearer(other.position_m - ball, comes_m);
@@ -212,7 +219,7 @@ fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32
         // It slows down: the mean of the way is slower than the start.
         let steps_aside = (along / (0.75 * launch_mps) - REACTION_S).max(0.0) * player.limits.max_linear_mps;
         let room = direction.perp_dot(offset).abs() - half_width - steps_aside.min(0.5 * along);
-        let passes = likely(2.0 * room / (direction_sd * along + PLACE_SD_M));
+        let passes = logistic(2.0 * room / (direction_sd * along + PLACE_SD_M));
         arrives *= passes;
         stops += 1.0 - passes;
         stopped_m += (1.0 - passes) * along;
@@ -220,40 +227,40 @@ fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32
     Course { arrives, stopped_at: ball + direction * (stopped_m / stops) }
 }
 
-/// Where somebody is, as seen from the ball, who has come nearer to it by so much, or as near as it gets.
+/// The `offset` of a robot from the ball after it has come nearer by `by_m`, or as near as possible.
 fn come_nearer(offset: Vec2, by_m: f32) -> Vec2 {
     let distance = offset.length().max(1e-3);
     offset * (1.0 - by_m.min((distance - AT_PLACE_M).max(0.0)) / distance)
 }
 
-/// Whether a kick in this direction is none to make: the opponents at the ball would likely stop it, and on a small pitch it matters more
-/// who has the ball than where it is. On larger ones it is better to try.
-pub(super) fn is_in_vain(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> bool {
-    /// Who is further away than this does not stop it at once, m.
+/// Whether a kick in `direction` is futile: on a small pitch, if the opponents at the ball would probably stop it. On a larger pitch the
+/// place of the ball matters more, and trying is better.
+pub(super) fn is_futile(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> bool {
+    /// Opponents further away than this do not stop the ball at once, m.
     const AT_ONCE_M: f32 = 0.5;
-    /// It must get past them as likely as this.
+    /// The least probability with which the ball must pass them.
     const LEAST: f32 = 0.6;
     is_pitch_small(player) && course(player, company, ball, ball + direction * AT_ONCE_M, 1.0).arrives < LEAST
 }
 
-/// How long the nearest of some takes to `place`, s, at the player's own speed.
+/// The time that the nearest of the places `from` is away from `place`, s, at the player's own speed.
 pub fn walking_s(player: &Player, from: impl IntoIterator<Item = Vec2>, place: Vec2) -> f32 {
     let nearest = from.into_iter().map(|other| other.distance_squared(place)).fold(1e6, f32::min).sqrt();
     (nearest - AT_PLACE_M).max(0.0) / player.limits.max_linear_mps.max(1e-3)
 }
 
-/// The difference in time to the ball of which the sooner one gets it nearly three times of four, s.
+/// The advantage in time with which a robot gets the ball in nearly three of four cases, s.
 fn race_s(player: &Player) -> f32 {
     RACE_S + RACE_M / player.limits.max_linear_mps.max(1e-2)
 }
 
-/// How likely who takes so long is somewhere sooner than others, s.
+/// The probability that a robot that takes `own_s` is sooner than one that takes `theirs_s`.
 pub(super) fn is_first(player: &Player, own_s: f32, theirs_s: f32) -> f32 {
-    likely((theirs_s - own_s) / race_s(player))
+    logistic((theirs_s - own_s) / race_s(player))
 }
 
-/// A number from 0 to 1 for what speaks for and against: 1/2 for nought.
-fn likely(evidence: f32) -> f32 {
+/// The logistic function: 1/2 at zero.
+fn logistic(evidence: f32) -> f32 {
     1.0 / (1.0 + ops::exp(-evidence.clamp(-20.0, 20.0)))
 }
 
@@ -296,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_that_is_stopped_lies_before_whoever_stops_it() {
+    fn a_stopped_ball_lies_at_the_robot_that_stops_it() {
         let situation = behind(Vec2::ZERO);
         let course = |opponents: &[RobotBelief]| {
             let company = Company { mates: &[], opponents };
@@ -304,7 +311,7 @@ mod tests {
         };
         let stopped = course(&[opponent(0.6, 0.0)]);
         assert!(stopped.arrives < 0.2 && stopped.stopped_at.distance(Vec2::new(0.6, 0.0)) < 0.01, "{stopped:?}");
-        // Who is beside the way or behind the ball lets it pass.
+        // An opponent beside the way or behind the ball lets it pass.
         let passes = course(&[opponent(0.6, 1.0), opponent(-0.5, 0.0)]);
         assert!(passes.arrives > 0.99, "{passes:?}");
         // Of two who might stop it each does as likely.
@@ -339,19 +346,19 @@ mod tests {
     }
 
     #[test]
-    fn on_a_small_pitch_nobody_kicks_into_feet() {
+    fn on_a_small_pitch_players_do_not_kick_into_feet() {
         let mut situation = behind(Vec2::ZERO);
         let opponents = [opponent(0.25, 0.0)];
         let company = Company { mates: &[], opponents: &opponents };
         // A NAO of the paper reaches 4 of 6 m.
-        assert!(!is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::X), "it is tried");
+        assert!(!is_futile(&situation.player(), company, Vec2::ZERO, Vec2::X), "it is tried");
         situation.kicks.left_straight = KickModel::of(6.0);
-        assert!(is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::X));
-        assert!(!is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::Y), "nobody is there");
+        assert!(is_futile(&situation.player(), company, Vec2::ZERO, Vec2::X));
+        assert!(!is_futile(&situation.player(), company, Vec2::ZERO, Vec2::Y), "nobody is there");
     }
 
     #[test]
-    fn who_has_the_ball_matters_less_to_slow_robots_that_talk_freely_and_more_to_few_of_them() {
+    fn possession_counts_less_for_slow_robots_with_unlimited_messages_and_more_for_few_of_them() {
         let mut situation = behind(Vec2::ZERO);
         situation.rules.team_size = 5;
         // A NAO of the paper takes 20 s for the 4 m that it kicks.

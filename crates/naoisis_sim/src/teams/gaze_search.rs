@@ -1,4 +1,4 @@
-//! Where to look: at the ball, now and then around, and everywhere when the ball is lost.
+//! Head commands for looking at a place, and for searching from side to side.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -7,23 +7,23 @@ use naoisis_core::geometry::angle_of;
 use naoisis_core::robot::head::{HeadCommand, HeadLimits};
 use naoisis_sensing::sensing::camera::field_of_view::FieldOfView;
 
-/// What is looked at is at most so far above or below the middle of a NAO's image, which reaches to 18.4°: radians; in proportion
-/// in other images.
+/// The greatest angle of a target above or below the middle of a NAO's image, which reaches to 18.4°, radians; other images in
+/// proportion.
 const PITCH_MARGIN: f32 = 0.22;
-/// The pitch from which the head is moved as little as possible, radians: level, the top camera has the goals in view.
+/// The preferred pitch of the head, radians: level, so that the top camera has the goals in view.
 const PREFERRED_PITCH: f32 = 0.0;
-/// The greatest and least pitch that are used where the head has both, radians.
+/// The least and greatest pitch that are used, radians, if the head reaches them.
 const PITCH_RANGE: [f32; 2] = [-0.4, 0.52];
-/// How far to either side a search goes where the head reaches it, radians.
+/// The greatest yaw of a search to either side, radians, if the head reaches it.
 const SEARCH_YAW: f32 = 1.75;
 /// Duration of a search from side to side and back, s.
 const SEARCH_PERIOD_S: f32 = 4.0;
-/// Pitch of the two halves of a search, radians: near and far, so that no strip of the ground is left out.
+/// Pitch of the two halves of a search, radians: far and near, so that no strip of the ground is left out.
 const SEARCH_PITCHES: [f32; 2] = [0.0, 0.31];
-/// Pitch of the lower half with a single camera, which has nothing below its image: in half heights of that of a NAO.
+/// Pitch of the lower half for a robot with a single camera, as a multiple of the height of its image in a NAO's.
 const SINGLE_SEARCH_PITCH: f32 = 0.45;
 
-/// A head with cameras in it, as its robot knows it.
+/// The limits of a head and the field of view of its cameras.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Head {
     view: FieldOfView,
@@ -32,15 +32,15 @@ pub struct Head {
 }
 
 impl Head {
-    /// A head with these limits and this view.
+    /// A head with these `limits`, whose cameras have this `view`.
     pub fn new(limits: &HeadLimits, view: FieldOfView) -> Self {
         let [highest, lowest] = limits.pitch;
-        // One that reaches further down than a NAO's is used so far.
+        // A head that reaches further down than a NAO's is used as far as it goes.
         let lowest = if lowest > 0.6 { lowest } else { lowest.min(PITCH_RANGE[1]) };
         Self { view, yaw: limits.yaw, pitch: [highest.max(PITCH_RANGE[0]), lowest] }
     }
 
-    /// Looks at a place on the ground, m, robot frame, with the camera for which the head stays nearest to level.
+    /// The command to look at `place` on the ground, m, robot frame, with the camera for which the head stays nearest to level.
     pub fn look_at(&self, place: Vec2) -> HeadCommand {
         let depression = self.view.depression(place.length());
         let pitches = self.view.cameras().map(|(axis, height)| {
@@ -52,7 +52,7 @@ impl Head {
         self.within_limits(angle_of(place), pitch)
     }
 
-    /// Whether the head nods so far that a camera shows a place on the ground, m, robot frame, before the robot.
+    /// Whether the head can nod so far that a camera shows `place` on the ground ahead, m, robot frame.
     pub fn can_see(&self, place: Vec2) -> bool {
         /// Half the height of a NAO's image, radians.
         const HALF_IMAGE: f32 = 0.321;
@@ -60,7 +60,7 @@ impl Head {
         self.view.cameras().any(|(axis, height)| (depression - axis - pitch).abs() < HALF_IMAGE * height)
     }
 
-    /// Looks everywhere, in turn: where at this time, s.
+    /// The command of a search from side to side, near and far in turn, at the time `time_s`.
     pub fn search(&self, time_s: f32) -> HeadCommand {
         let phase = (time_s / SEARCH_PERIOD_S).rem_euclid(1.0);
         // From side to side and back.
@@ -78,31 +78,31 @@ impl Head {
         self.yaw[0] < self.yaw[1]
     }
 
-    /// The cosine of the greatest angle from the front at which something can be seen well.
+    /// The cosine of the greatest angle from straight ahead that the middle of an image reaches.
     pub fn reach_cosine(&self) -> f32 {
         ops::cos((self.yaw[1].max(0.0) + self.view.widest_pan()).min(core::f32::consts::PI))
     }
 
     fn within_limits(&self, yaw: f32, pitch: f32) -> HeadCommand {
         let clamp = |value: f32, [least, most]: [f32; 2]| value.max(least).min(most);
-        // What the head does not reach aside is left to the head itself to refuse: it turns as far as it can.
+        // The yaw is not limited here: the head itself turns as far as it can.
         HeadCommand { yaw, pitch: clamp(pitch, self.pitch) }
     }
 }
 
 impl Default for Head {
-    /// A NAO's.
+    /// The head of a NAO.
     fn default() -> Self {
         Self::new(&HeadLimits::default(), FieldOfView::default())
     }
 }
 
-/// Looks at a place on the ground, m, robot frame, as a NAO does: [`Head::look_at`].
+/// The command with which a NAO looks at `place` on the ground, m, robot frame: see [`Head::look_at`].
 pub fn look_at(place: Vec2) -> HeadCommand {
     Head::default().look_at(place)
 }
 
-/// Looks everywhere, in turn, as a NAO does: [`Head::search`].
+/// The command with which a NAO searches at the time `time_s`: see [`Head::search`].
 pub fn search(time_s: f32) -> HeadCommand {
     Head::default().search(time_s)
 }
@@ -116,13 +116,13 @@ mod tests {
 
     fn sees(head: HeadCommand, place: Vec2) -> bool {
         CameraSettings::default()
-            .views(HeadAngles { yaw: head.yaw, pitch: head.pitch })
+            .views(&naoisis_core::robot::body::Body::default(), HeadAngles { yaw: head.yaw, pitch: head.pitch })
             .iter()
             .any(|view| view.pixel_in_image(place.extend(0.03)).is_some())
     }
 
     #[test]
-    fn whoever_looks_at_a_ball_has_it_in_an_image() {
+    fn a_head_that_looks_at_a_ball_has_it_in_an_image() {
         for step in 3..100 {
             let place = Vec2::new(step as f32 * 0.05, 0.0);
             assert!(sees(look_at(place), place), "{place} {:?}", look_at(place));

@@ -1,37 +1,37 @@
-//! Looking where it walks, and who is near: most of those who run into an opponent have not seen it, since they walk aside or back
-//! with their eyes on the ball.
+//! Looking for opponents on the way and near by. Most collisions are with opponents that were not seen, because the player walked
+//! sideways or backwards while it looked at the ball.
 
 use bevy::prelude::*;
 
+use super::gaze_history::GazeHistory;
 use super::giving_way::HARMLESS_MPS;
-use super::looked_around::LookedAround;
 use super::player::Player;
 use super::walking::{OBSTACLE_MEMORY_S, ROBOT_CLEARANCE_M};
 use naoisis_core::geometry::{angle_of, unit};
 use naoisis_core::robot::motion::WalkCommand;
 
-/// Of so many seconds the ball has the first, however much there is to look at besides, s.
+/// The player looks at the ball for the first [`BALL_S`] of each such period, s.
 const EVERY_S: f32 = 1.5;
-/// See [`EVERY_S`].
+/// How long it looks at the ball in each period, s.
 const BALL_S: f32 = 0.5;
-/// Where it walks, nobody has come from outside its view if it looked there within this time, s.
+/// The direction of the walk is checked again after this time, s.
 const WAY_S: f32 = 1.2;
-/// Beside its way it looks after this time, s.
+/// The directions beside the way are checked again after this time, s.
 const FLANKS_S: f32 = 3.0;
-/// How far beside its way that is, radians.
+/// The directions beside the way, radians.
 const FLANKS: [f32; 4] = [0.6, -0.6, 1.2, -1.2];
-/// An opponent that is near has moved on if it was not seen for so long, s.
+/// An opponent near by is checked again after this time, s.
 const NEIGHBOUR_S: f32 = 0.7;
-/// It is near if it is reached within this time, s.
+/// An opponent is near if the player could reach it within this time, s.
 const NEAR_S: f32 = 2.2;
-/// It watches nothing but a ball that is nearer than this, m; more for feet longer than a NAO's.
+/// The player looks only at a ball that is nearer than this, m; more for feet longer than a NAO's.
 const AT_FEET_M: f32 = 0.4;
-/// How far ahead it looks: the time to walk there, and at least so far, s and m.
+/// How far ahead the player looks: the time to walk there, s, and the least distance, m.
 const AHEAD: (f32, f32) = (3.0, 0.8);
 
-/// A place (m, robot frame) that a player which walks so should have a look at now, if there is one: on its way, where an opponent was,
-/// or beside its way.
-pub fn place_to_check(player: &Player, looked: &LookedAround, walk: &WalkCommand) -> Option<Vec2> {
+/// Returns a place (m, robot frame) that a player with this `walk` should look at now: on its way, at an opponent, or beside its way.
+/// `None` while nothing is due.
+pub fn place_to_check(player: &Player, looked: &GazeHistory, walk: &WalkCommand) -> Option<Vec2> {
     let now_s = player.status.time_s;
     let is_harmless = walk.translation().length() < HARMLESS_MPS * player.period;
     if is_harmless || now_s.rem_euclid(EVERY_S) < BALL_S || !player.head.turns() {
@@ -55,7 +55,7 @@ pub fn place_to_check(player: &Player, looked: &LookedAround, walk: &WalkCommand
         .or_else(|| FLANKS.into_iter().find_map(|aside| unseen_for(FLANKS_S, aside)))
 }
 
-/// Where the opponent was (m, robot frame) that was not seen for the longest time, of those that are near.
+/// The believed place (m, robot frame) of the opponent near by that was not seen for the longest time.
 fn neighbour(player: &Player) -> Option<Vec2> {
     let near_m = ROBOT_CLEARANCE_M + 2.0 * player.wider_than_nao_m() + NEAR_S * player.limits.max_linear_mps;
     let opponents = player.belief.opponents.iter();
@@ -68,7 +68,7 @@ fn neighbour(player: &Player) -> Option<Vec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::teams::looked_around::{DIRECTIONS, HALF_VIEW};
+    use crate::teams::gaze_history::{DIRECTIONS, HALF_VIEW};
     use crate::teams::player::tests::PlayerFixture;
     use core::f32::consts::TAU;
     use naoisis_core::geometry::{Pose, wrap_angle};
@@ -79,7 +79,7 @@ mod tests {
     /// The angles to which somebody looks away from the ball, cycle by cycle, whose head is wherever it wants to look; none while it
     /// watches the ball, straight ahead.
     fn looks(situation: &mut PlayerFixture, walk: WalkCommand, seconds: f32) -> Vec<Option<f32>> {
-        let mut looked = LookedAround::default();
+        let mut looked = GazeHistory::default();
         let mut gaze = 0.0;
         let cycles = (seconds / PERIOD) as usize;
         // It has stood for long.
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn who_walks_aside_looks_there_and_has_the_ball_in_view_most_of_the_time() {
+    fn a_player_that_walks_sideways_looks_there_and_has_the_ball_in_view_most_of_the_time() {
         for heading in [0.0, 1.0, -3.0] {
             for side in [1.0, -1.0] {
                 let aside = WalkCommand::new(-0.001, side * 0.004, 0.0);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn who_walks_ahead_looks_beside_its_way_now_and_then() {
+    fn a_player_that_walks_ahead_looks_beside_its_way_from_time_to_time() {
         let looks = looks(&mut at(0.5), WalkCommand::new(0.006, 0.0, 0.0), 12.0);
         for side in [1.0, -1.0] {
             let there = looks.iter().flatten().filter(|look| side * **look > HALF_VIEW).count();
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn who_stands_or_cannot_see_there_watches_the_ball() {
+    fn a_player_that_stands_or_cannot_see_there_watches_the_ball() {
         let standing = looks(&mut at(0.0), WalkCommand::default(), 6.0);
         assert!(standing.iter().all(Option::is_none), "{standing:?}");
         // Straight back is out of a NAO's reach: what it looks at instead are both sides of its way.
@@ -158,7 +158,7 @@ mod tests {
         let (near, far, fresh) = (opponent(0.6, 1.0), opponent(2.0, 2.0), opponent(-0.6, 0.2));
         // Of these 1.5 s the time of the ball is over, and it has just looked all around.
         situation.status.time_s = 66.0 * EVERY_S + BALL_S + 0.1;
-        let mut looked = LookedAround::default();
+        let mut looked = GazeHistory::default();
         for direction in 0..DIRECTIONS {
             looked.note(direction as f32 * TAU / DIRECTIONS as f32, situation.status.time_s);
         }

@@ -1,22 +1,22 @@
-//! Where a player looks while it walks: at the ball, around for landmarks, along its way.
+//! The gaze of a player that walks: at the ball, at landmarks, and along its way.
 
 use bevy::prelude::*;
 
 use super::attack::FACE_BALL_M;
-use super::lookout::place_to_check;
+use super::gaze_obstacles::place_to_check;
 use super::player::{Player, PlayerMemory};
 use naoisis_core::robot::head::HeadCommand;
 use naoisis_core::robot::motion::WalkCommand;
 
-/// Where to look when nothing else is decided: at the ball, now and then around for landmarks, and where `walk` leads.
+/// Chooses where to look: at the ball, from time to time at a goal post, and where `walk` leads.
 pub fn watch(player: &Player, memory: &mut PlayerMemory, walk: &WalkCommand) -> HeadCommand {
-    /// A pose that was not confirmed for so long needs a look around, s.
+    /// A pose that was not confirmed for this time needs a look at landmarks, s.
     const OLD_POSE_S: f32 = 1.0;
-    /// How long a look around takes, s.
+    /// How long a look at landmarks takes, s.
     const GLANCE_S: f32 = 0.5;
-    /// Between two looks around the ball is watched for so long, s.
+    /// The least time between two looks at landmarks, s.
     const WATCH_S: f32 = 1.5;
-    /// After so long, the robot looks around even if it thinks that it knows where it is, s.
+    /// After this time, the robot looks at landmarks even if its pose is confirmed, s.
     const CHECK_S: f32 = 6.0;
     let now = player.status.time_s;
     let Some(ball) = player.belief.ball_in_robot() else { return player.head.search(now) };
@@ -33,7 +33,7 @@ pub fn watch(player: &Player, memory: &mut PlayerMemory, walk: &WalkCommand) -> 
     {
         return player.head.look_at(post);
     }
-    // Who walks step by step cannot stop when it touches, and looks out for it.
+    // A robot that walks step by step cannot stop at the moment of contact, and looks for opponents in time.
     let besides = match player.limits.gait {
         Some(_) => place_to_check(player, &memory.looked_around, walk),
         None => way_to_look_along(player, ball, walk),
@@ -41,18 +41,18 @@ pub fn watch(player: &Player, memory: &mut PlayerMemory, walk: &WalkCommand) -> 
     player.head.look_at(besides.unwrap_or(ball))
 }
 
-/// A place on the way (m, robot frame) of a player that walks elsewhere than it looks, when it is time to look there: whoever is in
-/// the way is seen so.
+/// A place on the way (m, robot frame) of a player that does not look where it walks, when it is time to look there, so that it sees
+/// robots in the way.
 fn way_to_look_along(player: &Player, ball: Vec2, walk: &WalkCommand) -> Option<Vec2> {
-    /// How often it looks there, and how long, s.
+    /// The player looks there for [`FOR_S`] of each such period, s.
     const EVERY_S: f32 = 1.6;
     const FOR_S: f32 = 0.6;
-    /// How far ahead it looks, as the time to walk there, and at least and at most, s and m.
+    /// How far ahead it looks: the time to walk there, s, within the least and greatest distance, m.
     const AHEAD_S: f32 = 3.0;
     const AHEAD_M: [f32; 2] = [0.8, 1.6];
-    /// The cosine of the angle within which what is beside the gaze is seen as well: less than half of a NAO's image.
+    /// The cosine of the angle from the gaze within which objects are in view: less than half of a NAO's image.
     const IN_VIEW: f32 = 0.9;
-    /// Who has less than this to walk to the ball watches nothing else, s.
+    /// A player with less than this to walk to the ball looks only at the ball, s.
     const NEAR_BALL_S: f32 = 3.0;
     let speed_mps = walk.translation().length() / player.period;
     let way = walk.translation().normalize_or_zero();
@@ -64,17 +64,19 @@ fn way_to_look_along(player: &Player, ball: Vec2, walk: &WalkCommand) -> Option<
     (player.head.turns() && walks && !is_seen && !is_near_ball && is_time).then_some(way * ahead_m)
 }
 
-/// The goal post (m, robot frame) for which the head turns least, of those that can be seen well.
+/// The goal post (m, robot frame) for which the head turns least, among those that can be seen well.
 fn post_to_look_at(player: &Player) -> Option<Vec2> {
-    /// Further away, a post tells little, m.
+    /// The greatest useful distance of a post, m.
     const FAR_M: f32 = 6.0;
-    /// Nearer, its foot is hard to see, m.
+    /// Nearer than this, the foot of a post is hard to see, m.
     const NEAR_M: f32 = 0.5;
-    /// The cosine of the greatest angle from the front, 115°: what the head reaches, less half of the image.
+    /// The cosine of the greatest angle from straight ahead, 115°: the reach of the head less half of the image.
     const REACH: f32 = -0.42;
-    let (x, y) = (player.pitch.goal_post_x(), player.pitch.goal.width_m / 2.0);
-    [Vec2::new(x, y), Vec2::new(x, -y), Vec2::new(-x, y), Vec2::new(-x, -y)]
+    // The opponents' posts come first: of equals, the last one is chosen.
+    player
+        .goal_posts()
         .into_iter()
+        .rev()
         .filter_map(|post| {
             let place = player.in_robot(post);
             let distance = place.length();
@@ -93,7 +95,7 @@ mod tests {
     use naoisis_core::geometry::Pose;
 
     #[test]
-    fn who_walks_where_it_does_not_look_looks_there_now_and_then() {
+    fn a_player_looks_from_time_to_time_where_it_walks() {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.0, 3.0));
         let mut looks = |walk: WalkCommand, ball: Vec2| {
             situation.belief.ball.as_mut().unwrap().position_m = ball;

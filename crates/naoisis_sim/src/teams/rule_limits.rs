@@ -1,11 +1,11 @@
-//! What the rules ask of every player, whatever its role: kick-off places, distances to keep, areas to stay out of,
+//! What the rules require of every player, whatever its role: kick-off places, distances to the ball, areas to stay out of, and
 //! getting up after a fall.
 
 use bevy::prelude::*;
 
 use super::penalty_kicks;
 use super::player::{Decision, Player, PlayerMemory};
-use naoisis_core::game::{DefenderLimit, GameState};
+use naoisis_core::game::GameState;
 use naoisis_core::geometry::{Pose, angle_of, unrotate};
 use naoisis_core::pitch::End;
 use naoisis_core::referee::formation;
@@ -13,30 +13,29 @@ use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::robot::posture::PostureRequest;
 use naoisis_sensing::sensing::status::BodyStatus;
 
-/// How much further than it must a player keeps away from the opponents' free kick, m: what it thinks of its own place
-/// and of the ball's is not exact.
+/// The margin to the distance that the rules require at the opponents' free kick, m: the believed places of the player and of the ball
+/// are not exact.
 const DISTANCE_MARGIN_M: f32 = 0.35;
-/// How far from its own penalty area a field player stays, m.
+/// The distance that a field player keeps from its own penalty area, m.
 const AREA_MARGIN_M: f32 = 0.05;
-/// Who is nearer to it than that by this leaves: so much a player sways who stands before it, m.
+/// A field player leaves when it is nearer than [`AREA_MARGIN_M`] by this, m: as much as a standing player sways.
 const AREA_SWAY_M: f32 = 0.03;
-/// Nearer to its place than this, and turned by less than this from its facing, a player stands still: m, radians.
+/// A player stands still within this distance of its place and this angle of its facing: m, radians.
 const IN_PLACE: (f32, f32) = (0.05, 0.15);
 
-/// The decision as the rules allow it.
-pub fn obey(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
-    let decision =
-        if keeps_off_the_kick_off(player, memory) { stay_off_the_circle(player, decision) } else { decision };
-    let decision = penalty_kicks::obey(player, keep_off_the_free_kick(player, decision));
+/// Limits a decision to what the rules allow.
+pub fn apply(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
+    let decision = if is_opponents_kick_off(player, memory) { stay_off_the_circle(player, decision) } else { decision };
+    let decision = penalty_kicks::apply(player, keep_off_the_free_kick(player, decision));
     stay_out_of_the_own_area(player, decision)
 }
 
-/// What a player who lies does about it.
+/// Gets up when the player has fallen.
 pub fn posture(player: &Player) -> Option<PostureRequest> {
     (player.body == BodyStatus::Fallen).then_some(PostureRequest::GetUp)
 }
 
-/// Walks to its place for the kick-off, or the penalty kick, and stands there.
+/// Walks to the player's place for the kick-off or the penalty kick, and stands there.
 pub fn take_place(player: &Player) -> Decision {
     let place = penalty_kicks::place(player).unwrap_or_else(|| kick_off_place(player));
     let (near_m, turned) = IN_PLACE;
@@ -56,7 +55,7 @@ fn kick_off_place(player: &Player) -> Pose {
     formation(player.pitch, player.rules.team_size, player.id.number, End::NegativeX, kicking_off)
 }
 
-/// Takes note of kick-offs, and of when they are over: the ball has left the mark, or it takes too long.
+/// Records in `memory` when a kick-off begins and ends: it ends when the ball has left the mark, or after a time.
 pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     /// After this time the ball is free for everybody, s (2025 rule book).
     const KICK_OFF_S: f32 = 10.0;
@@ -64,7 +63,7 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     const IN_PLAY_M: f32 = 0.2;
     let now = player.status.time_s;
     let placed = match memory.restarts {
-        // At the start of the match, whoever stands at its kick-off place has been placed there.
+        // At the start of the match, a player at its kick-off place has been placed there.
         None => kick_off_place(player).position.distance(player.position()) < 0.1,
         Some(restarts) => restarts != player.status.restarts,
     };
@@ -89,17 +88,17 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     }
 }
 
-/// Whether only the keeper may go for a ball there, m, team frame.
+/// Whether only the keeper may go for a ball at `place`, m, team frame.
 pub fn is_for_the_keeper_only(player: &Player, place: Vec2) -> bool {
     is_forbidden_area(player, place, 0.0)
 }
 
 /// Whether the opponents have a kick-off that is not over yet.
-fn keeps_off_the_kick_off(player: &Player, memory: &PlayerMemory) -> bool {
-    memory.kick_off_since_s.is_some() && player.status.kick_off_team != player.id.team
+fn is_opponents_kick_off(player: &Player, memory: &PlayerMemory) -> bool {
+    player.kick_off_team(memory).is_some_and(|team| team != player.id.team)
 }
 
-/// Stops a player before the centre circle.
+/// Stops the player before the centre circle.
 fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
     let least = player.pitch.centre_circle_diameter_m / 2.0 + 0.2;
     let walk = if leads_into(player, &decision.walk, Vec2::ZERO, least) {
@@ -110,15 +109,15 @@ fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
     Decision { walk, kick: None, ..decision }
 }
 
-/// While the ball belongs to the opponents, nobody goes near it, and whoever is near it leaves.
+/// Keeps the required distance from the opponents' free kick: the player walks away if it is too near.
 fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
     let not_ours = player.status.set_play.filter(|set_play| set_play.team != Some(player.id.team));
     let (Some(set_play), Some(ball)) = (not_ours, player.ball()) else { return decision };
     let (away, distance) = (player.position() - ball.position_m, player.rules.free_kick_distance_m + DISTANCE_MARGIN_M);
     let decision = Decision { kick: None, ..decision };
-    // As long as nobody knows whose it is, it is enough not to come nearer.
+    // While it is not known whose it is, it is enough not to come nearer.
     if set_play.team.is_some() && away.length_squared() < (distance - 0.1) * (distance - 0.1) {
-        // Towards the own goal, if need be past the ball: the way is free there more often than at the side line.
+        // Towards the own goal, past the ball if necessary: that way is free more often than at the side line.
         let home = player.own_goal() - ball.position_m;
         let outwards = (away.normalize_or(-Vec2::X) + 0.5 * home.normalize_or(-Vec2::X)).normalize_or(-Vec2::X);
         let place = ball.position_m + outwards * distance;
@@ -132,7 +131,7 @@ fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
     decision
 }
 
-/// Where only the keeper may be in the own penalty area, the others stay out, and leave it if they got there.
+/// Keeps a field player out of its own penalty area where only the keeper may be in it, and makes it leave.
 fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
     if is_forbidden_area(player, player.position(), AREA_MARGIN_M - AREA_SWAY_M) {
         let x = -player.pitch.half_length() + player.pitch.penalty_area.depth_m + 0.4;
@@ -146,24 +145,21 @@ fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
     decision
 }
 
-/// Whether the player may not be at a place, team frame: in its own penalty area, or nearer to it than `margin` m.
+/// Whether the rules forbid `place` (team frame) to the player: it is in its own penalty area, or nearer to it than `margin` m.
 fn is_forbidden_area(player: &Player, place: Vec2, margin: f32) -> bool {
-    if player.id.is_goalkeeper()
-        || !player.rules.illegal_defender
-        || player.rules.defender_limit != DefenderLimit::KeeperOnly
-    {
+    if player.id.is_goalkeeper() || !player.is_own_area_for_keeper_only() {
         return false;
     }
     let area = player.pitch.penalty_area;
     place.x < -player.pitch.half_length() + area.depth_m + margin && place.y.abs() < area.width_m / 2.0 + margin
 }
 
-/// Where a step leads, team frame.
+/// The place after a step, m, team frame.
 fn after(player: &Player, walk: &WalkCommand) -> Vec2 {
     player.position() + player.forward.rotate(walk.translation())
 }
 
-/// Whether a step leads nearer to a centre that the player is, or will be, nearer to than `radius`.
+/// Whether a step leads nearer to `centre`, to a place within `radius` of it, m.
 fn leads_into(player: &Player, walk: &WalkCommand, centre: Vec2, radius: f32) -> bool {
     let (now, then) = (player.position().distance_squared(centre), after(player, walk).distance_squared(centre));
     then < radius * radius && then < now
@@ -182,11 +178,11 @@ mod tests {
     }
 
     fn moved(situation: &PlayerFixture, decision: Decision) -> Vec2 {
-        after(&situation.player(), &obey(&situation.player(), &PlayerMemory::default(), decision).walk)
+        after(&situation.player(), &apply(&situation.player(), &PlayerMemory::default(), decision).walk)
     }
 
     #[test]
-    fn nobody_goes_near_the_opponents_free_kick_and_whoever_is_near_leaves() {
+    fn players_keep_away_from_the_opponents_free_kick_and_leave_if_they_are_near() {
         let mut situation = PlayerFixture::new(Pose::new(-1.2, 0.0, 0.0), Vec2::ZERO);
         situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Some(Team::Pink) });
         // 0.75 m and the margin of 0.35 m: at 1.2 m a step may still lead nearer, at 1.1 m none may.
@@ -229,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn who_lies_gets_up() {
+    fn a_fallen_player_gets_up() {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         assert_eq!(posture(&situation.player()), None);
         situation.body = BodyStatus::Fallen;

@@ -1,5 +1,5 @@
-//! Where players go who do not go for the ball: to where a pass was announced or could reach them, beside the ball, or between it and the
-//! own goal.
+//! The places of passers that do not go for the ball: where a pass was announced or could reach them, beside the ball, or between the
+//! ball and the own goal.
 
 use bevy::prelude::*;
 
@@ -10,31 +10,32 @@ use super::worth::{Company, is_slow, pass_worth, reach_m, walking_s};
 use naoisis_core::geometry::unit;
 use naoisis_sensing::belief::BallBelief;
 
-/// How much better a new place to wait at must be than the one chosen before.
+/// How many times better a new place to wait at must be than the one chosen before.
 const PLACE_PREFERENCE: f32 = 1.25;
-/// Opponents must be nearer to the ball by this for the team to fall back, s.
+/// The team falls back when opponents are sooner at the ball by this, s.
 const FALL_BACK_S: f32 = 1.0;
-/// Whoever guards stands between the ball and a place beside the middle of the goal by this share of its width: what the keeper
-/// does not cover.
+/// A guard stands between the ball and a point this far beside the middle of the goal, as a share of its width: there the keeper does
+/// not cover it.
 const BESIDE_KEEPER: f32 = 0.29;
-/// And so far from the goal at most, as a share of the pitch's length, or just outside the penalty area.
+/// The greatest distance of a guard from the goal, as a share of the pitch's length. It stays outside the penalty area in any case.
 const MOST_GUARD: f32 = 0.3;
-/// A ball further back than this share of the own half is defended by all.
+/// The whole team defends when the ball is further back than this share of the own half.
 const OWN_THIRD: f32 = 0.33;
-/// Who waits keeps so far from team-mates, as a share of the kick's reach.
+/// The distance that waiting players keep from team-mates, as a share of the kick's reach.
 const APART_SHARE: f32 = 0.25;
-/// Places to wait at for a pass, from the ball: angles to the way to the goal, radians, and shares of the kick's reach.
+/// Places to wait for a pass: their angles at the ball, from the direction of the goal, radians.
 const WAITING_ANGLES: [f32; 6] = [0.2, -0.2, 0.6, -0.6, 1.1, -1.1];
+/// The distances of these places from the ball, as shares of the kick's reach.
 const WAITING_SHARES: [f32; 3] = [0.35, 0.55, 0.75];
-/// Whoever covers stands so far from the ball, of a NAO: ahead and to the side on the way to the goal, m. A side kick gets there, and the
-/// ball is near if it is lost. Measured: further back, more are lost and fewer matches are won.
+/// The place of a covering NAO beside the ball, m: ahead towards the goal, and to the side. A side kick reaches it, and the ball is
+/// near if it is lost. Measured: with a place further back, more balls are lost and fewer matches are won.
 const COVER_M: Vec2 = Vec2::new(0.3, 1.3);
-/// And a slow robot that offers itself: the opponents would be at what goes further as soon as it.
+/// The place of a slow robot that waits for a pass, m: to a longer pass, opponents would be as soon as it.
 const OFFER_M: Vec2 = Vec2::new(0.4, 1.4);
-/// Places beside the ball keep so far from the lines, m.
+/// The distance of places beside the ball from the lines, m.
 const INSIDE_M: f32 = 0.3;
 
-/// Goes where a pass was announced to, or could come to; back, if the opponents are sooner at the ball.
+/// Waits where a pass was announced or could arrive, or falls back when opponents are sooner at the ball.
 pub(super) fn wait_for_the_ball(
     player: &Player,
     memory: &mut PlayerMemory,
@@ -60,25 +61,25 @@ pub(super) fn wait_for_the_ball(
     Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 
-/// When somebody at `place` is behind the ball, or where it will be, s.
+/// The time that a player at `place` takes until it stands behind the ball where it meets it, s.
 pub(super) fn time_to_ball_s(player: &Player, ball: &BallBelief, place: Vec2) -> f32 {
     let (meeting_place, time_s) =
         meet(ball.position_m, ball.velocity_mps, player.rolling, place, player.limits.max_linear_mps);
     time_s + time_around_ball_s(player, place, meeting_place)
 }
 
-/// What a player does that does not go for the ball.
+/// The task of a player that does not go for the ball.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Job {
-    /// Stands beside whoever goes for the ball, for a kick to the side and for what comes back.
+    /// Stands beside the attacker, for a side kick and for balls that come back.
     Cover,
     /// Stands between the ball and the own goal.
     Guard,
-    /// Waits where a pass could reach it.
+    /// Waits for a pass.
     Offer,
 }
 
-/// The jobs of those who wait, from the one furthest back to the one furthest ahead.
+/// The jobs of this many waiting players, from the one furthest back to the one furthest ahead.
 fn jobs(waiting: usize) -> &'static [Job] {
     use Job::{Cover, Guard, Offer};
     match waiting {
@@ -91,13 +92,13 @@ fn jobs(waiting: usize) -> &'static [Job] {
     }
 }
 
-/// The player's job among those who wait.
+/// The player's job among the waiting players.
 fn job(player: &Player, company: Company, ball: &BallBelief) -> Job {
     let to_ball_s = |place: Vec2| time_to_ball_s(player, ball, place);
     let sooner = |best: f32, next: f32| best.min(next);
     let theirs_s = company.opponents.iter().map(|other| to_ball_s(other.position_m)).fold(f32::MAX, sooner);
     let ours_s = company.mates.iter().map(|(_, mate)| to_ball_s(*mate)).fold(to_ball_s(player.position()), sooner);
-    // Whoever is soonest at the ball goes for it.
+    // The player that is soonest at the ball goes for it.
     let waits = |place: Vec2| to_ball_s(place) > ours_s;
     let own = (player.position().x, player.id.number);
     let waiting = company.mates.iter().filter(|(_, mate)| waits(*mate));
@@ -112,25 +113,25 @@ fn job(player: &Player, company: Company, ball: &BallBelief) -> Job {
     }
 }
 
-/// Between the ball and that side of the own goal on which the player is, outside the penalty area.
+/// The place of a guard: between the ball and the side of the own goal on which the player is, outside the penalty area.
 fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
     let ball = rolled(ball.position_m, ball.velocity_mps, player.rolling, 1.0);
     let to_goal = player.own_goal() - ball;
     let side = if to_goal.perp_dot(player.position() - ball) * to_goal.x > 0.0 { 1.0 } else { -1.0 };
     let goal = player.own_goal() + Vec2::new(0.0, side * BESIDE_KEEPER * player.pitch.goal.width_m);
-    // On a large pitch, the penalty area alone is deeper than that.
+    // On a large pitch, the penalty area is deeper than that.
     let least = player.pitch.penalty_area.depth_m + 0.35;
     let away = (0.5 * ball.distance(goal)).min(MOST_GUARD * player.pitch.length_m).max(least);
     goal + (ball - goal).normalize_or(Vec2::X) * away
 }
 
-/// So far ahead of the ball and beside it, of a NAO: on the player's own side, or on the other if a team-mate is nearer to that place or the
-/// line is in the way.
+/// The place `offset_m` ahead of and beside the ball, for a NAO: on the player's side, or on the other one if a team-mate is nearer to
+/// that place or it is outside the pitch.
 fn place_beside(player: &Player, company: Company, ball: Vec2, offset_m: Vec2) -> Vec2 {
     let ahead = (player.opponent_goal() - ball).normalize_or(Vec2::X);
     let beside_m = offset_m.y + player.longer_than_nao_m() + player.wider_than_nao_m();
     let half = Vec2::new(player.pitch.half_length(), player.pitch.half_width()) - INSIDE_M;
-    // Not among the keeper's feet.
+    // Clear of the keeper.
     let least = Vec2::new(player.pitch.penalty_area.depth_m - half.x, -half.y);
     let place = |side: f32| ball + ahead * offset_m.x + ahead.perp() * side * beside_m;
     let at_ball = company.mates.iter().map(|(_, mate)| mate.distance_squared(ball)).fold(f32::MAX, f32::min);
@@ -145,7 +146,7 @@ fn place_beside(player: &Player, company: Company, ball: Vec2, offset_m: Vec2) -
     place(side).clamp(least, half)
 }
 
-/// The place at which a pass would be worth most, not too far away.
+/// The place where a pass would be worth most, less for a longer way.
 fn free_place(player: &Player, memory: &mut PlayerMemory, company: Company, ball: Vec2) -> Vec2 {
     let reach = reach_m(player);
     let half = Vec2::new(player.pitch.half_length() - 0.8, player.pitch.half_width() - 0.5);
@@ -180,7 +181,7 @@ mod tests {
     use naoisis_core::geometry::Pose;
 
     #[test]
-    fn of_those_who_wait_the_last_guards_and_the_foremost_offers_itself() {
+    fn of_waiting_players_the_last_guards_and_the_foremost_offers_itself() {
         let mut situation = PlayerFixture::new(Pose::new(-1.0, 0.0, 0.0), Vec2::ZERO);
         let jobs = |situation: &PlayerFixture| {
             let player = situation.player();
@@ -197,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn who_falls_back_covers_the_side_of_the_goal_on_which_it_is() {
+    fn a_guard_covers_the_side_of_the_goal_on_which_it_is() {
         let ball = BallBelief { position_m: Vec2::new(-1.0, 0.0), ..default() };
         for side in [1.0, -1.0] {
             let situation = PlayerFixture::new(Pose::new(-1.5, 0.3 * side, 0.0), ball.position_m);
@@ -218,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn who_supports_stands_beside_the_ball_on_its_own_side_unless_somebody_is_nearer_or_the_line_is_there() {
+    fn a_covering_player_stands_on_its_own_side_of_the_ball_unless_a_team_mate_or_the_line_is_there() {
         let at = |own: Vec2, ball: Vec2, mates: &[(u8, Vec2)]| {
             let situation = PlayerFixture::new(Pose { position: own, heading: 0.0 }, ball);
             place_beside(&situation.player(), Company { mates, opponents: &[] }, ball, COVER_M)
@@ -227,7 +228,7 @@ mod tests {
         let left = Vec2::new(-1.0, 1.0);
         assert!(at(left, Vec2::ZERO, &[]).distance(place(1.0)) < 1e-4);
         assert!(at(left * Vec2::new(1.0, -1.0), Vec2::ZERO, &[]).distance(place(-1.0)) < 1e-4);
-        // Who goes for the ball, number 3, is no rival for the place beside it.
+        // Number 3 goes for the ball, and does not compete for the place beside it.
         let at_ball = (3, Vec2::new(-0.1, 0.05));
         assert!(at(left, Vec2::ZERO, &[at_ball]).distance(place(1.0)) < 1e-4);
         assert!(at(left, Vec2::ZERO, &[at_ball, (4, Vec2::new(0.5, 1.0))]).distance(place(-1.0)) < 1e-4);
@@ -237,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn who_supports_keeps_out_of_the_own_penalty_area() {
+    fn a_covering_player_stays_out_of_the_own_penalty_area() {
         let ball = Vec2::new(-2.9, 0.0);
         let situation = PlayerFixture::new(Pose::new(-2.0, 0.5, 0.0), ball);
         let company = Company { mates: &[], opponents: &[] };
