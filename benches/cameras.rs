@@ -15,7 +15,7 @@ use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use naoisis::sensing::camera::{CameraRendering, CameraSettings};
 use naoisis::sensing::jobs::SensingThreads;
 use naoisis::sensing::vision::VisionSource;
-use naoisis::sensing::vision::image::{Findings, ImageVision, Known};
+use naoisis::sensing::vision::image::{ImageDetections, ImageVision, ObjectModel};
 use std::thread;
 use std::time::Instant;
 
@@ -35,8 +35,8 @@ fn views_of_match(name: &str) -> (Scene, Vec<(CameraName, CameraView, View)>) {
     scene.gather(app.world_mut());
     let mut views = Vec::new();
     for robot in &scene.robots {
-        for (side, &camera) in CameraSettings::default().views(robot.head).named() {
-            views.push((side, camera, View::of_robot(&camera, robot.world_from_robot(), robot.id)));
+        for (name, &camera) in CameraSettings::default().views(&robot.body, robot.head).named() {
+            views.push((name, camera, View::of_robot(&camera, robot.world_from_robot(), robot.id)));
         }
     }
     (scene, views)
@@ -81,19 +81,19 @@ fn drawing_and_looking() {
         let mut renderer = Renderer::default();
         let images: Vec<(CameraName, CameraView, Image)> = views
             .iter()
-            .map(|(side, camera, view)| {
+            .map(|(name, camera, view)| {
                 let mut image = Image::default();
                 renderer.draw(&prepared, view, Layers::default(), &mut image);
-                (*side, *camera, image)
+                (*name, *camera, image)
             })
             .collect();
-        let known = Known::new(&scene.pitch, 0.03);
+        let known = ObjectModel::new(&scene.pitch, 0.03);
         let looking = rate(1, || {
-            let (mut vision, mut findings) = (ImageVision::default(), Findings::default());
+            let (mut vision, mut detections) = (ImageVision::default(), ImageDetections::default());
             let (images, known) = (&images, &known);
             move |index: usize| {
-                let (side, camera, image) = &images[index % images.len()];
-                vision.recognise(image, *side, camera, known, &mut findings);
+                let (name, camera, image) = &images[index % images.len()];
+                vision.recognise(image, *name, camera, known, &mut detections);
             }
         });
         println!("looking, 3v3, {design:?} robots, 320 x 240: {looking:.0} images/s on one core");

@@ -6,7 +6,6 @@ use super::report;
 use naoisis_core::kick_geometry::KickGeometry;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::team::Team;
-use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::ball_in_view::{nearest_ball_seen_m, sees_ball};
 use naoisis_sim::scenario::{Realism, RobotModel, Scenario, ScenarioFile};
 
@@ -80,7 +79,6 @@ fn blindness_in(scenario: &Scenario) -> Option<String> {
     if cameras.mounts.as_slice().is_empty() {
         return Some("it has no cameras: it sees no ball".to_owned());
     }
-    let cameras = CameraSettings { neck_m: body.neck_m, ..*cameras };
     let head = head.reached_from(HeadAngles::default());
     let radius_m = ball.unwrap_or_default().radius_m;
     // Where the ball lies best, and as far away as it may.
@@ -89,10 +87,10 @@ fn blindness_in(scenario: &Scenario) -> Option<String> {
     if places.peek().is_none() {
         return Some("it has no kicks: built-in teams push the ball".to_owned());
     }
-    if places.any(|place| sees_ball(&cameras, &head, place, radius_m)) {
+    if places.any(|place| sees_ball(cameras, body, &head, place, radius_m)) {
         return None;
     }
-    let nearest = match nearest_ball_seen_m(&cameras, &head, radius_m) {
+    let nearest = match nearest_ball_seen_m(cameras, body, &head, radius_m) {
         Some(distance_m) => format!("the nearest ball that it can see straight ahead is {distance_m:.2} m away"),
         None => "it cannot see any ball straight ahead".to_owned(),
     };

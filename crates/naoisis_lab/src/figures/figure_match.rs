@@ -172,7 +172,7 @@ pub fn view_of_robot(
     let height = width * own_height as f32 / own_width as f32;
     let [width, height] = pixels(Vec2::new(width, height), scale);
     let settings = CameraSettings { width, height, ..*settings };
-    let camera = CameraView::new(settings.intrinsics(&mount), &mount, settings.neck_m, robot.head);
+    let camera = CameraView::new(settings.intrinsics(&mount), &mount, robot.body.neck_m, robot.head);
     let view = View::of_robot(&camera, robot.world_from_robot(), id);
     Some((View { supersampling: supersampling([width, height]), shadows: true, ..view }, camera))
 }

@@ -164,7 +164,7 @@ fn draw_views(canvas: &mut Canvas, played: &FigureMatch, ball_m: f32, at: Vec2, 
         let drawn = CameraSettings { width: size[0], height: size[1], ..settings };
         let mut mount = *mount;
         mount.size = None;
-        let camera = CameraView::new(drawn.intrinsics(&mount), &mount, settings.neck_m, robot.head);
+        let camera = CameraView::new(drawn.intrinsics(&mount), &mount, robot.body.neck_m, robot.head);
         let view = View::of_robot(&camera, robot.world_from_robot(), BLUE);
         let view = View { supersampling: supersampling(size), shadows: true, ..view };
         canvas.pixels(&figure_match::draw(played.scene(), &view), place);

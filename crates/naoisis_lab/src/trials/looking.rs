@@ -7,7 +7,6 @@ use super::{Laboratory, MeasuredQuantity, TrialError};
 use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::geometry::{to_degrees, to_radians, unit};
 use naoisis_core::robot::head::HeadAngles;
-use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::scenario::{RobotModel, Scenario};
 use naoisis_sim::simulation::MatchApp;
@@ -103,7 +102,7 @@ fn field_of_view_deg(laboratory: &mut Laboratory, real: &Scenario) -> Result<(f6
     /// The number of looks per bearing, because not every ball in view is detected.
     const LOOKS: usize = 3;
 
-    let cameras = CameraSettings { neck_m: real.body.neck_m, ..real.cameras };
+    let cameras = &real.cameras;
     let Some(mount) = cameras.mounts.as_slice().first() else { return Ok((0.0, 0.0)) };
     let CameraIntrinsics { size, focal_length, .. } = cameras.intrinsics(mount);
     let diagonal_deg = |half_width: f32| to_degrees(2.0 * ops::atan(half_width * size.length() / size.x));

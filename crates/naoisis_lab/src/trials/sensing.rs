@@ -233,12 +233,12 @@ pub(super) fn sees_ahead(scenario: &Scenario) -> bool {
 
 /// Whether the cameras can see balls straight ahead at these distances, m, with the head straight ahead.
 pub(super) fn sees_at(scenario: &Scenario, distances_m: &[f32]) -> bool {
-    let cameras = CameraSettings { neck_m: scenario.body.neck_m, ..scenario.cameras };
     let limits = &scenario.head;
     let at_rest = if limits.moves() { limits.nearest(HeadAngles::default()) } else { HeadAngles::default() };
     let head = HeadLimits { max_speed: 0.0, ..*limits }.reached_from(at_rest);
     let radius_m = scenario.ball.map_or(0.0, |ball| ball.radius_m);
-    distances_m.iter().all(|distance_m| sees_ball(&cameras, &head, Vec2::X * *distance_m, radius_m))
+    let sees = |place| sees_ball(&scenario.cameras, &scenario.body, &head, place, radius_m);
+    distances_m.iter().all(|distance_m| sees(Vec2::X * *distance_m))
 }
 
 /// Measures ranges, errors and misses of the sonars.

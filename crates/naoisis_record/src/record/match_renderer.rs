@@ -111,7 +111,7 @@ impl MatchRenderer {
         let robot = *self.scene.robot(id)?;
         let entity = world.resource::<Roster>().get(id)?;
         let settings = world.get::<CameraSettings>(entity).copied().unwrap_or_default();
-        let camera = settings.view(side, robot.head)?;
+        let camera = settings.view(side, &robot.body, robot.head)?;
         let mut view = View::of_robot(&camera, robot.world_from_robot(), id);
         view.shadows = settings.shadows;
         // Before its first image it sees what it will see in that.

@@ -14,6 +14,7 @@ use naoisis_core::game::{Game, Penalty};
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::{End, GoalColour};
 use naoisis_core::robot::Roster;
+use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::team::{RobotId, Team};
@@ -141,9 +142,9 @@ fn is_on_pitch(world: &World, robot: Entity) -> bool {
 
 fn draw_senses(world: &World, robot: Entity, pose: Pose, brush: &mut Brush) {
     let is_upright = world.get::<Posture>(robot).is_none_or(|posture| posture.is_upright());
-    let looks = world.get::<CameraSettings>(robot).zip(world.get::<HeadAngles>(robot));
-    if let Some((settings, head)) = looks.filter(|_| is_upright) {
-        for (_, camera) in settings.views(*head).named().filter(|(name, _)| settings.which.includes(*name)) {
+    let looks = world.get::<CameraSettings>(robot).zip(world.get::<Body>(robot)).zip(world.get::<HeadAngles>(robot));
+    if let Some(((settings, body), head)) = looks.filter(|_| is_upright) {
+        for (_, camera) in settings.views(body, *head).named().filter(|(name, _)| settings.which.includes(*name)) {
             let seen = camera.seen_ground(FURTHEST_M).into_iter().map(|corner| pose.transform_point(corner)).collect();
             brush.area(seen, colour(DrawColour::Yellow), 0.08);
         }

@@ -1,4 +1,4 @@
-//! The colours of what is drawn.
+//! The colours of drawn objects.
 //!
 //! Blue and pink are far apart in lightness and hue, so that they can be told apart with any kind of colour blindness;
 //! the blue of the waistbands and the sky-blue of the goal differ in hue, so that a robot can tell them apart.
@@ -11,7 +11,7 @@ use naoisis_core::team::Team;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Colour(pub [u8; 3]);
 
-/// Above the horizon: the wall of the hall.
+/// The wall of the hall, above the horizon.
 pub const SKY: Colour = Colour([171, 199, 227]);
 /// The floor of the hall.
 pub const FLOOR: Colour = Colour([112, 115, 117]);
@@ -25,7 +25,7 @@ pub const NET: Colour = Colour([228, 230, 232]);
 pub const BALL: Colour = Colour([255, 112, 16]);
 /// The plastic of a NAO.
 pub const SHELL: Colour = Colour(Look::NAO.shell);
-/// Its joints.
+/// The joints of a NAO.
 pub const JOINT: Colour = Colour(Look::NAO.joints);
 /// Posts that belong to no goal.
 pub const EXTRA_POST: Colour = Colour([140, 143, 153]);

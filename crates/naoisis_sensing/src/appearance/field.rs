@@ -1,4 +1,4 @@
-//! What the pitch looks like: the markings on the ground, the goals' frames and nets, and posts.
+//! The appearance of the pitch: the markings on the ground, the frames and nets of the goals, and posts.
 
 use bevy::math::{Vec2, Vec3};
 
@@ -7,43 +7,43 @@ use super::colours::{self, Colour};
 use super::shapes::{Part, Shape};
 use naoisis_core::pitch::{End, GoalColour, GoalDimensions, LineSegment, Pitch, Post};
 
-/// Width of the nets' meshes, m.
+/// The width of the meshes of nets, m.
 const NET_MESH_M: f32 = 0.08;
 
-/// Thickness of the nets' strings, m.
+/// The thickness of the strings of nets, m.
 pub const STRING_M: f32 = 0.004;
 
-/// Something flat on the ground, m, pitch frame.
+/// A flat shape on the ground, m, pitch frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum GroundShape {
-    /// Four corners, counter-clockwise as seen from above.
+    /// A quadrilateral with these corners, counter-clockwise from above.
     Quadrilateral([Vec2; 4]),
-    /// What is between two circles around a centre.
+    /// The area between two concentric circles.
     Ring {
         /// The centre, m, pitch frame.
         centre: Vec2,
-        /// Radius of the smaller circle.
+        /// Radius of the inner circle, m.
         inner: f32,
-        /// Radius of the greater circle.
+        /// Radius of the outer circle, m.
         outer: f32,
     },
 }
 
-/// Something flat on the ground, with its colour.
+/// A flat marking on the ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct GroundMark {
-    /// What it is.
+    /// Its label.
     pub label: Label,
     /// Its colour.
     pub colour: Colour,
-    /// Where it is.
+    /// Its shape and place.
     pub shape: GroundShape,
 }
 
-/// Straight pieces of which the arc at a corner is drawn.
+/// The number of straight pieces of a corner arc.
 const CORNER_PIECES: usize = 8;
 
-/// What is on the floor of the hall, from the bottom up: the carpet and its markings.
+/// The carpet and its markings, from the bottom up.
 pub fn ground(pitch: &Pitch) -> Vec<GroundMark> {
     let half = pitch.line_width_m / 2.0;
     let Vec2 { x, y } = pitch.carpet_half_extents();
@@ -72,7 +72,7 @@ pub fn ground(pitch: &Pitch) -> Vec<GroundMark> {
     marks
 }
 
-/// A line of this half width, which also extends as much beyond both ends, so that corners are full.
+/// A line with this half width, extended by as much beyond both ends, so that corners are full.
 fn strip(segment: LineSegment, half_width: f32) -> GroundShape {
     let along = (segment.end - segment.start).normalize_or(Vec2::X) * half_width;
     let aside = along.perp();
@@ -80,7 +80,7 @@ fn strip(segment: LineSegment, half_width: f32) -> GroundShape {
     GroundShape::Quadrilateral([start - aside, end - aside, end + aside, start + aside])
 }
 
-/// The label of a goal of this colour.
+/// The label of a goal with this colour.
 pub const fn goal_label(colour: GoalColour) -> Label {
     match colour {
         GoalColour::Yellow => Label::YellowGoal,
@@ -89,7 +89,7 @@ pub const fn goal_label(colour: GoalColour) -> Label {
     }
 }
 
-/// A post that stands at a place, in the pitch frame.
+/// The part for a post at `position`, pitch frame.
 pub fn post(post: &Post, position: Vec2) -> Part<()> {
     let (label, colour) = match post.colour {
         Some(colour) => (goal_label(colour), colours::goal(colour)),
@@ -99,7 +99,7 @@ pub fn post(post: &Post, position: Vec2) -> Part<()> {
     Part::at((), label, colour, Shape::cylinder(post.radius, post.height), centre)
 }
 
-/// Corners of a goal's frame, m, pitch frame: the ends of the bar and of the rear bar on the ground, -y first.
+/// The corners of a goal's frame, m, pitch frame: the ends of the crossbar, and of the rear bar on the ground, -y first.
 fn goal_corners(pitch: &Pitch, end: End) -> ([Vec3; 2], [Vec3; 2]) {
     let GoalDimensions { width_m, height_m, depth_m, bar_diameter_m, .. } = pitch.goal;
     let front = end.sign() * pitch.goal_post_x();
@@ -110,7 +110,7 @@ fn goal_corners(pitch: &Pitch, end: End) -> ([Vec3; 2], [Vec3; 2]) {
     (bar, ground)
 }
 
-/// The bar of a goal in its colour, and the white frame behind that carries the net. The posts are things of their own.
+/// The crossbar of a goal in its colour, and the white frame of its net, without the posts.
 pub fn goal_frame(pitch: &Pitch, end: End) -> Vec<Part<()>> {
     let (bar, ground) = goal_corners(pitch, end);
     let radius = pitch.goal.bar_diameter_m / 2.0;
@@ -125,7 +125,7 @@ pub fn goal_frame(pitch: &Pitch, end: End) -> Vec<Part<()>> {
     parts
 }
 
-/// The faces of a goal's net, m, pitch frame; a triangle has two equal corners.
+/// The faces of a goal's net, m, pitch frame. A triangle has two equal corners.
 fn net_panels(pitch: &Pitch, end: End) -> [[Vec3; 4]; 3] {
     let (bar, ground) = goal_corners(pitch, end);
     let foot = |bar_end: Vec3| bar_end.with_z(0.0);
@@ -136,7 +136,7 @@ fn net_panels(pitch: &Pitch, end: End) -> [[Vec3; 4]; 3] {
     ]
 }
 
-/// The strings of a goal's net, by their ends, m, pitch frame.
+/// The ends of the strings of a goal's net, m, pitch frame.
 pub fn net_strings(pitch: &Pitch, end: End) -> Vec<[Vec3; 2]> {
     let mut strings = Vec::new();
     for [a, b, c, d] in net_panels(pitch, end) {

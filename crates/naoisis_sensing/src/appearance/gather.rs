@@ -1,4 +1,4 @@
-//! From a match to the scene of it: the one place where the world is looked at for sensors, pictures, films and the window.
+//! Gathers the [`Scene`] of a match, for sensors, pictures, films and the viewer.
 
 use bevy::ecs::system::{SystemParam, SystemState};
 use bevy::prelude::*;
@@ -14,7 +14,7 @@ use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::team::RobotId;
 
-/// What a system needs to gather the [`Scene`] of the match.
+/// The system parameter with which the [`Scene`] of the match is gathered.
 #[derive(SystemParam)]
 pub struct MatchScene<'w, 's> {
     pitch: Res<'w, Pitch>,
@@ -36,7 +36,7 @@ pub struct MatchScene<'w, 's> {
 }
 
 impl MatchScene<'_, '_> {
-    /// Puts the match as it is now into `scene`, whose memory is used again.
+    /// Gathers the present state of the match into `scene`, whose memory is reused.
     pub fn gather(&self, scene: &mut Scene) {
         scene.set_pitch(&self.pitch);
         scene.robots.clear();
@@ -60,7 +60,7 @@ impl MatchScene<'_, '_> {
 }
 
 impl Scene {
-    /// Takes over the match in `world` as it is now. Without a match it stays as it is.
+    /// Gathers the present state of the match in `world`. Does not change without a match.
     pub fn gather(&mut self, world: &mut World) {
         if let Ok(source) = SystemState::<MatchScene>::new(world).get(world) {
             source.gather(self);

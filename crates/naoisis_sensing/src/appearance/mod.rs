@@ -1,9 +1,7 @@
-//! What everything on the pitch looks like: one description of shapes, sizes, colours and postures, which every renderer
-//! draws.
+//! The appearance of everything on the pitch: one description of shapes, sizes, colours and postures, which every renderer draws.
 //!
-//! It needs no render crate. A [`Scene`](scene::Scene) is what there is at one instant, a
-//! [`View`](view::View) from where; robots are put together from [`Part`](shapes::Part)s ([`robot`]) that hang on
-//! [limbs](posing::Limb), which [`posing`] places. Each part says by a [`Label`] what it is.
+//! It needs no render crate. A [`Scene`](scene::Scene) is the state of the pitch at one instant, a [`View`](view::View) a camera. Robots
+//! consist of [`Part`](shapes::Part)s ([`robot`]) on [limbs](posing::Limb), which [`posing`] places. Each part has a [`Label`].
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -18,7 +16,7 @@ pub mod shapes;
 pub mod stride;
 pub mod view;
 
-/// What is seen in a pixel of an image.
+/// The object in a pixel of an image.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[repr(u8)]
@@ -30,7 +28,7 @@ pub enum Label {
     Floor = 1,
     /// The green carpet.
     Carpet = 2,
-    /// A white line on it.
+    /// A white line.
     Line = 3,
     /// The ball.
     Ball = 4,
@@ -40,7 +38,7 @@ pub enum Label {
     BlueGoal = 6,
     /// A white goal's posts and bar.
     WhiteGoal = 7,
-    /// The frame on the ground behind a goal, which carries the net. The net itself is seen through.
+    /// The frame of a goal's net. The net itself is transparent, and has no label.
     GoalFrame = 8,
     /// A post that belongs to no goal.
     Post = 9,
@@ -55,7 +53,7 @@ pub enum Label {
 }
 
 impl Label {
-    /// All labels, each at the place of its number.
+    /// All labels, in the order of their numbers.
     pub const ALL: [Label; 14] = [
         Label::Sky,
         Label::Floor,
@@ -73,12 +71,12 @@ impl Label {
         Label::PinkWaistband,
     ];
 
-    /// The label of this number, as it is in label images.
+    /// The label with this number in label images.
     pub fn from_number(number: u8) -> Option<Label> {
         Label::ALL.get(usize::from(number)).copied()
     }
 
-    /// Whether it is something flat on the ground, or the ground itself.
+    /// Whether it is the ground or a marking on it.
     pub fn is_ground(self) -> bool {
         matches!(self, Label::Floor | Label::Carpet | Label::Line)
     }

@@ -1,8 +1,7 @@
-//! How a robot holds its limbs: where the joints are, and what walking and kicking make of them.
+//! The poses of a robot's limbs while it stands, walks and kicks.
 //!
-//! The joints are where the robot's [body](naoisis_core::robot::body) has them. The simulation leaves joints out, so the legs are for
-//! the eye only: they step as fast as the robot walks, such that the foot on the ground does not slide. The head is where the
-//! simulation has it.
+//! The joints are at the places of the robot's [body](naoisis_core::robot::body). The simulation has no joints except the head, so the legs are
+//! for display only: they step at the robot's speed, so that the foot on the ground does not slide.
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
 use core::f32::consts::PI;
@@ -12,20 +11,20 @@ use naoisis_core::kick_geometry::KickType;
 use naoisis_core::robot::body::{Body, Legs};
 use naoisis_core::robot::head::HeadAngles;
 
-/// Pairs of steps a second.
+/// Pairs of steps per second.
 pub const STEP_FREQUENCY: f32 = 1.6;
-/// How high a foot is lifted in a step, m.
+/// The height of a foot in a step, m.
 const STEP_LIFT: f32 = 0.02;
-/// How long a leg takes to come back after a kick, s.
+/// The time that a leg takes to return after a kick, s.
 pub const KICK_S: f32 = 0.5;
-/// The first part of a swing, s: a foot is drawn back, or extended to the front.
+/// The duration of the first part of a swing, in which the foot is drawn back or extended to the front, s.
 const BEGINNING_S: f32 = 0.2;
-/// The last part: of a foot that was drawn back the way forward, of one that was extended to the front the way aside.
+/// The duration of the last part, in which the foot moves forward or, after an extension, to the side, s.
 const STRIKING_S: f32 = 0.1;
-/// How long before it meets the ball a foot is drawn back, s, where the kick takes as long.
+/// The duration of a swing before the foot meets the ball, if the kick takes as long, s.
 pub const SWING_S: f32 = BEGINNING_S + STRIKING_S;
 
-/// A rigid piece of a robot. Each has a frame of its own, with the axes of the robot frame when the robot stands straight.
+/// A rigid limb of a robot. Its frame has the axes of the robot frame while the robot stands straight.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Limb {
@@ -68,28 +67,27 @@ impl Limb {
 /// The angles of a leg, radians.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct LegAngles {
-    /// Of the thigh, forward from straight down.
+    /// The thigh, forward from straight down.
     pub hip: f32,
-    /// Of the shank, backward from the thigh.
+    /// The shank, backward from the thigh.
     pub knee: f32,
-    /// Of the whole leg, to the left.
+    /// The whole leg, to the left.
     pub aside: f32,
 }
 
-/// How a robot holds its limbs.
+/// The joint angles of a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct JointAngles {
     /// The head.
     pub head: HeadAngles,
     /// Left and right leg.
     pub legs: [LegAngles; 2],
-    /// Left and right arm: backward from hanging down, radians.
+    /// Left and right arm, backward from hanging down, radians.
     pub arms: [f32; 2],
 }
 
 impl JointAngles {
-    /// Where the limbs of a robot are that is at this place: standing, lying or in the air. Indexed by [`Limb`]. Limbs that it
-    /// lacks are where it is.
+    /// The poses of the limbs, indexed by [`Limb`], for a robot with the pose `world_from_robot`. Missing limbs have the pose of the robot.
     pub fn world_from_limbs(&self, body: &Body, world_from_robot: Affine3A) -> [Affine3A; Limb::COUNT] {
         let mut limbs = [world_from_robot; Limb::COUNT];
         let about = |joint: Vec3, rotation: Mat3| Affine3A::from_mat3_translation(rotation, joint);
@@ -102,7 +100,7 @@ impl JointAngles {
             }
             let Some(legs) = body.legs else { continue };
             let LegAngles { hip, knee, aside } = self.legs[side];
-            // A rotation about y that is positive takes what hangs down backwards.
+            // A positive rotation about y turns a hanging limb backwards.
             let thigh = about_x(aside) * about_y(-hip);
             let thigh = world_from_robot * about(on_side(legs.hip_m, side), thigh);
             let shank = thigh * about(Vec3::NEG_Z * legs.thigh_m, about_y(knee));
@@ -116,12 +114,12 @@ impl JointAngles {
     }
 }
 
-/// Where a robot is that stands at this pose.
+/// The transform of a robot that stands at `pose`.
 pub fn world_from_standing(pose: Pose) -> Affine3A {
     Affine3A::from_mat3_translation(about_z(pose.heading), pose.position.extend(0.0))
 }
 
-// With the trigonometric functions that give the same results everywhere.
+// With trigonometric functions that are the same on every platform.
 
 pub(super) fn about_x(angle: f32) -> Mat3 {
     let Vec2 { x: cos, y: sin } = unit(angle);
@@ -138,13 +136,13 @@ pub(super) fn about_z(angle: f32) -> Mat3 {
     Mat3::from_cols(Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0), Vec3::Z)
 }
 
-/// A point of the left side, or its mirror image on the right (side 1).
+/// A point of the left side (`side` 0), or its mirror image on the right (`side` 1).
 pub fn on_side(left: Vec3, side: usize) -> Vec3 {
     if side == 0 { left } else { left * Vec3::new(1.0, -1.0, 1.0) }
 }
 
-/// Where a foot is in its step, relative to where it stands: forward and up, m. `phase` in radians, forward `speed` in
-/// m/s, `liveliness` from 0 to 1.
+/// The place of a foot in its step, relative to standing: forward and up, m. `phase` in radians, forward `speed` in m/s, `liveliness` from 0 to
+/// 1.
 pub fn step(phase: f32, speed: f32, liveliness: f32) -> Vec2 {
     // On the ground from phase pi/2 to 3 pi/2, in which the foot goes back by twice the amplitude while the robot goes
     // forward by speed times half a period.
@@ -152,8 +150,8 @@ pub fn step(phase: f32, speed: f32, liveliness: f32) -> Vec2 {
     Vec2::new(amplitude * ops::sin(phase), STEP_LIFT * liveliness * ops::cos(phase).max(0.0))
 }
 
-/// How far the kicking foot is from its place, forward and up in metres, and the leg's swing to the left in radians, `age_s` after
-/// the ball is struck, or before it if that is negative; the swing began `swing_s` before.
+/// The place of the kicking foot relative to standing, forward and up, m, and the leg's swing to the left, radians. `age_s`: the time since the
+/// ball was struck, negative before; `swing_s`: the duration of the swing before that.
 ///
 /// A straight kick draws the foot back first; a side kick extends it to the front and then moves it aside (paper, section 3.2).
 pub fn kick_pose(kick_type: KickType, age_s: f32, swing_s: f32) -> (Vec2, f32) {
@@ -179,7 +177,7 @@ pub fn kick_pose(kick_type: KickType, age_s: f32, swing_s: f32) -> (Vec2, f32) {
     (Vec2::new(0.08, 0.025) * begun * left, aside * struck * left)
 }
 
-/// The angles that take a foot forward and up from where it stands, m; as far as the leg reaches.
+/// The angles that move a foot forward and up by `step`, m, as far as the leg reaches.
 pub fn leg_angles(legs: &Legs, step: Vec2) -> LegAngles {
     let (thigh, shank) = (legs.thigh_m, legs.shank_m);
     // From the hip, forward and down.

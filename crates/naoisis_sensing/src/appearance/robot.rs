@@ -1,7 +1,7 @@
-//! The two designs of a robot (paper, section 3.1 and Fig. 2): one close to the real robot, and one of a few boxes, which is
-//! quicker to draw. Both have the robot's size and joints, and the team's waistband.
+//! The two designs of a robot (paper, section 3.1 and Fig. 2): one close to the real robot, and one of a few boxes, which is faster to draw.
+//! Both have the robot's size and joints, and the team's waistband.
 //!
-//! The NAO is drawn as it is, what looks like one as a NAO of other measures, and other robots by the measures of their bodies.
+//! Robots that look like a NAO are drawn as a NAO scaled to their measures, other robots by the measures of their bodies.
 
 use bevy::math::{Vec2, Vec3};
 use bevy::prelude::Reflect;
@@ -22,7 +22,7 @@ mod number;
 /// A part of a robot, placed in the frame of a limb.
 pub type RobotPart = Part<Limb>;
 
-/// How robots look.
+/// The design of robots.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RobotDesign {
@@ -37,7 +37,7 @@ impl RobotDesign {
     /// Both designs.
     pub const BOTH: [RobotDesign; 2] = [RobotDesign::Nao, RobotDesign::Simple];
 
-    /// The parts of a robot with this body, of this design.
+    /// The parts of a robot with this body in this design.
     pub fn parts(self, id: RobotId, body: &Body) -> Vec<RobotPart> {
         match (self, body.look.shape) {
             (RobotDesign::Nao, LookShape::Nao) => nao::detailed(id, body),
@@ -70,12 +70,12 @@ impl PartList {
         Self { label, team: colours::team(id.team), look, parts: Vec::with_capacity(capacity) }
     }
 
-    /// The colours of shells, and of what is between them.
+    /// The colours of shells and of joints.
     fn colours(&self) -> [Colour; 2] {
         [Colour(self.look.shell), Colour(self.look.joints)]
     }
 
-    /// The colour of a part of a limb: shells of some limbs may have the team's.
+    /// The colour of a part of a limb. The shells of some limbs may have the team's colour.
     fn paint(&self, limb: Limb, colour: Colour) -> Colour {
         let limbs = self.look.team_limbs;
         let is_of_team = match limb {
@@ -87,7 +87,7 @@ impl PartList {
         if is_of_team && colour == Colour(self.look.shell) { self.team } else { colour }
     }
 
-    /// The band in the team's colour.
+    /// Adds the waistband in the team's colour.
     fn band(&mut self, team: Team, body: &Body, shape: Shape) {
         let [_, label] = labels(team);
         self.parts.push(Part::at(Limb::Trunk, label, colours::team(team), shape, body.waistband.middle()));
@@ -113,7 +113,7 @@ impl PartList {
         self.parts.push(Part::rod(limb, self.label, self.paint(limb, colour), radius, ends));
     }
 
-    /// A frustum from the radii at the lower height to those at the upper.
+    /// Adds a frustum between radii at two heights.
     fn frustum(&mut self, limb: Limb, colour: Colour, [lower, upper]: [(Vec2, f32); 2]) {
         let shape = Shape::Frustum { bottom: lower.0, top: upper.0, half_height: (upper.1 - lower.1) / 2.0 };
         self.add(limb, colour, shape, Vec3::Z * ((lower.1 + upper.1) / 2.0));

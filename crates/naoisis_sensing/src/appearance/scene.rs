@@ -1,4 +1,4 @@
-//! What there is on the pitch at one instant. All sensors and all pictures are of it.
+//! The state of the pitch at one instant, from which all sensors and pictures are computed.
 
 use bevy::math::{Affine3A, Mat3, Vec3};
 use bevy::prelude::*;
@@ -16,18 +16,17 @@ use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::team::RobotId;
 
-/// What there is on the pitch at one instant, pitch frame. As a resource, it is what there is to sense in this cycle.
+/// The state of the pitch at one instant, pitch frame. As a resource, it is what the sensors of this cycle measure.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct Scene {
-    /// The sizes of carpet, pitch and goals, and the colours of the goals.
+    /// The pitch.
     pub pitch: Pitch,
-    /// What is painted on it.
+    /// The markings of the pitch.
     pub markings: Markings,
-    /// The robots, ordered by their ids. Those that the referee has taken off the pitch are not among them, but they
-    /// sense the others.
+    /// The robots, in the order of their ids, without those that the referee has removed.
     pub robots: Vec<SceneRobot>,
-    /// The posts, those of the goals included, ordered by their places.
+    /// All posts, including those of the goals, in the order of their places.
     pub posts: Vec<ScenePost>,
     /// The ball, if there is one.
     pub ball: Option<SceneBall>,
@@ -36,30 +35,30 @@ pub struct Scene {
 /// A robot on the pitch.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct SceneRobot {
-    /// Who it is.
+    /// Its id.
     pub id: RobotId,
-    /// Where it is.
+    /// Its pose.
     pub pose: Pose,
-    /// The unit vector that it faces along.
+    /// The unit vector along which it faces.
     pub forward: Vec2,
-    /// How its body is: upright, lying or on the way.
+    /// Its posture: upright, lying or in between.
     pub posture: Posture,
-    /// Where its head looks.
+    /// Its head angles.
     pub head: HeadAngles,
-    /// How its limbs are moving.
+    /// The motion of its limbs.
     pub stride: Stride,
-    /// Its body on its feet.
+    /// Its body, standing.
     pub body: Body,
-    /// The room that its body takes, as it stands or lies: torso and base.
+    /// The boxes of its body in its posture: torso and base.
     pub boxes: [BodyBox; 2],
     /// The greatest distance of a point of its boxes from its origin, on the ground, m.
     pub reach: f32,
 }
 
-/// A post, and where it stands.
+/// A post and its place.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct ScenePost {
-    /// Where it stands, m, pitch frame.
+    /// Its place, m, pitch frame.
     pub position: Vec2,
     /// Its cylinder and colour.
     pub post: Post,
@@ -68,21 +67,21 @@ pub struct ScenePost {
 /// The ball.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct SceneBall {
-    /// Its centre above the ground, m, pitch frame.
+    /// Its place on the ground, m, pitch frame.
     pub position: Vec2,
     /// Its radius, m.
     pub radius: f32,
 }
 
 impl SceneBall {
-    /// Its centre: it lies on the ground.
+    /// Its centre, m.
     pub fn centre(&self) -> Vec3 {
         self.position.extend(self.radius)
     }
 }
 
 impl Default for Scene {
-    /// The usual pitch, without goals and with nothing on it.
+    /// The default pitch without goals, robots and ball.
     fn default() -> Self {
         let pitch = Pitch::default();
         Self { markings: Markings::new(&pitch), pitch, robots: Vec::new(), posts: Vec::new(), ball: None }
@@ -90,7 +89,7 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// A pitch with its goals, and nothing on it.
+    /// A pitch with its goals, without robots and ball.
     pub fn empty(pitch: Pitch) -> Self {
         let posts = pitch.goal_posts().map(|post| ScenePost { position: post.position, post: post.into() });
         Self { markings: Markings::new(&pitch), pitch, robots: Vec::new(), posts: posts.to_vec(), ball: None }
@@ -101,7 +100,7 @@ impl Scene {
         self.robots.iter().find(|robot| robot.id == id)
     }
 
-    /// Takes over a pitch, and what is painted on it.
+    /// Sets the pitch and its markings.
     pub(super) fn set_pitch(&mut self, pitch: &Pitch) {
         if self.pitch != *pitch {
             self.pitch.clone_from(pitch);
@@ -111,7 +110,7 @@ impl Scene {
 }
 
 impl SceneRobot {
-    /// A robot that stands upright and still at a pose, with this body.
+    /// A robot with this body that stands still at `pose`.
     pub fn standing(id: RobotId, pose: Pose, body: Body) -> Self {
         Self {
             id,
@@ -126,19 +125,19 @@ impl SceneRobot {
         }
     }
 
-    /// The robot in this posture instead.
+    /// The robot in another posture.
     #[must_use]
     pub fn in_posture(self, posture: Posture) -> Self {
         let Body { torso, base, .. } = self.body.in_posture(posture);
         Self { posture, boxes: [torso, base], ..self }
     }
 
-    /// Where its body is: standing, lying or in the air.
+    /// The transform of its body: standing, lying or in the air.
     pub fn world_from_robot(&self) -> Affine3A {
         world_from_body(self.pose, self.posture, &self.body)
     }
 
-    /// Where its limbs are, each at the index of its [`Limb`].
+    /// The transforms of its limbs, indexed by [`Limb`].
     pub fn world_from_limbs(&self) -> [Affine3A; Limb::COUNT] {
         self.stride.joints(self.id, self.head, &self.body).world_from_limbs(&self.body, self.world_from_robot())
     }
@@ -149,14 +148,14 @@ impl SceneRobot {
     }
 }
 
-/// Where a robot is whose body is in this posture at a pose.
+/// The transform of a robot with this posture at `pose`.
 pub fn world_from_body(pose: Pose, posture: Posture, body: &Body) -> Affine3A {
     let middle_m = body.height_m / 2.0;
-    // On its face its back is as high as a body that lies; on its side, its upper arm.
+    // The height of the middle of the body: lying on its face, and lying on its side.
     let lying_middle_m = body.lying_height_m / 2.0;
     let aside_middle_m = body.torso.half_width_m;
     let standing = world_from_standing(pose);
-    // Tilted by so much of a quarter turn, about the middle of the body, which then is so high above the ground.
+    // Tilted about the middle of the body, which is then at `middle`.
     let tilted = |tilt: Mat3, middle: Vec3| {
         standing * Affine3A::from_mat3_translation(tilt, middle) * Affine3A::from_translation(Vec3::NEG_Z * middle_m)
     };
@@ -175,7 +174,7 @@ pub fn world_from_body(pose: Pose, posture: Posture, body: &Body) -> Affine3A {
     }
 }
 
-/// A robot that gets up straightens itself in the last cycles of that.
+/// The number of cycles at the end of getting up in which a robot straightens itself.
 const GETTING_UP_CYCLES: f32 = 30.0;
 
 #[cfg(test)]
@@ -183,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_has_fallen_lies_on_its_face_and_a_diver_beside_its_place() {
+    fn a_fallen_robot_lies_on_its_face_and_a_diver_beside_its_place() {
         let pose = Pose::new(1.0, 2.0, 0.0);
         let head = |posture| world_from_body(pose, posture, &Body::default()).transform_point3(Vec3::Z * 0.55);
         assert!(head(Posture::Upright).abs_diff_eq(Vec3::new(1.0, 2.0, 0.55), 1e-6));

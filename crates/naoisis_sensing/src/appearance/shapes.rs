@@ -1,4 +1,4 @@
-//! The primitive shapes of which everything that stands on the ground is put together.
+//! The primitive shapes of robots, goals and posts.
 
 use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3};
 
@@ -47,7 +47,7 @@ impl Shape {
         Shape::Frustum { bottom: Vec2::splat(radius), top: Vec2::splat(radius), half_height: height / 2.0 }
     }
 
-    /// The greatest distance of a point of it from its origin, m.
+    /// The greatest distance of a point of the shape from its origin, m.
     pub fn reach(self) -> f32 {
         match self {
             Shape::Box { half_size } => half_size.length(),
@@ -60,23 +60,23 @@ impl Shape {
     }
 }
 
-/// A shape at its place, with a colour, and what it is.
+/// A shape with its place, colour and label.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Part<Frame> {
     /// The frame in which it is placed: the limb of a robot, or the pitch.
     pub frame: Frame,
-    /// What it is.
+    /// Its label.
     pub label: Label,
     /// Its colour.
     pub colour: Colour,
     /// Its shape.
     pub shape: Shape,
-    /// Where it is in its frame. Rotation and translation only.
+    /// Its transform in the frame. Rotation and translation only.
     pub frame_from_shape: Affine3A,
 }
 
 impl<Frame> Part<Frame> {
-    /// A part that is not turned, at this place.
+    /// A part at `centre`, without rotation.
     pub fn at(frame: Frame, label: Label, colour: Colour, shape: Shape, centre: Vec3) -> Self {
         Self { frame, label, colour, shape, frame_from_shape: Affine3A::from_translation(centre) }
     }

@@ -1,4 +1,4 @@
-//! The stride: how the legs and arms go along with what a robot does, smoothly.
+//! The stride: the smooth motion of a robot's legs and arms while it walks and kicks.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -18,10 +18,10 @@ use naoisis_core::robot::kick::{KickPhase, KickSettings};
 use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::RobotId;
 
-/// How long it takes to get into step, s.
+/// The time constant with which the stride follows the speed, s.
 const SETTLING_S: f32 = 0.15;
 
-/// Keeps the [`Stride`]s of the robots that have one, once a cycle, whoever looks.
+/// Updates the [`Stride`]s of robots once a cycle.
 pub struct StridePlugin;
 
 impl Plugin for StridePlugin {
@@ -33,37 +33,37 @@ impl Plugin for StridePlugin {
     }
 }
 
-/// How a robot's limbs are moving. For the eye only: nothing in the simulation depends on it.
+/// The motion of a robot's limbs. For display only: nothing in the simulation depends on it.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Stride {
     /// The time of the match, s.
     pub time_s: f64,
-    /// Forward speed that the steps have, m/s.
+    /// The forward speed of the steps, m/s.
     pub speed: f32,
-    /// How much the feet are lifted, 0 to 1.
+    /// The height to which the feet are lifted, 0 to 1.
     pub liveliness: f32,
-    /// The kick under way, or else the last one.
+    /// The kick under way, or the last one.
     pub kick: Option<Swing>,
 }
 
-/// How a leg swings for a kick.
+/// The swing of a leg for a kick.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Swing {
-    /// The kick, which says whose leg it is.
+    /// The kick, which determines the leg.
     pub kick_type: KickType,
-    /// When the leg begins, s.
+    /// The start of the swing, s.
     pub begins_s: f64,
-    /// When the foot meets the ball, or met it, s.
+    /// The time at which the foot meets the ball, s.
     pub strikes_s: f64,
-    /// Whether it is a side kick that strikes a ball on the wrong side, straight ahead.
+    /// Whether it is a side kick that strikes a ball on the wrong side straight ahead.
     pub is_reduced: bool,
 }
 
 impl Swing {
-    /// That of a kick whose foot meets the ball at this time, s, and met it on the wrong side or not (`is_reduced`).
+    /// The swing of a kick that meets the ball at the time `strikes_s`, on the wrong side if `is_reduced`.
     ///
-    /// A side kick's leg begins at once, to extend to the front, and it strikes what is on the wrong side by that.
+    /// The swing of a side kick begins with an extension to the front, which strikes a ball on the wrong side.
     pub fn of(kick_type: KickType, is_reduced: bool, strikes_s: f64, kicks: &KickSettings) -> Self {
         let takes_s = match (kick_type.is_side_kick(), is_reduced) {
             (true, true) => kicks.extension_of_s(kick_type),
@@ -73,7 +73,7 @@ impl Swing {
         Self { kick_type, begins_s: strikes_s - f64::from(takes_s), strikes_s, is_reduced }
     }
 
-    /// Where the kicking foot is at that time, s, from its place, forward and up in metres, and the leg's swing to the left in radians.
+    /// The place of the kicking foot at a time, s, relative to standing, forward and up, m, and the leg's swing to the left, radians.
     fn pose(&self, time_s: f64) -> (Vec2, f32) {
         let [age_s, swing_s] = [time_s - self.strikes_s, self.strikes_s - self.begins_s].map(|time_s| time_s as f32);
         let (reach, aside) = posing::kick_pose(self.kick_type, age_s, swing_s);
@@ -82,7 +82,7 @@ impl Swing {
 }
 
 impl Stride {
-    /// Gets into step with what the robot does until `now_s`.
+    /// Advances the stride to the time `now_s`, for a robot with this velocity.
     pub fn follow(&mut self, pose: Pose, velocity: Velocity, now_s: f64) {
         let elapsed_s = (now_s - self.time_s) as f32;
         self.time_s = now_s;
@@ -96,9 +96,9 @@ impl Stride {
         self.liveliness += share * (liveliness - self.liveliness);
     }
 
-    /// How the robot holds its limbs at that time.
+    /// The joint angles of the robot.
     pub fn joints(&self, id: RobotId, head: HeadAngles, body: &Body) -> JointAngles {
-        // Robots that started together need not step together. In double precision, as late as the match may be.
+        // With a different phase for each robot. In double precision, for late times.
         let turns = f64::from(posing::STEP_FREQUENCY) * self.time_s;
         let phase = TAU * (turns - turns.floor()) as f32 + id.stable_number() as f32;
         let mut joints = JointAngles { head, ..JointAngles::default() };
@@ -124,7 +124,7 @@ impl Stride {
 
 fn follow_robots(clock: Res<CycleClock>, mut robots: Query<(&Pose, &Velocity, Option<&Penalty>, &mut Stride)>) {
     for (pose, velocity, penalty, mut stride) in &mut robots {
-        // Who is off the pitch is carried.
+        // Penalised robots are carried.
         if !penalty.is_some_and(Penalty::is_active) {
             stride.follow(*pose, *velocity, clock.end_time_s());
         }
@@ -137,7 +137,7 @@ fn note_kicks_under_way(clock: Res<CycleClock>, mut robots: Query<(&KickPhase, &
             let strikes_s = clock.end_time_s() + f64::from(cycles_left) * clock.period_s;
             stride.kick = Some(Swing::of(request.kick_type, false, strikes_s, kicks));
         } else if stride.kick.is_some_and(|kick| kick.strikes_s > clock.start_time_s()) {
-            // It struck something earlier, which is noted next, or it fell, or was sent off.
+            // It struck a ball earlier, which is recorded next, or it fell, or was penalised.
             stride.kick = None;
         }
     }

@@ -1,16 +1,16 @@
-//! From where a picture is taken.
+//! The camera of a picture.
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
 
 use naoisis_core::camera_model::{CameraIntrinsics, CameraView};
 use naoisis_core::team::RobotId;
 
-/// A pinhole camera anywhere, and what else matters for the picture it takes. Pitch frame, m.
+/// A pinhole camera anywhere, and the options of its picture. Pitch frame, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct View {
-    /// The pinhole. The picture has its size, in whole pixels.
+    /// The intrinsics. The picture has their size, in whole pixels.
     pub intrinsics: CameraIntrinsics,
-    /// The lens.
+    /// The place of the lens.
     pub eye: Vec3,
     /// The direction of the picture's u axis, unit vector.
     pub right: Vec3,
@@ -18,19 +18,19 @@ pub struct View {
     pub down: Vec3,
     /// The direction in which the camera looks, unit vector.
     pub forward: Vec3,
-    /// The robot whose camera it is: it does not see itself.
+    /// The robot with the camera, which does not see itself.
     pub hidden: Option<RobotId>,
-    /// Into how many samples each pixel's side is divided, at least 1; the more, the smoother the edges.
+    /// The number of samples along each side of a pixel, at least 1. More samples give smoother edges.
     pub supersampling: u32,
-    /// Whether, of a pixel of one sample, the light is integrated over all of it, as a sensor does: far lines stay lines. In
-    /// software on the ground, on a graphics card everywhere.
+    /// Whether pixels of one sample integrate the light over their area, as those of a sensor do: far lines stay lines. By the software renderer
+    /// on the ground, on a graphics card everywhere.
     pub antialiasing: bool,
     /// Whether bodies cast shadows.
     pub shadows: bool,
 }
 
 impl View {
-    /// The view of a robot's camera, of which this is the robot's place.
+    /// The view of a camera of the robot with the transform `world_from_robot`.
     pub fn of_robot(camera: &CameraView, world_from_robot: Affine3A, robot: RobotId) -> Self {
         let turned = |direction: Vec3| world_from_robot.transform_vector3(direction);
         Self {
@@ -46,8 +46,8 @@ impl View {
         }
     }
 
-    /// The view from a place to another, of this size in pixels and with this vertical field of view in radians, with
-    /// shadows and smooth edges. It does not matter which way is up only for a view straight down, in which +y is up.
+    /// The view from `eye` to `target` with this size, pixels, and vertical field of view, radians, with shadows and smooth edges. In a view
+    /// straight down, +y is up.
     pub fn looking_at(eye: Vec3, target: Vec3, vertical_fov: f32, [width, height]: [u32; 2]) -> Self {
         let forward = (target - eye).normalize_or(Vec3::X);
         let right = forward.cross(Vec3::Z).try_normalize().unwrap_or(Vec3::X);
@@ -66,7 +66,7 @@ impl View {
         }
     }
 
-    /// Width and height of the picture, pixels.
+    /// The width and height of the picture, pixels.
     pub fn size(&self) -> [usize; 2] {
         let size = self.intrinsics.size;
         [size.x as usize, size.y as usize]
@@ -77,20 +77,20 @@ impl View {
         Mat3::from_cols(self.right, self.down, self.forward).transpose()
     }
 
-    /// A point of the pitch frame in the camera's frame: to the right, down and ahead of the lens, m.
+    /// Transforms a point from the pitch frame to the camera frame: to the right, down and ahead of the lens, m.
     pub fn to_camera(&self, point: Vec3) -> Vec3 {
         let offset = point - self.eye;
         Vec3::new(self.right.dot(offset), self.down.dot(offset), self.forward.dot(offset))
     }
 
-    /// The pixel of a point ahead of the lens, in the picture or not.
+    /// The pixel of a point ahead of the lens, in the picture or not; `None` for a point behind it.
     pub fn project(&self, point: Vec3) -> Option<Vec2> {
         let in_camera = self.to_camera(point);
         let CameraIntrinsics { focal_length, centre, .. } = self.intrinsics;
         (in_camera.z > 1e-3).then(|| centre + in_camera.truncate() * (focal_length / in_camera.z))
     }
 
-    /// The direction in which a pixel looks, with a unit component along [`View::forward`].
+    /// The direction of a pixel's ray, with a unit component along [`View::forward`].
     pub fn ray(&self, pixel: Vec2) -> Vec3 {
         let slope = (pixel - self.intrinsics.centre) / self.intrinsics.focal_length;
         self.forward + slope.x * self.right + slope.y * self.down

@@ -1,4 +1,4 @@
-//! Which landmark it is that a robot sees, for an estimate of its pose by a Kalman filter of either kind.
+//! Data association: which landmark a sighting belongs to, for either Kalman filter of the pose.
 
 use bevy::prelude::*;
 
@@ -11,21 +11,21 @@ use super::unscented::SigmaPoints;
 use crate::belief::localisation_method::KalmanFilter;
 use naoisis_core::geometry::unrotate;
 
-/// What is seen is taken for a landmark only if every other is less likely by so much: squared Mahalanobis distance.
+/// A sighting is assigned to a landmark only if every other one is further away by this: difference of squared Mahalanobis distances.
 const AMBIGUITY: f32 = 6.0;
 
-/// What is seen beside what an estimate makes expect.
+/// The expectation of a pose estimate, against which sightings are compared.
 pub(super) struct Expectation<'a> {
     estimate: &'a PoseEstimate,
     /// The unit vector along which the robot faces, team frame.
     pub(super) forward: Vec2,
-    /// Of the unscented filter.
+    /// The sigma points, for the unscented filter.
     points: Option<SigmaPoints>,
     camera: Option<(&'a CameraError, &'a CameraMotion, CameraTotal)>,
 }
 
 impl<'a> Expectation<'a> {
-    /// Of a filter of this kind, that estimates the error of the cameras along with the pose, or does not.
+    /// The expectation of `estimate` for this `filter`, with the estimated error of the cameras if there is one.
     pub(super) fn of(
         estimate: &'a PoseEstimate,
         filter: KalmanFilter,
@@ -36,7 +36,7 @@ impl<'a> Expectation<'a> {
         Self { estimate, forward: estimate.pose.forward(), points, camera }
     }
 
-    /// What a sighting says, if it is of the landmark at a place, m, team frame.
+    /// The innovation of a sighting of the landmark at `place`, m, team frame.
     pub(super) fn of_point(&self, place: Vec2, sighting: &Sighting) -> Innovation {
         let measured = self.measured_point(place, sighting);
         match &self.camera {
@@ -45,7 +45,7 @@ impl<'a> Expectation<'a> {
         }
     }
 
-    /// The squared Mahalanobis distance of a sighting, if it is of the landmark at a place, m, team frame.
+    /// The squared Mahalanobis distance of a sighting of the landmark at `place`, m, team frame.
     pub(super) fn distance_of_point(&self, place: Vec2, sighting: &Sighting) -> f32 {
         let measured = self.measured_point(place, sighting);
         match &self.camera {
@@ -67,7 +67,7 @@ impl<'a> Expectation<'a> {
         motion.slopes(unrotate(self.forward, place - self.estimate.pose.position))
     }
 
-    /// What a stretch of a line says, if it is of this line.
+    /// The innovation of a seen segment of `line`.
     pub(super) fn of_line(&self, line: &PitchLine, seen: &SeenLine) -> Innovation {
         let measured = self.measured_line(line, seen);
         match &self.camera {
@@ -78,7 +78,7 @@ impl<'a> Expectation<'a> {
         }
     }
 
-    /// The squared Mahalanobis distance of a stretch of a line, if it is of this line.
+    /// The squared Mahalanobis distance of a seen segment of `line`.
     pub(super) fn distance_of_line(&self, line: &PitchLine, seen: &SeenLine) -> f32 {
         let measured = self.measured_line(line, seen);
         match &self.camera {
@@ -98,7 +98,7 @@ impl<'a> Expectation<'a> {
     }
 }
 
-/// What is seen, if it is one of the candidates, and every other is clearly less likely.
+/// The innovation of the nearest candidate, if every other one is clearly further away.
 pub(super) fn clearly_nearest<Candidate: Copy>(
     candidates: impl Iterator<Item = Candidate>,
     distance_squared: impl Fn(Candidate) -> f32,
@@ -107,7 +107,7 @@ pub(super) fn clearly_nearest<Candidate: Copy>(
     let mut best: Option<(Candidate, f32)> = None;
     let mut second = f32::MAX;
     for candidate in candidates {
-        // The rest of what it says is worked out for the best alone.
+        // The innovation is computed for the nearest one only.
         let distance_squared = distance_squared(candidate);
         match best {
             Some((_, least)) if least <= distance_squared => second = second.min(distance_squared),

@@ -1,7 +1,7 @@
-//! The estimate of the ball: where it is and how it rolls, in the robot's own frame, where it is seen and kicked.
+//! The ball estimate: place and velocity in the robot frame, in which the ball is seen and kicked.
 //!
-//! A Kalman filter of place and velocity. What is seen in an unlikely place is taken for an error once; when the next
-//! sighting confirms it, the ball has been kicked or carried and the filter starts anew.
+//! A Kalman filter. An unlikely sighting is ignored once; when the next sighting confirms it, the ball has been kicked or carried, and the
+//! filter is reset.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,50 +15,49 @@ use naoisis_core::geometry::{Pose, unit, unrotate};
 /// The ball in the robot frame.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct BallEstimate {
-    /// Where it is, m, robot frame.
+    /// The place, m, robot frame.
     pub position: Vec2,
-    /// Where it rolls over the ground, m/s, along the robot frame's axes.
+    /// The velocity over the ground, m/s, along the axes of the robot frame.
     pub velocity: Vec2,
     /// Covariance of the place, m².
     pub position_covariance: Mat2,
-    /// Covariance between place and velocity, m²/s: symmetric, as all noise is the same along all axes but for the
-    /// measurement's.
+    /// Covariance of place and velocity, m²/s: symmetric, as all noise except that of the measurement is isotropic.
     cross_covariance: Mat2,
     /// Covariance of the velocity, (m/s)².
     pub velocity_covariance: Mat2,
-    /// Since it was seen, s.
+    /// The time since it was seen, s.
     pub age_s: f32,
-    /// For how long it should have been seen but was not, s.
+    /// The time for which it should have been in view but was not seen, s.
     pub missing_s: f32,
-    /// Where it was seen last when that was too unlikely to believe, robot frame.
+    /// The last sighting that was ignored as too unlikely, robot frame.
     doubted: Option<Vec2>,
 }
 
-/// How the ball is expected to behave.
+/// The model of the ball's motion.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BallModel {
-    /// Its radius, m.
+    /// The ball's radius, m.
     pub radius_m: f32,
-    /// How it slows down.
+    /// The deceleration of a rolling ball.
     pub rolling: Rolling,
-    /// Unforeseen change of its velocity while it is watched: variance per second, (m/s)²/s.
+    /// Process noise of the velocity while the ball is watched: variance per second, (m/s)²/s.
     pub velocity_noise: f32,
-    /// The same while it is not, when robots may kick it: one kick of 2 to 3 m/s in some seconds.
+    /// The same while it is not watched and robots may kick it: one kick of 2 to 3 m/s in some seconds.
     pub unseen_velocity_noise: f32,
-    /// A ball is watched until it was not seen for so long, s.
+    /// A ball counts as watched if it was seen within this time, s.
     pub watched_s: f32,
-    /// Speed that a ball of which nothing is known may have, m/s: standard deviation.
+    /// Standard deviation of the initial velocity along each axis, m/s.
     pub start_speed_sd: f32,
-    /// Speed of one that was seen to have been kicked, m/s: standard deviation along each axis.
+    /// The same for a ball that has been kicked, m/s.
     pub kicked_speed_sd: f32,
-    /// A sighting further from the expectation than this is doubted: squared Mahalanobis distance.
+    /// A sighting further from the expectation than this is ignored at first: squared Mahalanobis distance.
     pub gate: f32,
-    /// Two doubted sightings as near as this confirm each other, m, at a distance of one metre.
+    /// Two ignored sightings within this distance confirm each other, m, at a distance of one metre.
     pub confirmation_m: f32,
-    /// Slower than this it is taken to rest, m/s.
+    /// A slower ball counts as at rest, m/s.
     pub rest_speed_mps: f32,
-    /// It is taken to roll when its velocity is further from none than this: squared Mahalanobis distance.
+    /// A ball counts as rolling if its velocity is further from zero than this: squared Mahalanobis distance.
     pub rolling_gate: f32,
 }
 
@@ -75,14 +74,14 @@ impl Default for BallModel {
             gate: 16.0,
             confirmation_m: 0.15,
             rest_speed_mps: 0.05,
-            // By chance, a ball that lies seems to roll once in ninety times.
+            // A ball at rest seems to roll in one of ninety cases.
             rolling_gate: 9.0,
         }
     }
 }
 
 impl BallModel {
-    /// The share of its velocity that a ball of this speed (m/s) keeps after `duration` seconds, in the first order.
+    /// The share of its velocity that a ball with this `speed` (m/s) keeps after `duration` seconds, to first order.
     fn kept(&self, speed: f32, duration: f32) -> f32 {
         let lost = match self.rolling {
             Rolling::ExponentialPerS(drag) => drag * duration,
@@ -93,7 +92,7 @@ impl BallModel {
 }
 
 impl BallEstimate {
-    /// A ball that has just come into sight.
+    /// The estimate after a first sighting.
     pub fn first_seen(sighting: &Sighting, model: &BallModel) -> Self {
         let speed_variance = model.start_speed_sd * model.start_speed_sd;
         Self {
@@ -108,14 +107,14 @@ impl BallEstimate {
         }
     }
 
-    /// A ball that is seen elsewhere than it can have rolled to: somebody has kicked it.
+    /// The estimate after a sighting where the ball cannot have rolled: it has been kicked.
     fn kicked(sighting: &Sighting, model: &BallModel) -> Self {
         let speed_variance = model.kicked_speed_sd * model.kicked_speed_sd;
         let velocity_covariance = Mat2::from_diagonal(Vec2::splat(speed_variance));
         Self { velocity_covariance, ..Self::first_seen(sighting, model) }
     }
 
-    /// A ball that lies where it was put, m, robot frame; with the standard deviation of that.
+    /// The estimate of a ball at rest at `position`, m, robot frame, with a standard deviation, m.
     pub fn at_rest(position: Vec2, position_sd: f32) -> Self {
         Self {
             position,
@@ -129,7 +128,7 @@ impl BallEstimate {
         }
     }
 
-    /// The ball `duration` seconds later, seen from where a measured step (in the robot's frame before it) led.
+    /// Predicts the ball `duration` seconds later, in the robot frame after a measured `step` (in the frame before it).
     pub fn advanced(&self, step: Pose, duration: f32, model: &BallModel, walk: &StepError) -> Self {
         let kept = model.kept(self.velocity.length(), duration);
         let is_watched = self.age_s <= model.watched_s;
@@ -146,7 +145,7 @@ impl BallEstimate {
             doubted: self.doubted.map(|doubted| doubted - step.position),
             ..*self
         };
-        // The walk itself is not exact either, nor is the turn, which shows the more the further away the ball is.
+        // The errors of the step, of which that of the turn grows with the distance of the ball.
         let of_walk = walk.covariance(step);
         let across = self.position.perp();
         ahead.position_covariance += Mat2::from_diagonal(Vec2::splat(of_walk.x_axis.x))
@@ -178,7 +177,7 @@ impl BallEstimate {
             && (self.age_s + self.missing_s).is_finite()
     }
 
-    /// The ball after it was seen there, as it was `late_s` seconds ago but carried on by its velocity since.
+    /// Corrects the ball by a sighting that is `late_s` seconds old and was carried on by the velocity since.
     pub fn seen(&self, sighting: &Sighting, model: &BallModel, late_s: f32) -> Self {
         let Residual { difference, noise } = sighting.residual(self.position);
         let noise = noise + self.velocity_covariance * (late_s * late_s);
@@ -204,7 +203,7 @@ impl BallEstimate {
         }
     }
 
-    /// The velocity, or none when it does not stand out from rest.
+    /// The velocity, or zero if it does not differ significantly from rest.
     pub fn credible_velocity(&self, model: &BallModel) -> Vec2 {
         let stands_out = self.velocity.dot(inverse(self.velocity_covariance) * self.velocity) > model.rolling_gate;
         let is_fast = self.velocity.length_squared() > model.rest_speed_mps * model.rest_speed_mps;
@@ -212,7 +211,7 @@ impl BallEstimate {
     }
 }
 
-/// Rounding must not let a covariance drift from symmetry.
+/// Removes the asymmetry that rounding gives to a covariance.
 fn symmetric(matrix: Mat2) -> Mat2 {
     let mixed = (matrix.x_axis.y + matrix.y_axis.x) / 2.0;
     Mat2::from_cols(Vec2::new(matrix.x_axis.x, mixed), Vec2::new(mixed, matrix.y_axis.y))

@@ -1,9 +1,8 @@
-//! What a robot finds out about how its cameras err: by how much they look beside where its joints and its upright body say.
+//! The estimate of the error of the camera directions, which follow from the joint angles and the assumption of an upright body.
 //!
-//! Everything in an image is off by the same error, and the images of the next moments by nearly the same. A filter that took
-//! it for an error of each thing seen would soon be sure of what is wrong. So the error is estimated along with the pose: a
-//! part that never changes and a Gauss-Markov process of first order, in yaw and pitch each, with the figures of the robot's own
-//! [`GazeNoise`].
+//! All sightings in an image have the same error, and those of the following images nearly the same. A filter that treated it as an
+//! independent error of each sighting would become certain of a wrong pose. So the error is estimated along with the pose: a bias and a
+//! Gauss-Markov process of first order, in yaw and pitch each, with the robot's own [`GazeNoise`].
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -13,34 +12,33 @@ use super::innovation::{CameraShare, Innovation, Measured};
 use super::sighting::Sighting;
 use crate::sensing::vision::GazeNoise;
 
-/// How the cameras of a robot may err in a cycle.
+/// What the error of the cameras depends on in a cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct CameraMotion {
-    /// The figures of the robot's cameras.
+pub(crate) struct CameraMotion {
+    /// The noise of the camera directions.
     pub noise: GazeNoise,
-    /// Whether the robot walks, which rocks them.
+    /// Whether the robot walks.
     pub is_walking: bool,
-    /// Where the head looks: a unit vector, robot frame.
+    /// The direction of the head: a unit vector, robot frame.
     pub head_forward: Vec2,
-    /// How high the cameras are, m.
+    /// The height of the cameras, m.
     pub lens_height_m: f32,
-    /// The share of what changes of their error that is left a cycle later.
+    /// The share of the drift that is left a cycle later.
     pub decay: f32,
 }
 
 impl CameraMotion {
-    /// Standard deviation of the whole error, of what never changes and of what does, yaw and pitch each, radians.
+    /// Standard deviation of the sum of bias and drift, for yaw and pitch each, radians.
     pub(super) fn total_sd(&self) -> f32 {
         let drift = drift_sd(self);
         (self.noise.bias_sd * self.noise.bias_sd + drift * drift).sqrt()
     }
 
-    /// What an error in yaw and one in pitch (radians) make of the measured place (m, robot frame) of what is on the ground
-    /// there: its derivatives, m.
+    /// The derivatives of the measured place of a point on the ground at `place` (m, robot frame) by the errors in yaw and pitch, m.
     ///
-    /// Cameras that look further to the left than they should have things seem further to the right. Cameras that look further
-    /// down have them seem higher up in the image, so further away: along the head's own axis by h + x² / h, with the height
-    /// h and x the distance along that axis, and across it by x y / h.
+    /// If the cameras look further to the left than measured, objects appear further to the right. If they look further down, objects appear
+    /// higher in the image, so further away: by h + x² / h along the head's axis, with the height h and the distance x along that axis, and
+    /// by x y / h across it.
     pub(super) fn slopes(&self, place: Vec2) -> [Vec2; 2] {
         let axis = self.head_forward;
         let height_m = self.lens_height_m;
@@ -48,7 +46,7 @@ impl CameraMotion {
     }
 }
 
-/// The whole error of the cameras, yaw and pitch, as far as it is known.
+/// The estimated sum of bias and drift, yaw and pitch.
 pub(super) struct CameraTotal {
     /// Radians.
     mean: Vec2,
@@ -59,7 +57,7 @@ pub(super) struct CameraTotal {
 }
 
 impl CameraTotal {
-    /// The covariance that this gives to the measured place (m, robot frame) of what is seen, m²: the same for all that is.
+    /// The covariance that the error of the cameras adds to the measured place (m, robot frame) of a sighting, m².
     pub(super) fn covariance_at(&self, place: Vec2, motion: &CameraMotion) -> Mat2 {
         let [yaw, pitch] = motion.slopes(place);
         let (x, y) = (Vec2::new(yaw.x, pitch.x), Vec2::new(yaw.y, pitch.y));
@@ -68,9 +66,9 @@ impl CameraTotal {
         Mat2::from_cols(Vec2::new(x.dot(cross_x), mixed), Vec2::new(mixed, y.dot(cross_y)))
     }
 
-    /// The squared Mahalanobis distance of a measurement by such cameras, if yaw and pitch change what is measured by `slopes`. As that
-    /// of [`CameraError::measured`], without what else that says: it is asked of many landmarks, of which one is seen.
-    // What a call would pass in memory is read again at once, which takes longer than the rest.
+    /// The squared Mahalanobis distance of a measurement, given its derivatives by yaw and pitch. The same as that of
+    /// [`CameraError::measured`], but faster: it is computed for many landmarks.
+    // Inlined: arguments passed in memory would be read again at once, which takes longer than the rest.
     #[inline(always)]
     pub(super) fn distance_squared(&self, measured: &Measured, [yaw, pitch]: [Vec2; 2]) -> f32 {
         let rows = [Vec2::new(yaw.x, pitch.x), Vec2::new(yaw.y, pitch.y)];
@@ -88,10 +86,10 @@ impl CameraTotal {
     }
 }
 
-/// An estimate of the error of the cameras, and of how it goes together with that of the pose.
+/// The estimate of the error of the cameras, and its covariance with the pose.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-pub struct CameraError {
-    /// Yaw and pitch of what never changes, then yaw and pitch of what does, radians.
+pub(crate) struct CameraError {
+    /// Yaw and pitch of the bias, then yaw and pitch of the drift, radians.
     mean: Vec4,
     /// Its covariance, rad².
     covariance: Mat4,
@@ -100,22 +98,22 @@ pub struct CameraError {
 }
 
 impl CameraError {
-    /// Of cameras of which nothing is known but how they err in general.
-    pub fn unknown(motion: &CameraMotion) -> Self {
+    /// The estimate before any sighting.
+    pub(crate) fn unknown(motion: &CameraMotion) -> Self {
         let [bias, drift] = [motion.noise.bias_sd, drift_sd(motion)].map(|sd| sd * sd);
         let covariance = Mat4::from_diagonal(Vec4::new(bias, bias, drift, drift));
         Self { mean: Vec4::ZERO, covariance, with_pose: [Vec4::ZERO; 3] }
     }
 
-    /// The same beside a pose that the robot was told, or found in another way.
+    /// Removes the covariance with the pose, for a pose that was set or found in another way.
     #[must_use]
-    pub fn beside_another_pose(self) -> Self {
+    pub(crate) fn beside_another_pose(self) -> Self {
         Self { with_pose: [Vec4::ZERO; 3], ..self }
     }
 
-    /// A cycle later.
+    /// Predicts the error a cycle later.
     #[must_use]
-    pub fn advanced(self, motion: &CameraMotion) -> Self {
+    pub(crate) fn advanced(self, motion: &CameraMotion) -> Self {
         let decay = motion.decay;
         let kept = Vec4::new(1.0, 1.0, decay, decay);
         let drift = drift_sd(motion);
@@ -128,19 +126,19 @@ impl CameraError {
         }
     }
 
-    /// After a step of the robot that led `way` (m, team frame): an error of the heading has become one of the place.
+    /// Updates the covariance after a step `way` of the robot (m, team frame), which turns an error of the heading into one of the place.
     #[must_use]
-    pub fn after_step(self, way: Vec2) -> Self {
+    pub(crate) fn after_step(self, way: Vec2) -> Self {
         let [x, y, heading] = self.with_pose;
         Self { with_pose: [x - heading * way.y, y + heading * way.x, heading], ..self }
     }
 
     /// Whether every number in it is finite.
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         self.mean.is_finite() && self.covariance.is_finite() && self.with_pose.iter().all(|row| row.is_finite())
     }
 
-    /// What never changes and what does together: all that an image shows.
+    /// The sum of bias and drift, which is all that an image shows.
     pub(super) fn total(&self) -> CameraTotal {
         let sum = |parts: Vec4| Vec2::new(parts.x + parts.z, parts.y + parts.w);
         let [yaw, pitch, drift_yaw, drift_pitch] = [0, 1, 2, 3].map(|part| sum(self.covariance.col(part)));
@@ -152,17 +150,17 @@ impl CameraError {
         }
     }
 
-    /// Where something is that seems to be at `place`, m, robot frame.
-    pub fn corrected_place(&self, place: Vec2, motion: &CameraMotion) -> Vec2 {
+    /// Corrects the measured place of a sighting, m, robot frame.
+    pub(crate) fn corrected_place(&self, place: Vec2, motion: &CameraMotion) -> Vec2 {
         let [yaw, pitch] = motion.slopes(place);
         let error = self.total().mean;
-        // Near the horizon a little of pitch is the whole way to infinity.
+        // Near the horizon, a small pitch error means an infinite distance.
         let further = (pitch * error.y).clamp_length_max(place.length() / 2.0);
         place - yaw * error.x - further
     }
 
-    /// Something that was seen, with what is known of the error taken out and what is not known in its spread.
-    pub fn corrected(&self, sighting: &Sighting, motion: &CameraMotion) -> Sighting {
+    /// Corrects a sighting by the estimated error, and adds its uncertainty.
+    pub(crate) fn corrected(&self, sighting: &Sighting, motion: &CameraMotion) -> Sighting {
         let across = self.variance(0);
         let along = self.variance(1);
         let base = sighting.angle_sd * sighting.angle_sd;
@@ -176,12 +174,12 @@ impl CameraError {
         }
     }
 
-    /// The measurement by cameras that err so, if yaw and pitch of the error change what is measured by `slopes`.
+    /// The measurement with the error of the cameras, given its derivatives by yaw and pitch.
     pub(super) fn measured(&self, measured: Measured, slopes: [Vec2; 2]) -> Measured {
         let Measured { difference, rows: pose_rows, cross, spread, .. } = measured;
         let camera_rows = rows(slopes);
         let [x, y, heading] = self.with_pose;
-        // Written out, as arrays that are mapped are slow.
+        // Written out, as mapped arrays are slow.
         let of_pose = |row: Vec4| Vec3::new(x.dot(row), y.dot(row), heading.dot(row));
         let of_pose = [of_pose(camera_rows[0]), of_pose(camera_rows[1])];
         let of_camera = |row: Vec3, camera: Vec4| x * row.x + y * row.y + heading * row.z + self.covariance * camera;
@@ -199,7 +197,7 @@ impl CameraError {
         }
     }
 
-    /// The error after a measurement that was believed.
+    /// Corrects the error by an accepted measurement.
     #[must_use]
     pub(super) fn after(&self, innovation: &Innovation) -> Self {
         let Some(CameraShare { gain, cross }) = innovation.camera else { return *self };
@@ -211,7 +209,7 @@ impl CameraError {
         };
         Self {
             mean: self.mean + gain[0] * difference.x + gain[1] * difference.y,
-            // Rounding must not let the matrix drift from symmetry.
+            // Removes the asymmetry of rounding.
             covariance: (covariance + covariance.transpose()) * 0.5,
             with_pose: [row(0), row(1), row(2)],
         }
@@ -228,7 +226,7 @@ fn drift_sd(motion: &CameraMotion) -> f32 {
     if motion.is_walking { motion.noise.walking_sd } else { motion.noise.standing_sd }
 }
 
-/// What the four parts of the error change of x and of y, from what yaw and pitch do.
+/// The derivatives of x and y by the four parts of the error, from those by yaw and pitch.
 fn rows([yaw, pitch]: [Vec2; 2]) -> [Vec4; 2] {
     [Vec4::new(yaw.x, pitch.x, yaw.x, pitch.x), Vec4::new(yaw.y, pitch.y, yaw.y, pitch.y)]
 }
@@ -310,7 +308,7 @@ mod tests {
     }
 
     /// The shares of cycles in which the error of the pose was within the 95 % of its covariance, with the cameras' error
-    /// estimated and not: a robot that walks on the spot sees a goal and two crossings, sixty times anew.
+    /// estimated and not: a robot that walks on the spot sees a goal and two junctions, sixty times.
     fn shares_within() -> [f32; 2] {
         let truth = Pose::new(0.5, -0.3, 0.2);
         let landmarks = Landmarks::of(&Pitch::default());

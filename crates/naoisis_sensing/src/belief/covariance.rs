@@ -1,7 +1,7 @@
-//! Covariances in single precision, and what they hold.
+//! Covariances in single precision: confidence ellipses, and a robust inverse.
 //!
-//! What is seen from far away is known well across the line of sight and hardly along it: from some hundred metres on,
-//! rounding takes the difference, and with it the rank of the matrix.
+//! A place seen from far away is known well across the line of sight and hardly along it: from some hundred metres on, the matrix loses its
+//! rank by rounding.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -9,13 +9,12 @@ use bevy::prelude::*;
 use super::PlaceCovariance;
 use naoisis_core::geometry::unit;
 
-/// The squared Mahalanobis distance of a pose at the edge of the ellipsoid that holds 95 %: χ² with three degrees of freedom.
+/// The squared Mahalanobis distance of a pose at the edge of the ellipsoid of 95 %: χ² with three degrees of freedom.
 pub const ELLIPSOID_95: f32 = 7.815;
-/// The squared Mahalanobis distance of a place at the edge of the ellipse that holds 95 %: χ² with two degrees of freedom,
-/// -2 ln 0.05.
+/// The squared Mahalanobis distance of a place at the edge of the ellipse of 95 %: χ² with two degrees of freedom, -2 ln 0.05.
 pub const ELLIPSE_95: f32 = 5.991;
 
-/// The half axes of the ellipse in which a place lies with 95 %, m: the longer one first. None of what is no covariance.
+/// The half axes of the 95 % ellipse of a place, m, the longer one first; `None` if the matrix is not a covariance.
 pub fn half_axes_95([xx, xy, yy]: PlaceCovariance) -> Option<[Vec2; 2]> {
     let mean = (xx + yy) / 2.0;
     let difference = (xx - yy) / 2.0;
@@ -26,18 +25,17 @@ pub fn half_axes_95([xx, xy, yy]: PlaceCovariance) -> Option<[Vec2; 2]> {
     }
     // The direction of the longer axis is at half the angle of (xx - yy, 2 xy).
     let direction = unit(ops::atan2(xy, difference) / 2.0);
-    // Rounding may leave a line's breadth below nothing.
+    // Rounding may make the smaller one negative.
     let [long, short] = variances.map(|variance| (ELLIPSE_95 * variance.max(0.0)).sqrt());
     Some([direction * long, direction.perp() * short])
 }
 
-/// The least determinant, as a share of the square of the trace, that rounding leaves something of.
+/// The least determinant that is significant despite rounding, as a share of the square of the trace.
 const LEAST_DETERMINANT: f32 = 1e-6;
-/// Variances are at least this, m²: nothing is known more exactly.
+/// The least variance, m².
 const LEAST_VARIANCE: f32 = 1e-10;
 
-/// The inverse of a covariance, finite whatever that is. Of one that rounding has made all but flat, the narrow direction
-/// is taken to be as wide as rounding can tell.
+/// The inverse of a covariance, always finite. The narrow direction of a nearly singular matrix is widened to the limit of rounding.
 pub(super) fn inverse(covariance: Mat2) -> Mat2 {
     let trace = covariance.x_axis.x + covariance.y_axis.y;
     let least = (LEAST_DETERMINANT * trace * trace).max(LEAST_VARIANCE * LEAST_VARIANCE);
@@ -49,7 +47,7 @@ pub(super) fn inverse(covariance: Mat2) -> Mat2 {
     if has_rank(&widened) {
         return widened.inverse();
     }
-    // By rounding it is no covariance at all: what is certain of it are the variances.
+    // Not a covariance because of rounding: only the variances are reliable.
     let variances = Vec2::new(covariance.x_axis.x, covariance.y_axis.y);
     Mat2::from_diagonal(variances.max(Vec2::splat(LEAST_VARIANCE)).recip())
 }

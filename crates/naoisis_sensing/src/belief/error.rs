@@ -1,14 +1,14 @@
-//! How far a belief is from the truth: for whoever runs the match, never for a robot.
+//! The error of a belief: for evaluation, and never known to a robot.
 //!
 //! | measure | of | meaning |
 //! |---|---|---|
 //! | error | pose, ball, its velocity, opponents | distance between belief and truth |
-//! | NEES | pose, ball, opponents | normalised estimation error squared, eᵀ P⁻¹ e: by how much the error exceeds the robot's own covariance (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001). Where it is at most [`ELLIPSOID_95`](super::covariance::ELLIPSOID_95) or [`ELLIPSE_95`], the truth lies within the robot's ellipse of 95 %, as it does of a calibrated belief 95 times out of 100 |
-//! | false tracks | opponents | believed where none is within [`MATCH_M`] |
-//! | time to detect | ball, opponents | how long the robot knew nothing of one that was on the pitch |
+//! | NEES | pose, ball, opponents | normalised estimation error squared, eᵀ P⁻¹ e: the squared error relative to the robot's own covariance (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001). At most [`ELLIPSOID_95`](super::covariance::ELLIPSOID_95) or [`ELLIPSE_95`] if the truth lies within the robot's 95 % ellipse, as in 95 of 100 cases for a calibrated belief |
+//! | false tracks | opponents | believed opponents without a true one within [`MATCH_M`] |
+//! | time to detect | ball, opponents | the time for which an object on the pitch is unknown to the robot |
 //!
-//! A belief is about the moment at which the robot sensed: the start of a cycle. The truth that it is compared with is that of this
-//! moment, not that of the cycle's end, when everything has moved on.
+//! A belief is about the time of the measurements, the start of a cycle. It is compared with the truth at that time, and not at the end of
+//! the cycle.
 
 use bevy::prelude::*;
 
@@ -16,10 +16,10 @@ use super::covariance::ELLIPSE_95;
 use super::{Belief, PlaceCovariance, PoseCovariance, RobotBelief};
 use naoisis_core::geometry::{Pose, wrap_angle};
 
-/// A believed and a true robot further apart than this are not the same, m.
+/// The greatest distance between a believed robot and the true one, m.
 pub const MATCH_M: f32 = 0.5;
 
-/// What is true of what a robot believes, in its team's frame.
+/// The truth that a belief is compared with, in the team frame.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Truth {
     /// The robot's pose.
@@ -33,39 +33,39 @@ pub struct Truth {
 /// The error of one robot's belief in one cycle.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct BeliefError {
-    /// Of the robot's own place, m.
+    /// The error of the robot's own place, m.
     pub position_m: f32,
-    /// Of its heading, radians, not negative.
+    /// The error of its heading, radians, not negative.
     pub heading: f32,
-    /// NEES of its pose. None where the covariance has no inverse.
+    /// The NEES of its pose; `None` if the covariance is singular.
     pub pose_nees: Option<f32>,
-    /// Of the ball, where the robot believes that there is one.
+    /// The error of the believed ball, if there is one.
     pub ball: Option<BallError>,
-    /// Opponents that are on the pitch.
+    /// The number of opponents on the pitch.
     pub opponents: u32,
-    /// Those of them that the robot knows of.
+    /// The number of them that are believed.
     pub opponents_known: u32,
-    /// Those of these that are within the ellipse of 95 % around where they are believed.
+    /// The number of these within the 95 % ellipse of their belief.
     pub opponents_within: u32,
-    /// The mean error of the places of those that it knows of, m.
+    /// The mean error of the places of the believed opponents, m.
     pub opponent_m: Option<f32>,
-    /// Believed opponents that are none.
+    /// The number of believed opponents without a true one.
     pub false_tracks: u32,
 }
 
-/// The error of what a robot believes of the ball.
+/// The error of the believed ball.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct BallError {
-    /// Of its place, m.
+    /// The error of the place, m.
     pub position_m: f32,
-    /// Of its velocity, m/s.
+    /// The error of the velocity, m/s.
     pub velocity_mps: f32,
-    /// NEES of its place. None where the covariance has no inverse.
+    /// The NEES of the place; `None` if the covariance is singular.
     pub nees: Option<f32>,
 }
 
 impl BeliefError {
-    /// Compares a belief with the truth. `known` is told the index of every true opponent that the robot knows of.
+    /// Compares a belief with the truth. Calls `known` with the index of each true opponent that is believed.
     pub fn of(belief: &Belief, truth: &Truth, mut known: impl FnMut(usize)) -> Self {
         let difference = truth.pose.position - belief.pose.position;
         let turned = wrap_angle(truth.pose.heading - belief.pose.heading);
@@ -100,16 +100,16 @@ impl BeliefError {
     }
 }
 
-/// A true opponent, and the believed one that it is.
+/// A true opponent and the believed one.
 struct Match {
     distance_m: f32,
-    /// Which of the true ones.
+    /// The index of the true one.
     index: usize,
-    /// Which of the believed ones.
+    /// The index of the believed one.
     believed: usize,
 }
 
-/// True opponents and those that they are believed to be: nearest pairs first, each only once.
+/// Matches true and believed opponents: the nearest pairs first, each robot once.
 fn matches(belief: &Belief, truth: &Truth) -> Vec<Match> {
     let mut pairs: Vec<Match> = Vec::new();
     for (believed, opponent) in belief.opponents.iter().enumerate() {

@@ -1,21 +1,21 @@
-//! What a measurement says about a pose, and about the cameras that made it.
+//! Measurements and their innovations, for the pose and for the error of the cameras.
 
 use bevy::prelude::*;
 
 use super::covariance::inverse;
 
-/// A measurement beside what was expected of it.
+/// A measurement compared with its expectation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Measured {
     /// Measured minus expected, m.
     pub(super) difference: Vec2,
-    /// H: what x, y and heading of the pose change of what is expected, a row for each of the two.
+    /// H: the derivatives of the expectation by x, y and heading of the pose, two rows.
     pub(super) rows: [Vec3; 2],
     /// P Hᵀ, column by column.
     pub(super) cross: [Vec3; 2],
     /// Covariance of the difference, m².
     pub(super) spread: Mat2,
-    /// The covariance of the cameras' error with what is measured, column by column, if that error is estimated, too.
+    /// The covariance of the cameras' error with the measurement, column by column, if that error is estimated.
     pub(super) camera_cross: Option<[Vec4; 2]>,
 }
 
@@ -25,7 +25,7 @@ impl Measured {
         self.difference.dot(inverse(self.spread) * self.difference)
     }
 
-    /// What it says about the pose, and about the cameras.
+    /// The innovation for the pose, and for the cameras.
     pub(super) fn innovation(&self) -> Innovation {
         let Measured { difference, cross, spread, .. } = *self;
         let information = inverse(spread);
@@ -44,25 +44,25 @@ impl Measured {
     }
 }
 
-/// What a measurement says about the error of the cameras.
+/// The part of an innovation for the error of the cameras.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct CameraShare {
     /// The gain's columns, radians per metre.
     pub(super) gain: [Vec4; 2],
-    /// The covariance of the error with what is measured, column by column.
+    /// The covariance of the error with the measurement, column by column.
     pub(super) cross: [Vec4; 2],
 }
 
-/// What seeing a landmark says about a pose.
+/// The innovation of a sighting of a landmark.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Innovation {
     /// Measured minus expected place, m, robot frame.
     pub(super) difference: Vec2,
-    /// The gain's columns: what a metre of difference along x and along y changes.
+    /// The columns of the gain: the change for a metre of difference along x and along y.
     pub(super) gain: [Vec3; 2],
     /// P Hᵀ, column by column.
     pub(super) cross: [Vec3; 2],
-    /// What it says about the error of the cameras, if that is estimated, too.
+    /// The part for the error of the cameras, if it is estimated.
     pub(super) camera: Option<CameraShare>,
     /// The squared Mahalanobis distance between measurement and expectation.
     pub distance_squared: f32,

@@ -1,4 +1,4 @@
-//! The robot's own pose by a Kalman filter: odometry and landmarks put together, being placed by the referee, and being lost.
+//! Localisation by a Kalman filter: odometry, landmarks, placement by the referee, and loss of the pose.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -18,69 +18,67 @@ use super::unscented;
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept};
 use naoisis_core::geometry::Pose;
 
-/// How uncertain the pose of a robot is that was placed for a kick-off: standard deviations, m and radians.
+/// Standard deviations of the pose of a robot that was placed for a kick-off, m and radians.
 pub(super) const PLACED_SD: [f32; 2] = [0.03, 0.02];
-/// The same for a robot that comes back from a penalty: it may have been put down a little elsewhere.
+/// The same for a robot that returns from a penalty, and may have been put down nearby.
 pub(super) const RETURNED_SD: [f32; 2] = [0.4, 0.1];
-/// The standard deviations that are added when what is seen contradicts the pose, m and radians.
+/// Standard deviations that are added when sightings contradict the pose, m and radians.
 const LOST_SD: [f32; 2] = [0.3, 0.2];
-/// Marks of the right kind further away from where one is seen than this do not come into question, m.
+/// The greatest distance of a mark from the place where it is seen, m.
 const CANDIDATE_RANGE_M: f32 = 1.5;
-/// Marks on the ground that are used in a cycle.
+/// The greatest number of marks that are used in a cycle.
 const MARKS_PER_CYCLE: usize = 3;
-/// A goal further away does not tell a lost robot with cameras that err where it is, m: from there the 3 pixels of a post's foot
-/// are 0.2 m of its distance.
+/// The greatest distance of a goal from which a lost robot with camera errors finds its pose, m: there 3 pixels at a post's foot are 0.2 m of
+/// distance.
 const GOAL_RANGE_M: f32 = 3.0;
-/// Stretches of lines that are used in a cycle.
+/// The greatest number of line segments that are used in a cycle.
 const LINES_PER_CYCLE: usize = 2;
-/// The weight of evidence at which a robot decides which end of the pitch it sees: squared Mahalanobis distance.
+/// The evidence with which a robot decides at which end of the pitch it is: difference of squared Mahalanobis distances.
 const SIDE_DECISION: f32 = 25.0;
 
 /// The robot's own pose by a Kalman filter.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct KalmanLocaliser {
-    /// By which filter.
+    /// The kind of filter.
     pub filter: KalmanFilter,
-    /// The pose, team frame, and how certain it is.
+    /// The estimate of the pose, team frame.
     pub estimate: PoseEstimate,
-    /// Since a landmark confirmed it, s.
+    /// The time since a landmark confirmed it, s.
     pub age_s: f32,
-    /// How much goal posts contradict the pose and the pose turned by half a turn, while the robot does not know which
-    /// of the two it has.
+    /// The evidence of goal posts against the pose and against the pose turned by half a turn, while both are possible.
     sides: Option<[f32; 2]>,
-    /// Landmarks seen out of place, less those seen in place.
+    /// The number of landmarks out of place, less those in place.
     contradictions: u32,
-    /// How the cameras err, as far as the robot has found out; none while they do not.
+    /// The estimated error of the cameras; `None` if they have none.
     camera: Option<CameraError>,
 }
 
 impl KalmanLocaliser {
-    /// That of a robot that was told its place, team frame.
+    /// For a robot that was placed at `pose`, team frame.
     pub fn placed(filter: KalmanFilter, pose: Pose) -> Self {
         Self { filter, estimate: PoseEstimate::new(pose, PLACED_SD[0], PLACED_SD[1]), ..default() }
     }
 
-    /// That of a robot that has found where it is.
+    /// For a robot that has found its pose.
     pub fn found(filter: KalmanFilter, estimate: PoseEstimate) -> Self {
         Self { filter, estimate, ..default() }
     }
 
-    /// That of a robot that comes back from a penalty: at an end of the halfway line, that away from the ball (m, team
-    /// frame) if the robot knows where that is, facing the other side (2010 rule book, section 4). Which end it really is
-    /// must be seen.
+    /// For a robot that returns from a penalty at an end of the halfway line: the one away from the `ball` (m, team frame) if its place is
+    /// known, facing the pitch (2010 rule book, section 4). Sightings decide at which end it is.
     pub fn returned(filter: KalmanFilter, landmarks: &Landmarks, ball: Option<Vec2>) -> Self {
         let estimate = PoseEstimate::new(halfway_pose(landmarks, ball), RETURNED_SD[0], RETURNED_SD[1]);
         Self { filter, estimate, sides: Some([0.0; 2]), ..default() }
     }
 
-    /// That of a robot that comes back from where it waited: beyond the side line that it was nearer to when it was
-    /// removed from `y`, level with its own penalty mark, facing the pitch (2025 rule book).
+    /// For a robot that returns from outside the pitch: beyond the side line that was nearer when it was removed at `y`, level with its own
+    /// penalty mark, facing the pitch (2025 rule book).
     pub fn waiting(filter: KalmanFilter, landmarks: &Landmarks, y: f32) -> Self {
         let estimate = PoseEstimate::new(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
         Self { filter, estimate, ..default() }
     }
 
-    /// A measured step (in the robot's frame before it) and `duration` seconds later.
+    /// Predicts the pose after a measured `step` (in the robot frame before it), `duration` seconds later.
     pub fn moved_by(&self, step: Pose, duration: f32, error: &StepError) -> Self {
         let estimate = match self.filter {
             KalmanFilter::Extended => self.estimate.moved_by(step, error),
@@ -91,18 +89,18 @@ impl KalmanLocaliser {
         Self { estimate, camera, age_s: self.age_s + duration, ..*self }
     }
 
-    /// The same robot put elsewhere: what it has found out about its cameras stays.
+    /// Keeps the estimated error of the cameras of `before`, for a robot that was placed elsewhere.
     #[must_use]
     pub fn keeping_cameras_of(self, before: &Self) -> Self {
         Self { camera: before.camera.map(CameraError::beside_another_pose), ..self }
     }
 
-    /// How the cameras err, as far as the robot has found out; none while they do not.
+    /// The estimated error of the cameras; `None` if they have none.
     pub fn camera(&self) -> Option<&CameraError> {
         self.camera.as_ref()
     }
 
-    /// Half a turn of the pitch away.
+    /// Turns the pose by half a turn about the centre mark.
     pub fn change_ends(&mut self) {
         self.sides = None;
         self.contradictions = 0;
@@ -113,20 +111,20 @@ impl KalmanLocaliser {
         Expectation::of(&self.estimate, self.filter, self.camera.as_ref().zip(observation.camera.as_ref()))
     }
 
-    /// Takes over what a landmark says about the pose and the cameras.
+    /// Corrects the pose and the error of the cameras by a sighting.
     fn believe(&mut self, innovation: &Innovation) {
         self.estimate = self.estimate.corrected(innovation);
         self.camera = self.camera.map(|camera| camera.after(innovation));
     }
 
-    /// Starts anew at another pose.
+    /// Resets the pose.
     fn start_at(&mut self, estimate: PoseEstimate) {
         self.estimate = estimate;
         self.camera = self.camera.map(CameraError::beside_another_pose);
     }
 
-    /// Corrects the pose by what is seen of the pitch. Returns whether the robot has lost its way: it has seen more out of
-    /// place than in place for a while.
+    /// Corrects the pose by the sightings of a cycle. Returns whether the robot is lost: more landmarks were out of place than in place for a
+    /// while.
     pub fn correct(&mut self, observation: &PitchObservation) -> bool {
         let posts = &observation.percepts.goal_posts;
         let model = observation.model;
@@ -166,7 +164,7 @@ impl KalmanLocaliser {
         let model = observation.model;
         let sightings = [left, right].map(|post| sighting_of_post(post, observation.image, model));
         let expectation = self.expectation(observation);
-        // Where both goals have the same colour, it is the likelier one.
+        // If both goals have the same colour, it is the likelier one.
         let nearest = observation
             .landmarks
             .goals(left.colour, observation.own_end)
@@ -192,9 +190,9 @@ impl KalmanLocaliser {
         }
     }
 
-    /// A lost robot that sees a goal knows where it is.
+    /// Resets the pose of a lost robot that sees a goal.
     fn start_from_goal(&mut self, posts: [Vec2; 2], seen: [Vec2; 2], observation: &PitchObservation) {
-        // From far away the distances of the posts, and with them the direction of the goal, are anything: better to search.
+        // From far away, the distances of the posts and so the direction of the goal are too uncertain: search instead.
         let is_far = seen.iter().any(|place| place.length_squared() > GOAL_RANGE_M * GOAL_RANGE_M);
         if observation.camera.is_some() && is_far {
             return;
@@ -232,8 +230,8 @@ impl KalmanLocaliser {
         self.judge(association, model);
     }
 
-    /// A stretch of a line corrects the pose if it is clear of which line. Where it is not what it seems, the pose may be
-    /// right all the same: there are many lines.
+    /// Corrects the pose by a line segment, if the line that it belongs to is clear. An unlikely one is no evidence against the pose, as there
+    /// are many lines.
     fn see_line(&mut self, seen: &SeenLine, observation: &PitchObservation) {
         let PitchObservation { landmarks, model, .. } = *observation;
         let expectation = self.expectation(observation);
@@ -249,7 +247,7 @@ impl KalmanLocaliser {
         }
     }
 
-    /// The landmark among `candidates` (m, team frame) that is seen, if it is clear which one.
+    /// The innovation of a sighting of one of the `candidates` (m, team frame), if it is clear which one.
     fn associate(
         &self,
         sighting: &Sighting,
@@ -264,7 +262,7 @@ impl KalmanLocaliser {
         )
     }
 
-    /// Takes over what a landmark says, unless it is too unlikely.
+    /// Corrects the pose by a sighting, or counts it as a contradiction if it is too unlikely.
     fn judge(&mut self, innovation: Option<Innovation>, model: &LandmarkModel) {
         let Some(innovation) = innovation else { return };
         if innovation.distance_squared < model.gate {
@@ -276,7 +274,7 @@ impl KalmanLocaliser {
         }
     }
 
-    /// Weighs the pose against the pose turned by half a turn.
+    /// Compares the pose with the pose turned by half a turn.
     fn choose_side(&mut self, observation: &PitchObservation) {
         let Some(mut evidence) = self.sides else { return };
         let pose = self.estimate.pose;

@@ -1,4 +1,4 @@
-//! What is known of a pitch and can be seen of it: goal posts, junctions, crosses, lines.
+//! The landmarks of a pitch: goal posts, junctions, penalty crosses and lines, and their sightings.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -11,29 +11,28 @@ use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Per
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::{End, GoalColour, JunctionShape, Pitch};
 
-/// Distance of a waiting robot from the side line, m (2025 rule book).
+/// The distance of a waiting robot from the side line, m (2025 rule book).
 const WAITING_DISTANCE_M: f32 = 0.5;
-/// A post whose foot is not in the image is measured by its top or its width, so much worse.
+/// The factor on the error of the distance of a post whose foot is not in the image.
 const HIDDEN_FOOT_FACTOR: f32 = 4.0;
 
-/// How landmarks are used.
+/// The measurement model of landmarks.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LandmarkModel {
-    /// Expected error of the angles at which a goal post's foot, or the centre circle's middle, is seen: standard
-    /// deviation, radians. 3 pixels at 361 pixels of focal length are 0.0083.
+    /// Standard deviation of the angles to a goal post's foot, or to the centre of the centre circle, radians. 3 pixels at a focal length of
+    /// 361 pixels are 0.0083.
     pub goal_post_angle_sd: f32,
     /// The same for junctions and crosses, radians.
     pub mark_angle_sd: f32,
     /// The same for the ends of lines, radians.
     pub line_angle_sd: f32,
-    /// What is seen further from the expectation than this is not the landmark that it is taken for: squared
-    /// Mahalanobis distance.
+    /// A sighting further from the expectation than this is rejected: squared Mahalanobis distance.
     pub gate: f32,
-    /// How high the robot's cameras are, m. Read of its model.
+    /// The height of the robot's cameras, m. Set from its model.
     #[serde(skip)]
     pub lens_height_m: f32,
-    /// After so many landmarks more out of place than in place, the robot takes its pose for wrong.
+    /// The number of landmarks out of place, more than in place, from which the pose counts as wrong.
     pub contradictions: u32,
 }
 
@@ -50,13 +49,12 @@ impl Default for LandmarkModel {
     }
 }
 
-/// How much worse landmarks are where cameras err than each of them alone: what the estimate of that error does not explain is alike
-/// in several images, and counts as if it were not. By this factor the truth is within ellipses of 95 % about as often as it should
-/// be: in 90 to 94 % of the cycles of realistic matches.
+/// The factor on the errors of landmarks for cameras with a lasting error: what its estimate does not explain is correlated between images,
+/// which the filter neglects. With this factor the truth is within the 95 % ellipse in 90 to 94 % of the cycles of realistic matches.
 const ROCKING_FACTOR: f32 = 1.7;
 
 impl LandmarkModel {
-    /// The same where cameras rock with the walk.
+    /// The model for cameras with a lasting error.
     pub(super) fn of_rocking_cameras(&self) -> Self {
         Self {
             goal_post_angle_sd: self.goal_post_angle_sd * ROCKING_FACTOR,
@@ -66,7 +64,7 @@ impl LandmarkModel {
         }
     }
 
-    /// The same for cameras whose error is not estimated: everything seen is so much less certain.
+    /// The model for cameras whose error is not estimated, which adds to the errors of all landmarks.
     pub(super) fn with_camera_error(&self, camera: &CameraMotion) -> Self {
         let error = camera.total_sd();
         let wider = |sd: f32| (sd * sd + error * error).sqrt();
@@ -79,7 +77,7 @@ impl LandmarkModel {
     }
 }
 
-/// A goal, seen from inside the pitch.
+/// A goal, as seen from inside the pitch.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct GoalLandmark {
     pub(super) colour: GoalColour,
@@ -88,15 +86,15 @@ pub(super) struct GoalLandmark {
 }
 
 impl GoalLandmark {
-    /// The same for a robot at `place` (m, team frame): who is behind the goal sees its posts the other way round.
+    /// The goal as seen from `place` (m, team frame): from behind, left and right are exchanged.
     pub(super) fn seen_from(self, place: Vec2) -> Self {
         let is_behind = (place.x - self.left_post.x) * self.left_post.x > 0.0;
         if is_behind { Self { left_post: self.right_post, right_post: self.left_post, ..self } } else { self }
     }
 }
 
-/// The places of all landmarks, in the frame of the team that defends -x. Marks on the ground have the same places for
-/// the other team, as the pitch looks the same from both ends.
+/// The places of all landmarks, in the frame of the team that defends -x. Marks on the ground have the same places for the other team, as
+/// the pitch is symmetric.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Landmarks {
     junctions: Vec<(JunctionShape, Vec2)>,
@@ -109,7 +107,7 @@ pub struct Landmarks {
 }
 
 impl Landmarks {
-    /// Those of a pitch.
+    /// The landmarks of `pitch`.
     pub fn of(pitch: &Pitch) -> Self {
         let [negative_cross, positive_cross, _] = pitch.marks();
         let goal = |end: End| {
@@ -127,7 +125,7 @@ impl Landmarks {
         }
     }
 
-    /// Whether the pitch looks the same from both ends: both goals have one colour.
+    /// Whether the pitch looks the same from both ends: both goals have the same colour.
     pub(super) fn are_symmetric(&self) -> bool {
         self.goals[0].colour == self.goals[1].colour
     }
@@ -147,22 +145,22 @@ impl Landmarks {
         self.crosses.into_iter()
     }
 
-    /// The corners about which arcs are painted, m.
+    /// The corners with arcs, m.
     pub(super) fn arcs(&self) -> impl Iterator<Item = Vec2> {
         self.arcs.iter().copied()
     }
 
-    /// The lines of the pitch, straight ones only, m, team frame.
+    /// The straight lines of the pitch, m, team frame.
     pub(super) fn lines(&self) -> &[PitchLine] {
         &self.lines
     }
 
-    /// Half the carpet's length and width, m.
+    /// Half the length and width of the carpet, m.
     pub(super) fn carpet(&self) -> Vec2 {
         self.carpet_half_extents
     }
 
-    /// Whether a robot could stand at a place, m.
+    /// Whether `place` is on the carpet, m.
     pub(super) fn is_on_carpet(&self, place: Vec2) -> bool {
         place.abs().cmplt(self.carpet_half_extents).all()
     }
@@ -178,32 +176,32 @@ impl Landmarks {
     }
 }
 
-/// What a robot sees of the pitch in a cycle, and how that is to be used.
+/// The sightings of a cycle, and the model by which they are used.
 #[derive(Clone, Copy, Debug)]
 pub struct PitchObservation<'a> {
-    /// What its cameras recognised.
+    /// The percepts of the robot.
     pub percepts: &'a Percepts,
-    /// What there is to be seen.
+    /// The landmarks of the pitch.
     pub landmarks: &'a Landmarks,
-    /// Which end the robot's team defends.
+    /// The end that the robot's team defends.
     pub own_end: End,
     /// The size of the cameras' images, pixels.
     pub image: Vec2,
-    /// Counts the cycles, so that everything that is seen gets its turn.
+    /// The number of the cycle, by which landmarks take turns.
     pub turn: usize,
-    /// How landmarks are used.
+    /// The measurement model.
     pub model: &'a LandmarkModel,
-    /// How the cameras err for longer than an image; none if they do not.
+    /// The lasting error of the cameras; `None` if they have none.
     pub camera: Option<CameraMotion>,
 }
 
 impl<'a> PitchObservation<'a> {
-    /// Up to `most` of the junctions, crosses and circles that are seen.
+    /// Up to `most` of the junctions, crosses and circles in view.
     pub(super) fn marks(&self, most: usize) -> impl Iterator<Item = &'a LandmarkPercept> {
         self.in_turn(most, |mark| !matches!(mark.kind, LandmarkKind::Line { .. }))
     }
 
-    /// Up to `most` of the stretches of lines that are seen.
+    /// Up to `most` of the line segments in view.
     pub(super) fn lines(&self, most: usize) -> impl Iterator<Item = SeenLine> {
         let LandmarkModel { line_angle_sd: angle_sd, lens_height_m, .. } = *self.model;
         self.in_turn(most, |mark| matches!(mark.kind, LandmarkKind::Line { .. })).filter_map(move |mark| {
@@ -223,13 +221,13 @@ impl<'a> PitchObservation<'a> {
     }
 }
 
-/// Where a penalised robot comes back on the halfway line: at the end away from the ball (m, team frame).
+/// The pose of a robot that returns from a penalty at the halfway line: at the end away from the ball (m, team frame).
 pub(super) fn halfway_pose(landmarks: &Landmarks, ball: Option<Vec2>) -> Pose {
     let side = if ball.is_some_and(|ball| ball.y > 0.0) { -1.0 } else { 1.0 };
     Pose::new(0.0, side * landmarks.half_width, -side * core::f32::consts::FRAC_PI_2)
 }
 
-/// Where a robot that was removed from `y` waits, beyond the side line.
+/// The pose of a robot that was removed at `y` and waits beyond the side line.
 pub(super) fn waiting_pose(landmarks: &Landmarks, y: f32) -> Pose {
     let side = if y < 0.0 { -1.0 } else { 1.0 };
     let x = -landmarks.crosses[1].x.abs();
@@ -237,7 +235,7 @@ pub(super) fn waiting_pose(landmarks: &Landmarks, y: f32) -> Pose {
     Pose::new(x, side * (landmarks.half_width + beyond), -side * core::f32::consts::FRAC_PI_2)
 }
 
-/// What the measured place of a post is worth.
+/// The sighting of a goal post.
 pub(super) fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &LandmarkModel) -> Sighting {
     let foot_in_image = post.pixel.cmpge(Vec2::ZERO).all() && post.pixel.cmple(image).all();
     let distance_factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
@@ -248,14 +246,14 @@ pub(super) fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &Land
     }
 }
 
-/// What the measured place of a junction, a cross, a corner with its arc or the centre circle is worth.
+/// The sighting of a junction, a cross, a corner arc or the centre circle.
 pub(super) fn sighting_of_mark(mark: &LandmarkPercept, model: &LandmarkModel) -> Sighting {
     let is_circle = mark.kind == LandmarkKind::CentreCircle;
     let angle_sd = if is_circle { model.goal_post_angle_sd } else { model.mark_angle_sd };
     Sighting::new(mark.position_m, angle_sd).from_height(model.lens_height_m)
 }
 
-/// The left and the right post of a goal, if no others are seen: of two of one colour, it is beyond doubt which is which.
+/// The left and the right post of a goal, if exactly these two posts are in view and have the same colour.
 pub(super) fn seen_goal(posts: &[GoalPostPercept]) -> Option<[&GoalPostPercept; 2]> {
     let [first, second] = posts else { return None };
     let is_first_left = first.position_m.perp_dot(second.position_m) < 0.0;

@@ -1,7 +1,7 @@
-//! What it says about a pose that a stretch of a line is seen.
+//! Sightings of line segments.
 //!
-//! Where along the line the stretch lies is not known, only that both of its ends are on the line: the measurement is the two
-//! ends' distances from the line, which both should be 0.
+//! The place of a segment along its line is unknown, but both of its ends are on the line: the measurement is the distances of the two ends
+//! from the line, which are expected to be 0.
 
 use bevy::prelude::*;
 
@@ -10,12 +10,12 @@ use super::sighting::{Residual, Sighting};
 use naoisis_core::geometry::unrotate;
 use naoisis_core::pitch::LineSegment;
 
-/// A stretch may be seen to go on for so much beyond the end of the line, m: ends are measured with errors.
+/// How far a segment may extend beyond the end of the line, because of measurement errors, m.
 const BEYOND_M: f32 = 0.4;
-/// Shorter stretches say nothing about the direction, and might be anything, m.
+/// The least length of a useful segment, m.
 const LEAST_LENGTH_M: f32 = 0.3;
 
-/// A stretch of a line that is seen.
+/// A line segment in view.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SeenLine {
     /// Its measured ends, m, robot frame.
@@ -25,19 +25,19 @@ pub struct SeenLine {
 }
 
 impl SeenLine {
-    /// A stretch between these ends, m, robot frame, measured by angles with this standard deviation, radians, from so high, m.
+    /// A segment between these `ends`, m, robot frame, measured from the height `lens_height_m` by angles with a standard deviation of
+    /// `angle_sd`, radians.
     pub fn new(ends: [Vec2; 2], angle_sd: f32, lens_height_m: f32) -> Self {
         let sighting = |end| Sighting::new(end, angle_sd).from_height(lens_height_m);
         Self { ends, noise: ends.map(|end| sighting(end).noise_at(end)) }
     }
 
-    /// Whether it is long enough to say something.
+    /// Whether it is long enough to be useful.
     pub fn is_useful(&self) -> bool {
         self.ends[0].distance_squared(self.ends[1]) > LEAST_LENGTH_M * LEAST_LENGTH_M
     }
 
-    /// Whether it can be a stretch of this line (m, team frame), for a robot at about this place that faces
-    /// along the unit vector `forward`.
+    /// Whether it can be a segment of `line` (m, team frame) for a robot at about `position` that faces along the unit vector `forward`.
     pub fn can_be_of(&self, line: &PitchLine, position: Vec2, forward: Vec2) -> bool {
         self.ends.iter().all(|end| {
             let along = line.direction.dot(position + forward.rotate(*end) - line.start);
@@ -45,12 +45,12 @@ impl SeenLine {
         })
     }
 
-    /// Measured minus expected distances from `line` (m, team frame) of both ends, for a robot at `position`, m, that faces
-    /// along the unit vector `forward`.
+    /// Measured minus expected distances of both ends from `line` (m, team frame), for a robot at `position` that faces along the unit vector
+    /// `forward`.
     pub fn residual(&self, line: &PitchLine, position: Vec2, forward: Vec2) -> Residual {
         let normal = line.direction.perp();
         let place = position - line.start;
-        // Written out, as arrays that are mapped are slow.
+        // Written out, as mapped arrays are slow.
         let [first, second] = self.ends;
         let away = Vec2::new(normal.dot(place + forward.rotate(first)), normal.dot(place + forward.rotate(second)));
         // The error of an end across the line.
@@ -60,7 +60,7 @@ impl SeenLine {
         Residual { difference: -away, noise: Mat2::from_diagonal(variances) }
     }
 
-    /// What x, y and heading of the pose change of the expected distances: a row for each end.
+    /// The derivatives of the expected distances by x, y and heading of the pose, a row for each end.
     pub(super) fn slopes(&self, line: &PitchLine, forward: Vec2) -> [Vec3; 2] {
         let normal = line.direction.perp();
         let [first, second] = self.ends;
@@ -68,9 +68,9 @@ impl SeenLine {
         [slope(first), slope(second)]
     }
 
-    /// What yaw and pitch of the cameras' error change of the expected distances: columns of (first end, second end).
+    /// The derivatives of the expected distances by yaw and pitch of the cameras' error: columns of (first end, second end).
     pub(super) fn camera_slopes(&self, line: &PitchLine, forward: Vec2, camera: &CameraMotion) -> [Vec2; 2] {
-        // An end is measured beside where it is by what the error makes of it, and is on the line without that.
+        // The true end is on the line; the measured one is displaced by the error of the cameras.
         let across = unrotate(forward, line.direction.perp());
         let [first, second] = self.ends;
         let ([first_yaw, first_pitch], [second_yaw, second_pitch]) = (camera.slopes(first), camera.slopes(second));
@@ -82,9 +82,9 @@ impl SeenLine {
 /// A straight line of the pitch, m, team frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PitchLine {
-    /// Where it begins.
+    /// One end.
     start: Vec2,
-    /// Where it goes from there, a unit vector.
+    /// The direction from there, a unit vector.
     direction: Vec2,
     length_m: f32,
 }

@@ -1,30 +1,30 @@
-//! Which filter localises a robot: what scenarios name.
+//! The localisation methods that scenarios name.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How a robot localises itself.
+/// The method by which a robot localises itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum LocalisationMethod {
-    /// By an extended Kalman filter, quick and exact; a robot that has lost its way searches with particles.
+    /// An extended Kalman filter, fast and exact; a lost robot searches with a particle filter.
     #[default]
     Kalman,
-    /// By an unscented Kalman filter, more exact where little is certain and some three times as costly; a robot that has
-    /// lost its way searches with particles.
+    /// An unscented Kalman filter, more exact under great uncertainty and about three times as costly; a lost robot searches with a particle
+    /// filter.
     Unscented,
-    /// By a particle filter: several hypotheses at a time, and some ten times as costly.
+    /// A particle filter: several hypotheses at a time, and about ten times as costly.
     Particles,
 }
 
-/// How a Kalman filter carries its estimate through steps and measurements.
+/// The kind of a Kalman filter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KalmanFilter {
-    /// By slopes at its mean.
+    /// Linearised at the mean.
     #[default]
     Extended,
-    /// By poses around its mean.
+    /// By sigma points around the mean.
     Unscented,
 }

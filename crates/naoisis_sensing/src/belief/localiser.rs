@@ -1,4 +1,4 @@
-//! The robot's own pose, by whichever filter its settings choose: one of two Kalman filters, or a particle filter.
+//! The robot's own pose by the filter of its settings: one of two Kalman filters, or a particle filter.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ impl From<KalmanFilter> for LocalisationMethod {
     }
 }
 
-/// No robot believes that it is farther away than this, m: squares of it can still be added up.
+/// The greatest believed distance from the centre mark, m: its square can still be summed.
 const FARTHEST_M: f32 = 1e6;
 
 /// A filter of any kind.
@@ -30,7 +30,7 @@ const FARTHEST_M: f32 = 1e6;
 pub enum Localiser {
     /// [`LocalisationMethod::Kalman`] and [`LocalisationMethod::Unscented`].
     Kalman(KalmanLocaliser),
-    /// The same, while the robot has lost its way.
+    /// The same while the robot is lost.
     Searching(ParticleFilter, KalmanFilter),
     /// [`LocalisationMethod::Particles`].
     Particles(ParticleFilter),
@@ -43,7 +43,7 @@ impl Default for Localiser {
 }
 
 impl Localiser {
-    /// That of a robot that was told its place, team frame.
+    /// For a robot that was placed at `pose`, team frame.
     pub fn placed(kind: LocalisationMethod, robot: RobotId, pose: Pose) -> Self {
         match kind {
             LocalisationMethod::Kalman => Localiser::Kalman(KalmanLocaliser::placed(KalmanFilter::Extended, pose)),
@@ -54,8 +54,8 @@ impl Localiser {
         }
     }
 
-    /// Starts anew at a pose, team frame, where its numbers have run away: it was fed what cannot be for long, or goes on
-    /// from a saved match that was written by hand.
+    /// Resets a filter that is not finite any more to the pose `last`, team frame: after impossible measurements, or in a saved match that was
+    /// edited by hand.
     pub fn keep_finite(&mut self, robot: RobotId, last: Pose) {
         let (is_finite, kind) = match self {
             Localiser::Kalman(own) => (own.estimate.is_finite(), own.filter.into()),
@@ -68,7 +68,7 @@ impl Localiser {
         }
     }
 
-    /// The robot is told its place, team frame.
+    /// Places the robot at `pose`, team frame.
     pub fn place(&mut self, pose: Pose) {
         match self {
             Localiser::Kalman(own) => *own = KalmanLocaliser::placed(own.filter, pose).keeping_cameras_of(own),
@@ -77,8 +77,7 @@ impl Localiser {
         }
     }
 
-    /// The robot comes back from a penalty, at an end of the halfway line: that away from the ball (m, team frame), as
-    /// far as it knows.
+    /// Returns the robot from a penalty at an end of the halfway line: the one away from the ball (m, team frame), if its place is known.
     pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
         match self {
             Localiser::Kalman(own) => {
@@ -94,7 +93,7 @@ impl Localiser {
         }
     }
 
-    /// The robot comes back from a penalty where it waited, beyond the side line that it was nearer to.
+    /// Returns the robot from a penalty where it waited, beyond the nearer side line.
     pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
         let y = self.estimate().pose.position.y;
         match self {
@@ -110,7 +109,7 @@ impl Localiser {
         }
     }
 
-    /// The robot is where it thinks that it is, but at the other end of the pitch, which looks the same.
+    /// Moves the pose to the other end of a symmetric pitch.
     pub fn change_ends(&mut self) {
         match self {
             Localiser::Kalman(own) => own.change_ends(),
@@ -118,7 +117,7 @@ impl Localiser {
         }
     }
 
-    /// A measured step (in the robot's frame before it) and `duration` seconds later.
+    /// Predicts the pose after a measured `step` (in the robot frame before it), `duration` seconds later.
     pub fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
         match self {
             Localiser::Kalman(own) => *own = own.moved_by(step, duration, error),
@@ -126,12 +125,12 @@ impl Localiser {
         }
     }
 
-    /// Corrects the pose by what the robot sees of the pitch.
+    /// Corrects the pose by the sightings of a cycle.
     pub fn correct(&mut self, robot: RobotId, observation: &PitchObservation) {
         if matches!(self, Localiser::Kalman(_)) || observation.camera.is_none() {
             return self.correct_by(robot, observation);
         }
-        // Particles have no room for the error of the cameras: what they see is less certain.
+        // The particle filter does not estimate the error of the cameras: its sightings are less certain.
         let model =
             observation.camera.map_or(*observation.model, |camera| observation.model.with_camera_error(&camera));
         self.correct_by(robot, &PitchObservation { model: &model, ..*observation });
@@ -155,7 +154,7 @@ impl Localiser {
         }
     }
 
-    /// How the cameras err, if that is estimated.
+    /// The error of the cameras, if it is estimated.
     pub fn camera(&self) -> Option<&CameraError> {
         match self {
             Localiser::Kalman(own) => own.camera(),
@@ -163,7 +162,7 @@ impl Localiser {
         }
     }
 
-    /// Where the robot is, and how certain that is.
+    /// The estimate of the pose.
     pub fn estimate(&self) -> &PoseEstimate {
         match self {
             Localiser::Kalman(own) => &own.estimate,
@@ -171,7 +170,7 @@ impl Localiser {
         }
     }
 
-    /// Since a landmark confirmed it, s.
+    /// The time since a landmark confirmed it, s.
     pub fn age_s(&self) -> f32 {
         match self {
             Localiser::Kalman(own) => own.age_s,

@@ -1,10 +1,10 @@
-//! What a robot believes: one typed [`Belief`], which behaviours read and write.
+//! The belief of a robot: one typed [`Belief`], which behaviours read and write.
 //!
-//! Places are in the *team frame*: the pitch frame, turned by half a turn for the team that defends +x, so that the own
-//! goal is always at -x. [`team_from_pitch`] and its kin convert.
+//! Places are in the *team frame*: the pitch frame, turned by half a turn for the team that defends +x, so that the own goal is always at
+//! -x. [`team_from_pitch`], [`pitch_from_team`] and their variants for points convert.
 //!
-//! The [`simple`] estimator keeps the belief of the robots of the built-in teams up to date. Like every behaviour it
-//! knows the sensors only, and is registered through the same [barrier](naoisis_core::behaviour::barrier).
+//! The [`simple`] estimator updates the belief of the robots of the built-in teams. Like every behaviour it reads only the sensors, and is
+//! registered through the same [barrier](naoisis_core::behaviour::barrier).
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -20,12 +20,12 @@ pub mod ball;
 pub mod camera_error;
 pub mod covariance;
 pub mod error;
-pub mod innovation;
-pub mod kalman_localiser;
-pub mod landmarks;
-pub mod line_sighting;
+mod innovation;
+mod kalman_localiser;
+mod landmarks;
+mod line_sighting;
 pub mod localisation_method;
-pub mod localiser;
+mod localiser;
 mod moments;
 pub mod particle_filter;
 mod particle_set;
@@ -38,6 +38,7 @@ pub mod team_ball;
 pub mod unscented;
 mod wrong_end;
 
+pub use landmarks::LandmarkModel;
 pub use settings::SimpleBelief;
 pub use simple::SimpleBeliefPlugin;
 
@@ -47,7 +48,7 @@ pub type PlaceCovariance = [f32; 3];
 /// The covariance of a pose, m and radians: the entries xx, xy, yy, xθ, yθ, θθ of the symmetric matrix.
 pub type PoseCovariance = [f32; 6];
 
-/// Where the robot believes itself, the ball and the other robots to be, in the team frame.
+/// The believed places of the robot itself, the ball and the other robots, in the team frame.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
@@ -56,52 +57,52 @@ pub struct Belief {
     #[serde(with = "file_units::pose")]
     #[schemars(with = "[f32; 3]")]
     pub pose: Pose,
-    /// How uncertain that is.
+    /// The covariance of the pose.
     pub pose_covariance: PoseCovariance,
-    /// Since something seen confirmed the pose, s.
+    /// The time since a landmark confirmed the pose, s.
     pub pose_age_s: f32,
-    /// The ball, unless the robot does not know where it is.
+    /// The ball, if its place is known.
     pub ball: Option<BallBelief>,
-    /// Team-mates, those with a known number first, ordered by it.
+    /// Team-mates: first those with a known number, in its order.
     pub team_mates: Vec<RobotBelief>,
-    /// Opponents that were seen; their numbers are not known.
+    /// Opponents; their numbers are not known.
     pub opponents: Vec<RobotBelief>,
 }
 
-/// What a robot believes of the ball.
+/// The believed ball.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BallBelief {
-    /// Where it is, m, team frame.
+    /// Its place, m, team frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
-    /// Where it rolls, m/s, team frame.
+    /// Its velocity, m/s, team frame.
     #[schemars(with = "[f32; 2]")]
     pub velocity_mps: Vec2,
-    /// How uncertain its place is, m².
+    /// The covariance of the place, m².
     pub position_covariance: PlaceCovariance,
-    /// How uncertain its velocity is, (m/s)².
+    /// The covariance of the velocity, (m/s)².
     pub velocity_covariance: PlaceCovariance,
-    /// Since it was seen, s: by the robot itself, or by the team-mate that told of it.
+    /// The time since it was seen, s: by the robot itself, or by the team-mate that reported it.
     pub age_s: f32,
-    /// The team-mate that told of it, when the robot does not know from its own eyes.
+    /// The team-mate that reported it; `None` if the robot has seen it itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heard_from: Option<RobotId>,
 }
 
-/// What a robot believes of another robot.
+/// Another robot, as believed.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotBelief {
-    /// Which robot it is; a robot that was only seen has no number.
+    /// Its id; `None` for a robot that was only seen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<RobotId>,
-    /// Where it is, m, team frame.
+    /// Its place, m, team frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
-    /// How uncertain that is, m².
+    /// The covariance of the place, m².
     pub covariance: PlaceCovariance,
-    /// Since it was seen or heard, s.
+    /// The time since it was seen or reported, s.
     pub age_s: f32,
 }
 
@@ -132,7 +133,7 @@ impl Belief {
             && team_mates.iter().chain(opponents).all(RobotBelief::is_finite)
     }
 
-    /// The belief of a robot that was told its pose (team frame), and nothing else.
+    /// The belief of a robot that knows only its pose, team frame.
     pub fn at(pose: Pose) -> Self {
         Self { pose, ..default() }
     }
@@ -148,7 +149,7 @@ impl Belief {
     }
 }
 
-/// A pose of the pitch frame in the frame of the team that defends `own_end`.
+/// Transforms a pose from the pitch frame to the frame of the team that defends `own_end`.
 pub fn team_from_pitch(pose: Pose, own_end: End) -> Pose {
     match own_end {
         End::NegativeX => pose,
@@ -156,13 +157,13 @@ pub fn team_from_pitch(pose: Pose, own_end: End) -> Pose {
     }
 }
 
-/// A pose of the frame of the team that defends `own_end` in the pitch frame.
+/// Transforms a pose from the frame of the team that defends `own_end` to the pitch frame.
 pub fn pitch_from_team(pose: Pose, own_end: End) -> Pose {
     // Half a turn is its own inverse.
     team_from_pitch(pose, own_end)
 }
 
-/// A point or vector of the pitch frame, m, in the frame of the team that defends `own_end`.
+/// Transforms a point or vector, m, from the pitch frame to the frame of the team that defends `own_end`.
 pub fn point_team_from_pitch(point: Vec2, own_end: End) -> Vec2 {
     match own_end {
         End::NegativeX => point,
@@ -170,17 +171,17 @@ pub fn point_team_from_pitch(point: Vec2, own_end: End) -> Vec2 {
     }
 }
 
-/// A point or vector of the frame of the team that defends `own_end`, m, in the pitch frame.
+/// Transforms a point or vector, m, from the frame of the team that defends `own_end` to the pitch frame.
 pub fn point_pitch_from_team(point: Vec2, own_end: End) -> Vec2 {
     point_team_from_pitch(point, own_end)
 }
 
-/// The entries of a symmetric matrix of places.
+/// The entries of the covariance matrix of a place.
 fn place_covariance(matrix: Mat2) -> PlaceCovariance {
     [matrix.x_axis.x, matrix.y_axis.x, matrix.y_axis.y]
 }
 
-/// The entries of a symmetric matrix of poses.
+/// The entries of the covariance matrix of a pose.
 fn pose_covariance(matrix: Mat3) -> PoseCovariance {
     let [x, y, heading] = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
     [x.x, y.x, y.y, heading.x, heading.y, heading.z]

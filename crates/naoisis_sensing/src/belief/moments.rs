@@ -1,4 +1,4 @@
-//! From where, and how, a robot looked in its last moments: what it is told late was seen from there.
+//! The odometry and the gaze of a robot at recent times, to which delayed percepts belong.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -7,19 +7,19 @@ use std::collections::VecDeque;
 use crate::sensing::vision::Percepts;
 use naoisis_core::geometry::Pose;
 
-/// What is longer ago is not looked at any more, s.
+/// The greatest age of a moment that is kept, s.
 const LONGEST_S: f64 = 2.5;
-/// Times that differ by less are the same, s.
+/// Times that differ by less than this are equal, s.
 const SAME_S: f64 = 1e-4;
 
-/// From where, and how, the cameras looked at a time.
+/// The odometry and the gaze at a time.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub(super) struct Moment {
-    /// When, s since the start.
+    /// The time, s since the start of the match.
     pub(super) time_s: f64,
     /// The odometry at that time.
     pub(super) odometry: Pose,
-    /// Where the head looked, radians.
+    /// The yaw of the head, radians.
     pub(super) head_yaw: f32,
     /// Whether the robot walked.
     pub(super) is_walking: bool,
@@ -30,12 +30,12 @@ pub(super) struct Moment {
 pub(super) struct Moments(VecDeque<Moment>);
 
 impl Moments {
-    /// The moment `time_s` after the start, if it is remembered, else `now`; and remembers that.
+    /// Records `now`, and returns the moment at `time_s`, or `now` if it is not recorded.
     pub(super) fn at(&mut self, time_s: f64, now: Moment) -> Moment {
         while self.0.front().is_some_and(|oldest| oldest.time_s < now.time_s - LONGEST_S) {
             self.0.pop_front();
         }
-        // Of a match that was played on from an earlier moment.
+        // The match may have been continued from an earlier moment.
         while self.0.back().is_some_and(|latest| latest.time_s >= now.time_s) {
             self.0.pop_back();
         }
@@ -44,8 +44,8 @@ impl Moments {
     }
 }
 
-/// What was seen `then`, in the frame in which the robot is `now`: it may have walked since, and the ball rolled at `ball_mps`
-/// (m/s, robot frame) if it was known.
+/// Transforms percepts of the moment `then` into the robot frame of `now`. The ball is moved by its velocity `ball_mps` (m/s, robot frame),
+/// if it is known.
 pub(super) fn as_seen_now<'a>(
     percepts: &'a Percepts,
     (then, now): (Moment, Moment),
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_late_was_seen_from_where_the_robot_was_then() {
+    fn delayed_percepts_belong_to_the_place_of_the_robot_at_their_time() {
         let mut moments = Moments::default();
         for tenth in 0..10 {
             moments.at(0.1 * f64::from(tenth), moment(0.1 * f64::from(tenth), 0.02 * tenth as f32));

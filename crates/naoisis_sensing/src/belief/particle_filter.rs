@@ -1,12 +1,10 @@
-//! The robot's own pose by a particle filter: many possible poses, weighed by what is seen.
+//! Localisation by a particle filter: many possible poses, weighted by the sightings.
 //!
-//! Augmented Monte Carlo localisation (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, tables 8.2 and 8.3): particles
-//! are carried along by odometry, each with an error of its own, weighed by how likely it makes what is seen, and drawn
-//! again by their weights. When what is seen becomes less likely than it was in the long run, new particles are drawn from
-//! what is seen alone: so a robot that was carried elsewhere finds itself.
+//! Augmented Monte Carlo localisation (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, tables 8.2 and 8.3): particles move with the
+//! odometry, each with an error of its own, are weighted by the likelihood of the sightings, and resampled. When the likelihood falls below
+//! its long-term mean, new particles are drawn from the sightings alone: so a robot that was carried away finds its pose.
 //!
-//! Against the [Kalman filter](super::pose_estimate) it can hold several hypotheses at a time, and costs some ten times as
-//! much.
+//! Unlike the [Kalman filter](super::pose_estimate), it represents several hypotheses at a time; it is about ten times as costly.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -24,51 +22,51 @@ use naoisis_core::pitch::{End, GoalColour};
 use naoisis_core::random::RandomStream;
 use naoisis_core::team::RobotId;
 
-/// How many particles there are.
+/// The number of particles.
 const COUNT: usize = 100;
-/// Cycles between two updates by what is seen: thirty a second would tell hardly more, and weigh it too much.
+/// Cycles between two updates by sightings: the errors of successive images are correlated.
 const CYCLES_PER_UPDATE: usize = 3;
-/// Marks on the ground that are used in an update.
+/// The greatest number of marks that are used in an update.
 const MARKS_PER_UPDATE: usize = 3;
-/// Stretches of lines that are used in an update.
+/// The greatest number of line segments that are used in an update.
 const LINES_PER_UPDATE: usize = 1;
-/// Beyond this squared Mahalanobis distance, what is seen is taken for something else.
+/// The greatest squared Mahalanobis distance of a sighting: beyond it, it counts as an outlier.
 const OUTLIER: f32 = 12.0;
-/// How fast the long and the short memory of the likelihood follow.
+/// The rates of the long-term and the short-term mean of the likelihood.
 const MEMORY: [f32; 2] = [0.01, 0.15];
-/// The greatest share of particles that are drawn anew in an update.
+/// The greatest share of new particles in an update.
 const MOST_NEW: f32 = 0.3;
-/// Standard deviations of the pose of a robot that has lost its way, m and radians.
+/// Standard deviations of the pose of a lost robot, m and radians.
 const LOST_SD: [f32; 2] = [0.5, 0.4];
-/// How likely what is seen is for a robot that knows where it is, for a thing.
+/// The likelihood per sighting for a robot with a known pose.
 const LIKELY: f32 = 0.4;
-/// After so many updates, with what is seen as likely as this, a robot has found its way.
+/// The number of updates after which a lost robot may have found its pose.
 const SURE_UPDATES: u32 = 8;
+/// The likelihood per sighting from which it has.
 const SURE: f32 = 0.15;
-/// An update that makes what is seen so likely on average for a thing confirms the pose.
+/// The mean likelihood per sighting from which an update confirms the pose.
 const CONFIRMING: f32 = 0.1;
 
 /// The robot's own pose as a set of particles.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-pub struct ParticleFilter {
+pub(crate) struct ParticleFilter {
     particles: Vec<Particle>,
-    /// The long and the short memory of how likely what is seen is.
+    /// The long-term and the short-term mean of the likelihood.
     likelihood: [f32; 2],
-    /// The robot's dice.
+    /// The random numbers of the filter.
     stream: RandomStream,
-    /// Where it is, in one.
+    /// The likeliest hypothesis.
     estimate: PoseEstimate,
     age_s: f32,
     /// Updates since the particles were gathered.
     looks: u32,
-    /// Where the robot would be by its steps alone, on a pitch that looks the same from both ends: of two poses that nothing seen
-    /// can tell apart, it is the one nearer to this.
+    /// The pose by odometry alone, on a symmetric pitch: of two poses that sightings cannot distinguish, the nearer one to this is chosen.
     reckoned: Option<Pose>,
 }
 
 impl ParticleFilter {
-    /// All particles near a pose, with these deviations, m and radians.
-    pub fn around(robot: RobotId, pose: Pose, place_sd: f32, heading_sd: f32) -> Self {
+    /// A filter with all particles near `pose`, with these standard deviations, m and radians.
+    pub(crate) fn around(robot: RobotId, pose: Pose, place_sd: f32, heading_sd: f32) -> Self {
         let mut filter = Self {
             particles: Vec::new(),
             likelihood: [0.0; 2],
@@ -82,8 +80,8 @@ impl ParticleFilter {
         filter
     }
 
-    /// Moves all particles near a pose.
-    pub fn gather_around(&mut self, pose: Pose, place_sd: f32, heading_sd: f32) {
+    /// Moves all particles near `pose`.
+    pub(crate) fn gather_around(&mut self, pose: Pose, place_sd: f32, heading_sd: f32) {
         self.particles.clear();
         for _ in 0..COUNT {
             let pose = spread(pose, place_sd, heading_sd, &mut self.stream);
@@ -95,8 +93,8 @@ impl ParticleFilter {
         self.looks = 0;
     }
 
-    /// The particles of a robot that has lost its way: half of them near where it thought that it was, the others anywhere.
-    pub fn search(robot: RobotId, pose: Pose, landmarks: &Landmarks) -> Self {
+    /// A filter for a lost robot: half of the particles near its last `pose`, the others anywhere.
+    pub(crate) fn search(robot: RobotId, pose: Pose, landmarks: &Landmarks) -> Self {
         let mut filter = Self::around(robot, pose, LOST_SD[0], LOST_SD[1]);
         for particle in filter.particles.iter_mut().skip(COUNT / 2) {
             let mut throw = |most: f32| most * (2.0 * filter.stream.uniform() - 1.0);
@@ -104,20 +102,20 @@ impl ParticleFilter {
             particle.pose = Pose { position: place, heading: throw(core::f32::consts::PI) };
         }
         filter.reckoned = landmarks.are_symmetric().then_some(pose);
-        // What it saw was likelier before.
+        // The likelihood before the robot was lost.
         filter.likelihood = [LIKELY; 2];
         filter
     }
 
-    /// Whether it has found one hypothesis that explains what is seen.
-    pub fn is_sure(&self) -> bool {
+    /// Whether one hypothesis explains the sightings.
+    pub(crate) fn is_sure(&self) -> bool {
         let covariance = &self.estimate.covariance;
         let [place, heading] = [covariance.x_axis.x + covariance.y_axis.y, covariance.z_axis.z];
         self.looks > SURE_UPDATES && self.likelihood[1] > SURE && place < 0.05 && heading < 0.02
     }
 
-    /// Half a turn of the pitch away.
-    pub fn change_ends(&mut self) {
+    /// Turns all poses by half a turn about the centre mark.
+    pub(crate) fn change_ends(&mut self) {
         for particle in &mut self.particles {
             particle.pose = particle.pose.turned_half();
         }
@@ -125,32 +123,32 @@ impl ParticleFilter {
         self.estimate = self.estimate.turned_half();
     }
 
-    /// Half of the particles at each of two poses.
-    pub fn gather_around_either(&mut self, poses: [Pose; 2], place_sd: f32, heading_sd: f32) {
+    /// Moves half of the particles near each of two poses.
+    pub(crate) fn gather_around_either(&mut self, poses: [Pose; 2], place_sd: f32, heading_sd: f32) {
         self.gather_around(poses[0], place_sd, heading_sd);
         for particle in self.particles.iter_mut().skip(COUNT / 2) {
             particle.pose = spread(poses[1], place_sd, heading_sd, &mut self.stream);
         }
     }
 
-    /// Whether every number in it is finite, and there are particles at all.
+    /// Whether every number in it is finite, and there are particles.
     pub(super) fn is_finite(&self) -> bool {
         let is_sound = |particle: &Particle| particle.pose.is_finite() && particle.weight.is_finite();
         self.estimate.is_finite() && !self.particles.is_empty() && self.particles.iter().all(is_sound)
     }
 
-    /// Where the robot is, and how certain that is.
-    pub fn estimate(&self) -> &PoseEstimate {
+    /// The estimate of the pose.
+    pub(crate) fn estimate(&self) -> &PoseEstimate {
         &self.estimate
     }
 
-    /// Since what was seen confirmed it, s.
-    pub fn age_s(&self) -> f32 {
+    /// The time since a sighting confirmed it, s.
+    pub(crate) fn age_s(&self) -> f32 {
         self.age_s
     }
 
-    /// A measured step (in the robot's frame before it) and `duration` seconds later.
-    pub fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
+    /// Moves the particles by a measured `step` (in the robot frame before it), `duration` seconds later.
+    pub(crate) fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
         self.age_s += duration;
         if step == Pose::default() {
             return;
@@ -167,8 +165,8 @@ impl ParticleFilter {
         self.estimate = self.estimate.moved_by(step, error);
     }
 
-    /// Weighs the particles by what the robot sees of the pitch.
-    pub fn correct(&mut self, observation: &PitchObservation) {
+    /// Weights the particles by the sightings of a cycle, and resamples them.
+    pub(crate) fn correct(&mut self, observation: &PitchObservation) {
         let PitchObservation { percepts, landmarks, own_end, image, turn, model, .. } = *observation;
         if !turn.is_multiple_of(CYCLES_PER_UPDATE) {
             return;
@@ -208,7 +206,7 @@ impl ParticleFilter {
                 let candidates = landmarks.lines().iter().filter(|other| line.can_be_of(other, position, forward));
                 distance += least(candidates.map(|other| line.residual(other, position, forward)));
             }
-            // Errors of neighbouring images have much in common, so that each counts for less.
+            // The errors of successive images are correlated, so each counts for less.
             let likelihood = ops::exp(-0.25 * distance / (seen as f32).sqrt());
             particle.weight *= likelihood;
             sum += likelihood;
@@ -228,17 +226,17 @@ impl ParticleFilter {
         }
     }
 
-    /// Draws particles by their weights where these differ much, and a share of them anew from the goal that is seen.
+    /// Resamples the particles if their weights differ much, and replaces a share of them by poses that follow from the goal in view.
     fn draw_again(&mut self, new_share: f32, posts: &[GoalPostPercept], landmarks: &Landmarks, own_end: End) {
         let effective = normalise(&mut self.particles);
-        let anew = (new_share * COUNT as f32) as usize;
-        if effective > 0.5 * COUNT as f32 && anew == 0 {
+        let count_new = (new_share * COUNT as f32) as usize;
+        if effective > 0.5 * COUNT as f32 && count_new == 0 {
             return;
         }
         resample(&mut self.particles, &mut self.stream);
-        for slot in 0..anew {
+        for slot in 0..count_new {
             if let Some(pose) = pose_from_posts(posts, landmarks, own_end, &mut self.stream)
-                && let Some(particle) = self.particles.get_mut(slot * COUNT / anew.max(1))
+                && let Some(particle) = self.particles.get_mut(slot * COUNT / count_new.max(1))
             {
                 particle.pose = pose;
             }
@@ -246,9 +244,9 @@ impl ParticleFilter {
     }
 }
 
-/// A pose, or that turned by half a turn about the centre mark: whichever is nearer to another.
+/// Returns `pose`, or `pose` turned by half a turn about the centre mark, whichever is nearer to `to`.
 fn nearer_half(pose: Pose, to: Pose) -> Pose {
-    /// So far away counts as much as a radian.
+    /// The distance that counts as much as a radian, m.
     const METRES_PER_RADIAN: f32 = 2.0;
     let off = |pose: Pose| {
         let turn = METRES_PER_RADIAN * wrap_angle(pose.heading - to.heading);
@@ -258,23 +256,23 @@ fn nearer_half(pose: Pose, to: Pose) -> Pose {
     if off(turned) < off(pose) { turned } else { pose }
 }
 
-/// The squared Mahalanobis distance of a sighting from the likeliest of some places, m, robot frame.
+/// The squared Mahalanobis distance of a sighting from the likeliest of these places, m, robot frame.
 fn nearest(sighting: &Sighting, places: impl Iterator<Item = Vec2>) -> f32 {
     least(places.map(|place| sighting.residual(place)))
 }
 
-/// The least of some squared Mahalanobis distances.
+/// The least squared Mahalanobis distance of these residuals, at most [`OUTLIER`].
 fn least(residuals: impl Iterator<Item = Residual>) -> f32 {
     residuals
         .map(|Residual { difference, noise }| {
-            // Particles are sparse: with nothing but the camera's error, the true pose would hardly ever be among them.
+            // Particles are sparse: with the camera's error alone, the true pose would rarely be among them.
             let noise = noise + Mat2::from_diagonal(Vec2::splat(2e-3));
             difference.dot(inverse(noise) * difference)
         })
         .fold(OUTLIER, f32::min)
 }
 
-/// A pose from which the posts that are seen would be seen there: one pose for a goal, any around a single post.
+/// A random pose from which the posts in view would be seen at their places: near one pose for a goal, anywhere around a single post.
 fn pose_from_posts(
     seen: &[GoalPostPercept],
     landmarks: &Landmarks,
@@ -284,7 +282,7 @@ fn pose_from_posts(
     let pose = match (seen_goal(seen), seen) {
         (Some([left, right]), _) => {
             let goals: Vec<_> = landmarks.goals(left.colour, own_end).collect();
-            // Where both have this colour, it may be either.
+            // If both have this colour, it may be either.
             let index = if goals.len() > 1 { (stream.uniform() * goals.len() as f32) as usize } else { 0 };
             let goal = goals.get(index)?;
             let places = [goal.left_post, goal.right_post];
@@ -293,7 +291,7 @@ fn pose_from_posts(
         (None, [post, ..]) => {
             let places: Vec<Vec2> = landmarks.posts(post.colour, own_end).collect();
             let place = *places.get((stream.uniform() * places.len() as f32) as usize)?;
-            // Somewhere around it, towards the pitch.
+            // Anywhere around it, towards the pitch.
             let inwards = angle_of(-place) + (stream.uniform() - 0.5) * core::f32::consts::PI;
             let distance = post.position_m.length() * (1.0 + stream.gaussian(0.1));
             let position = place + unit(inwards) * distance;

@@ -1,4 +1,4 @@
-//! The particles of a particle filter: spread, resampled by their weights, and the hypothesis that most of them support.
+//! Particles: spreading, resampling, and the likeliest hypothesis.
 
 use bevy::prelude::*;
 use core::f32::consts::TAU;
@@ -8,9 +8,9 @@ use super::pose_estimate::PoseEstimate;
 use naoisis_core::geometry::{Pose, wrap_angle};
 use naoisis_core::random::RandomStream;
 
-/// Particles within this of the best one, m and radians, support the same hypothesis.
+/// Particles within this distance of each other, m and radians, support the same hypothesis.
 const SAME_HYPOTHESIS: (f32, f32) = (0.5, 0.5);
-/// So many particles are tried as the middle of the likeliest hypothesis.
+/// The number of particles that are tried as the centre of the likeliest hypothesis.
 const CANDIDATES: usize = 20;
 
 /// A possible pose, team frame, and its weight.
@@ -20,7 +20,7 @@ pub(super) struct Particle {
     pub(super) weight: f32,
 }
 
-/// A pose with an error.
+/// A pose with a random error.
 pub(super) fn spread(pose: Pose, place_sd: f32, heading_sd: f32, stream: &mut RandomStream) -> Pose {
     Pose {
         position: pose.position + Vec2::new(stream.gaussian(place_sd), stream.gaussian(place_sd)),
@@ -28,8 +28,7 @@ pub(super) fn spread(pose: Pose, place_sd: f32, heading_sd: f32, stream: &mut Ra
     }
 }
 
-/// Makes the weights add up to 1; all the same where there is nothing of them. Returns how many particles of one weight
-/// would tell as much.
+/// Normalises the weights to a sum of 1; equal weights if all are zero. Returns the effective number of particles.
 pub(super) fn normalise(particles: &mut [Particle]) -> f32 {
     let total: f32 = particles.iter().map(|particle| particle.weight).sum();
     if total <= f32::MIN_POSITIVE {
@@ -41,7 +40,7 @@ pub(super) fn normalise(particles: &mut [Particle]) -> f32 {
     1.0 / particles.iter().map(|particle| particle.weight * particle.weight).sum::<f32>()
 }
 
-/// Draws as many particles again by their weights, which add up to 1: systematic resampling, with one random number for all.
+/// Resamples the particles by their weights, whose sum is 1: systematic resampling, with one random number for all.
 pub(super) fn resample(particles: &mut Vec<Particle>, stream: &mut RandomStream) {
     let old = core::mem::replace(particles, Vec::with_capacity(particles.len()));
     let weight = 1.0 / old.len() as f32;
@@ -58,7 +57,7 @@ pub(super) fn resample(particles: &mut Vec<Particle>, stream: &mut RandomStream)
     }
 }
 
-/// Whether two poses support the same hypothesis; headings are within half a turn to either side.
+/// Whether two poses support the same hypothesis. Headings are in (-π, π].
 #[inline]
 fn are_near(one: &Pose, other: &Pose) -> bool {
     let turned = (one.heading - other.heading).abs();
@@ -68,10 +67,10 @@ fn are_near(one: &Pose, other: &Pose) -> bool {
 
 /// The hypothesis with the greatest weight: mean and covariance of the particles that support it.
 pub(super) fn likeliest_hypothesis(particles: &[Particle]) -> Option<PoseEstimate> {
-    // Candidates are a few particles, evenly taken from the list, in which neighbours are often alike.
+    // Candidates are taken evenly from the list, in which neighbours are often alike.
     let step = particles.len().div_ceil(CANDIDATES).max(1);
     let candidates = || particles.iter().step_by(step).map(|particle| particle.pose);
-    // Which of them a particle is near to is any, so that all of them are asked, several at a time and without a branch.
+    // Without branches, so that several candidates are compared at a time.
     let [mut x, mut y, mut heading, mut weights] = [[0.0; CANDIDATES]; 4];
     for (index, pose) in candidates().enumerate() {
         [x[index], y[index], heading[index]] = [pose.position.x, pose.position.y, pose.heading];
@@ -101,7 +100,7 @@ pub(super) fn likeliest_hypothesis(particles: &[Particle]) -> Option<PoseEstimat
             difference * (difference.z * share),
         );
     }
-    // What supports others makes this one less certain.
+    // The weight of other hypotheses makes this one less certain.
     let others = (1.0 - weight).max(0.0);
     let elsewhere = Mat3::from_diagonal(Vec3::new(others, others, 0.3 * others));
     Some(PoseEstimate { pose, covariance: covariance + elsewhere })

@@ -1,7 +1,6 @@
-//! The estimate of the robot's own pose: carried along by odometry, corrected by landmarks.
+//! The estimate of the robot's own pose: predicted from odometry, corrected by landmarks.
 //!
-//! An extended Kalman filter over (x, y, heading) that measures points, a landmark whose place on the pitch is known being
-//! seen at a place in the robot's frame, and [lines](super::line_sighting).
+//! An extended Kalman filter over (x, y, heading). Its measurements are the places of known landmarks in the robot frame, and lines.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -13,51 +12,49 @@ use crate::sensing::odometry::OdometryNoise;
 use naoisis_core::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
 use naoisis_core::robot::motion_limits::{Gait, Slip};
 
-/// Nobody is less certain of its place than this, m, and of its heading, radians: standard deviations. So much is no
-/// knowledge at all, and uncertainty that grew for ever would run out of numbers.
+/// The greatest standard deviations of place, m, and heading, radians: they mean no knowledge at all, and greater ones would overflow in the
+/// long run.
 const LARGEST_SD: [f32; 2] = [1000.0, core::f32::consts::PI];
 
-/// On about so much way landmarks correct a pose, m: what a robot errs by in the same way all the time counts as if it were
-/// drawn anew after it.
+/// The distance on which landmarks correct a pose, m. A systematic error counts as a random one that is drawn again after it.
 const REMEMBERED_M: f32 = 2.0;
 
-/// A pose and how uncertain it is.
+/// A pose and its covariance.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-pub struct PoseEstimate {
+pub(crate) struct PoseEstimate {
     /// The pose, team frame.
     pub pose: Pose,
     /// Covariance of (x, y, heading), m and radians.
     pub covariance: Mat3,
 }
 
-/// How much less certain a pose gets by walking.
+/// The growth of the uncertainty of a pose by walking.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StepError {
-    /// Variance of the place for a metre of way, m.
+    /// Variance of the place per metre walked, m.
     pub place_per_metre: f32,
-    /// Variance of the heading for a metre of way, rad²/m.
+    /// Variance of the heading per metre walked, rad²/m.
     pub heading_per_metre: f32,
-    /// Variance of the heading for a radian turned, rad.
+    /// Variance of the heading per radian turned, rad.
     pub heading_per_radian: f32,
 }
 
 impl Default for StepError {
-    /// Much more than the simulated odometry's default (5 cm and 2° after 1 m, 3° after 1 rad): a robot that walks against
-    /// another makes steps that lead nowhere.
+    /// Much more than the simulated odometry's default (5 cm and 2° after 1 m, 3° after 1 rad): the steps of a robot that pushes another do
+    /// not move it.
     fn default() -> Self {
         Self { place_per_metre: 0.02, heading_per_metre: 0.005, heading_per_radian: 0.011 }
     }
 }
 
 impl StepError {
-    /// What a robot reckons with that knows how it walks and how exactly it counts its steps, but not how it is pushed: at
-    /// least `self`.
+    /// The error that follows from the robot's gait and odometry noise, but at least `self`, which includes pushes.
     #[must_use]
-    pub fn with_known(self, gait: Option<&Gait>, odometry: &OdometryNoise) -> Self {
+    pub(crate) fn with_known(self, gait: Option<&Gait>, odometry: &OdometryNoise) -> Self {
         let slip = gait.map_or_else(Slip::default, |gait| gait.slip);
         let square = |value: f32| value * value;
-        // What a robot always errs by adds up: on the way that it remembers as that way's square.
+        // Systematic errors grow with the distance, up to the one on which landmarks correct them.
         let place = square(odometry.translation_sd_m)
             + square(slip.error.translation_sd_m)
             + square(slip.scale_sd) * REMEMBERED_M;
@@ -72,7 +69,7 @@ impl StepError {
         }
     }
 
-    /// What a step adds to the covariance of (x, y, heading), m and radians.
+    /// The covariance of (x, y, heading) that a step adds, m and radians.
     pub(super) fn covariance(&self, step: Pose) -> Mat3 {
         let length = step.position.length();
         let place = self.place_per_metre * length;
@@ -82,21 +79,21 @@ impl StepError {
 }
 
 impl PoseEstimate {
-    /// A pose with independent errors of these standard deviations, m and radians.
-    pub fn new(pose: Pose, place_sd: f32, heading_sd: f32) -> Self {
+    /// A pose with independent errors with these standard deviations, m and radians.
+    pub(crate) fn new(pose: Pose, place_sd: f32, heading_sd: f32) -> Self {
         let place = place_sd * place_sd;
         Self { pose, covariance: Mat3::from_diagonal(Vec3::new(place, place, heading_sd * heading_sd)) }
     }
 
-    /// Half a turn about the centre mark away: errors of the place turn round with it, those of the heading stay.
+    /// Turns the pose and its covariance by half a turn about the centre mark.
     #[must_use]
-    pub fn turned_half(&self) -> Self {
+    pub(crate) fn turned_half(&self) -> Self {
         let turn = Mat3::from_diagonal(Vec3::new(-1.0, -1.0, 1.0));
         Self { pose: self.pose.turned_half(), covariance: turn * self.covariance * turn }
     }
 
-    /// The estimate after a measured step, given in the robot's frame before it.
-    pub fn moved_by(&self, step: Pose, error: &StepError) -> Self {
+    /// Predicts the estimate after a measured step (in the robot frame before it).
+    pub(crate) fn moved_by(&self, step: Pose, error: &StepError) -> Self {
         if step == Pose::default() {
             return *self;
         }
@@ -117,7 +114,7 @@ impl PoseEstimate {
         moved.with_bounded_covariance()
     }
 
-    /// The estimate with no more uncertainty than there can be about a pose; correlations stay.
+    /// Limits the uncertainty; correlations do not change.
     #[must_use]
     pub(super) fn with_bounded_covariance(self) -> Self {
         let variances = self.covariance.diagonal();
@@ -131,16 +128,16 @@ impl PoseEstimate {
     }
 
     /// Whether every number in it is finite.
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         self.pose.is_finite() && self.covariance.is_finite()
     }
 
-    /// What it means for this estimate that `landmark` (m, team frame) is seen there.
-    pub fn innovation(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Innovation {
+    /// The innovation of a sighting of `landmark` (m, team frame).
+    pub(crate) fn innovation(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Innovation {
         self.measured_point(forward, landmark, sighting).innovation()
     }
 
-    /// That `landmark` (m, team frame) is seen there, beside what this estimate makes expect.
+    /// A sighting of `landmark` (m, team frame), compared with its expectation.
     #[inline(always)]
     pub(super) fn measured_point(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Measured {
         let expected = unrotate(forward, landmark - self.pose.position);
@@ -149,17 +146,17 @@ impl PoseEstimate {
         self.measured(sighting.residual(expected), rows)
     }
 
-    /// That a stretch of `line` (m, team frame) is seen there, beside what this estimate makes expect.
+    /// A seen segment of `line` (m, team frame), compared with its expectation.
     #[inline(always)]
     pub(super) fn measured_line(&self, forward: Vec2, line: &PitchLine, seen: &SeenLine) -> Measured {
         self.measured(seen.residual(line, self.pose.position, forward), seen.slopes(line, forward))
     }
 
-    /// A residual, if a change of the pose changes what is expected by so much, row by row.
+    /// A measurement with this residual, given the derivatives of its expectation by the pose.
     #[inline(always)]
     fn measured(&self, residual: Residual, rows: [Vec3; 2]) -> Measured {
         let Residual { difference, noise } = residual;
-        // Written out, as arrays that are mapped are slow.
+        // Written out, as mapped arrays are slow.
         let cross = [self.covariance * rows[0], self.covariance * rows[1]];
         let spread = noise
             + Mat2::from_cols(
@@ -169,14 +166,14 @@ impl PoseEstimate {
         Measured { difference, rows, cross, spread, camera_cross: None }
     }
 
-    /// The estimate corrected by what was seen.
-    pub fn corrected(&self, innovation: &Innovation) -> Self {
+    /// Corrects the estimate by an innovation.
+    pub(crate) fn corrected(&self, innovation: &Innovation) -> Self {
         let Innovation { difference, gain, cross, .. } = innovation;
         let change = gain[0] * difference.x + gain[1] * difference.y;
         // P - K (P Hᵀ)ᵀ, column by column.
         let column = |index: usize| self.covariance.col(index) - gain[0] * cross[0][index] - gain[1] * cross[1][index];
         let (x, y, heading) = (column(0), column(1), column(2));
-        // Rounding must not let the matrix drift from symmetry.
+        // Removes the asymmetry of rounding.
         let covariance = Mat3::from_cols(x, Vec3::new(x.y, y.y, y.z), Vec3::new(x.z, y.z, heading.z));
         Self {
             pose: Pose {
@@ -187,9 +184,9 @@ impl PoseEstimate {
         }
     }
 
-    /// The covariance that the uncertainty of the pose gives to the place of what the robot knows in its own frame, m²: of a
-    /// thing that is `offset` (m, along the team frame's axes) away from the robot.
-    pub fn covariance_at(&self, offset: Vec2) -> Mat2 {
+    /// The covariance that the uncertainty of the pose adds to the place of an object at `offset` (m, along the axes of the team frame) from the
+    /// robot, m².
+    pub(crate) fn covariance_at(&self, offset: Vec2) -> Mat2 {
         // p' = p + R(heading) place, so that J = [1 0 -offset.y; 0 1 offset.x], and the covariance is J P Jᵀ.
         let rows = [Vec3::new(1.0, 0.0, -offset.y), Vec3::new(0.0, 1.0, offset.x)];
         let (x, y) = (self.covariance * rows[0], self.covariance * rows[1]);
@@ -197,15 +194,15 @@ impl PoseEstimate {
         Mat2::from_cols(Vec2::new(rows[0].dot(x), mixed), Vec2::new(mixed, rows[1].dot(y)))
     }
 
-    /// The estimate, less certain: these standard deviations are added, m and radians.
-    pub fn inflated(&self, place_sd: f32, heading_sd: f32) -> Self {
+    /// Adds independent errors with these standard deviations, m and radians.
+    pub(crate) fn inflated(&self, place_sd: f32, heading_sd: f32) -> Self {
         let added = PoseEstimate::new(self.pose, place_sd, heading_sd).covariance;
         Self { pose: self.pose, covariance: self.covariance + added }
     }
 }
 
-/// The pose from which two landmarks (m, team frame) are seen at these places (m, robot frame).
-pub fn pose_from_two(landmarks: [Vec2; 2], seen: [Vec2; 2]) -> Pose {
+/// The pose from which two landmarks (m, team frame) are seen at the places `seen` (m, robot frame).
+pub(crate) fn pose_from_two(landmarks: [Vec2; 2], seen: [Vec2; 2]) -> Pose {
     let heading = wrap_angle(angle_of(landmarks[1] - landmarks[0]) - angle_of(seen[1] - seen[0]));
     let forward = unit(heading);
     let middle = (landmarks[0] + landmarks[1]) / 2.0;

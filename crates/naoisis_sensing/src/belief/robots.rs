@@ -1,7 +1,7 @@
-//! The other robots that a robot sees and hears: tracks in the robot's own frame, by nearest neighbour.
+//! Tracks of other robots in the robot's own frame, from cameras and sonars, by nearest neighbour.
 //!
-//! A camera tells the direction of a robot well and its distance badly; a sonar tells the distance within centimetres, and
-//! the direction hardly (paper, Fig. 7). Each is taken for what it says well, so that both together know the place.
+//! A camera measures the direction of a robot well and its distance badly; a sonar measures the distance to centimetres, and hardly the
+//! direction (paper, Fig. 7). Together they measure the place.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -13,36 +13,36 @@ use super::sighting::{Residual, Sighting};
 use naoisis_core::geometry::{Pose, unit, unrotate};
 use naoisis_core::team::Team;
 
-/// A seen and a heard team-mate nearer to each other than this are one, m.
+/// A seen and a reported team-mate within this distance are the same, m.
 const SAME_ROBOT_M: f32 = 0.6;
 
-/// Another robot that was seen.
+/// The track of another robot.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct RobotTrack {
     /// Its team, by the waistband.
     pub team: Team,
-    /// Where it is, m, robot frame.
+    /// Its place, m, robot frame.
     pub position: Vec2,
     /// Covariance of the place, m².
     pub covariance: Mat2,
-    /// Since it was seen, s.
+    /// The time since it was seen, s.
     pub age_s: f32,
-    /// How often it was seen.
+    /// The number of sightings.
     pub sightings: u32,
 }
 
-/// How robots are tracked.
+/// The model of tracking.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrackModel {
-    /// A sighting within this distance of a track is the same robot, m; further away at more than a metre, in
-    /// proportion.
+    /// A sighting within this distance of a track belongs to it, m; for robots further away than a metre, the limit grows with the square of
+    /// the distance, up to four times.
     pub gate_m: f32,
-    /// How fast the place of a robot gets uncertain: variance per second, m²/s.
+    /// Process noise of the place: variance per second, m²/s.
     pub walk_variance: f32,
-    /// A robot not seen for so long is forgotten, s.
+    /// A track is removed after this time without a sighting, s.
     pub forget_s: f32,
-    /// A robot seen once only is forgotten after this time, s: it was probably none.
+    /// The same for a track with a single sighting, which is probably false, s.
     pub forget_unconfirmed_s: f32,
 }
 
@@ -52,8 +52,7 @@ impl Default for TrackModel {
     }
 }
 
-/// Carries all tracks along: `duration` seconds pass and the robot makes a step (in its frame before it). Forgets
-/// what is too old.
+/// Predicts all tracks `duration` seconds later, in the robot frame after a `step` (in the frame before it), and removes old ones.
 pub fn advance_tracks(tracks: &mut Vec<RobotTrack>, step: Pose, duration: f32, model: &TrackModel) {
     if tracks.is_empty() {
         return;
@@ -62,14 +61,14 @@ pub fn advance_tracks(tracks: &mut Vec<RobotTrack>, step: Pose, duration: f32, m
     let growth = Mat2::from_diagonal(Vec2::splat(model.walk_variance * duration));
     tracks.retain_mut(|track| {
         track.age_s += duration;
-        // What is turned with the frame is the place; the covariance of a walking robot is nearly round.
+        // Only the place is rotated; the covariance of a walking robot is nearly isotropic.
         track.position = unrotate(forward, track.position - step.position);
         track.covariance += growth;
         track.age_s < if track.sightings > 1 { model.forget_s } else { model.forget_unconfirmed_s }
     });
 }
 
-/// Takes over that a robot of `team` was seen.
+/// Updates the tracks by a sighting of a robot of `team`.
 pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, model: &TrackModel) {
     let place = sighting.place;
     let gate = model.gate_m * place.length_squared().clamp(1.0, 4.0);
@@ -97,19 +96,19 @@ pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, 
     }
 }
 
-/// What sonars say of robots.
+/// The measurement model of sonars.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SonarModel {
-    /// From the nearest point of a robot's torso, which is 30 cm wide and 8 cm deep, to its place: mean, m.
+    /// The mean distance from the nearest point of a robot's torso, which is 30 cm wide and 8 cm deep, to its place, m.
     pub torso_m: f32,
-    /// The standard deviation of that, and of the measured distance, together, m.
+    /// The standard deviation of that and of the measured distance together, m.
     pub distance_sd: f32,
-    /// An echo may differ by so much from where a robot is expected, m.
+    /// The greatest difference of an echo from the expected distance, m.
     pub gate_m: f32,
-    /// A robot may be so much beyond the edge of the sector, radians: its torso is wide.
+    /// The greatest angle of a robot's place beyond the edge of the sector, as its torso is wide, radians.
     pub margin: f32,
-    /// An echo so near to where a goal post is may be the post's, m.
+    /// An echo within this distance of a goal post may be the post's, m.
     pub post_range_m: f32,
 }
 
@@ -119,9 +118,8 @@ impl Default for SonarModel {
     }
 }
 
-/// Takes over that a sonar which points `heading` to the left, and hears `half_angle` to either side, measured this
-/// distance, m: of the robots that were seen and that it could be, the nearest is at that distance. The sonar does not
-/// tell the direction, so that only the variance along the line of sight gets less.
+/// Updates the tracks by a sonar echo at `distance`, m, in the sector with the direction `heading` (to the left) and the half opening angle
+/// `half_angle`: it belongs to the track nearest to that distance. Only the variance along the line of sight is reduced.
 pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_angle: f32, model: &SonarModel) {
     let axis = unit(heading);
     let least_dot = ops::cos(half_angle + model.margin);
@@ -135,7 +133,7 @@ pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_a
         })
         .min_by(|(first, _), (second, _)| first.abs().total_cmp(&second.abs()));
     let Some((off, track)) = heard else { return };
-    // A measurement of one number: along the line of sight.
+    // A scalar measurement along the line of sight.
     let direction = track.position.normalize_or(axis);
     let cross = track.covariance * direction;
     let spread = direction.dot(cross) + model.distance_sd * model.distance_sd;
@@ -145,8 +143,8 @@ pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_a
     track.age_s = 0.0;
 }
 
-/// Adds a team-mate that was seen to those that are known, of which the first `heard_count` told where they are: if it is one of those, who it
-/// is was told, and where it is by now is what was seen, or told, later.
+/// Adds a seen team-mate to the known ones, of which the first `heard_count` have reported their places. If it is one of these, its id is kept,
+/// and the newer of both places.
 pub fn add_seen_mate(team_mates: &mut Vec<RobotBelief>, heard_count: usize, seen: RobotBelief) {
     let is_same = |told: &&mut RobotBelief| told.position_m.distance(seen.position_m) <= SAME_ROBOT_M;
     match team_mates.iter_mut().take(heard_count).find(is_same) {
@@ -237,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_team_mate_that_told_where_it_is_and_is_seen_since_is_where_it_is_seen() {
+    fn a_team_mate_that_is_seen_after_its_report_is_where_it_is_seen() {
         let id = Some(naoisis_core::team::RobotId::new(Team::Blue, 3));
         let robot =
             |id, x, age_s| RobotBelief { id, position_m: Vec2::new(x, 0.0), covariance: [0.01, 0.0, 0.01], age_s };

@@ -1,4 +1,4 @@
-//! The settings of the simple estimator, and what of them a robot knows of itself.
+//! The settings of the simple estimator.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,37 +16,37 @@ use crate::sensing::vision::GazeNoise;
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::robot::motion_limits::MotionLimits;
 
-/// The settings of the simple estimator; it keeps the belief of robots that have them.
+/// The settings of the simple estimator, which updates the belief of robots with this component.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[require(Belief)]
 #[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimpleBelief {
-    /// How the robot localises itself. Read when the match starts.
+    /// The localisation method. Read when the match starts.
     pub localisation: LocalisationMethod,
-    /// How much walking adds to the uncertainty of the pose.
+    /// The growth of the uncertainty of the pose by walking.
     pub step_error: StepError,
-    /// How landmarks are used.
+    /// The measurement model of landmarks.
     pub landmarks: LandmarkModel,
-    /// Expected error of the angles at which the ball is seen: standard deviation, radians.
+    /// Standard deviation of the angles to the ball, radians.
     pub ball_angle_sd: f32,
-    /// The same for robots, radians.
+    /// Standard deviation of the angles to robots, radians.
     pub robot_angle_sd: f32,
-    /// How the ball is expected to behave.
+    /// The model of the ball's motion.
     pub ball: BallModel,
-    /// A ball not seen for so long is forgotten, s.
+    /// The ball is removed after this time without a sighting, s.
     pub ball_forget_s: f32,
-    /// A ball not seen where it should be for so long is forgotten, s.
+    /// The ball is removed after it was not seen for this time although it should be in view, s.
     pub ball_missing_s: f32,
-    /// A ball not seen for so long is where team-mates see it, s.
+    /// After this time without a sighting, the ball that team-mates report is believed, s.
     pub ball_trust_s: f32,
-    /// How robots are tracked.
+    /// The model of tracking robots.
     pub robots: TrackModel,
-    /// What sonars say of robots.
+    /// The measurement model of sonars.
     pub sonar: SonarModel,
-    /// How what team-mates say of the ball is put together.
+    /// The fusion of the balls that team-mates report.
     pub team_ball: TeamBallModel,
-    /// What a team-mate said is forgotten after this time, s: where messages are limited, each speaks every seven seconds or so.
+    /// Messages are forgotten after this time, s: where they are limited, each player sends one about every seven seconds.
     pub message_forget_s: f32,
 }
 
@@ -71,7 +71,7 @@ impl Default for SimpleBelief {
 }
 
 impl SimpleBelief {
-    /// The same for a robot that knows how it walks, what it has in view, and how its cameras err.
+    /// Adapts the settings to the robot's gait, odometry, cameras and gaze noise.
     pub(super) fn with_known(
         self,
         (limits, odometry): (&MotionLimits, &OdometrySettings),

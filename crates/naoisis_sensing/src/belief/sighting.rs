@@ -1,54 +1,52 @@
-//! What a camera's measurement of a place on the ground is worth.
+//! Sightings: places on the ground measured by a camera, and their errors.
 //!
-//! A camera measures two angles, and both with about the same error σ. A place at distance d, seen from height h, is
-//! then off by d σ across the line of sight, and by (d² + h²) / h σ along it: at 4 m from 0.5 m, by eight times as much.
-//! Along the line of sight the error is not symmetric either: what seems nearer than it is seems only a little nearer, but
-//! what seems further away may seem much further. Hence everything is reckoned around the place where the thing
-//! is *expected*; reckoned around the measured place, near measurements would count too much.
+//! A camera measures two angles with about the same error σ. The place of an object at distance d, seen from height h, has an error of d σ
+//! across the line of sight, and of (d² + h²) / h σ along it: at 4 m from 0.5 m, eight times as much. The error along the line of sight is
+//! not symmetric: measured distances may be much too great, but only a little too small. So errors are linearised at the *expected* place;
+//! at the measured place, near measurements would have too much weight.
 
 use bevy::prelude::*;
 
-/// Height of a NAO's lenses, between those of its two cameras (paper, Table 1a), m.
+/// The height of a NAO's lenses, between those of its two cameras (paper, Table 1a), m.
 pub const LENS_HEIGHT_M: f32 = 0.5;
-/// Nothing is expected nearer than this, m.
+/// The least expected distance, m.
 const LEAST_DISTANCE_M: f32 = 0.05;
 
-/// Something seen on the ground.
+/// The sighting of an object on the ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sighting {
-    /// Its measured place, m, robot frame.
+    /// The measured place, m, robot frame.
     pub place: Vec2,
-    /// Standard deviation of the angles by which it was measured, radians.
+    /// Standard deviation of the measured angles, radians.
     pub angle_sd: f32,
-    /// How much worse than by its foot its distance was measured.
+    /// The factor on the error of the distance, 1 if it was measured by the foot.
     pub distance_factor: f32,
-    /// The height from which it was seen, m.
+    /// The height of the lens, m.
     pub lens_height_m: f32,
 }
 
-/// How far from the expectation something was seen.
+/// The difference of a sighting from its expectation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Residual {
-    /// Measured minus expected place, m, robot frame; along the line of sight in proportion to the difference of the
-    /// angles.
+    /// Measured minus expected place, m, robot frame; along the line of sight in proportion to the difference of the angles.
     pub difference: Vec2,
     /// Covariance of the measurement, m², robot frame.
     pub noise: Mat2,
 }
 
 impl Sighting {
-    /// Something whose foot was seen at `place` from the height of a NAO's lenses.
+    /// The sighting of an object whose foot was seen at `place` from the height of a NAO's lenses.
     pub fn new(place: Vec2, angle_sd: f32) -> Self {
         Self { place, angle_sd, distance_factor: 1.0, lens_height_m: LENS_HEIGHT_M }
     }
 
-    /// The same seen from another height, m.
+    /// The sighting from another height, m.
     #[must_use]
     pub fn from_height(self, lens_height_m: f32) -> Self {
         Self { lens_height_m, ..self }
     }
 
-    /// The sighting of something that is expected at `expected`, m, robot frame.
+    /// The residual of the sighting of an object at `expected`, m, robot frame.
     pub fn residual(&self, expected: Vec2) -> Residual {
         let distance = expected.length().max(LEAST_DISTANCE_M);
         let direction = expected / distance;
@@ -61,7 +59,7 @@ impl Sighting {
         Residual { difference: direction * along + direction.perp() * across, noise: self.noise_at(expected) }
     }
 
-    /// The covariance of the measurement if the thing is at `expected`, m², robot frame.
+    /// The covariance of the measurement of an object at `expected`, m², robot frame.
     pub fn noise_at(&self, expected: Vec2) -> Mat2 {
         let distance = expected.length().max(LEAST_DISTANCE_M);
         let direction = expected / distance;

@@ -1,8 +1,7 @@
-//! A simple estimator: odometry carries the robot's pose along, goal posts and marks on the ground correct it; ball
-//! and robots are remembered as seen, and team-mates tell of themselves and of the ball.
+//! A simple estimator of the [`Belief`]: the pose is predicted from odometry and corrected by landmarks, ball and robots are tracked as
+//! seen, and team-mates report themselves and the ball.
 //!
-//! It is honest: it reads what the robot senses and is told, and passes the same
-//! [barrier] as behaviours do.
+//! It reads only the robot's sensors and messages, and is registered through the same [barrier] as behaviours.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
@@ -13,11 +12,10 @@ use super::camera_error::{CameraError, CameraMotion};
 use super::landmarks::{Landmarks, PitchObservation};
 use super::localiser::Localiser;
 use super::moments::{Moment, Moments, as_seen_now};
-use super::robots::{RobotTrack, SonarModel, add_seen_mate, advance_tracks, hear_robot, see_robot};
+use super::robots::{RobotTrack, SonarModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
-use super::team_ball::{HeardBall, team_ball};
 use super::wrong_end::WrongEnd;
-use super::{BallBelief, Belief, RobotBelief, SimpleBelief, place_covariance, pose_covariance};
+use super::{Belief, SimpleBelief};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::field_of_view::FieldOfView;
 use crate::sensing::odometry::{Odometry, OdometrySettings};
@@ -34,11 +32,13 @@ use naoisis_core::referee::shoot_out::places_for_shot;
 use naoisis_core::referee::{GameStatus, formation};
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::motion_limits::MotionLimits;
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::team::RobotId;
+
+mod publish;
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
 ///
-/// Needs the plugins whose sensors it reads to be added before.
+/// Add the plugins of the sensors first.
 pub struct SimpleBeliefPlugin;
 
 impl Plugin for SimpleBeliefPlugin {
@@ -53,58 +53,58 @@ impl Plugin for SimpleBeliefPlugin {
     }
 }
 
-/// What the simple estimator remembers from cycle to cycle.
+/// The memory of the simple estimator from cycle to cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Belief)]
-pub struct SimpleBeliefMemory {
-    /// Whether it has begun.
+struct SimpleBeliefMemory {
+    /// Whether it has been initialised.
     begun: bool,
     /// The robot's own pose.
     own: Localiser,
     /// The odometry of the last cycle.
     odometry: Pose,
-    /// The last moments, the oldest first: what is seen late was seen from there.
+    /// The last moments, to which delayed percepts belong.
     moments: Moments,
-    /// How often the robots had been placed.
+    /// The number of restarts at which the robots had been placed.
     restarts: u32,
-    /// How often it had been placed by hand.
+    /// The number of times that the robot had been placed by hand.
     hand_placements: u32,
     /// Whether the robot was penalised.
     penalised: bool,
     /// The ball, robot frame, if its place is known.
     ball: Option<BallEstimate>,
-    /// Other robots as seen and heard, robot frame.
+    /// Other robots, robot frame.
     tracks: Vec<RobotTrack>,
-    /// What team-mates said, ordered by their ids.
+    /// The last message of each team-mate, in the order of their ids.
     heard: Vec<Heard>,
-    /// What the sonars measured last.
+    /// The last sonar readings.
     echoes: SonarReading,
-    /// What is to be said for being at the other end of the pitch.
+    /// The evidence that the robot is at the other end of the pitch.
     wrong_end: WrongEnd,
 }
 
-/// What a team-mate said last.
+/// The last message of a team-mate.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 struct Heard {
     from: RobotId,
     /// Its place, m, team frame.
     position: Option<Vec2>,
-    /// Where it sees the ball, m, team frame.
+    /// The place where it sees the ball, m, team frame.
     ball: Option<Vec2>,
-    /// How fast that place moved since the message before, m/s, team frame.
+    /// The velocity of that place since the message before, m/s, team frame.
     ball_moved_mps: Option<Vec2>,
     age_s: f32,
 }
 
-/// What was seen so long ago at most is seen now, s.
+/// The greatest age of a ball that is in view, s.
 const SEEN_NOW_S: f32 = 0.3;
 
-/// A sighting without what is known of the cameras' error, and with what is not.
+/// Corrects a sighting by the estimated error of the cameras, and adds the uncertainty of that error.
 fn corrected(seen: Sighting, camera: Option<&(CameraError, CameraMotion)>) -> Sighting {
     camera.map_or(seen, |(error, motion)| error.corrected(&seen, motion))
 }
 
-/// What the estimator reads and writes of a robot.
+/// The components that the estimator reads and writes.
 #[derive(QueryData)]
 #[query_data(mutable)]
 struct BelievingRobot {
@@ -185,12 +185,12 @@ fn estimate(
             memory.hear_robots((robot.sonar, robot.sonar_settings), &pitch, &settings.sonar);
         }
         memory.keep_finite(id, belief.pose);
-        memory.write(&mut belief, id.team, motion.as_ref(), settings);
+        memory.publish(&mut belief, id.team, motion.as_ref(), settings);
     }
 }
 
 impl SimpleBeliefMemory {
-    /// Takes note of having been placed for a kick-off, sent off, or let in again.
+    /// Handles being placed for a kick-off or by hand, being penalised, and returning.
     fn begin_cycle(
         &mut self,
         start: impl FnOnce() -> Localiser,
@@ -238,18 +238,18 @@ impl SimpleBeliefMemory {
         self.place(pose, Vec2::ZERO);
     }
 
-    /// The robot is put there, and the ball on its mark: a look will tell.
+    /// Sets the pose of the robot, and places the ball at `mark` until it is seen.
     fn place(&mut self, pose: Pose, mark: Vec2) {
         self.own.place(pose);
         self.tracks.clear();
         self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(mark), 0.1));
     }
 
-    /// Everything moves and ages by a cycle. `ground` is the share of a step's way that the ground gives on average.
+    /// Predicts all estimates for a cycle. `ground`: the mean share of a step's length that slip leaves.
     fn pass_time(&mut self, odometry: Pose, ground: f32, settings: &SimpleBelief, period: f32) {
         let moved = odometry != self.odometry;
         let mut step = if moved { self.odometry.relative(odometry) } else { Pose::default() };
-        // The legs do more than the ground gives.
+        // Slip shortens the steps.
         step.position *= ground;
         self.odometry = odometry;
         self.own.move_by(step, period, &settings.step_error);
@@ -313,7 +313,7 @@ impl SimpleBeliefMemory {
         }
     }
 
-    /// Changes to the other end of the pitch, when what team-mates say of the ball that it sees leaves no other way.
+    /// Changes to the other end of the pitch if the balls that team-mates report are where this robot would see its ball from there.
     fn compare_ends(&mut self, settings: &SimpleBelief, period: f32) {
         let Some(ball) = self.ball.filter(|ball| ball.age_s < SEEN_NOW_S) else { return };
         let place = self.own.estimate().pose.transform_point(ball.position);
@@ -338,13 +338,13 @@ impl SimpleBeliefMemory {
         }
     }
 
-    /// What the sonars say of robots that were seen. They hear goal posts, too: those are where the pitch has them.
+    /// Corrects the distances of tracked robots by sonar echoes, except echoes of goal posts.
     fn hear_robots(&mut self, sonar: (&SonarReading, &SonarSettings), pitch: &Pitch, model: &SonarModel) {
         if self.tracks.is_empty() {
             return;
         }
         let (reading, settings) = sonar;
-        // Between two pings a reading is the old one again, and no news.
+        // Between two pings the reading does not change.
         let is_old = settings.rate_hz.is_some() && *reading == self.echoes;
         self.echoes = *reading;
         if is_old {
@@ -362,86 +362,10 @@ impl SimpleBeliefMemory {
         }
     }
 
-    /// Forgets what numbers cannot express any more.
+    /// Removes estimates that are not finite.
     fn keep_finite(&mut self, robot: RobotId, last_pose: Pose) {
         self.own.keep_finite(robot, last_pose);
         self.ball = self.ball.filter(BallEstimate::is_finite);
         self.tracks.retain(|track| track.position.is_finite() && track.covariance.is_finite());
-    }
-
-    fn write(&self, belief: &mut Belief, team: Team, motion: Option<&CameraMotion>, settings: &SimpleBelief) {
-        let estimate = self.own.estimate();
-        let pose = estimate.pose;
-        let forward = pose.forward();
-        let turn = Mat2::from_cols(forward, forward.perp());
-        let turned = |covariance: Mat2| turn * covariance * turn.transpose();
-        let to_team = |place: Vec2| pose.position + forward.rotate(place);
-        // Who does not know for sure where it is does not know better where on the pitch what it sees is.
-        // Nor does who does not know where its cameras look, however often it looks.
-        let camera = self.own.camera().map(CameraError::total).zip(motion);
-        let in_team = |place: Vec2, covariance: Mat2| {
-            let camera = camera.as_ref();
-            let covariance =
-                covariance + camera.map_or(Mat2::ZERO, |(total, motion)| total.covariance_at(place, motion));
-            place_covariance(turned(covariance) + estimate.covariance_at(forward.rotate(place)))
-        };
-        belief.pose = pose;
-        belief.pose_covariance = pose_covariance(estimate.covariance);
-        belief.pose_age_s = self.own.age_s();
-        let seen = self.ball.map(|ball| BallBelief {
-            position_m: to_team(ball.position),
-            velocity_mps: forward.rotate(ball.credible_velocity(&settings.ball)),
-            position_covariance: in_team(ball.position, ball.position_covariance),
-            velocity_covariance: place_covariance(turned(ball.velocity_covariance)),
-            age_s: ball.age_s,
-            heard_from: None,
-        });
-        // What is believed to be absurdly far away has a covariance that there is no number for.
-        let seen = seen.filter(BallBelief::is_finite);
-        belief.ball = match seen {
-            Some(ball) if ball.age_s < settings.ball_trust_s => seen,
-            _ => self.heard_ball(settings).filter(BallBelief::is_finite).or(seen),
-        };
-        belief.team_mates.clear();
-        belief.opponents.clear();
-        belief.team_mates.extend(self.heard.iter().filter_map(|heard| {
-            Some(RobotBelief {
-                id: Some(heard.from),
-                position_m: heard.position?,
-                covariance: [0.04, 0.0, 0.04],
-                age_s: heard.age_s,
-            })
-        }));
-        let heard_count = belief.team_mates.len();
-        for track in self.tracks.iter().filter(|track| track.sightings > 1) {
-            let robot = RobotBelief {
-                id: None,
-                position_m: to_team(track.position),
-                covariance: in_team(track.position, track.covariance),
-                age_s: track.age_s,
-            };
-            if !robot.is_finite() {
-                continue;
-            }
-            if track.team == team {
-                add_seen_mate(&mut belief.team_mates, heard_count, robot);
-            } else {
-                belief.opponents.push(robot);
-            }
-        }
-    }
-
-    /// The ball as team-mates see it.
-    fn heard_ball(&self, settings: &SimpleBelief) -> Option<BallBelief> {
-        let heard = self.heard.iter().filter(|heard| heard.age_s < settings.ball_trust_s).filter_map(|heard| {
-            Some(HeardBall {
-                from: heard.from,
-                seen_from: heard.position?,
-                place: heard.ball?,
-                age_s: heard.age_s,
-                moved_mps: heard.ball_moved_mps,
-            })
-        });
-        team_ball(heard, &settings.team_ball)
     }
 }

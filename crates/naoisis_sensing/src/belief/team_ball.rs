@@ -1,4 +1,4 @@
-//! Where the team sees the ball: what several team-mates say of it, put together.
+//! The team ball: the fusion of the balls that several team-mates report.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -8,27 +8,27 @@ use super::covariance::inverse;
 use super::sighting::Sighting;
 use naoisis_core::team::RobotId;
 
-/// How what team-mates say is put together.
+/// The model of the fusion.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TeamBallModel {
-    /// Error of the angles at which team-mates see the ball: standard deviation, radians.
+    /// Standard deviation of the angles at which team-mates see the ball, radians.
     pub angle_sd: f32,
-    /// Error of the team-mates' own places and headings as it shows in the ball's place: standard deviation, m.
+    /// Standard deviation of the ball's place from the errors of the team-mates' own poses, m.
     pub pose_sd: f32,
-    /// How fast a ball that was told of gets away: standard deviation, m/s.
+    /// Standard deviation of the velocity of a reported ball, m/s.
     pub speed_sd: f32,
-    /// The same for one that was told of only once, m/s: it may roll.
+    /// The same for a ball that was reported only once, and may roll, m/s.
     pub unknown_speed_sd: f32,
-    /// The same for one that rolls, as a share of its speed.
+    /// The same for a rolling ball, as a share of its speed.
     pub rolling_speed_sd: f32,
-    /// How long before it is told of a ball is seen, s.
+    /// The time from a sighting to its report, s.
     pub told_late_s: f32,
-    /// What moved by less than this between two messages lies still, m/s.
+    /// A slower ball counts as at rest, m/s.
     pub rest_speed_mps: f32,
-    /// What moved by more than this was taken for the ball only once, m/s.
+    /// The greatest speed of a ball between two reports, m/s: a faster one was a false detection in one of them.
     pub fastest_mps: f32,
-    /// Who sees the ball further than this from where the best witness does, sees something else, m.
+    /// The greatest distance between a report and the best one, m.
     pub agreement_m: f32,
 }
 
@@ -48,23 +48,23 @@ impl Default for TeamBallModel {
     }
 }
 
-/// What a team-mate says of the ball.
+/// The report of a team-mate about the ball.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct HeardBall {
-    /// The team-mate that told of it.
+    /// The team-mate.
     pub from: RobotId,
-    /// Where it was, m, team frame.
+    /// The place of the team-mate, m, team frame.
     pub seen_from: Vec2,
-    /// Where it sees the ball, m, team frame.
+    /// The place of the ball, m, team frame.
     pub place: Vec2,
-    /// When it said so, s ago.
+    /// The age of the report, s.
     pub age_s: f32,
-    /// How fast that place moved between its last two messages, m/s, team frame; none if it told of the ball only once.
+    /// The velocity of the ball's place between the last two reports, m/s, team frame; `None` after the first one.
     pub moved_mps: Option<Vec2>,
 }
 
 impl HeardBall {
-    /// How much to trust it: the covariance of the place, m².
+    /// The covariance of the place, m².
     fn covariance(&self, model: &TeamBallModel) -> Mat2 {
         let kicked_sd = if self.moved_mps.is_some() { model.speed_sd } else { model.unknown_speed_sd } * self.age_s;
         let rolling_sd = model.rolling_speed_sd * self.rolls_mps(model).length() * (self.age_s + model.told_late_s);
@@ -73,20 +73,19 @@ impl HeardBall {
             + Mat2::from_diagonal(Vec2::splat(more))
     }
 
-    /// How the ball rolls, m/s, team frame.
+    /// The velocity of the ball, m/s, team frame.
     fn rolls_mps(&self, model: &TeamBallModel) -> Vec2 {
         let is_rolling = |moved: &Vec2| (model.rest_speed_mps..model.fastest_mps).contains(&moved.length());
         self.moved_mps.filter(is_rolling).unwrap_or_default()
     }
 
-    /// The same now: as far on as it has rolled since.
+    /// Predicts the place of the ball at the present time.
     fn by_now(self, model: &TeamBallModel) -> Self {
         Self { place: self.place + self.rolls_mps(model) * self.age_s, ..self }
     }
 }
 
-/// The ball as the team-mates see it who agree with the best witness, each weighed by how well it can see it. None if
-/// nobody sees it.
+/// The fusion of the reports that agree with the best one, weighted by their covariances; `None` without a report.
 pub fn team_ball(heard: impl Iterator<Item = HeardBall> + Clone, model: &TeamBallModel) -> Option<BallBelief> {
     let heard = heard.map(|witness| witness.by_now(model));
     let best = heard
@@ -123,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn two_who_look_from_different_sides_know_more_than_each() {
+    fn two_robots_on_different_sides_know_more_than_each_of_them() {
         // Each errs along its own line of sight: the one along x, the other along y.
         let witnesses = [heard(2, [-3.0, 0.0], [0.4, 0.0]), heard(3, [0.0, -3.0], [0.0, 0.4])];
         let ball = team_ball(witnesses.into_iter(), &TeamBallModel::default()).unwrap();
@@ -132,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn equally_good_witnesses_meet_in_the_middle_and_who_sees_something_else_is_not_heard() {
+    fn equally_good_reports_are_averaged_and_a_distant_one_is_ignored() {
         let witnesses =
             [heard(2, [-1.0, 0.0], [0.0, 0.1]), heard(3, [1.0, 0.0], [0.0, -0.1]), heard(4, [-4.0, 0.0], [3.0, 1.0])];
         let ball = team_ball(witnesses.into_iter(), &TeamBallModel::default()).unwrap();

@@ -1,9 +1,9 @@
-//! The unscented Kalman filter: the estimate is carried through steps and measurements by a handful of poses that have its mean
-//! and its covariance, rather than by slopes at its mean as in the [extended filter](super::pose_estimate).
+//! The unscented Kalman filter: steps and measurements are applied to six sigma points with the mean and the covariance of the estimate,
+//! instead of being linearised at its mean as in the [extended filter](super::pose_estimate).
 //!
-//! Julier, Uhlmann: A new extension of the Kalman filter to nonlinear systems (1997), with n + κ = 3: six points at √3
-//! standard deviations, and none in the middle. It is exact to the third order where slopes are to the first, which tells where the
-//! heading is uncertain and landmarks are near; it costs some three times as much.
+//! Julier, Uhlmann: A new extension of the Kalman filter to nonlinear systems (1997), with n + κ = 3: six points at √3 standard deviations,
+//! and none at the mean. It is exact to the third order instead of the first, which matters if the heading is uncertain and landmarks are
+//! near; it is about three times as costly.
 
 use bevy::math::{DMat3, DVec3, Mat3};
 use bevy::prelude::*;
@@ -13,31 +13,31 @@ use super::pose_estimate::{PoseEstimate, StepError};
 use super::sighting::Residual;
 use naoisis_core::geometry::{Pose, wrap_angle};
 
-/// Points: two for each of x, y and heading.
+/// The number of points: two for each of x, y and heading.
 const COUNT: usize = 6;
-/// Standard deviations from the mean at which they lie: √3.
+/// The distance of the points from the mean in standard deviations: √3.
 const SPREAD: f32 = 1.732_050_8;
-/// Variances are at least this, m² and rad²: a matrix that has lost its rank has no root.
+/// The least variance, m² and rad²: a singular matrix has no Cholesky root.
 const LEAST_VARIANCE: f32 = 1e-10;
 
-/// Poses with the mean and the covariance of an estimate.
+/// The sigma points of an estimate.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct SigmaPoints {
+pub(crate) struct SigmaPoints {
     mean: Pose,
     covariance: Mat3,
-    /// x, y and heading of each point, less those of the mean.
+    /// The deviation of each point from the mean: x, y and heading.
     deviations: [Vec3; COUNT],
 }
 
 impl SigmaPoints {
-    /// Those of an estimate.
-    pub fn of(estimate: &PoseEstimate) -> Self {
+    /// The sigma points of `estimate`.
+    pub(crate) fn of(estimate: &PoseEstimate) -> Self {
         let columns = root(&estimate.covariance).map(|column| SPREAD * column);
         let [x, y, heading] = columns;
         Self { mean: estimate.pose, covariance: estimate.covariance, deviations: [x, -x, y, -y, heading, -heading] }
     }
 
-    /// The sigma points.
+    /// The poses of the sigma points.
     fn poses(&self) -> [Pose; COUNT] {
         self.deviations.map(|deviation| Pose {
             position: self.mean.position + deviation.truncate(),
@@ -45,34 +45,34 @@ impl SigmaPoints {
         })
     }
 
-    /// A measurement beside what was expected, of which this is the residual if the robot is at a pose.
+    /// A measurement compared with its expectation. `residual`: the residual for a robot at a pose.
     pub(super) fn measured(&self, residual: impl Fn(Pose) -> Residual) -> Measured {
         let residuals = self.poses().map(|pose| residual(pose).difference);
         let mean = residuals.iter().sum::<Vec2>() / COUNT as f32;
         let mut spread = residual(self.mean).noise;
         let mut cross = [Vec3::ZERO; 2];
         for (deviation, residual) in self.deviations.iter().zip(residuals) {
-            // What is expected has the opposite sign of the residual.
+            // The expectation has the opposite sign of the residual.
             let expected = mean - residual;
             spread += Mat2::from_cols(expected * expected.x, expected * expected.y) * (1.0 / COUNT as f32);
             cross[0] += *deviation * (expected.x / COUNT as f32);
             cross[1] += *deviation * (expected.y / COUNT as f32);
         }
-        // The slopes of the plane that goes through the points: H with P Hᵀ as it was found.
+        // The derivatives H that follow from P Hᵀ.
         let information = self.covariance.inverse();
         let rows = cross.map(|column| if information.is_finite() { information * column } else { Vec3::ZERO });
         Measured { difference: mean, rows, cross, spread, camera_cross: None }
     }
 }
 
-/// The estimate after a measured step, given in the robot's frame before it.
-pub fn moved_by(estimate: &PoseEstimate, step: Pose, error: &StepError) -> PoseEstimate {
+/// Predicts the estimate after a measured step (in the robot frame before it).
+pub(crate) fn moved_by(estimate: &PoseEstimate, step: Pose, error: &StepError) -> PoseEstimate {
     if step == Pose::default() {
         return *estimate;
     }
     let points = SigmaPoints::of(estimate);
     let centre = estimate.pose.compose(step);
-    // Relative to where the mean gets, so that headings can be added up.
+    // Relative to the moved mean, so that headings can be averaged.
     let moved = points.poses().map(|pose| {
         let pose = pose.compose(step);
         (pose.position - centre.position).extend(wrap_angle(pose.heading - centre.heading))
@@ -92,7 +92,7 @@ fn root(covariance: &Mat3) -> [Vec3; 3] {
     let floor = DMat3::from_diagonal(DVec3::splat(f64::from(LEAST_VARIANCE)));
     match cholesky(&(covariance.as_dmat3() + floor)) {
         Some(lower) => [lower.x_axis, lower.y_axis, lower.z_axis].map(|column| column.as_vec3()),
-        // By rounding it is none: what is certain of it are the variances.
+        // Not positive definite because of rounding: only the variances are reliable.
         None => [0, 1, 2].map(|axis| {
             let variance = covariance.col(axis)[axis].max(LEAST_VARIANCE);
             Vec3::AXES[axis] * variance.sqrt()
@@ -100,8 +100,7 @@ fn root(covariance: &Mat3) -> [Vec3; 3] {
     }
 }
 
-/// The lower triangular L with L Lᵀ = A, after Cholesky; none of a matrix that is not positive definite. Of A, which is
-/// symmetric, the lower triangle is read.
+/// The Cholesky factor: the lower triangular L with L Lᵀ = A, from the lower triangle of A; `None` if A is not positive definite.
 fn cholesky(matrix: &DMat3) -> Option<DMat3> {
     let root = |square: f64| (square > 0.0).then(|| square.sqrt());
     let (first, second, third) = (matrix.x_axis, matrix.y_axis, matrix.z_axis);

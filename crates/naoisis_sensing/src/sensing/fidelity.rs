@@ -1,6 +1,6 @@
-//! How true a sensor is: perfect, exact or noisy, for each robot and sensor.
+//! Fidelity of sensors: perfect, exact or noisy, for each robot and sensor.
 //!
-//! A scenario says it in a word, for all robots or for one, for all sensors or for each:
+//! A scenario chooses it by a word, for all robots or for one, for all sensors or for each:
 //!
 //! ```
 //! # use naoisis::prelude::*;
@@ -15,8 +15,7 @@
 //! # Ok::<(), naoisis::scenario::ScenarioError>(())
 //! ```
 //!
-//! and a program changes the settings of a robot at any time, also in the middle of a match. The behaviour's code is
-//! the same in all of them:
+//! and a program can change the settings of a robot at any time, also in the middle of a match. The code of behaviours does not change:
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -25,7 +24,7 @@
 //! use naoisis::sensing::vision::VisionSettings;
 //!
 //! /// Lets the blue team see without errors.
-//! fn clear_eyes(mut robots: Query<(&RobotId, &mut VisionSettings)>) {
+//! fn remove_errors(mut robots: Query<(&RobotId, &mut VisionSettings)>) {
 //!     for (id, mut vision) in &mut robots {
 //!         if id.team == Team::Blue {
 //!             vision.set_fidelity(Fidelity::Ideal);
@@ -36,12 +35,12 @@
 //!
 //! | | `truth` | `ideal` | `noisy` | `image` |
 //! |---|---|---|---|---|
-//! | vision | everything on the pitch | what is in view, exactly | with its noise, or [`VisionNoise::default`] | what is recognised in rendered images |
+//! | vision | everything on the pitch | objects in view, exactly | with its noise, or [`VisionNoise::default`] | objects detected in rendered images |
 //! | sonar | the sector without limits of range | the sector, exactly | with its noise, or [`SonarNoise::DEFAULT`] | as `noisy` |
-//! | odometry | the way really gone | the steps, exactly | with its noise, or [`OdometryNoise::default`] | as `noisy` |
+//! | odometry | the true motion | the steps, exactly | with its noise, or [`OdometryNoise::default`] | as `noisy` |
 //!
-//! `noisy` keeps the noise that a sensor's settings have, and gives those that have none the default one. Without a
-//! word, the settings are what they are.
+//! `noisy` keeps the noise of a sensor's settings, and gives those without noise the default one. Without a word, the settings do not
+//! change.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -53,27 +52,27 @@ use crate::sensing::odometry::{OdometryNoise, OdometrySettings, OdometrySource};
 use crate::sensing::sonar::{SonarNoise, SonarSettings, SonarSource};
 use crate::sensing::vision::{VisionNoise, VisionSettings, VisionSource};
 
-/// How true a sensor is.
+/// The fidelity of a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fidelity {
     /// Perfect and unlimited, for debugging.
     Truth,
-    /// Limited as the sensor is, without noise.
+    /// With the limits of the sensor, without noise.
     Ideal,
     /// With the sensor's noise.
     #[default]
     Noisy,
-    /// From rendered images, of what comes from images; the rest is noisy.
+    /// From rendered images, for vision; other sensors are noisy.
     Image,
 }
 
 /// Settings of a sensor whose fidelity can be chosen.
 pub trait SensorFidelity {
-    /// Chooses it. Geometry, ranges and other settings stay; so does noise, where it is to be noisy and has some.
+    /// Chooses the fidelity. Geometry, ranges and other settings do not change; nor does existing noise if the fidelity is `Noisy`.
     fn set_fidelity(&mut self, fidelity: Fidelity);
 
-    /// The same settings with another fidelity; as they are without one.
+    /// The settings with this fidelity; unchanged for `None`.
     #[must_use]
     fn with_fidelity(mut self, fidelity: impl Into<Option<Fidelity>>) -> Self
     where
@@ -133,11 +132,11 @@ impl SensorFidelity for OdometrySettings {
     }
 }
 
-/// The fidelity of each sensor. In files a word for all of them, or an object with some; a sensor without a word is as
-/// its settings say.
+/// The fidelity of each sensor. In files a word for all sensors, or an object with a word for some; the settings of the others do not
+/// change.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
-pub struct Fidelities {
-    /// What the cameras recognise.
+pub struct FidelitySettings {
+    /// The vision.
     pub vision: Option<Fidelity>,
     /// The sonars.
     pub sonar: Option<Fidelity>,
@@ -145,13 +144,13 @@ pub struct Fidelities {
     pub odometry: Option<Fidelity>,
 }
 
-impl Fidelities {
+impl FidelitySettings {
     /// The same for all sensors.
     pub fn all(fidelity: Fidelity) -> Self {
         Self { vision: Some(fidelity), sonar: Some(fidelity), odometry: Some(fidelity) }
     }
 
-    /// These, and the `others` where these say nothing.
+    /// Fills unset sensors from `others`.
     #[must_use]
     pub fn or(self, others: Self) -> Self {
         Self {
@@ -161,18 +160,18 @@ impl Fidelities {
         }
     }
 
-    /// Whether nothing is said of any sensor.
+    /// Whether no sensor is set.
     pub fn is_unset(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Reads a field that is there, where a plain option would want `Some(...)` in RON.
+/// Reads a field that is present. A plain `Option` would require `Some(...)` in RON.
 pub fn present<'de, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
     T::deserialize(deserializer).map(Some)
 }
 
-/// The object form of [`Fidelities`].
+/// The object form of [`FidelitySettings`].
 #[derive(Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct FidelityFields {
@@ -184,36 +183,36 @@ struct FidelityFields {
     odometry: Option<Fidelity>,
 }
 
-impl Serialize for Fidelities {
+impl Serialize for FidelitySettings {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Fidelities { vision, sonar, odometry } = *self;
+        let FidelitySettings { vision, sonar, odometry } = *self;
         match vision {
-            Some(fidelity) if *self == Fidelities::all(fidelity) => fidelity.serialize(serializer),
+            Some(fidelity) if *self == FidelitySettings::all(fidelity) => fidelity.serialize(serializer),
             _ => FidelityFields { vision, sonar, odometry }.serialize(serializer),
         }
     }
 }
 
-// By hand: an untagged enum would lose where something is wrong.
-impl<'de> Deserialize<'de> for Fidelities {
+// By hand: an untagged enum would lose the place of errors.
+impl<'de> Deserialize<'de> for FidelitySettings {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct FidelitiesVisitor;
 
         impl<'de> Visitor<'de> for FidelitiesVisitor {
-            type Value = Fidelities;
+            type Value = FidelitySettings;
 
             fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
                 formatter.write_str("`truth`, `ideal`, `noisy`, `image`, or an object with one of these for a sensor")
             }
 
-            fn visit_str<E: Error>(self, word: &str) -> Result<Fidelities, E> {
+            fn visit_str<E: Error>(self, word: &str) -> Result<FidelitySettings, E> {
                 let word = serde::de::value::StrDeserializer::<E>::new(word);
-                Fidelity::deserialize(word).map(Fidelities::all)
+                Fidelity::deserialize(word).map(FidelitySettings::all)
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Fidelities, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<FidelitySettings, A::Error> {
                 let fields = FidelityFields::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Fidelities { vision: fields.vision, sonar: fields.sonar, odometry: fields.odometry })
+                Ok(FidelitySettings { vision: fields.vision, sonar: fields.sonar, odometry: fields.odometry })
             }
         }
 
@@ -267,11 +266,14 @@ mod tests {
 
     #[test]
     fn a_word_is_for_all_sensors_and_an_object_for_each() {
-        let read = |json: &str| serde_json::from_str::<Fidelities>(json);
-        assert_eq!(read(r#""truth""#).unwrap(), Fidelities::all(Fidelity::Truth));
+        let read = |json: &str| serde_json::from_str::<FidelitySettings>(json);
+        assert_eq!(read(r#""truth""#).unwrap(), FidelitySettings::all(Fidelity::Truth));
         let some = read(r#"{ "vision": "ideal", "odometry": "noisy" }"#).unwrap();
-        assert_eq!(some, Fidelities { vision: Some(Fidelity::Ideal), sonar: None, odometry: Some(Fidelity::Noisy) });
-        for fidelities in [some, Fidelities::all(Fidelity::Ideal), Fidelities::default()] {
+        assert_eq!(
+            some,
+            FidelitySettings { vision: Some(Fidelity::Ideal), sonar: None, odometry: Some(Fidelity::Noisy) }
+        );
+        for fidelities in [some, FidelitySettings::all(Fidelity::Ideal), FidelitySettings::default()] {
             assert_eq!(read(&serde_json::to_string(&fidelities).unwrap()).unwrap(), fidelities);
         }
         assert!(read(r#""perfect""#).unwrap_err().to_string().contains("unknown variant `perfect`"));

@@ -1,22 +1,21 @@
-//! Work that is spread over threads within a cycle: one image a job. What comes out does not depend on how many there are.
+//! Parallel work within a cycle: one job per image. The result does not depend on the number of threads.
 
 use bevy::prelude::*;
 use bevy::tasks::{ComputeTaskPool, TaskPool, available_parallelism};
 use std::sync::{Mutex, PoisonError};
 
-/// On how many threads camera images are drawn and looked through. Where many matches run at the same time, one for each
-/// is best.
+/// The number of threads on which camera images are drawn and processed. One is best where many matches run at the same time.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SensingThreads(pub usize);
 
 impl Default for SensingThreads {
-    /// One a core.
+    /// One per core.
     fn default() -> Self {
         Self(available_parallelism())
     }
 }
 
-/// Does each job once, on up to this many threads, each with a worker of its own. The workers are kept for the next time.
+/// Runs each job once, on up to `threads` threads with a worker each. The workers are kept for the next call.
 pub fn for_each<W: Default + Send, J: Send>(
     threads: SensingThreads,
     workers: &mut Vec<W>,

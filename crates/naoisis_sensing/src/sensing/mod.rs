@@ -1,9 +1,9 @@
-//! What a robot can know: its cameras, sonars, joints, steps and its own state.
+//! The sensors of a robot: cameras, sonars, joints, odometry and its own state.
 //!
-//! A sensor is two components of a robot: its settings, and its reading, which the settings require. One system fills
-//! it, once a cycle. All sensors of all robots read the same instant, the start of the cycle, which is gathered for them in
-//! the [`Scene`](crate::appearance::scene::Scene). Each page below says what a sensor measures, in which units and how often, with which
-//! noise, and what the real NAO does.
+//! A sensor is two components of a robot: its settings, and its reading, which the settings require. One system updates the reading, once a
+//! cycle. All sensors of all robots measure the same instant, the start of the cycle, whose state is gathered in the
+//! [`Scene`](crate::appearance::scene::Scene). Each module below documents what a sensor measures, its units, rate and noise, and the real
+//! NAO.
 //!
 //! | sensor | settings | reading |
 //! |---|---|---|
@@ -15,10 +15,10 @@
 //! | [status] | | [`status::BodyStatus`], [`GameStatus`](naoisis_core::referee::GameStatus) |
 //! | [team messages](naoisis_core::communication) | [`MessageSettings`](naoisis_core::communication::MessageSettings) | [`Inbox`](naoisis_core::communication::Inbox) |
 //!
-//! What they say can be [late](latency).
+//! Readings can be [delayed](naoisis_core::robot::latency).
 //!
-//! How true a sensor is can be chosen for each robot and sensor, in a scenario or at run time: see [`fidelity`]. The
-//! behaviours' code does not change.
+//! The fidelity of each sensor of each robot can be chosen in a scenario or at run time: see [`fidelity`]. The code of behaviours does not
+//! change.
 
 use bevy::prelude::*;
 
@@ -46,7 +46,7 @@ impl Plugin for SensingPlugin {
             sonar::SonarPlugin,
             odometry::OdometryPlugin,
             status::BodyStatusPlugin,
-            latency::LatencyPlugin,
+            latency::ReadingLatencyPlugin,
         ));
     }
 }

@@ -1,24 +1,22 @@
-//! Odometry: where the robot's steps should have brought it.
+//! Odometry: the pose of the robot according to its steps.
 //!
-//! **What it measures.** The pose relative to that at the start of the match, summed up from the steps that the robot's
-//! legs really made ([`ExecutedStep`]: after limits and the error of the motion), each with an error of its own. It does
-//! not know of [slip](naoisis_core::robot::gait::Slip), of being shoved or of being carried by the referee, and nothing ever corrects it.
+//! **What it measures.** The pose relative to that at the start of the match: the sum of the steps that the legs executed ([`ExecutedStep`]:
+//! after limits and the error of the motion), each with an error of its own. It does not include [slip](naoisis_core::robot::gait::Slip),
+//! pushes, or being carried by the referee, and it is never corrected.
 //!
 //! **Units and rate.** Metres and radians, in the frame of the first pose; once a cycle, for the motion of the cycle
 //! before.
 //!
-//! **Noise.** [`OdometryNoise`]: random errors whose variance grows with the way walked and with the angle turned, so that
-//! they do not depend on the duration of a cycle: after 1 m in a straight line, `translation_sd` m along the way and
-//! across, and `heading_per_metre_sd` radians of heading. Besides, systematic factors, 1 by default. The preset
-//! `default` (5 cm and 2° after a metre, 3° after a radian) is on the good side of what teams reckon with: HULKs' filter
-//! assumes 5 cm along, 1 cm across a step's metre and 0.5°, B-Human's self-locator 20 % of the translation and 30 % of
-//! the rotation, rUNSWift's of 2010 a slip factor of 0.9 (so `translation_scale` 1.11).
+//! **Noise.** [`OdometryNoise`]: random errors whose variance grows with the distance walked and the angle turned, so that they do not depend
+//! on the duration of a cycle: after 1 m in a straight line, `translation_sd_m` along and across the way, and `heading_per_metre_sd` radians
+//! of heading. In addition, systematic factors, 1 by default. The preset `default` (5 cm and 2° after a metre, 3° after a radian) is smaller
+//! than most teams assume: HULKs' filter assumes 5 cm along and 1 cm across a step's metre and 0.5°, B-Human's self-locator 20 % of the
+//! translation and 30 % of the rotation, rUNSWift's of 2010 a slip factor of 0.9 (so `translation_scale` 1.11).
 //!
-//! **Truth** ([`OdometrySource::Truth`]) is for debugging: the way that the robot really went, shoves and being carried
-//! included.
+//! **Truth** ([`OdometrySource::Truth`]) is for debugging: the true motion of the robot, including pushes and being carried.
 //!
-//! **The real NAO** computes it from its joint angles and from which foot it takes to be the supporting one; slipping
-//! feet and the play in its joints are what it does not know of.
+//! **The real NAO** computes it from its joint angles and the foot that it assumes to support it; it does not measure the slip of its feet
+//! and the play in its joints.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -46,8 +44,8 @@ impl Plugin for OdometryPlugin {
     }
 }
 
-/// The measured pose since the start of the match, in the frame of the robot's first pose (m, radians). It drifts,
-/// and knows nothing of being carried.
+/// The measured pose since the start of the match, in the frame of the robot's first pose (m, radians). It drifts, and does not include
+/// being carried.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
 pub struct Odometry(pub Pose);
@@ -57,17 +55,17 @@ pub struct Odometry(pub Pose);
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OdometryNoise {
-    /// Standard deviation of the place after 1 m of way, along it and across it, m. Grows with the way's root.
+    /// Standard deviation of the place after 1 m, along and across the way, m. Grows with the root of the distance.
     pub translation_sd_m: f32,
-    /// Standard deviation of the heading after 1 m of way, radians (degrees in files). Grows with the way's root.
+    /// Standard deviation of the heading after 1 m, radians (degrees in files). Grows with the root of the distance.
     #[serde(rename = "heading_per_metre_sd_deg", with = "file_units::degrees")]
     pub heading_per_metre_sd: f32,
-    /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the angle's root.
+    /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the root of the angle.
     #[serde(rename = "rotation_sd_deg", with = "file_units::degrees")]
     pub rotation_sd: f32,
-    /// What the robot counts for a metre, m.
+    /// The measured distance for a metre walked, m.
     pub translation_scale: f32,
-    /// What the robot counts for a turn of 1 radian, radians.
+    /// The measured angle for a turn of 1 radian, radians.
     pub rotation_scale: f32,
 }
 
@@ -86,7 +84,7 @@ impl OdometryNoise {
     /// The presets by name.
     pub const PRESETS: [(&'static str, fn() -> Self); 2] = [("none", Self::none), ("default", Self::default)];
 
-    /// The preset `none`: exact steps.
+    /// The preset `none`: exact measurements.
     pub fn none() -> Self {
         Self {
             translation_sd_m: 0.0,
@@ -97,7 +95,7 @@ impl OdometryNoise {
         }
     }
 
-    /// What the robot measures of a step that it walked.
+    /// The measurement of an executed step, with errors drawn from `stream`.
     pub fn measure(&self, step: WalkCommand, stream: &mut RandomStream) -> Pose {
         if step.is_null() {
             return Pose::default();
@@ -112,30 +110,30 @@ impl OdometryNoise {
     }
 }
 
-/// What a robot's odometry counts.
+/// The source of a robot's odometry.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum OdometrySource {
-    /// The steps of its legs, with their errors.
+    /// The steps of the legs, with errors.
     #[default]
     Steps,
-    /// The way that it really went, for debugging.
+    /// The true motion, for debugging.
     Truth,
 }
 
-/// Where the frame of a robot's odometry lies, pitch frame, while it tells the truth.
+/// The pose of the odometry's frame in the pitch frame while its source is the truth.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
-pub struct OdometryOrigin(Option<Pose>);
+pub(crate) struct OdometryOrigin(Option<Pose>);
 
-/// How exactly a robot knows its steps.
+/// The odometry of a robot.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[require(Odometry, OdometryOrigin)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct OdometrySettings {
-    /// What it counts.
+    /// The source of the measurements.
     pub source: OdometrySource,
     /// Errors of the measured steps.
     pub noise: OdometryNoise,
@@ -161,7 +159,7 @@ fn count_steps(
     for (&pose, step, settings, mut origin, mut odometry, mut streams) in &mut robots {
         match settings.source {
             OdometrySource::Truth => {
-                // Who changes to the truth in the middle of a match goes on from where it thought that it was.
+                // A robot that changes to the truth in the middle of a match continues from its measured pose.
                 let origin = *origin.0.get_or_insert_with(|| pose.compose(odometry.0.relative(Pose::default())));
                 odometry.0 = origin.relative(pose);
             }

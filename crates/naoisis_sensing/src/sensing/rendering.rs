@@ -1,7 +1,8 @@
-//! Fills [`CameraImages`]: which images are due, and who draws them.
+//! Takes the [`CameraImages`]: decides which are due, and draws them.
 //!
-//! It knows the cameras and the vision: robots that see by their images have some without being asked.
+//! It depends on the cameras and the vision: robots whose vision uses images have some by default.
 
+use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 
 use super::camera::image::{ImageRequest, Layers};
@@ -34,7 +35,7 @@ impl Plugin for RenderingPlugin {
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]
 struct RenderBuffers {
-    /// The scene made ready for the software renderer, one a design of robots.
+    /// The scene prepared for the software renderer, one per design of robots.
     prepared: [PreparedScene; 2],
     jobs: Vec<Job>,
     workers: Vec<Worker>,
@@ -43,7 +44,7 @@ struct RenderBuffers {
 /// An image to be drawn.
 struct Job {
     robot: Entity,
-    side: CameraName,
+    camera: CameraName,
     lens: LensEffect,
     noise: DrawnNoise,
     is_gpu: bool,
@@ -58,7 +59,7 @@ struct Worker {
 }
 
 impl CameraSettings {
-    /// Who draws the images of a robot with these settings, if anyone does.
+    /// The renderer of a robot with these settings; `None` without images.
     pub fn renderer(&self, vision: Option<&VisionSettings>) -> Option<CameraRendering> {
         match self.render {
             CameraRendering::Off => None,
@@ -74,7 +75,7 @@ impl CameraSettings {
         self.mounts.as_slice().iter().any(|mount| self.is_camera_due(mount, clock))
     }
 
-    /// Whether one of the cameras takes an image in this cycle.
+    /// Whether the camera `mount` takes an image in this cycle.
     fn is_camera_due(&self, mount: &CameraMount, clock: &CycleClock) -> bool {
         let every = u64::from(mount.every_cycles.unwrap_or(self.every_cycles).max(1));
         // The first cycle has images.
@@ -82,101 +83,125 @@ impl CameraSettings {
     }
 }
 
-/// Draws the images that are due in this cycle.
+/// The components of a robot with cameras.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct RobotCameras {
+    entity: Entity,
+    id: &'static RobotId,
+    head: &'static HeadAngles,
+    gaze: Option<&'static GazeError>,
+    settings: &'static CameraSettings,
+    vision: Option<&'static VisionSettings>,
+    images: &'static mut CameraImages,
+    last_look: &'static mut LastLook,
+    streams: &'static mut RandomStreams,
+}
+
+/// Takes the images that are due in this cycle: moves them out of their robots, draws them, and moves them back.
 fn take_images(
     mut buffers: Local<RenderBuffers>,
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
     mut gpu: Option<ResMut<GpuCameras>>,
     scene: Res<Scene>,
-    mut robots: Query<(
-        Entity,
-        &RobotId,
-        (&HeadAngles, Option<&GazeError>),
-        &CameraSettings,
-        Option<&VisionSettings>,
-        (&mut CameraImages, &mut LastLook),
-        &mut RandomStreams,
-    )>,
+    mut robots: Query<RobotCameras>,
 ) {
     let buffers = &mut *buffers;
-    let is_due = |settings: &CameraSettings, vision: Option<&VisionSettings>| {
-        settings.renderer(vision).filter(|_| settings.is_due(&clock))
-    };
-    if !robots.iter().any(|(_, _, _, settings, vision, ..)| is_due(settings, vision).is_some()) {
+    for robot in &mut robots {
+        robot.add_jobs(&clock, &scene, &mut buffers.jobs);
+    }
+    if buffers.jobs.is_empty() {
         return;
     }
-    let mut is_wanted = [false; 2];
-    for (entity, id, (head, gaze), settings, vision, (mut images, mut last_look), mut streams) in &mut robots {
-        let Some(renderer) = is_due(settings, vision) else { continue };
-        let is_gpu = renderer == CameraRendering::Gpu;
+    if let Some(gpu) = &mut gpu {
+        buffers.draw_on_gpu(gpu, &scene, clock.cycle);
+    }
+    buffers.draw_by_software(&scene, *threads);
+    for job in buffers.jobs.drain(..) {
+        if let Ok(mut robot) = robots.get_mut(job.robot) {
+            *robot.images.of_mut(job.camera) = job.request.image;
+        }
+    }
+}
+
+impl RobotCamerasItem<'_, '_> {
+    /// Adds a job for each image that is due in this cycle.
+    fn add_jobs(mut self, clock: &CycleClock, scene: &Scene, jobs: &mut Vec<Job>) {
+        let Self { settings, id, .. } = self;
+        let Some(renderer) = settings.renderer(self.vision).filter(|_| settings.is_due(clock)) else { return };
         // Robots that are not on the pitch, and those that lie, have no images.
-        let Some(body) = scene.robot(*id).filter(|robot| robot.is_upright()) else {
-            images.clear();
-            continue;
+        let Some(robot) = scene.robot(*id).filter(|robot| robot.is_upright()) else {
+            self.images.clear();
+            return;
         };
-        is_wanted[settings.design as usize] |= !is_gpu;
-        (images.cycle, images.arrived) = (Some(clock.cycle), Some(clock.cycle));
-        let looks = gaze.map_or(*head, |gaze| gaze.actual(*head));
-        let views = settings.views(looks);
+        (self.images.cycle, self.images.arrived) = (Some(clock.cycle), Some(clock.cycle));
+        let head = self.gaze.map_or(*self.head, |gaze| gaze.actual(*self.head));
         let turn = if settings.lens.exposure_s > 0.0 {
-            let angles = Vec2::new(body.pose.heading + looks.yaw, looks.pitch);
-            last_look.turn(clock.cycle, angles, clock.period())
+            let angles = Vec2::new(robot.pose.heading + head.yaw, head.pitch);
+            self.last_look.turn(clock.cycle, angles, clock.period())
         } else {
             Vec2::ZERO
         };
-        for (mount, (side, camera)) in settings.mounts.as_slice().iter().zip(views.named()) {
-            let lens = settings.lens_of(mount).effect(camera.intrinsics, turn);
-            if !settings.is_camera_due(mount, &clock) {
-                images.of_mut(side).clear();
+        let views = settings.views(&robot.body, head);
+        for (mount, (camera, view)) in settings.mounts.as_slice().iter().zip(views.named()) {
+            let image = self.images.of_mut(camera);
+            if !settings.is_camera_due(mount, clock) {
+                image.clear();
                 continue;
             }
-            let mut view = View::of_robot(camera, body.world_from_robot(), *id);
-            view.intrinsics = lens.drawn();
-            view.antialiasing = settings.antialiasing;
-            view.shadows = settings.shadows;
-            buffers.jobs.push(Job {
-                robot: entity,
-                side,
+            let lens = settings.lens_of(mount).effect(view.intrinsics, turn);
+            let view = View {
+                intrinsics: lens.drawn(),
+                antialiasing: settings.antialiasing,
+                shadows: settings.shadows,
+                ..View::of_robot(view, robot.world_from_robot(), *id)
+            };
+            jobs.push(Job {
+                robot: self.entity,
+                camera,
                 lens,
-                noise: settings.noise.draw(&mut streams.camera),
-                is_gpu,
+                noise: settings.noise.draw(&mut self.streams.camera),
+                is_gpu: renderer == CameraRendering::Gpu,
                 request: ImageRequest {
                     view,
                     design: settings.design,
                     layers: Layers { labels: settings.labels, depth: settings.depth },
-                    image: core::mem::take(images.of_mut(side)),
+                    image: core::mem::take(image),
                 },
             });
         }
     }
-    for design in RobotDesign::BOTH {
-        if is_wanted[design as usize] {
-            buffers.prepared[design as usize].prepare(&scene, Detail { design, ..Detail::default() });
-        }
-    }
-    if let Some(gpu) = &mut gpu {
+}
+
+impl RenderBuffers {
+    /// Draws the images of jobs for the graphics card. On an error they are empty.
+    fn draw_on_gpu(&mut self, gpu: &mut GpuCameras, scene: &Scene, cycle: u64) {
         let mut requests: Vec<&mut ImageRequest> =
-            buffers.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.request).collect();
+            self.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.request).collect();
         if !requests.is_empty()
-            && let Err(error) = gpu.0.draw(&scene, &mut requests)
+            && let Err(error) = gpu.0.draw(scene, &mut requests)
         {
-            error!("no camera images in cycle {}: {error}", clock.cycle);
+            error!("no camera images in cycle {cycle}: {error}");
             requests.iter_mut().for_each(|request| request.image.clear());
         }
     }
-    let prepared = &buffers.prepared;
-    jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |worker, job| {
-        let request = &mut job.request;
-        if !job.is_gpu {
-            worker.renderer.draw(&prepared[request.design as usize], &request.view, request.layers, &mut request.image);
+
+    /// Draws the images of jobs for the software renderer, and adds lens and noise to all images.
+    fn draw_by_software(&mut self, scene: &Scene, threads: SensingThreads) {
+        for design in RobotDesign::BOTH {
+            if self.jobs.iter().any(|job| !job.is_gpu && job.request.design == design) {
+                self.prepared[design as usize].prepare(scene, Detail { design, ..Detail::default() });
+            }
         }
-        job.lens.apply(&mut request.image, &mut worker.lens_buffer);
-        job.noise.apply(&mut request.image, &mut worker.noise_buffer);
-    });
-    for job in buffers.jobs.drain(..) {
-        if let Ok((.., (mut images, _), _)) = robots.get_mut(job.robot) {
-            *images.of_mut(job.side) = job.request.image;
-        }
+        let prepared = &self.prepared;
+        jobs::for_each(threads, &mut self.workers, &mut self.jobs, |worker, job| {
+            let ImageRequest { view, design, layers, image } = &mut job.request;
+            if !job.is_gpu {
+                worker.renderer.draw(&prepared[*design as usize], view, *layers, image);
+            }
+            job.lens.apply(image, &mut worker.lens_buffer);
+            job.noise.apply(image, &mut worker.noise_buffer);
+        });
     }
 }

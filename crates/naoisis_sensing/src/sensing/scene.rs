@@ -1,4 +1,4 @@
-//! What there is to sense in a cycle: the [`Scene`], gathered once for the sensors of all robots.
+//! The [`Scene`] of a cycle, gathered once for the sensors of all robots, and the order of the sensors.
 
 use bevy::prelude::*;
 
@@ -33,8 +33,7 @@ impl Plugin for ScenePlugin {
     }
 }
 
-/// The sensors, in the order in which they are read. All read the same instant; the order only settles who draws on a
-/// robot's random streams first, and they are separate anyway.
+/// The steps of [`CycleSystems::Sense`], in this order. All sensors measure the same instant, and each has its own random streams.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SensingSystems {
     /// The [`Scene`] is gathered.
@@ -47,9 +46,9 @@ pub enum SensingSystems {
     Sonar,
     /// [`Odometry`](crate::sensing::odometry::Odometry) is filled.
     Odometry,
-    /// What is [late](crate::sensing::latency) is held back.
+    /// Readings are [delayed](naoisis_core::robot::latency).
     Late,
-    /// A place for a user's own sensors, and for noise of a user's own on readings that are filled by now.
+    /// For a program's own sensors, and for its own noise on the readings of the others.
     Custom,
 }
 

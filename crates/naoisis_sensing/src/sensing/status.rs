@@ -1,4 +1,4 @@
-//! What a robot knows of its own body and of the game.
+//! The state of a robot's own body, as the robot knows it.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -14,7 +14,7 @@ use naoisis_core::robot::kick::KickPhase;
 use naoisis_core::robot::motion::ExecutedStep;
 use naoisis_core::robot::posture::Posture;
 
-/// Tells robots what their bodies are doing, in [`CycleSystems::Sense`].
+/// Updates the [`BodyStatus`] of all robots in [`CycleSystems::Sense`].
 pub struct BodyStatusPlugin;
 
 impl Plugin for BodyStatusPlugin {
@@ -23,13 +23,16 @@ impl Plugin for BodyStatusPlugin {
             Cycle,
             (
                 sense_body.in_set(CycleSystems::Sense),
-                lie_blind.in_set(CycleSystems::Sense).after(SensingSystems::Sonar).before(SensingSystems::Odometry),
+                clear_readings_of_lying_robots
+                    .in_set(CycleSystems::Sense)
+                    .after(SensingSystems::Sonar)
+                    .before(SensingSystems::Odometry),
             ),
         );
     }
 }
 
-/// What the robot's body is doing.
+/// The state of the robot's body.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[serde(rename_all = "snake_case")]
@@ -60,8 +63,8 @@ impl BodyStatus {
     }
 }
 
-/// Who lies has its cameras on the ground or at the sky, and its sonars too: it recognises and hears nothing.
-fn lie_blind(mut robots: Query<(&Posture, &mut Percepts, &mut SonarReading)>) {
+/// Clears the readings of cameras and sonars of robots that lie: they point at the ground or the sky.
+fn clear_readings_of_lying_robots(mut robots: Query<(&Posture, &mut Percepts, &mut SonarReading)>) {
     for (posture, mut percepts, mut sonar) in &mut robots {
         if !posture.is_upright() {
             *percepts = Percepts::default();

@@ -1,5 +1,5 @@
-//! A robot that is drawn by the measures of its body: a trunk between hips and neck, a head above it, and such legs and arms
-//! as it has; without legs it stands on a base with wheels.
+//! Robots drawn by the measures of their bodies: a trunk between hips and neck, a head above it, and legs and arms if they have them. A robot
+//! without legs stands on a base with wheels.
 
 use bevy::math::{Vec2, Vec3};
 
@@ -12,7 +12,7 @@ use naoisis_core::robot::body::{Arms, Body, Legs};
 use naoisis_core::robot::look::Top;
 use naoisis_core::team::{RobotId, Team};
 
-/// Where trunk and head of a body are.
+/// The places of trunk and head of a body.
 pub(super) struct Trunk {
     /// Lower and upper edge, m above the ground.
     z_m: [f32; 2],
@@ -51,13 +51,13 @@ impl Trunk {
     }
 }
 
-/// The band about a trunk, which is a box.
+/// Adds the waistband of a box-shaped trunk.
 fn band(list: &mut PartList, team: Team, body: &Body) {
     let half_size = body.waistband.half_size_m.extend(body.waistband.height() / 2.0);
     list.band(team, body, Shape::Box { half_size });
 }
 
-/// A few boxes.
+/// The parts of the simple design: a few boxes.
 pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let trunk = Trunk::of(body);
     let mut list = PartList::new(id, body.look, 16);
@@ -93,7 +93,7 @@ pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
     list.parts
 }
 
-/// Rounded shells over the joints, and a number on chest and back.
+/// The parts of the detailed design: rounded shells over the joints, and a number on chest and back.
 pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let trunk = Trunk::of(body);
     let look = body.look;
@@ -163,7 +163,7 @@ pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     list.parts
 }
 
-/// A head with a visor, and two eyes behind it.
+/// Adds a head with a visor, and two eyes behind it.
 fn face(list: &mut PartList, trunk: &Trunk) {
     let ([shell, joint], eyes) = (list.colours(), Colour(list.look.eyes));
     let half = trunk.half_head_m;
@@ -177,7 +177,7 @@ fn face(list: &mut PartList, trunk: &Trunk) {
     }
 }
 
-/// A mast in place of a head, with a camera that looks ahead.
+/// Adds a mast instead of a head, with a camera that looks ahead.
 pub(super) fn mast(list: &mut PartList, trunk: &Trunk) {
     let [shell, joint] = list.colours();
     let top_m = 2.0 * trunk.head_z_m;
@@ -190,7 +190,7 @@ pub(super) fn mast(list: &mut PartList, trunk: &Trunk) {
     list.cuboid(Limb::Head, joint, camera * Vec3::new(0.1, 0.4, 0.6), middle + Vec3::X * (0.55 * camera.x));
 }
 
-/// The size of a foot, and its middle in the foot's frame, m: as long as the base, and half as wide at most.
+/// The size of a foot, and its middle in the foot's frame, m: as long as the base, and at most half as wide.
 fn foot(body: &Body, ankle_m: f32, side: usize) -> (Vec3, Vec3) {
     let [rear, front] = body.base.x_m;
     let half_width = (body.base.half_width_m - body.foot_y_m).clamp(0.01, 0.9 * body.foot_y_m.max(0.02));
@@ -201,7 +201,7 @@ fn foot(body: &Body, ankle_m: f32, side: usize) -> (Vec3, Vec3) {
     (Vec3::new(front - rear, 2.0 * half_width, height), middle)
 }
 
-/// What a robot without legs stands on: a box, and two wheels.
+/// Adds the base of a robot without legs: a box, and two wheels.
 pub(super) fn chassis(list: &mut PartList, body: &Body, wheels: Colour) {
     let base = body.base;
     let radius = (0.3 * (base.z_m[1] - base.z_m[0])).min(0.4 * (base.x_m[1] - base.x_m[0]));

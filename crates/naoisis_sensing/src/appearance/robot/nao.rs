@@ -1,4 +1,4 @@
-//! A NAO, and robots that look like one: a NAO's limbs, stretched to the measures of their bodies.
+//! The NAO, and robots that look like one: its limbs, stretched to the measures of their bodies.
 
 use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3, Vec3A};
 
@@ -12,7 +12,7 @@ use naoisis_core::robot::body::{Body, Legs};
 use naoisis_core::robot::look::Top;
 use naoisis_core::team::RobotId;
 
-/// Close to the real robot, with a number on chest and back.
+/// The parts of the detailed design: close to the real robot, with a number on chest and back.
 pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let stretch = Stretch::to(body);
     let mut list = PartList::new(id, body.look, 96);
@@ -25,7 +25,7 @@ pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     stretch.fit(list, id, body)
 }
 
-/// A few boxes.
+/// The parts of the simple design: a few boxes.
 pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let Legs { thigh_m, shank_m, ankle_m, .. } = Legs::default();
     let mut list = PartList::new(id, body.look, 16);
@@ -50,7 +50,7 @@ pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
     Stretch::to(body).fit(list, id, body)
 }
 
-/// Pelvis, waistband, chest that widens to the shoulders, collar and neck; the button on the chest, and plates that carry the
+/// Adds the pelvis, the waistband, the chest that widens to the shoulders, collar and neck, the button on the chest, and the plates with the
 /// number.
 fn trunk(list: &mut PartList, id: RobotId, body: &Body, stretch: &Stretch) {
     let ([shell, joint], label, look) = (list.colours(), list.label, list.look);
@@ -77,7 +77,7 @@ fn trunk(list: &mut PartList, id: RobotId, body: &Body, stretch: &Stretch) {
     number::write(list, id.number, &plates);
 }
 
-/// Skull with a brow, eyes, cameras in forehead and chin, ears.
+/// Adds the skull with a brow, eyes, cameras in forehead and chin, and ears.
 fn head(list: &mut PartList) {
     let ([shell, joint], label, eyes) = (list.colours(), list.label, Colour(list.look.eyes));
     let head = Limb::Head;
@@ -98,7 +98,7 @@ fn head(list: &mut PartList) {
     }
 }
 
-/// An arm, bent at the elbow.
+/// Adds an arm, bent at the elbow.
 fn arm(list: &mut PartList, side: usize) {
     let [shell, joint] = list.colours();
     let arm = Limb::ARMS[side];
@@ -117,7 +117,7 @@ fn arm(list: &mut PartList, side: usize) {
     }
 }
 
-/// A leg: shells over the joints.
+/// Adds a leg: shells over the joints.
 fn leg(list: &mut PartList, side: usize) {
     let Legs { thigh_m, shank_m, ankle_m, .. } = Legs::default();
     let [shell, joint] = list.colours();
@@ -145,11 +145,11 @@ fn leg(list: &mut PartList, side: usize) {
     list.ellipsoid(foot, shell, Vec3::new(0.058, 0.039, 0.022), middle + Vec3::Z * (sole + height - 0.004));
 }
 
-/// How much longer than a NAO's the limbs of a robot are, along x, y and z of their frames.
+/// The lengths of a robot's limbs as multiples of a NAO's, along x, y and z of their frames.
 #[derive(PartialEq)]
 struct Stretch {
     trunk: Vec3,
-    /// The trunk is stretched between hips and neck: this height of a NAO's, m, becomes the other.
+    /// The height of a NAO's hips and of the robot's, m: the trunk is stretched between hips and neck.
     hips_m: [f32; 2],
     head: Vec3,
     arm: Vec3,
@@ -159,7 +159,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// From a NAO to a robot with this body.
+    /// The stretch from a NAO to a robot with this body.
     fn to(body: &Body) -> Self {
         let nao = Body::default();
         let hips = |body: &Body| body.legs.map_or(body.base.z_m[1], |legs| legs.hip_m.z);
@@ -174,7 +174,7 @@ impl Stretch {
         };
         let head = (body.height_m - body.neck_m.z).max(0.02) / (nao.height_m - nao.neck_m.z);
         let arm = of_arms(body).length_m / of_arms(&nao).length_m;
-        // Legs are as thick as there is room between the feet.
+        // The thickness of the legs follows from the distance of the feet.
         let thick = (body.foot_y_m / nao.foot_y_m).max(0.1);
         let sole = body.base.half_extents().x / nao.base.half_extents().x;
         Self {
@@ -188,7 +188,7 @@ impl Stretch {
         }
     }
 
-    /// The height of a NAO's trunk that comes to be at this one, m.
+    /// The height in a NAO's trunk of a point at the height `z_m` of the robot's, m.
     fn trunk_before(&self, z_m: f32) -> f32 {
         if self.trunk.z == 1.0 && self.hips_m[0] == self.hips_m[1] {
             return z_m;
@@ -207,7 +207,7 @@ impl Stretch {
         }
     }
 
-    /// The parts of a NAO as this robot's: stretched, and without limbs that it lacks.
+    /// Stretches the parts of a NAO, and removes the limbs that the robot lacks.
     fn fit(&self, mut list: PartList, id: RobotId, body: &Body) -> Vec<RobotPart> {
         let has_mast = body.look.head == Top::Mast;
         list.parts.retain(|part| match part.frame {
@@ -216,7 +216,7 @@ impl Stretch {
             Limb::LeftArm | Limb::RightArm => body.arms.is_some(),
             _ => body.legs.is_some(),
         });
-        // A NAO is left as it is, to the last digit.
+        // A NAO is not stretched, to avoid rounding.
         if *self != Self::to(&Body::default()) {
             let [_, band] = labels(id.team);
             for part in list.parts.iter_mut().filter(|part| part.label != band) {
@@ -238,7 +238,7 @@ impl Stretch {
         let origin = if part.frame == Limb::Trunk { self.hips_m.map(|z| Vec3A::Z * z) } else { [Vec3A::ZERO; 2] };
         let frame_from_shape = &mut part.frame_from_shape;
         frame_from_shape.translation = (frame_from_shape.translation - origin[0]) * Vec3A::from(scale) + origin[1];
-        // By how much longer each axis of the shape becomes.
+        // The factor on the length of each axis of the shape.
         let axes = frame_from_shape.matrix3;
         let longer = [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| (axis * Vec3A::from(scale)).length());
         let (longer, thicker) = (Vec3::from(longer), (longer[0] * longer[1]).sqrt());

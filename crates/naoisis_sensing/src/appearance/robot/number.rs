@@ -1,34 +1,34 @@
-//! Jersey numbers, of seven segments a digit.
+//! Jersey numbers with seven segments per digit.
 
 use bevy::math::{Vec2, Vec3};
 
 use super::{Limb, PartList};
 use crate::appearance::colours::Colour;
 
-/// Where the number's plates are.
+/// The plates of a number.
 pub(super) struct Plates {
-    /// Their surfaces, in front and behind, m, robot frame.
+    /// The x of their surfaces, in front and behind, m, robot frame.
     pub x_m: [f32; 2],
     /// The height of their middle, m.
     pub z_m: f32,
-    /// How large the digits are, as a multiple of those of a NAO.
+    /// The size of the digits, as a multiple of a NAO's.
     pub size: f32,
 }
 
 impl Plates {
-    /// Those on a NAO's chest and back.
+    /// The plates on a NAO's chest and back.
     pub(super) const fn of_nao() -> Self {
         Self { x_m: [0.063, -0.063], z_m: 0.386, size: 1.0 }
     }
 }
 
-/// Half width and half height of a digit between the middles of its segments, m.
+/// Half the width and height of a digit between the middles of its segments, m.
 const HALF: Vec2 = Vec2::new(0.011, 0.021);
-/// Thickness of the segments, m.
+/// The thickness of the segments, m.
 const STROKE: f32 = 0.009;
 
-/// Centre of each segment in half widths and half heights, x to the reader's right, and whether it lies: top, upper left,
-/// upper right, middle, lower left, lower right, bottom.
+/// The centre of each segment in half widths and half heights, x to the reader's right, and whether it is horizontal: top, upper left, upper
+/// right, middle, lower left, lower right, bottom.
 const PLACES: [(Vec2, bool); 7] = [
     (Vec2::new(0.0, 1.0), true),
     (Vec2::new(-1.0, 0.5), false),
@@ -39,7 +39,7 @@ const PLACES: [(Vec2, bool); 7] = [
     (Vec2::new(0.0, -1.0), true),
 ];
 
-/// Which of a digit's segments are lit.
+/// The segments of each digit.
 const SEGMENTS: [[u8; 7]; 10] = [
     [1, 1, 1, 0, 1, 1, 1],
     [0, 0, 1, 0, 0, 1, 0],
@@ -53,7 +53,7 @@ const SEGMENTS: [[u8; 7]; 10] = [
     [1, 1, 1, 1, 0, 1, 1],
 ];
 
-/// Writes a number on the plates, where the robot's look has them.
+/// Adds a number on the plates, where the robot's look has them.
 pub(super) fn write(body: &mut PartList, number: u8, plates: &Plates) {
     let digits = number.to_string();
     let Plates { x_m, z_m, size: scale } = *plates;
@@ -65,7 +65,7 @@ pub(super) fn write(body: &mut PartList, number: u8, plates: &Plates) {
         for ((place, lies), _) in PLACES.iter().zip(lit).filter(|(_, lit)| *lit == 1) {
             let size = scale * (if *lies { Vec2::new(2.0 * HALF.x, 0.0) } else { Vec2::new(0.0, HALF.y) } + STROKE);
             let right = middle + place.x * scale * HALF.x;
-            // Whoever reads the chest has the robot's left, +y, on the right.
+            // On the chest, the robot's left, +y, is to the reader's right.
             for (facing, surface, is_there) in [(1.0, x_m[0], look.number.chest), (-1.0, x_m[1], look.number.back)] {
                 if !is_there {
                     continue;

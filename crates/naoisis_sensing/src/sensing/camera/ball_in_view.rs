@@ -1,35 +1,36 @@
-//! Whether a robot's cameras show it the ball, whatever its head does.
+//! Whether the cameras of a robot can show the ball at any head angles.
 
 use bevy::math::{Vec2, ops};
 
 use super::CameraSettings;
 use naoisis_core::geometry::angle_of;
+use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::{HeadAngles, HeadLimits};
 
-/// Pitches of the head that are tried are so far apart, radians: a degree.
+/// The step of the pitches of the head that are tried, radians: a degree.
 const STEP: f32 = 0.017_453_3;
-/// Nearer and farther than this no ball is looked for, m.
+/// The nearest and the farthest ball that is tried, m.
 const DISTANCES_M: [f32; 2] = [0.02, 10.0];
 
-/// Whether a camera has the centre of a ball in its image when the ball lies at a place, m, robot frame, and the head looks there as well
-/// as its limits allow. The neck is that of the `cameras`.
-pub fn sees_ball(cameras: &CameraSettings, limits: &HeadLimits, place: Vec2, radius_m: f32) -> bool {
+/// Whether a camera of a robot with this `body` shows the centre of a ball that lies at `place`, m, robot frame, when the head turns there
+/// as far as its `limits` allow.
+pub fn sees_ball(cameras: &CameraSettings, body: &Body, limits: &HeadLimits, place: Vec2, radius_m: f32) -> bool {
     let yaw = angle_of(place).max(limits.yaw[0]).min(limits.yaw[1]);
     let [highest, lowest] = limits.pitch_at(yaw);
     let steps = ops::ceil((lowest - highest).max(0.0) / STEP).max(1.0) as usize;
     (0..=steps).any(|step| {
         let pitch = highest + (lowest - highest) * step as f32 / steps as f32;
-        let views = cameras.views(HeadAngles { yaw, pitch });
+        let views = cameras.views(body, HeadAngles { yaw, pitch });
         views.iter().any(|view| view.pixel_in_image(place.extend(radius_m)).is_some())
     })
 }
 
-/// How far straight ahead the nearest ball lies that a camera shows, m, to a centimetre; none if there is none.
-pub fn nearest_ball_seen_m(cameras: &CameraSettings, limits: &HeadLimits, radius_m: f32) -> Option<f32> {
+/// The distance of the nearest ball straight ahead that a camera shows, m, to a centimetre; `None` if no camera shows one.
+pub fn nearest_ball_seen_m(cameras: &CameraSettings, body: &Body, limits: &HeadLimits, radius_m: f32) -> Option<f32> {
     let [nearest, farthest] = DISTANCES_M.map(|metres| (metres * 100.0) as u16);
     (nearest..=farthest)
         .map(|centimetres| f32::from(centimetres) / 100.0)
-        .find(|&distance_m| sees_ball(cameras, limits, Vec2::new(distance_m, 0.0), radius_m))
+        .find(|&distance_m| sees_ball(cameras, body, limits, Vec2::new(distance_m, 0.0), radius_m))
 }
 
 #[cfg(test)]
@@ -48,9 +49,13 @@ mod tests {
             height: 100,
             // Half the diagonal of a square whose half side is 1.
             diagonal_fov: 2.0 * 2.0_f32.sqrt().atan(),
-            neck_m: Vec3::Z,
             ..CameraSettings::default()
         }
+    }
+
+    /// A body with its neck 1 m high.
+    fn tall() -> Body {
+        Body { neck_m: Vec3::Z, ..Body::default() }
     }
 
     fn fixed() -> HeadLimits {
@@ -60,23 +65,29 @@ mod tests {
     #[test]
     fn a_level_camera_without_a_neck_sees_no_ball_nearer_than_its_image_reaches_down() {
         // 45° down from 1 m, a point on the ground is 1 m ahead.
-        assert_abs_diff_eq!(nearest_ball_seen_m(&mast(0.0), &fixed(), 0.0).unwrap(), 1.0, epsilon = 0.011);
+        assert_abs_diff_eq!(nearest_ball_seen_m(&mast(0.0), &tall(), &fixed(), 0.0).unwrap(), 1.0, epsilon = 0.011);
         // 45° + 15° down: tan 30° ahead.
-        assert_abs_diff_eq!(nearest_ball_seen_m(&mast(15.0), &fixed(), 0.0).unwrap(), 0.577, epsilon = 0.011);
-        assert_eq!(nearest_ball_seen_m(&mast(-60.0), &fixed(), 0.0), None);
+        assert_abs_diff_eq!(nearest_ball_seen_m(&mast(15.0), &tall(), &fixed(), 0.0).unwrap(), 0.577, epsilon = 0.011);
+        assert_eq!(nearest_ball_seen_m(&mast(-60.0), &tall(), &fixed(), 0.0), None);
         let blind = CameraSettings { mounts: CameraMounts::new(&[]).unwrap(), ..mast(0.0) };
-        assert_eq!(nearest_ball_seen_m(&blind, &HeadLimits::default(), 0.05), None);
+        assert_eq!(nearest_ball_seen_m(&blind, &tall(), &HeadLimits::default(), 0.05), None);
     }
 
     #[test]
     fn a_head_that_nods_or_turns_sees_what_a_fixed_one_does_not() {
         let nods = HeadLimits { pitch: [0.0, 0.6], ..fixed() };
-        assert!(!sees_ball(&mast(0.0), &fixed(), Vec2::new(0.5, 0.0), 0.0));
-        assert!(sees_ball(&mast(0.0), &nods, Vec2::new(0.5, 0.0), 0.0));
+        assert!(!sees_ball(&mast(0.0), &tall(), &fixed(), Vec2::new(0.5, 0.0), 0.0));
+        assert!(sees_ball(&mast(0.0), &tall(), &nods, Vec2::new(0.5, 0.0), 0.0));
         let turns = HeadLimits { yaw: [-2.0, 2.0], ..fixed() };
-        assert!(!sees_ball(&mast(0.0), &fixed(), Vec2::new(0.0, 2.0), 0.0));
-        assert!(sees_ball(&mast(0.0), &turns, Vec2::new(0.0, 2.0), 0.0));
+        assert!(!sees_ball(&mast(0.0), &tall(), &fixed(), Vec2::new(0.0, 2.0), 0.0));
+        assert!(sees_ball(&mast(0.0), &tall(), &turns, Vec2::new(0.0, 2.0), 0.0));
         // The NAO sees the ball at its feet.
-        assert!(sees_ball(&CameraSettings::default(), &HeadLimits::default(), Vec2::new(0.17, 0.05), 0.03));
+        assert!(sees_ball(
+            &CameraSettings::default(),
+            &Body::default(),
+            &HeadLimits::default(),
+            Vec2::new(0.17, 0.05),
+            0.03
+        ));
     }
 }

@@ -1,4 +1,4 @@
-//! What a robot knows of what its cameras have in view: enough to decide where to look, and whether something should be seen.
+//! The approximate field of view of a robot's cameras, by which it decides where to look and whether an object should be in view.
 
 use bevy::math::{Vec2, ops};
 use std::sync::LazyLock;
@@ -7,28 +7,28 @@ use super::CameraSettings;
 use naoisis_core::camera_model::{CameraIntrinsics, CameraMount, CameraMounts};
 use naoisis_core::geometry::unit;
 
-/// What the cameras of a robot have in view, roughly: with one height for all of them, and with a margin at the edges of images.
+/// The approximate field of view of a robot's cameras: with one height for all of them, and a margin at the edges of the images.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct FieldOfView {
     /// Height of the lenses, m.
     pub lens_height_m: f32,
-    /// How far below the head's axis each camera looks, radians.
+    /// The tilt of each camera below the head's axis, radians.
     tilts: [f32; CameraMounts::MOST],
-    /// Half the height of each image as an angle, and half its width as a slope, in those of a NAO's.
+    /// Half the height (an angle) and half the width (a slope) of each image, as multiples of a NAO's.
     sizes: [Vec2; CameraMounts::MOST],
-    /// How far to the left of the head's axis each camera looks, radians.
+    /// The pan of each camera to the left of the head's axis, radians.
     pans: [f32; CameraMounts::MOST],
     count: usize,
 }
 
-/// A camera that looks further aside than this, radians, is not the one to turn to something: 45°.
+/// A camera with a greater pan than this, radians, is not turned towards a target: 45°.
 const AHEAD: f32 = core::f32::consts::FRAC_PI_4;
 
 /// The height of a NAO's lenses, between those of its two cameras (paper, Table 1a), m.
 const NAO_LENS_HEIGHT_M: f32 = 0.5;
 
 impl FieldOfView {
-    /// That of a robot's cameras.
+    /// The field of view of these cameras.
     pub fn of(cameras: &CameraSettings) -> Self {
         /// A NAO's cameras, and half the size of their images.
         static NAO: LazyLock<(CameraSettings, Vec2)> = LazyLock::new(|| {
@@ -38,7 +38,7 @@ impl FieldOfView {
         });
         let (nao, nao_half_size) = &*NAO;
         let size_of = |cameras: &CameraSettings| (cameras.width, cameras.height, cameras.diagonal_fov);
-        // As it is asked for in every cycle, without angles for the most common.
+        // Called in every cycle: no trigonometry for the most common cameras.
         let is_as_naos = size_of(cameras) == size_of(nao);
         let common = if is_as_naos { Vec2::ONE } else { half_size(CameraIntrinsics::from(cameras)) / *nao_half_size };
         let mounts = cameras.mounts.as_slice();
@@ -60,8 +60,8 @@ impl FieldOfView {
         view
     }
 
-    /// How far below the head's axis each camera looks that looks ahead, radians, and how high its image is as a multiple of a
-    /// NAO's, which reaches 18.4° up and down. Where none looks ahead it is all of them.
+    /// The cameras that look ahead, or all of them if none does: the tilt below the head's axis, radians, and the height of the image as a
+    /// multiple of a NAO's, which reaches 18.4° up and down.
     pub fn cameras(&self) -> impl Iterator<Item = (f32, f32)> + Clone + '_ {
         let is_ahead = |index: &usize| self.pans[*index].abs() <= AHEAD;
         let any_is = (0..self.count).any(|index| is_ahead(&index));
@@ -69,18 +69,17 @@ impl FieldOfView {
         chosen.map(|index| (self.tilts[index], self.sizes[index].x))
     }
 
-    /// How far aside of the head's axis the cameras look that look furthest aside, radians.
+    /// The greatest pan of a camera to either side, radians.
     pub fn widest_pan(&self) -> f32 {
         self.pans[..self.count].iter().fold(0.0, |widest, pan| pan.abs().max(widest))
     }
 
-    /// By how much a place on the ground at this distance is below the horizon, radians.
+    /// The angle of a place on the ground at `distance_m` below the horizon, radians.
     pub fn depression(&self, distance_m: f32) -> f32 {
         ops::atan2(self.lens_height_m, (distance_m - 0.05).max(0.01))
     }
 
-    /// Whether a head at this yaw and pitch (radians) looks so that a place on the ground, m, robot frame, is well inside the
-    /// image of a camera.
+    /// Whether `place` on the ground, m, robot frame, is well inside the image of a camera, with the head at this yaw and pitch, radians.
     pub fn contains(&self, place: Vec2, head_yaw: f32, head_pitch: f32) -> bool {
         // Depression of the line of sight.
         let depression = ops::atan2(self.lens_height_m, place.length() - 0.05);
@@ -91,7 +90,7 @@ impl FieldOfView {
             let Vec2 { x: height, y: width } = self.sizes[index];
             // 0.36 is the tangent of 20°; a NAO's image reaches to 24°.
             let is_beside = along < 0.05 || across.abs() > 0.36 * width * along;
-            // How far it is from the camera's axis; a NAO's image reaches to 18°. What looks aside is hardly nodded.
+            // The angle from the camera's axis; a NAO's image reaches to 18°. Nodding hardly tilts a camera that looks aside.
             let pitch = head_pitch * ops::cos(pan);
             !is_beside && (depression - pitch - self.tilts[index]).abs() < 0.25 * height
         })
@@ -119,6 +118,7 @@ fn mean_height(mounts: &[CameraMount]) -> f32 {
 mod tests {
     use super::*;
     use bevy::math::Vec3;
+    use naoisis_core::robot::body::Body;
     use naoisis_core::robot::head::HeadAngles;
 
     #[test]
@@ -138,17 +138,17 @@ mod tests {
         let one = CameraSettings {
             mounts: CameraMounts::new(&[tall]).unwrap(),
             diagonal_fov: 1.9,
-            neck_m: Vec3::Z * 0.745,
             ..CameraSettings::default()
         };
-        for cameras in [CameraSettings::default(), one] {
+        let body = Body { neck_m: Vec3::Z * 0.745, ..Body::default() };
+        for (cameras, body) in [(CameraSettings::default(), Body::default()), (one, body)] {
             let view = FieldOfView::of(&cameras);
             let mut seen = 0;
             for [x, y, yaw, pitch] in
                 [[2.0, 0.3, 0.0, 0.0], [0.6, 0.1, 0.0, 0.0], [4.0, 1.0, 0.2, -0.1], [1.0, -0.5, -0.4, 0.3]]
             {
                 if view.contains(Vec2::new(x, y), yaw, pitch) {
-                    let views = cameras.views(HeadAngles { yaw, pitch });
+                    let views = cameras.views(&body, HeadAngles { yaw, pitch });
                     assert!(views.iter().any(|view| view.pixel_in_image(Vec3::new(x, y, 0.0)).is_some()), "{x} {y}");
                     seen += 1;
                 }

@@ -1,4 +1,4 @@
-//! What a camera returns: an RGB image, and on request what each pixel is and how far away.
+//! Camera images: RGB, and on request the label and the depth of each pixel.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -7,8 +7,8 @@ use crate::appearance::Label;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::view::View;
 
-/// A picture, row by row from the top, each from left to right.
-// Read from a saved match in one piece: a byte of it would take fifty, were each reflected on its own.
+/// An image, row by row from the top, each from left to right.
+// Serialised in one piece in saved matches: reflecting each byte on its own would take fifty times the space.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Serialize, Deserialize)]
 pub struct Image {
@@ -18,47 +18,46 @@ pub struct Image {
     pub height: u32,
     /// Red, green and blue of each pixel, sRGB.
     pub rgb: Vec<u8>,
-    /// What each pixel is: the number of a [`Label`]. Empty unless asked for.
+    /// The number of the [`Label`] of each pixel. Empty unless requested.
     pub labels: Vec<u8>,
-    /// How far away each pixel is along the direction in which the camera looks, m; zero for the sky. Empty unless asked
-    /// for.
+    /// The depth of each pixel along the axis of the camera, m; zero for the sky. Empty unless requested.
     pub depth_m: Vec<f32>,
 }
 
-/// What an image should have besides colours.
+/// The layers of an image besides its colours.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Layers {
-    /// What each pixel is.
+    /// Labels.
     pub labels: bool,
-    /// How far away it is.
+    /// Depth.
     pub depth: bool,
 }
 
 impl Layers {
-    /// Everything.
+    /// Both layers.
     pub const ALL: Layers = Layers { labels: true, depth: true };
 }
 
-/// A picture to be drawn.
+/// A request to draw an image.
 #[derive(Debug)]
 pub struct ImageRequest {
-    /// Where it is taken from, and what it does not show.
+    /// The view from which it is taken.
     pub view: View,
-    /// How robots look.
+    /// The design of robots.
     pub design: RobotDesign,
-    /// What is wanted besides colours.
+    /// The layers besides colours.
     pub layers: Layers,
-    /// The picture; its memory is used again.
+    /// The image; its memory is reused.
     pub image: Image,
 }
 
 impl Image {
-    /// Whether there is nothing in it.
+    /// Whether it has no pixels.
     pub fn is_empty(&self) -> bool {
         self.rgb.is_empty()
     }
 
-    /// Forgets everything, and keeps the memory.
+    /// Removes all pixels, and keeps the memory.
     pub fn clear(&mut self) {
         (self.width, self.height) = (0, 0);
         self.rgb.clear();
@@ -66,18 +65,18 @@ impl Image {
         self.depth_m.clear();
     }
 
-    /// The colour of a pixel: `u` from the left, `v` from the top. None outside the image.
+    /// The colour of a pixel, `u` from the left and `v` from the top; `None` outside the image.
     pub fn colour(&self, u: u32, v: u32) -> Option<[u8; 3]> {
         let first = 3 * self.index(u, v)?;
         self.rgb.get(first..first + 3)?.try_into().ok()
     }
 
-    /// What a pixel is, where that was asked for.
+    /// The label of a pixel; `None` outside the image, or without labels.
     pub fn label(&self, u: u32, v: u32) -> Option<Label> {
         Label::from_number(*self.labels.get(self.index(u, v)?)?)
     }
 
-    /// How far away a pixel is, m, where that was asked for.
+    /// The depth of a pixel, m; `None` outside the image, or without depth.
     pub fn depth(&self, u: u32, v: u32) -> Option<f32> {
         self.depth_m.get(self.index(u, v)?).copied()
     }

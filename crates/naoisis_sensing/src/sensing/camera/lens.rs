@@ -1,6 +1,6 @@
-//! What a real lens and a real exposure make of an image: distortion, dark corners, and blur where the camera turns.
+//! Lens and exposure of a real camera: distortion, vignetting, and motion blur while the camera turns.
 //!
-//! A blurred lens, and light that is too much or too little, are among the [noise](super::noise).
+//! Blur of the lens and wrong exposure are part of the [noise](super::noise).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -9,28 +9,28 @@ use super::image::Image;
 use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::knowledge::Knowledge;
 
-/// More than this much of the image's size is not drawn for what distortion pulls into it.
+/// The greatest size of the undistorted image, as a multiple of the image's size.
 const WIDEST: f32 = 2.0;
 
-/// How lens and exposure differ from those of a pinhole that sees an instant. Not at all by default. What is not a pinhole's
-/// any more, the image vision does not know of; labels and distances are distorted as colours are.
+/// Lens and exposure. By default those of a pinhole camera with an instantaneous exposure, which the image vision assumes. Labels and depth
+/// are distorted as the colours are.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lens {
-    /// Radial distortion: what a pinhole sees at the slope r from its axis is seen at r (1 + k1 r² + k2 r⁴); these are k1 and
-    /// k2. Below nought, straight lines bend outwards as on a barrel.
+    /// Radial distortion, k1 and k2: a point at the slope r from the axis of a pinhole camera appears at r (1 + k1 r² + k2 r⁴). Negative for a
+    /// barrel distortion, with which straight lines bend outwards.
     pub distortion: [f32; 2],
-    /// Share of the level of each channel that is lost in the corners; at other places by the square of the distance from
-    /// the middle.
+    /// Vignetting: the share of the level of each channel that is lost in the corners, and in proportion to the square of the distance from
+    /// the middle elsewhere.
     pub vignetting: f32,
-    /// For how long the sensor sees, s: while the camera turns, what it sees is smeared by as much as it turns in this time.
+    /// Exposure time, s: the image is blurred by the turn of the camera in this time.
     pub exposure_s: f32,
 }
 
-/// Where a camera looked when it took its last image.
+/// The direction of a robot's cameras at their last image.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
-pub struct LastLook(Option<Look>);
+pub(crate) struct LastLook(Option<Look>);
 
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 struct Look {
@@ -40,7 +40,7 @@ struct Look {
 }
 
 impl LastLook {
-    /// How fast the camera turned since the last image, yaw and pitch, rad/s; it looks in a direction in this cycle.
+    /// The mean speed of the turn since the last image, yaw and pitch, rad/s. `angles`: the direction in this cycle.
     pub fn turn(&mut self, cycle: u64, angles: Vec2, period: f32) -> Vec2 {
         let before = self.0.replace(Look { cycle, angles });
         let Some(before) = before.filter(|before| before.cycle < cycle) else { return Vec2::ZERO };
@@ -49,30 +49,30 @@ impl LastLook {
     }
 }
 
-/// What lens and exposure do to one image.
+/// The effect of lens and exposure on one image.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct LensEffect {
+pub(crate) struct LensEffect {
     lens: Lens,
-    /// The pinhole of the image as it is to be.
+    /// The intrinsics of the final image.
     intrinsics: CameraIntrinsics,
-    /// By how much the image moves during the exposure, pixels.
+    /// The motion of the image during the exposure, pixels.
     smear: Vec2,
 }
 
-/// What is kept from image to image.
+/// Memory reused from image to image.
 #[derive(Default)]
-pub struct LensBuffer {
+pub(crate) struct LensBuffer {
     copy: Image,
-    /// Of which lens and pinhole `sources` are.
+    /// The lens and intrinsics for which `sources` were computed.
     of: Option<(Lens, CameraIntrinsics)>,
-    /// Where in the drawn image each pixel is from.
+    /// The place in the drawn image of each pixel.
     sources: Vec<Vec2>,
 }
 
 impl Lens {
-    /// What it does to an image of this pinhole, while the camera turns at this speed (yaw and pitch, rad/s).
-    pub fn effect(self, intrinsics: CameraIntrinsics, turn: Vec2) -> LensEffect {
-        // To the left is to smaller columns, downwards to greater rows; what is seen moves the other way.
+    /// The effect on an image with these `intrinsics`, while the camera turns at this speed (yaw and pitch, rad/s).
+    pub(crate) fn effect(self, intrinsics: CameraIntrinsics, turn: Vec2) -> LensEffect {
+        // A turn to the left moves the image to the right, a turn downwards moves it up.
         let smear = self.exposure_s * intrinsics.focal_length * Vec2::new(turn.x, -turn.y);
         LensEffect { lens: self, intrinsics, smear }
     }
@@ -81,7 +81,7 @@ impl Lens {
         self.distortion != [0.0; 2]
     }
 
-    /// The slope at which a pinhole sees what this lens sees at another.
+    /// The slope in a pinhole camera of a point that this lens shows at `slope`.
     fn undistorted(&self, slope: f32) -> f32 {
         let [k1, k2] = self.distortion;
         let mut undistorted = slope;
@@ -97,7 +97,7 @@ impl Lens {
 }
 
 impl LensEffect {
-    /// The pinhole of the image that is to be drawn: it is larger where distortion pulls in what is beside it.
+    /// The intrinsics of the image to be drawn: a barrel distortion needs a larger one.
     pub fn drawn(&self) -> CameraIntrinsics {
         if !self.lens.is_distorted() {
             return self.intrinsics;
@@ -108,7 +108,7 @@ impl LensEffect {
         CameraIntrinsics { focal_length, centre: centre + beside, size: size + 2.0 * beside }
     }
 
-    /// Changes an image that was drawn.
+    /// Applies the effect to a drawn image.
     pub fn apply(&self, image: &mut Image, buffer: &mut LensBuffer) {
         if self.smear.abs().max_element() >= 1.0 {
             smear(image, &mut buffer.copy, self.smear);
@@ -162,9 +162,9 @@ impl LensEffect {
     }
 }
 
-/// The mean along a way through an image, about each pixel.
+/// Averages each pixel along `way`, pixels, centred on it.
 fn smear(image: &mut Image, copy: &mut Image, way: Vec2) {
-    /// A longer one is not told from this.
+    /// More steps make no visible difference.
     const MOST_STEPS: f32 = 64.0;
 
     let steps = way.abs().max_element().ceil().min(MOST_STEPS) as i32;
@@ -193,7 +193,7 @@ fn smear(image: &mut Image, copy: &mut Image, way: Vec2) {
     }
 }
 
-/// The colour at a place of an image, between those of the four pixels around it.
+/// The colour at a place of an image, interpolated between the four pixels around it.
 fn between_pixels(image: &Image, place: Vec2) -> [u8; 3] {
     let corner = place - 0.5;
     let whole = corner.floor();

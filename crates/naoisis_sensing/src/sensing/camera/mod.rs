@@ -1,21 +1,21 @@
-//! Cameras: those that the robot's model has. A NAO has two (paper, section 3.1 and Table 1).
+//! Cameras of the robot's model. A NAO has two (paper, section 3.1 and Table 1).
 //!
-//! **What it measures.** An image from each. Of a NAO, one from the upper camera that looks ahead and one from the lower that
-//! looks 40° further down, of 320 x 240 pixels with a field of view of 58° along the diagonal (47.8° x 36.8°). The
-//! geometry of both is the [model](naoisis_core::camera_model). What is recognised in them is the [vision](crate::sensing::vision)'s matter,
-//! which need not have an image rendered.
+//! **What they measure.** An image each. A NAO has an upper camera that looks ahead and a lower one that looks 40° further down, with 320 x
+//! 240 pixels and a field of view of 58° along the diagonal (47.8° x 36.8°). The [camera model](naoisis_core::camera_model) has their
+//! geometry. The [vision](crate::sensing::vision) detects objects, with or without rendered images.
 //!
-//! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"` or `"gpu"`), and for robots that see by them
-//! (`"source": "image"`): of either design of robots, in every cycle or every few, with changing light, noise and blur
-//! ([`noise`]), a lens that distorts and an exposure that smears ([`lens`]), and for learning with what each pixel is and how far away. A robot does not see itself. One that is off the
-//! pitch or lies has no images. Pixels integrate the light over their area: far lines are faint lines, not dashes.
+//! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"` or `"gpu"`), and for robots whose vision uses them
+//! (`"source": "image"`): with either design of robots, in every cycle or every few, with changing light, noise and blur ([`noise`]), the
+//! distortion of the lens and the blur of the exposure ([`lens`]), and for learning with the label and the depth of each pixel. A robot does
+//! not see itself. A robot that is off the pitch or lies has no images. Pixels integrate the light over their area: far lines are faint
+//! lines, not dashes.
 //!
 //! **Units and rate.** Pixels, u to the right and v down, from the outer corner of the top-left pixel; 30 images per
 //! second, which is the cycle.
 //!
 //! **The real NAO** of the paper's time (V3) has two OV7670 sensors at 30 images per second with exactly this field
-//! of view, of which only one could be read at a time; today's (V6) reads both. With a level head the upper camera
-//! sees the floor from 1.67 m on, the lower from 0.34 to 1.24 m: what lies between is seen by neither.
+//! of view, of which only one could be read at a time; the current one (V6) reads both. With a level head the upper camera sees the floor
+//! from 1.67 m on, the lower one from 0.34 to 1.24 m: neither sees the floor in between.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -41,7 +41,7 @@ use image::{Image, ImageRequest};
 use lens::{LastLook, Lens};
 use noise::ImageNoise;
 
-/// Robots with cameras. Their images are the [rendering](crate::sensing::rendering)'s matter.
+/// Registers cameras. The [rendering](crate::sensing::rendering) takes their images.
 pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
@@ -56,46 +56,46 @@ impl Plugin for CameraPlugin {
     }
 }
 
-/// Whether, and by what, camera images are rendered.
+/// Whether camera images are rendered, and by which renderer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CameraRendering {
-    /// By software, for robots that see by their images; no images for others.
+    /// The software renderer for robots whose vision uses images; no images for others.
     #[default]
     Auto,
     /// No images.
     Off,
-    /// By the software renderer.
+    /// The software renderer.
     Software,
-    /// By Bevy on a graphics card: of the same scene, but pixel by pixel the same only on the same machine.
+    /// Bevy's renderer on a graphics card. Images are reproducible only on the same machine.
     Gpu,
 }
 
-/// Why camera images cannot be rendered as they should be.
+/// The chosen renderer is not available.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct RenderingUnavailable(pub String);
 
-/// Draws pictures of scenes on a graphics card. The crate `naoisis_gpu` has one.
+/// A renderer of scenes on a graphics card. The crate `naoisis_gpu` has one.
 pub trait SceneRenderer: Send + Sync {
-    /// Draws the pictures of `scene` that `requests` ask for.
+    /// Draws the requested images of `scene`.
     ///
     /// # Errors
-    /// When a picture is too large, or the adapter fails. The pictures are not to be used then.
+    /// When an image is too large, or the adapter fails. The images are then undefined.
     fn draw(&mut self, scene: &Scene, requests: &mut [&mut ImageRequest]) -> Result<(), RenderingUnavailable>;
 }
 
-/// Starts the renderer of the graphics card. Programs without this resource have no such renderer.
+/// Starts the renderer of the graphics card. Absent in programs without such a renderer.
 #[derive(Resource, Clone, Copy)]
 pub struct GpuBackend(pub fn() -> Result<Box<dyn SceneRenderer>, RenderingUnavailable>);
 
-/// The renderer of the graphics card, in the world of a match whose camera images it draws.
+/// The renderer of the graphics card, in the world of a match whose images it draws.
 #[derive(Resource)]
 pub struct GpuCameras(pub Box<dyn SceneRenderer>);
 
 impl CameraRendering {
-    /// Gets the world of a match ready for images that are rendered so.
+    /// Prepares the world of a match for this renderer.
     ///
     /// # Errors
     /// When this program, or this machine, cannot render on a graphics card.
@@ -111,23 +111,23 @@ impl CameraRendering {
     }
 }
 
-/// Which of a robot's cameras return images.
+/// The cameras of a robot that take images.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub enum CameraChoice {
-    /// All of them.
+    /// All cameras: `both` or `all` in files.
     #[default]
-    Both,
-    /// The one of this name.
+    All,
+    /// The camera of this name.
     Only(CameraName),
 }
 
 impl CameraChoice {
-    /// Whether this camera is among them.
+    /// Whether `camera` is among them.
     pub fn includes(self, camera: CameraName) -> bool {
         match self {
-            CameraChoice::Both => true,
+            CameraChoice::All => true,
             CameraChoice::Only(name) => camera == name,
         }
     }
@@ -136,7 +136,7 @@ impl CameraChoice {
 impl Serialize for CameraChoice {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            CameraChoice::Both => serializer.serialize_str("both"),
+            CameraChoice::All => serializer.serialize_str("both"),
             CameraChoice::Only(name) => name.serialize(serializer),
         }
     }
@@ -146,7 +146,7 @@ impl<'de> Deserialize<'de> for CameraChoice {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let word = String::deserialize(deserializer)?;
         match word.as_str() {
-            "both" | "all" => Ok(CameraChoice::Both),
+            "both" | "all" => Ok(CameraChoice::All),
             name => name.parse().map(CameraChoice::Only).map_err(serde::de::Error::custom),
         }
     }
@@ -157,24 +157,24 @@ impl<'de> Deserialize<'de> for CameraChoice {
 #[reflect(Component, @Knowledge::Sensor)]
 #[require(Stride)]
 pub struct CameraImages {
-    /// The cycle at the start of which they were taken; none without images.
+    /// The cycle at the start of which they were taken; `None` without images.
     pub cycle: Option<u64>,
-    /// The cycle in which they arrived: the same, unless they are [late](crate::sensing::latency).
+    /// The cycle in which they arrived: the same, unless they are [delayed](naoisis_core::robot::latency).
     #[serde(default)]
     pub arrived: Option<u64>,
-    /// The images of the cameras that ever had one, by their names; empty without one.
+    /// The images of all cameras that have had one, by camera.
     images: Vec<(CameraName, Image)>,
 }
 
 static NO_IMAGE: Image = Image { width: 0, height: 0, rgb: Vec::new(), labels: Vec::new(), depth_m: Vec::new() };
 
 impl CameraImages {
-    /// The image of one camera; empty without one.
+    /// The image of `camera`; empty if it has none.
     pub fn of(&self, camera: CameraName) -> &Image {
         self.iter().find(|(name, _)| *name == camera).map_or(&NO_IMAGE, |(_, image)| image)
     }
 
-    /// The image of one camera, to be changed.
+    /// The image of `camera`, mutably.
     pub fn of_mut(&mut self, camera: CameraName) -> &mut Image {
         let index = self.images.iter().position(|(name, _)| *name == camera).unwrap_or_else(|| {
             self.images.push((camera, Image::default()));
@@ -183,17 +183,17 @@ impl CameraImages {
         &mut self.images[index].1
     }
 
-    /// All images, by their cameras' names.
+    /// All images with their cameras.
     pub fn iter(&self) -> impl Iterator<Item = (CameraName, &Image)> {
         self.images.iter().map(|(name, image)| (*name, image))
     }
 
-    /// Whether there never was an image.
+    /// Whether there has never been an image.
     pub fn are_unused(&self) -> bool {
         self.images.is_empty()
     }
 
-    /// Forgets the images, and keeps the memory.
+    /// Removes all images, and keeps the memory.
     pub fn clear(&mut self) {
         (self.cycle, self.arrived) = (None, None);
         self.images.iter_mut().for_each(|(_, image)| image.clear());
@@ -215,29 +215,26 @@ pub struct CameraSettings {
     /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1).
     #[serde(rename = "diagonal_fov_deg", with = "file_units::degrees")]
     pub diagonal_fov: f32,
-    /// Which cameras there are.
+    /// The cameras.
     pub mounts: CameraMounts,
-    /// The point about which they turn with the head, m, robot frame: where the body has its neck.
-    #[serde(skip)]
-    pub neck_m: Vec3,
-    /// Which cameras return images.
+    /// The cameras that take images.
     pub which: CameraChoice,
-    /// Images are taken in every so many cycles, at least 1. A camera may have another number of its own: where others take
-    /// an image and it does not, it has none.
+    /// Cycles from one image to the next, at least 1. A camera may have a number of its own; it has no image in cycles in which only others
+    /// take one.
     pub every_cycles: u32,
-    /// How robots look in the images.
+    /// The design of robots in the images.
     pub design: RobotDesign,
     /// Light and noise.
     pub noise: ImageNoise,
-    /// Distortion, dark corners and exposure.
+    /// Distortion, vignetting and exposure.
     pub lens: Lens,
-    /// Whether pixels integrate the light over all of their area, as a sensor's do: far lines stay lines instead of dashes.
+    /// Whether pixels integrate the light over their area, as those of a sensor do: far lines stay lines instead of dashes.
     pub antialiasing: bool,
     /// Whether bodies cast shadows on the ground.
     pub shadows: bool,
-    /// Whether images say of each pixel what it is: ground truth, for learning.
+    /// Whether images have the label of each pixel: ground truth, for learning.
     pub labels: bool,
-    /// Whether images say of each pixel how far away it is: ground truth, for learning.
+    /// Whether images have the depth of each pixel: ground truth, for learning.
     pub depth: bool,
 }
 
@@ -249,7 +246,6 @@ impl Default for CameraSettings {
             height: 240,
             diagonal_fov: to_radians(58.0),
             mounts: CameraMounts::default(),
-            neck_m: Body::default().neck_m,
             which: CameraChoice::default(),
             every_cycles: 1,
             design: RobotDesign::default(),
@@ -270,7 +266,7 @@ impl From<&CameraSettings> for CameraIntrinsics {
 }
 
 impl CameraSettings {
-    /// The pinhole of one of the cameras.
+    /// The intrinsics of one of the cameras.
     pub fn intrinsics(&self, mount: &CameraMount) -> CameraIntrinsics {
         let [width, height] = mount.size.unwrap_or([self.width, self.height]);
         let size = Vec2::new(width as f32, height as f32);
@@ -282,27 +278,27 @@ impl CameraSettings {
         Lens { distortion: mount.distortion.unwrap_or(self.lens.distortion), ..self.lens }
     }
 
-    /// What all cameras see in a head at these angles.
-    pub fn views(&self, head: HeadAngles) -> CameraViews {
+    /// The views of all cameras of a robot with this `body`, with the head at the angles `head`.
+    pub fn views(&self, body: &Body, head: HeadAngles) -> CameraViews {
         let mut views = CameraViews::default();
-        self.look(head, &mut views);
+        self.update_views(body, head, &mut views);
         views
     }
 
-    /// Makes these views those of all cameras in a head at these angles.
-    pub fn look(&self, head: HeadAngles, views: &mut CameraViews) {
+    /// As [`views`](Self::views), in the memory of `views`.
+    pub fn update_views(&self, body: &Body, head: HeadAngles, views: &mut CameraViews) {
         let common = CameraIntrinsics::from(self);
         let own = |mount: &CameraMount| match (mount.size, mount.diagonal_fov) {
             (None, None) => common,
             _ => self.intrinsics(mount),
         };
-        views.set(&self.mounts, own, self.neck_m, head);
+        views.set(&self.mounts, own, body.neck_m, head);
     }
 
-    /// What one camera sees in a head at these angles, if there is one of this name.
-    pub fn view(&self, camera: CameraName, head: HeadAngles) -> Option<CameraView> {
+    /// The view of one camera of a robot with this `body`, with the head at the angles `head`; `None` without such a camera.
+    pub fn view(&self, camera: CameraName, body: &Body, head: HeadAngles) -> Option<CameraView> {
         let mount = self.mounts.get(camera)?;
-        Some(CameraView::new(self.intrinsics(mount), mount, self.neck_m, head))
+        Some(CameraView::new(self.intrinsics(mount), mount, body.neck_m, head))
     }
 }
 

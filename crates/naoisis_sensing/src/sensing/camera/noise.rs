@@ -1,4 +1,4 @@
-//! What a real camera adds to its images: changing light, colours that are off, pixel noise and blur.
+//! Noise of camera images: changing light, colour shifts, pixel noise and blur.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -13,17 +13,17 @@ use naoisis_core::random::RandomStream;
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImageNoise {
-    /// By what all channels are multiplied.
+    /// The factor on all channels.
     pub brightness: f32,
-    /// Standard deviation of that factor from image to image.
+    /// Standard deviation of the factor from image to image.
     pub brightness_sd: f32,
-    /// What is added to red, green and blue, of 255.
+    /// Added to red, green and blue, of 255.
     pub colour_shift: [f32; 3],
-    /// Standard deviation of each of those from image to image, of 255.
+    /// Standard deviation of each shift from image to image, of 255.
     pub colour_shift_sd: f32,
     /// Standard deviation of each channel of each pixel, of 255.
     pub pixel_sd: f32,
-    /// Radius of the blur (its standard deviation), pixels.
+    /// Standard deviation of the blur, pixels.
     pub blur_px: f32,
 }
 
@@ -41,11 +41,11 @@ impl Default for ImageNoise {
 }
 
 impl ImageNoise {
-    /// The widest blur, pixels.
+    /// The greatest standard deviation of the blur, pixels.
     pub const MOST_BLUR_PX: f32 = 8.0;
 
-    /// Draws what it does to the next image.
-    pub fn draw(&self, stream: &mut RandomStream) -> DrawnNoise {
+    /// Draws the noise of one image.
+    pub(crate) fn draw(&self, stream: &mut RandomStream) -> DrawnNoise {
         let gain = self.brightness + stream.gaussian(self.brightness_sd);
         let shift = self.colour_shift.map(|shift| shift + stream.gaussian(self.colour_shift_sd));
         let seed = if self.pixel_sd > 0.0 { stream.next_u64() } else { 0 };
@@ -53,9 +53,9 @@ impl ImageNoise {
     }
 }
 
-/// What the light and the noise do to one image, as drawn for it.
+/// The light and noise drawn for one image.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct DrawnNoise {
+pub(crate) struct DrawnNoise {
     gain: f32,
     shift: [f32; 3],
     pixel_sd: f32,
@@ -63,13 +63,13 @@ pub struct DrawnNoise {
     seed: u64,
 }
 
-/// The copy of an image that blurring needs, kept so that nothing is allocated.
+/// Memory for blurring, reused from image to image.
 #[derive(Default)]
-pub struct NoiseBuffer {
+pub(crate) struct NoiseBuffer {
     copy: Vec<u8>,
 }
 
-/// Draws from the normal distribution, in 256ths: pixels take them in turn, from a place of each row's own.
+/// Draws from the normal distribution, in 256ths. The pixels of a row use them in turn, from a random start.
 static NORMAL: LazyLock<Vec<i32>> = LazyLock::new(|| {
     let mut stream = RandomStream::for_match(0, "pixel noise");
     (0..NORMAL_COUNT).map(|_| (stream.gaussian(256.0)).round() as i32).collect()
@@ -77,7 +77,7 @@ static NORMAL: LazyLock<Vec<i32>> = LazyLock::new(|| {
 const NORMAL_COUNT: usize = 1 << 14;
 
 impl DrawnNoise {
-    /// Changes the colours of an image. What its pixels are and how far away stays.
+    /// Changes the colours of an image, and not its labels and depth.
     pub fn apply(&self, image: &mut Image, buffer: &mut NoiseBuffer) {
         if self.blur_px > 0.0 {
             blur(image, &mut buffer.copy, self.blur_px);
@@ -124,10 +124,10 @@ fn mixed(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Samples of a bell to each side of its middle, at most.
+/// The greatest number of samples of the kernel to each side of its middle.
 const MOST_REACH: usize = 20;
 
-/// Blurs along rows and columns with a bell of this standard deviation, pixels.
+/// Blurs along rows and columns with a Gaussian kernel of this standard deviation, pixels.
 fn blur(image: &mut Image, copy: &mut Vec<u8>, sd: f32) {
     let sd = sd.min(ImageNoise::MOST_BLUR_PX);
     let reach = (2.5 * sd).ceil() as usize;
@@ -136,7 +136,7 @@ fn blur(image: &mut Image, copy: &mut Vec<u8>, sd: f32) {
         *weight = ops::exp(-((offset * offset) as f32) / (2.0 * sd * sd));
     }
     let sum = 2.0 * bell.iter().sum::<f32>() - bell[0];
-    // In 65536ths; the middle has what is left, so that even areas stay as they are.
+    // In 65536ths; the middle has the rest, so that uniform areas do not change.
     let mut weights = bell.map(|weight| (weight / sum * 65536.0) as u32);
     weights[0] = 65536 - 2 * weights[1..].iter().sum::<u32>();
     let weights = &weights[..=reach];

@@ -42,14 +42,14 @@ fn images_show_what_is_in_front_of_the_robot() {
     let settings = small();
     let images = images(&mut app, robot, settings);
     assert_eq!(images.cycle, Some(1));
-    let views = settings.views(*app.world().get::<HeadAngles>(robot).unwrap());
-    let label = |side: CameraName, point: Vec3| {
-        let pixel = views[settings.mounts.order(side)].project(point).unwrap();
-        images.of(side).label(pixel.x as u32, pixel.y as u32)
+    let views = settings.views(&Body::default(), *app.world().get::<HeadAngles>(robot).unwrap());
+    let label = |camera: CameraName, point: Vec3| {
+        let pixel = views[settings.mounts.order(camera)].project(point).unwrap();
+        images.of(camera).label(pixel.x as u32, pixel.y as u32)
     };
     assert_eq!(label(CameraName::BOTTOM, Vec3::new(0.6, 0.1, 0.03)), Some(Label::Ball));
     assert_eq!(label(CameraName::TOP, Vec3::new(1.5, 0.0, 0.3)), Some(Label::PinkWaistband));
-    // Nobody else has images.
+    // The other robot has no images.
     assert_eq!(app.world().get::<CameraImages>(other).unwrap().cycle, None);
 }
 
@@ -90,7 +90,7 @@ fn a_camera_may_have_a_rate_and_a_lens_of_its_own() {
 }
 
 #[test]
-fn by_default_only_those_have_images_who_see_by_them() {
+fn by_default_only_robots_whose_vision_uses_images_have_some() {
     let (mut app, robot, other) = world();
     let settings = CameraSettings { render: CameraRendering::Auto, ..small() };
     set(&mut app, other, settings);
@@ -128,7 +128,7 @@ fn images_without_noise_draw_no_random_numbers() {
 }
 
 #[test]
-fn who_lies_has_no_images() {
+fn a_lying_robot_has_no_images() {
     let (mut app, robot, _) = world();
     images(&mut app, robot, small());
     set(&mut app, robot, Posture::Fallen { cycles: 1 });

@@ -1,27 +1,25 @@
 //! The two sonars (paper, section 3.1 and Fig. 4).
 //!
-//! **What they measure.** Each sonar hears the nearest point of another robot's torso or of a post inside a sector of
-//! ±18° about its direction, 19.48° to the left or right of the robot's x axis. The apex is the robot's centre, and
-//! distances are taken at the sonar's height, 0.40 m: the ball is too low to be heard, and so are legs. The sonars
-//! are in the chest, so they turn with the body and not with the head.
+//! **What they measure.** Each sonar measures the distance to the nearest point of another robot's torso or of a post inside a sector of ±18°
+//! about its direction, 19.48° to the left or right of the robot's x axis. The apex is the robot's centre, and distances are measured at
+//! the sonar's height, 0.40 m: the ball and legs are too low. The sonars are in the chest, so they turn with the body and not with the head.
 //!
-//! **Units, range and rate.** Metres, from 0.15 to 0.75. Without an echo in that range there is no reading. A thing
-//! nearer than the minimum gives no reading either, and hides what is behind it: the manual of 2010 says that "under
-//! 15 cm there is no distance information". A new reading in each cycle, or as often as the sonars ping
-//! ([`SonarSettings::rate_hz`]): in between the last one stays.
+//! **Units, range and rate.** Metres, from 0.15 to 0.75. Without an echo in that range there is no reading. An object nearer than the minimum
+//! gives no reading either, and hides objects behind it: the manual of 2010 says that "under 15 cm there is no distance information". There
+//! is a new reading in each cycle, or at the rate of the pings ([`SonarSettings::rate_hz`]): in between the last one stays.
 //!
-//! **Noise.** [`SonarNoise`] is added to the distance of an echo, and the sum is held within the range; a missed echo
-//! ([`SonarSettings::miss_probability`]) is no reading. The default is a normal distribution with 1 cm standard deviation
+//! **Noise.** [`SonarNoise`] is added to the distance of an echo, and the sum is clamped to the range; a missed echo
+//! ([`SonarSettings::miss_probability`]) gives no reading. The default is a normal distribution with 1 cm standard deviation
 //! and no misses: the sensor's resolution is 1 cm, and NaoDevils' simulator has ±1 cm too, and misses 10 % of the echoes.
 //!
-//! **Crosstalk** ([`SonarSettings::crosstalk_probability`]): a robot with sonars that faces this one, and is faced by it, is heard
-//! straight. Its pings arrive at any time, and seem to be an echo from anywhere in the range, if nothing nearer is heard. As
-//! such a ping has gone one way only, it is heard from twice as far as an echo.
+//! **Crosstalk** ([`SonarSettings::crosstalk_probability`]): two robots with sonars that face each other receive each other's pings. Such a
+//! ping arrives at any time, and gives a false reading at a random distance, unless there is a nearer echo. As it travels one way only, it
+//! is received from twice the range of an echo.
 //!
-//! Noise of your own: set [`SonarNoise::None`] and change the [`SonarReading`] in a system in
-//! [`SensingSystems::Custom`], with its random numbers from a [`RandomStream`] of its own.
+//! For noise of your own, set [`SonarNoise::None`] and change the [`SonarReading`] in a system in [`SensingSystems::Custom`], with random
+//! numbers from a [`RandomStream`] of its own.
 //!
-//! **The real NAO** measures every 100 ms, hears the pulses of others, and the effective cone is given as 60°.
+//! **The real NAO** measures every 100 ms, receives the pulses of others, and its effective cone is given as 60°.
 //! rUNSWift's report of 2010 found spikes ([`SonarNoise::Outliers`]) and readings beyond 1 m unreliable.
 //!
 //! ```
@@ -56,14 +54,14 @@ use naoisis_core::knowledge::Knowledge;
 use naoisis_core::random::{RandomStream, RandomStreams};
 use naoisis_core::team::RobotId;
 
-pub mod sector;
+mod sector;
 
 use sector::{Sector, nearer};
 
-/// The ends of the range belong to it, give or take what single precision makes of a distance, m.
+/// Tolerance at the ends of the range, for rounding, m.
 const EDGE_M: f32 = 1e-6;
 
-/// A ping is due in a cycle, give or take what single precision makes of a time, s.
+/// Tolerance of the time of a ping, for rounding, s.
 const EDGE_S: f32 = 1e-5;
 
 /// Fills every robot's [`SonarReading`].
@@ -81,7 +79,7 @@ impl Plugin for SonarPlugin {
     }
 }
 
-/// What the two sonars measured last, m; nothing in range is no reading.
+/// The last readings of the two sonars, m; `None` without an echo in range.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 pub struct SonarReading {
@@ -89,45 +87,45 @@ pub struct SonarReading {
     pub left: Option<f32>,
     /// The right sonar's distance, m.
     pub right: Option<f32>,
-    /// When they pinged, s since the start; none if that was at the start of this cycle, as it always is of sonars that have
-    /// neither a [rate](SonarSettings::rate_hz) nor a [latency](crate::sensing::latency).
+    /// The time of the ping, s since the start of the match; `None` if it was the start of this cycle, as always for sonars without a
+    /// [rate](SonarSettings::rate_hz) and a [latency](naoisis_core::robot::latency).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
 }
 
-/// When a robot's sonars ping.
+/// The timing of a robot's pings.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
-pub struct SonarPings {
-    /// Until the next ping, s. Drawn when there first is a rate: no two robots ping in step.
+pub(crate) struct SonarPings {
+    /// The time until the next ping, s. Drawn on first use, so that robots do not ping at the same times.
     until_next_s: Option<f32>,
 }
 
 impl SonarPings {
-    /// Whether there is a ping in this cycle of `period` seconds, of so many in a second.
+    /// Advances by a cycle of `period` seconds, with `rate_hz` pings a second. Returns whether there is a ping in this cycle.
     fn advance(&mut self, rate_hz: f32, period: f32, stream: &mut RandomStream) -> bool {
         let gap_s = rate_hz.recip();
         let until_next_s = self.until_next_s.unwrap_or_else(|| gap_s * stream.uniform()) - period;
         let is_due = until_next_s <= EDGE_S;
-        // Cycles that are longer have one ping each.
+        // Cycles longer than the gap have one ping each.
         self.until_next_s = Some(if is_due { (until_next_s + gap_s).max(0.0) } else { until_next_s });
         is_due
     }
 }
 
-/// Where a robot's sonar readings come from.
+/// The source of a robot's sonar readings.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum SonarSource {
-    /// From the echoes in the sector.
+    /// The echoes in the sector.
     #[default]
     Echo,
-    /// Perfect, for debugging: exact and at any distance, but in the sector still.
+    /// Exact and at any distance in the sector, for debugging.
     Truth,
 }
 
-/// The error of a measured distance. In files also `"default"`: that of [`SonarSettings::default`].
+/// The error of a measured distance. Files may also say `"default"`: [`SonarNoise::DEFAULT`].
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", from = "SonarNoiseForm")]
 pub enum SonarNoise {
@@ -144,7 +142,7 @@ pub enum SonarNoise {
         /// Greatest deviation to either side, m.
         half_width_m: f32,
     },
-    /// Normally distributed, now and then anywhere in the range.
+    /// Normally distributed, with some readings anywhere in the range.
     Outliers {
         /// Standard deviation of the good readings, m.
         sd_m: f32,
@@ -153,7 +151,7 @@ pub enum SonarNoise {
     },
 }
 
-/// How a [`SonarNoise`] is read.
+/// The form of a [`SonarNoise`] in files.
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum SonarNoiseForm {
@@ -180,7 +178,7 @@ impl SonarNoise {
     /// The noise of [`SonarSettings::default`]: 1 cm, normally distributed.
     pub const DEFAULT: SonarNoise = SonarNoise::Gaussian { sd_m: 0.01 };
 
-    /// A measured distance, from the true one, before it is held within the range from `min` to `max` m.
+    /// Adds the error to a true distance. The result is not clamped to the range from `min` to `max`, m.
     pub fn perturb(self, distance: f32, [min, max]: [f32; 2], stream: &mut RandomStream) -> f32 {
         match self {
             SonarNoise::None => distance,
@@ -205,7 +203,7 @@ impl SonarNoise {
 pub struct SonarSettings {
     /// Whether the robot has sonars.
     pub fitted: bool,
-    /// Where the readings come from.
+    /// The source of the readings.
     pub source: SonarSource,
     /// Least distance, m: 0.15 (paper, section 3.1).
     pub min_m: f32,
@@ -223,9 +221,9 @@ pub struct SonarSettings {
     pub noise: SonarNoise,
     /// Probability that an echo is missed.
     pub miss_probability: f32,
-    /// How often the sonars ping, Hz; none for once in each cycle.
+    /// Rate of the pings, Hz; `None` for one in each cycle.
     pub rate_hz: Option<f32>,
-    /// Probability that one of a pair of sonars takes a ping of another robot, which faces it, for an echo.
+    /// Probability that a sonar takes a ping of another robot that faces it for an echo.
     pub crosstalk_probability: f32,
 }
 
@@ -276,40 +274,39 @@ fn measure_distances(
     }
 }
 
-/// The true distances to the nearest points in the sectors of both sonars, left and right, at any range up to the
-/// settings' greatest.
+/// The true distances to the nearest points in the sectors of the left and the right sonar, up to the greatest range of the settings.
 pub fn echoes(settings: &SonarSettings, own_id: RobotId, own_pose: Pose, scene: &Scene) -> [Option<f32>; 2] {
     let range = match settings.source {
         SonarSource::Echo => settings.max_m,
         SonarSource::Truth => f32::INFINITY,
     };
     let may_hear = |place: Vec2, reach: f32| is_near(place - own_pose.position, reach + range + EDGE_M);
-    // Mostly there is nothing near, which needs no angles.
-    let ears = LazyCell::new(|| Ears::of(settings, own_pose.forward()));
+    // Computed on first use: usually nothing is near.
+    let sectors = LazyCell::new(|| SonarSectors::of(settings, own_pose.forward()));
     let mut nearest = [None, None];
     let mut hear = |distance_to: &dyn Fn(Vec2) -> Option<f32>| {
-        nearest[0] = nearer(nearest[0], distance_to(ears.left_axis));
-        nearest[1] = nearer(nearest[1], distance_to(ears.right_axis));
+        nearest[0] = nearer(nearest[0], distance_to(sectors.left_axis));
+        nearest[1] = nearer(nearest[1], distance_to(sectors.right_axis));
     };
     for robot in &scene.robots {
         if robot.id != own_id && may_hear(robot.pose.position, robot.reach) {
-            let centre = unrotate(ears.forward, robot.pose.position - own_pose.position);
-            let facing = unrotate(ears.forward, robot.forward);
-            hear(&|axis| distance_to_body(ears.sector, axis, robot, centre, facing, settings.height_m));
+            let centre = unrotate(sectors.forward, robot.pose.position - own_pose.position);
+            let facing = unrotate(sectors.forward, robot.forward);
+            hear(&|axis| distance_to_body(sectors.sector, axis, robot, centre, facing, settings.height_m));
         }
     }
     for ScenePost { position, post } in &scene.posts {
         if post.height >= settings.height_m && may_hear(*position, post.radius) {
-            let centre = unrotate(ears.forward, *position - own_pose.position);
-            hear(&|axis| ears.sector.distance_to_disc(unrotate(axis, centre), post.radius));
+            let centre = unrotate(sectors.forward, *position - own_pose.position);
+            hear(&|axis| sectors.sector.distance_to_disc(unrotate(axis, centre), post.radius));
         }
     }
     nearest.map(|distance| distance.filter(|&distance| distance <= range + EDGE_M))
 }
 
-/// Which way a robot's sonars listen.
+/// The sectors of a robot's two sonars.
 #[derive(Clone, Copy)]
-struct Ears {
+struct SonarSectors {
     /// The unit vector along which the robot faces, pitch frame.
     forward: Vec2,
     /// The unit vectors along the sonars' axes, robot frame.
@@ -318,20 +315,20 @@ struct Ears {
     sector: Sector,
 }
 
-impl Ears {
+impl SonarSectors {
     fn of(settings: &SonarSettings, forward: Vec2) -> Self {
         let left_axis = unit(settings.heading);
         let right_axis = Vec2::new(left_axis.x, -left_axis.y);
         Self { forward, left_axis, right_axis, sector: Sector::new(settings.half_angle) }
     }
 
-    /// Whether a place, m, robot frame, is in the sector of the left sonar, and of the right one.
-    fn have_in_sector(&self, place: Vec2) -> [bool; 2] {
+    /// Whether `place`, m, robot frame, is in the sector of the left sonar, and of the right one.
+    fn contain(&self, place: Vec2) -> [bool; 2] {
         [self.left_axis, self.right_axis].map(|axis| self.sector.contains(unrotate(axis, place)))
     }
 }
 
-/// Which sonars, left and right, hear pings straight from another robot: one that each has in a sector of its own.
+/// Whether the left and the right sonar receive pings of another robot: each of the two robots is in a sector of the other.
 fn hears_pings<'a>(
     settings: &SonarSettings,
     own_id: RobotId,
@@ -339,28 +336,27 @@ fn hears_pings<'a>(
     scene: &Scene,
     sonar_of: impl Fn(RobotId) -> Option<&'a SonarSettings>,
 ) -> [bool; 2] {
-    let ears = Ears::of(settings, own_pose.forward());
+    let sectors = SonarSectors::of(settings, own_pose.forward());
     let mut hears = [false; 2];
     for robot in scene.robots.iter().filter(|robot| robot.id != own_id) {
         let offset = robot.pose.position - own_pose.position;
-        let heard = ears.have_in_sector(unrotate(ears.forward, offset));
+        let heard = sectors.contain(unrotate(sectors.forward, offset));
         if heard == [false; 2] {
             continue;
         }
         let Some(sender) = sonar_of(robot.id) else { continue };
         let reaches = sender.source == SonarSource::Echo && is_near(offset, 2.0 * sender.max_m);
-        // Robots are mostly built alike.
+        // Most robots have the same sonars.
         let is_alike = [sender.heading, sender.half_angle] == [settings.heading, settings.half_angle];
-        let others = if is_alike { ears } else { Ears::of(sender, robot.forward) };
-        if reaches && others.have_in_sector(unrotate(robot.forward, -offset)) != [false; 2] {
+        let others = if is_alike { sectors } else { SonarSectors::of(sender, robot.forward) };
+        if reaches && others.contain(unrotate(robot.forward, -offset)) != [false; 2] {
             hears = [hears[0] || heard[0], hears[1] || heard[1]];
         }
     }
     hears
 }
 
-/// What the sonars make of pings that they hear straight from others: now and then an echo from anywhere in the range. The
-/// nearer one counts.
+/// Adds crosstalk to a reading: with a probability, a false echo anywhere in the range. The nearer of the false and the true echo counts.
 fn with_crosstalk(
     settings: &SonarSettings,
     reading: SonarReading,
@@ -379,8 +375,8 @@ fn is_near(offset: Vec2, distance: f32) -> bool {
     offset.length_squared() <= distance * distance
 }
 
-/// The distance to that box of a robot's body which is as high as the sonar: at the default height, its torso. The
-/// robot stands at `centre` and faces along `facing`, both in the frame of the robot that listens.
+/// The distance to the boxes of a robot's body at the height of the sonar: at the default height, its torso. The robot stands at `centre`
+/// and faces along `facing`, both in the frame of the robot with the sonar.
 fn distance_to_body(
     sector: Sector,
     axis: Vec2,
@@ -407,7 +403,7 @@ fn distance_to_body(
         .reduce(f32::min)
 }
 
-/// What the sonars make of the true distances.
+/// The readings for these true distances, left and right.
 pub fn measure(settings: &SonarSettings, [left, right]: [Option<f32>; 2], stream: &mut RandomStream) -> SonarReading {
     let mut listen = |distance: Option<f32>| match settings.source {
         SonarSource::Truth => distance,

@@ -14,7 +14,7 @@ pub struct Sector {
 }
 
 impl Sector {
-    /// The sector with this half opening, radians; at most a quarter turn.
+    /// The sector with this half opening angle, radians; at most a quarter turn.
     pub fn new(half_angle: f32) -> Self {
         let left_edge = unit(half_angle.clamp(0.0, core::f32::consts::FRAC_PI_2));
         Self { left_edge }
@@ -26,18 +26,18 @@ impl Sector {
         [-self.left_edge.perp_dot(point), -self.left_edge.perp_dot(mirrored)]
     }
 
-    /// Whether a point is in it.
+    /// Whether the sector contains `point`.
     pub fn contains(self, point: Vec2) -> bool {
         self.margins(point).into_iter().all(|margin| margin >= 0.0)
     }
 
-    /// Whether something of a disc may be in it: none is, if all of the disc is outside one of the edges.
+    /// Whether a part of a disc may be inside: false if all of the disc is outside one of the edges.
     pub fn may_contain(self, centre: Vec2, radius: f32) -> bool {
         self.margins(centre).into_iter().all(|margin| margin >= -radius)
     }
 
-    /// The distance from the apex to the nearest point of a disc inside the sector; none if all of it is outside, zero
-    /// if the apex is in it.
+    /// The distance from the apex to the nearest point of a disc inside the sector: `None` if all of it is outside, zero if the apex is
+    /// inside the disc.
     pub fn distance_to_disc(self, centre: Vec2, radius: f32) -> Option<f32> {
         let distance = centre.length();
         if distance <= radius {
@@ -46,7 +46,7 @@ impl Sector {
         if self.contains(centre) {
             return Some(distance - radius);
         }
-        // The centre is outside, so what is nearest inside lies on an edge: |t e - c| = r, the smaller root.
+        // The centre is outside, so the nearest point lies on an edge: |t e - c| = r, the smaller root.
         let nearest_on = |edge: Vec2| {
             let along = edge.dot(centre);
             let across = edge.perp_dot(centre);
@@ -57,8 +57,8 @@ impl Sector {
         nearer(nearest_on(self.left_edge), nearest_on(right_edge))
     }
 
-    /// The distance from the apex to the nearest point of a convex polygon inside the sector; none if all of it is
-    /// outside, zero if the apex is in it. The corners run counter-clockwise.
+    /// The distance from the apex to the nearest point of a convex polygon inside the sector: `None` if all of it is outside, zero if the
+    /// apex is inside the polygon. The corners are in counter-clockwise order.
     pub fn distance_to_polygon<const CORNERS: usize>(self, corners: [Vec2; CORNERS]) -> Option<f32> {
         let edges = || (0..CORNERS).map(|index| (corners[index], corners[(index + 1) % CORNERS]));
         if edges().all(|(start, end)| (end - start).perp_dot(-start) >= 0.0) {
@@ -92,7 +92,7 @@ impl Sector {
     }
 }
 
-/// The smaller of two distances that may be absent.
+/// The smaller of two distances, of which either may be absent.
 pub fn nearer(a: Option<f32>, b: Option<f32>) -> Option<f32> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.min(b)),

@@ -1,36 +1,36 @@
-//! What is painted on the ground and may be in view, of what is recognised at random: the dice are thrown for all of it at once, before it
-//! is asked what is in view indeed, which takes longer.
+//! Candidates for markings in view. Whether each is recognised is drawn for all of them at once, before their visibility is computed,
+//! which takes longer.
 
 use bevy::prelude::*;
 
 use super::LandmarkKind;
 
-/// What may be in view. Kept from robot to robot, so that its memory is.
+/// Candidates for markings in view. Reused from robot to robot, to save memory.
 #[derive(Default)]
 pub(super) struct LandmarksAhead {
     pub(super) stretches: Vec<StretchAhead>,
     pub(super) marks: Vec<MarkAhead>,
 }
 
-/// A line that a camera may see a stretch of.
+/// A line that may be in view of a camera.
 #[derive(Clone, Copy)]
 pub(super) struct StretchAhead {
-    pub(super) side: usize,
+    pub(super) camera: usize,
     /// Its ends, m, robot frame.
     pub(super) ends: [Vec2; 2],
-    /// How much is against it at least, and later how much may be.
+    /// The least odds against it; after the draw, the threshold.
     pub(super) odds: f32,
 }
 
-/// A mark that the cameras may see.
+/// A mark that may be in view of the cameras.
 #[derive(Clone, Copy)]
 pub(super) struct MarkAhead {
     pub(super) kind: LandmarkKind,
-    /// Where it is, m, robot frame.
+    /// Its place, m, robot frame.
     pub(super) place: Vec2,
 }
 
-/// Keeps those things which `is_kept`, as `Vec::retain_mut` does, but without a branch on each: it is at random.
+/// Keeps the elements for which `is_kept` returns true. As `Vec::retain_mut`, but without a branch on each, which would be mispredicted.
 pub(super) fn keep<Thing: Copy>(things: &mut Vec<Thing>, mut is_kept: impl FnMut(&mut Thing) -> bool) {
     let mut kept = 0;
     for index in 0..things.len() {

@@ -1,9 +1,9 @@
-//! Where the cameras really look: beside where the robot thinks, in a way that lasts from one cycle to the next.
+//! The lasting error between the true and the measured camera directions.
 //!
-//! A robot computes its cameras' pose from its joints and from how upright it takes its body to be. It rocks as it walks, its
-//! joints have play, and no robot is exactly calibrated: [`GazeNoise`] has the figures. What changes is a Gauss-Markov process
-//! of first order: alike for a step or so, and the same whatever the duration of a cycle. The vision and the rendered images
-//! of a robot are both taken from where its cameras really look.
+//! A robot computes the pose of its cameras from its joint angles and the assumption that its body is upright. But it rocks as it walks,
+//! its joints have play, and no robot is calibrated exactly: see [`GazeNoise`]. The drift is a Gauss-Markov process of first order, with a
+//! correlation time of about a step, and does not depend on the duration of a cycle. The geometric vision and the rendered images both
+//! use the true directions.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,20 +16,20 @@ use naoisis_core::random::{RandomStream, RandomStreams};
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::motion::ExecutedStep;
 
-/// How far the cameras of a robot look beside where it thinks that they look.
+/// The error of a robot's camera directions.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
-pub struct GazeError {
-    /// What never changes, yaw and pitch, in standard deviations. Drawn when there first is such an error.
+pub(crate) struct GazeError {
+    /// The bias, yaw and pitch, in standard deviations. Drawn on first use.
     bias: Option<Vec2>,
-    /// What changes, yaw and pitch, radians. Drawn when there first is such an error.
+    /// The drift, yaw and pitch, radians. Drawn on first use.
     drift: Option<Vec2>,
-    /// All of it in this cycle, yaw and pitch, radians.
+    /// The sum of both in this cycle, yaw and pitch, radians.
     error: Vec2,
 }
 
 impl GazeError {
-    /// The head angles at which an exact head would look where this one does.
+    /// The true head angles, from the measured ones.
     pub fn actual(&self, measured: HeadAngles) -> HeadAngles {
         if self.error == Vec2::ZERO {
             return measured;
@@ -37,7 +37,7 @@ impl GazeError {
         HeadAngles { yaw: measured.yaw + self.error.x, pitch: measured.pitch + self.error.y }
     }
 
-    /// A cycle later, in which the robot walked or stood, and after which the share `decay` of what changes is left.
+    /// Advances the error by a cycle, after which the share `decay` of the drift is left.
     fn advance(&mut self, noise: &GazeNoise, is_walking: bool, decay: f32, stream: &mut RandomStream) {
         let bias = if noise.bias_sd == 0.0 {
             Vec2::ZERO
@@ -49,13 +49,13 @@ impl GazeError {
             Some(drift) => decay * drift + draw(sd * (1.0 - decay * decay).sqrt(), stream),
             None => draw(sd, stream),
         };
-        // Nothing is kept of an error that there never was.
+        // A robot that never had a drift stores none.
         self.drift = self.drift.map(|_| drift).or((sd > 0.0).then_some(drift));
         self.error = bias + drift;
     }
 }
 
-/// Moves the cameras of the robots whose gaze errs.
+/// Advances the gaze errors of all robots.
 pub(super) fn move_cameras(
     clock: Res<CycleClock>,
     mut decay: Local<GazeDecay>,
@@ -86,7 +86,7 @@ mod tests {
         GazeDecay::default().after(period, noise)
     }
 
-    /// The errors in so many cycles.
+    /// The errors in this many cycles.
     fn errors(noise: GazeNoise, is_walking: bool, period: f32, cycles: usize) -> Vec<Vec2> {
         let mut stream = RandomStream::for_match(4, "gaze test");
         let mut gaze = GazeError::default();

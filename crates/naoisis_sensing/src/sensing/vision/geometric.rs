@@ -1,4 +1,4 @@
-//! The geometric vision: which things are in view, and what their pixels make of them.
+//! The geometric vision: which objects are in view, and the places that are measured from their pixels.
 
 use bevy::prelude::*;
 
@@ -6,67 +6,63 @@ use super::ahead::LandmarksAhead;
 use super::gaze::GazeError;
 use super::noise::Falloff;
 use super::occlusion::{Occluders, Target};
-use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
+use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, VisionNoise};
 use crate::appearance::scene::{Scene, SceneBall, ScenePost};
 use crate::sensing::camera::CameraSettings;
 use naoisis_core::camera_model::{CameraMounts, CameraName, CameraView, CameraViews, ViewSide};
 use naoisis_core::geometry::{Pose, unrotate};
 use naoisis_core::random::RandomStream;
+use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
-use naoisis_core::team::Team;
 
-/// Heights at which a goal post is looked for, as shares of its own.
+/// The sample points of a goal post, as shares of its height.
 const POST_HEIGHTS: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
-/// Visible points that make a post seen, of five.
+/// The number of visible sample points from which a post is in view, of five.
 const POST_POINTS_NEEDED: usize = 2;
 
-/// Where on its disc a ball is looked for, as shares of its radius across and up.
+/// The sample points of a ball's disc, as shares of its radius across and up.
 const BALL_OFFSETS: [[f32; 2]; 5] = [[0.0, 0.0], [-0.7, 0.0], [0.7, 0.0], [0.0, -0.7], [0.0, 0.7]];
 
-/// Visible points that make a ball seen, of five.
+/// The number of visible sample points from which a ball is in view, of five.
 const BALL_POINTS_NEEDED: usize = 3;
 
-/// The distance of a thing cannot be told from its height in the image when that is nearer than this to the lens's, m.
+/// The least difference between the heights of a point and of the lens at which the distance follows from its pixel, m.
 const LEAST_HEIGHT_DIFFERENCE_M: f32 = 0.1;
 
-/// What seems further away than this is not on any pitch, m.
+/// The greatest measured distance of an object on a pitch, m.
 const GREATEST_DISTANCE_M: f32 = 20.0;
 
-/// How often a false detection is tried until it has a place on the ground.
-const FALSE_POSITIVE_ATTEMPTS: usize = 8;
-
-/// A robot that looks, in one cycle.
+/// The vision of one robot in one cycle.
 pub(super) struct Observer<'a> {
     pub(super) pose: Pose,
     forward: Vec2,
-    /// Where the cameras are.
+    /// The true views of the cameras.
     pub(super) actual: &'a [CameraView],
-    /// Which of them sees furthest aside.
+    /// The index of the view that reaches furthest to the side.
     guide: usize,
-    /// Where the robot thinks that they are.
+    /// The views that follow from the measured head angles.
     pub(super) believed: &'a [CameraView],
     pub(super) names: &'a [CameraName],
     pub(super) noise: &'a VisionNoise,
     occluders: &'a Occluders,
     pub(super) stream: &'a mut RandomStream,
-    /// For what depends on distance and on what is hidden.
+    /// Random numbers for errors that depend on the distance and on occlusion.
     pub(super) recognition: &'a mut RandomStream,
 }
 
-/// What of a thing that stands on the ground its place is told by, best first.
+/// The part of an upright object by which its place is measured, best first.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
 pub(super) enum Cue {
-    /// The point where it stands.
+    /// Its foot.
     Foot,
-    /// A point of it this high above the ground, m.
+    /// A point at this height above the ground, m.
     Height(f32),
-    /// Its width in the image, seen at this height, m.
+    /// Its width in the image, at this height, m.
     Width(f32),
 }
 
-/// What a robot's cameras see by the angles that its head measures, and what they do see. Kept from robot to robot, so that
-/// its memory is written in its place.
+/// The camera views of a robot that follow from its measured head angles, and the true ones. Reused from robot to robot, to save memory.
 #[derive(Default)]
 pub(super) struct Views {
     believed: CameraViews,
@@ -75,9 +71,10 @@ pub(super) struct Views {
 }
 
 impl Views {
-    pub(super) fn look(
+    /// Computes the views of a robot in this cycle, with an error of the head angles drawn from `stream`.
+    pub(super) fn update(
         &mut self,
-        camera: &CameraSettings,
+        (cameras, body): (&CameraSettings, &Body),
         (measured, gaze): (HeadAngles, &GazeError),
         noise: &VisionNoise,
         stream: &mut RandomStream,
@@ -86,13 +83,13 @@ impl Views {
         let yaw = yaw + stream.gaussian(noise.head_angle_sd);
         let pitch = pitch + stream.gaussian(noise.head_angle_sd);
         self.look_as_believed = measured == HeadAngles { yaw, pitch };
-        camera.look(measured, &mut self.believed);
+        cameras.update_views(body, measured, &mut self.believed);
         if !self.look_as_believed {
-            camera.look(HeadAngles { yaw, pitch }, &mut self.actual);
+            cameras.update_views(body, HeadAngles { yaw, pitch }, &mut self.actual);
         }
     }
 
-    /// Where the cameras are.
+    /// The true views of the cameras.
     pub(super) fn actual(&self) -> &CameraViews {
         if self.look_as_believed { &self.believed } else { &self.actual }
     }
@@ -111,7 +108,7 @@ impl<'a> Observer<'a> {
         Self { pose, forward: pose.forward(), guide, actual, believed, names, noise, occluders, stream, recognition }
     }
 
-    /// The same robot in the same cycle, whose noise is drawn from another stream.
+    /// The same vision with its noise drawn from `stream`.
     pub(super) fn with_stream<'b>(&'b mut self, stream: &'b mut RandomStream) -> Observer<'b> {
         Observer { stream, recognition: self.recognition, ..*self }
     }
@@ -136,34 +133,34 @@ impl<'a> Observer<'a> {
             }
         }
         self.see_landmarks(&mut percepts.landmarks, &scene.markings, ahead);
-        self.imagine(percepts, scene);
+        self.add_false_positives(percepts, scene);
     }
 
-    /// Whether a thing at a place (robot frame, m) is recognised this time if all of it is in view: how much it may then have against
-    /// it, as [`Falloff::draw_odds`] has it. Asked before it is known what of it is in view, which takes longer.
-    pub(super) fn may_recognise(&mut self, class: &ClassNoise, place: Vec2) -> Option<f32> {
+    /// Draws whether an object at `place` (robot frame, m) is detected if all of it is visible. Returns the threshold of
+    /// [`Falloff::draw_threshold`] if so. Called before occlusion is computed, which takes longer.
+    pub(super) fn may_detect(&mut self, class: &ClassNoise, place: Vec2) -> Option<f32> {
         match class.falloff {
             None => (!self.stream.chance(class.miss_probability)).then_some(f32::INFINITY),
             Some(falloff) => {
-                let odds = Falloff::draw_odds(class.miss_probability, self.recognition);
-                (falloff.odds_against(place.length()) <= odds).then_some(odds)
+                let threshold = Falloff::draw_threshold(class.miss_probability, self.recognition);
+                (falloff.odds_against(place.length()) <= threshold).then_some(threshold)
             }
         }
     }
 
-    /// Whether a thing at a place (robot frame, m) that may have so much against it is recognised by its size in the image: of which
-    /// so many of the points are `visible`, at least `at_least` and at most `of`. They are counted only where it depends on them.
-    pub(super) fn is_noticed(
+    /// Whether an object at `place` (robot frame, m) is detected, given its visible share of sample points: `visible` of `of`, at least
+    /// `at_least`. `threshold` is from [`may_detect`](Self::may_detect). The points are only counted if the result depends on them.
+    pub(super) fn is_detected(
         &self,
         class: &ClassNoise,
-        (place, odds): (Vec2, f32),
+        (place, threshold): (Vec2, f32),
         (at_least, of): (usize, usize),
         visible: impl FnOnce(&Self) -> usize,
     ) -> bool {
         let Some(falloff) = class.falloff else { return true };
         let is_near_enough = |visible: usize| {
             let seems_at_m = place.length() * (of as f32 / visible as f32).sqrt();
-            falloff.odds_against(seems_at_m) <= odds
+            falloff.odds_against(seems_at_m) <= threshold
         };
         is_near_enough(at_least) || is_near_enough(visible(self))
     }
@@ -174,7 +171,7 @@ impl<'a> Observer<'a> {
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
         }
-        let odds = self.may_recognise(class, place)?;
+        let threshold = self.may_detect(class, place)?;
         let centre = place.extend(ball.radius);
         let target = self.judge(Target::Other, place, ball.radius);
         let points = |view: &CameraView| {
@@ -186,27 +183,27 @@ impl<'a> Observer<'a> {
             }
             points
         };
-        let side = self.best_camera(|observer, side| {
-            let view = &observer.actual[side];
+        let camera = self.best_camera(|observer, camera| {
+            let view = &observer.actual[camera];
             let pixel = view.may_see(centre, ball.radius).then(|| view.project(centre))??;
-            let is_seen = observer.sees_all(side, centre, ball.radius, target)
-                || observer.sees_enough(side, &points(view), target, BALL_POINTS_NEEDED);
+            let is_seen = observer.sees_all(camera, centre, ball.radius, target)
+                || observer.sees_enough(camera, &points(view), target, BALL_POINTS_NEEDED);
             is_seen.then(|| view.offset_from_centre_squared(pixel))
         })?;
         let counts = (BALL_POINTS_NEEDED, BALL_OFFSETS.len());
-        let is_noticed = self.is_noticed(class, (place, odds), counts, |observer| {
-            if observer.sees_all(side, centre, ball.radius, target) {
+        let is_detected = self.is_detected(class, (place, threshold), counts, |observer| {
+            if observer.sees_all(camera, centre, ball.radius, target) {
                 return BALL_OFFSETS.len();
             }
-            let points = points(&observer.actual[side]);
-            points.iter().filter(|&&point| observer.is_visible(side, point, target)).count()
+            let points = points(&observer.actual[camera]);
+            points.iter().filter(|&&point| observer.is_visible(camera, point, target)).count()
         });
-        if !is_noticed {
+        if !is_detected {
             return None;
         }
-        let pixel = self.measured_pixel_in_image(side, centre, class.pixel_sd)?;
-        let position_m = on_pitch(self.believed[side].point_at_height(pixel, ball.radius))?;
-        Some(BallPercept { camera: self.names[side], pixel, position_m })
+        let pixel = self.measured_pixel_in_image(camera, centre, class.pixel_sd)?;
+        let position_m = on_pitch(self.believed[camera].point_at_height(pixel, ball.radius))?;
+        Some(BallPercept { camera: self.names[camera], pixel, position_m })
     }
 
     fn see_goal_post(&mut self, index: usize, post: &ScenePost) -> Option<GoalPostPercept> {
@@ -218,16 +215,16 @@ impl<'a> Observer<'a> {
         if class.is_too_far(place) || is_beside {
             return None;
         }
-        let odds = self.may_recognise(class, place)?;
+        let threshold = self.may_detect(class, place)?;
         let target = self.judge(Target::Post(index), place, 0.0);
-        let (side, cue) = self.best_cue(place, target, |observer, side| {
-            let view = &observer.actual[side];
+        let (camera, cue) = self.best_cue(place, target, |observer, camera| {
+            let view = &observer.actual[camera];
             if !view.may_see(place.extend(height / 2.0), height / 2.0) {
                 return None;
             }
             let mut visible = [false; POST_HEIGHTS.len()];
             for (is_visible, share) in visible.iter_mut().zip(POST_HEIGHTS) {
-                *is_visible = observer.is_visible(side, place.extend(share * height), target);
+                *is_visible = observer.is_visible(camera, place.extend(share * height), target);
             }
             if visible.iter().filter(|&&visible| visible).count() < POST_POINTS_NEEDED {
                 return None;
@@ -240,62 +237,16 @@ impl<'a> Observer<'a> {
                 _ => Cue::Width(POST_HEIGHTS[lowest] * height),
             })
         })?;
-        // Its foot alone may be in this image, and the rest in the other.
-        let is_noticed = self.is_noticed(class, (place, odds), (1, POST_HEIGHTS.len()), |observer| {
-            let is_visible = |share: f32| observer.is_visible(side, place.extend(share * height), target);
+        // The foot alone may be in this image, and the rest in another.
+        let is_detected = self.is_detected(class, (place, threshold), (1, POST_HEIGHTS.len()), |observer| {
+            let is_visible = |share: f32| observer.is_visible(camera, place.extend(share * height), target);
             POST_HEIGHTS.into_iter().filter(|&share| is_visible(share)).count()
         });
-        if !is_noticed {
+        if !is_detected {
             return None;
         }
-        let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius, cue, class.pixel_sd)?;
-        Some(GoalPostPercept { camera: self.names[side], colour, pixel, position_m })
-    }
-
-    /// Things where there are none.
-    fn imagine(&mut self, percepts: &mut Percepts, scene: &Scene) {
-        let VisionNoise { ball, goal_posts, robots, .. } = self.noise;
-        if percepts.ball.is_none() && self.stream.chance(ball.false_positive_probability) {
-            let radius = scene.ball.map_or(0.0, |ball| ball.radius);
-            percepts.ball = self.imagined_place(ball, radius).map(|(camera, pixel, position_m)| BallPercept {
-                camera,
-                pixel,
-                position_m,
-            });
-        }
-        if self.stream.chance(goal_posts.false_positive_probability) {
-            let [one, other] = scene.markings.goal_colours;
-            let colour = if self.stream.chance(0.5) { one } else { other };
-            percepts.goal_posts.extend(
-                self.imagined_place(goal_posts, 0.0).map(|(camera, pixel, position_m)| GoalPostPercept {
-                    camera,
-                    colour,
-                    pixel,
-                    position_m,
-                }),
-            );
-        }
-        if self.stream.chance(robots.false_positive_probability) {
-            let team = if self.stream.chance(0.5) { Team::Blue } else { Team::Pink };
-            percepts.robots.extend(self.imagined_place(robots, 0.0).map(|(camera, pixel, position_m)| RobotPercept {
-                camera,
-                team,
-                pixel,
-                position_m,
-            }));
-        }
-    }
-
-    /// A pixel anywhere in the two images that has a place on the ground within the class's greatest distance.
-    fn imagined_place(&mut self, class: &ClassNoise, height: f32) -> Option<(CameraName, Vec2, Vec2)> {
-        (0..FALSE_POSITIVE_ATTEMPTS).find_map(|_| {
-            let count = self.believed.len();
-            let side = count - 1 - ((self.stream.uniform() * count as f32) as usize).min(count - 1);
-            let view = &self.believed[side];
-            let pixel = view.intrinsics.size * Vec2::new(self.stream.uniform(), self.stream.uniform());
-            let place = on_pitch(view.point_at_height(pixel, height)).filter(|&place| !class.is_too_far(place))?;
-            Some((self.names[side], pixel, place))
-        })
+        let (pixel, position_m) = self.measured_standing_point(camera, place, post.post.radius, cue, class.pixel_sd)?;
+        Some(GoalPostPercept { camera: self.names[camera], colour, pixel, position_m })
     }
 
     /// A point of the pitch in the robot's frame.
@@ -303,50 +254,50 @@ impl<'a> Observer<'a> {
         unrotate(self.forward, point - self.pose.position)
     }
 
-    /// On which side of the view of both cameras a place certainly is (robot frame, m).
+    /// The side of all camera views on which `place` (robot frame, m) certainly is.
     pub(super) fn side_of(&self, place: Vec2) -> ViewSide {
         self.actual[self.guide].side_of(place)
     }
 
-    /// Whether a camera sees a point (robot frame, m) of a target.
-    // What a call would pass in memory is read again at once, which takes longer than the rest.
+    /// Whether a point (robot frame, m) of a target is visible to a camera.
+    // Inlined: arguments passed in memory would be read again at once, which takes longer than the rest.
     #[inline(always)]
-    pub(super) fn is_visible(&self, side: usize, point: Vec3, target: Target) -> bool {
-        self.visible_pixel(side, point, target).is_some()
+    pub(super) fn is_visible(&self, camera: usize, point: Vec3, target: Target) -> bool {
+        self.visible_pixel(camera, point, target).is_some()
     }
 
-    /// The pixel of a point (robot frame, m) of a target that a camera sees.
+    /// The pixel of a point (robot frame, m) of a target, if it is visible to a camera.
     #[inline(always)]
-    pub(super) fn visible_pixel(&self, side: usize, point: Vec3, target: Target) -> Option<Vec2> {
-        self.actual[side].pixel_in_image(point).filter(|_| !self.is_hidden(side, point, target))
+    pub(super) fn visible_pixel(&self, camera: usize, point: Vec3, target: Target) -> Option<Vec2> {
+        self.actual[camera].pixel_in_image(point).filter(|_| !self.is_hidden(camera, point, target))
     }
 
-    /// Whether something hides a point (robot frame, m) of a target from a camera.
+    /// Whether a robot or post hides a point (robot frame, m) of a target from a camera.
     #[inline(always)]
-    pub(super) fn is_hidden(&self, side: usize, point: Vec3, target: Target) -> bool {
-        self.occluders.hide(&self.actual[side].lens, point.truncate(), point.z, target)
+    pub(super) fn is_hidden(&self, camera: usize, point: Vec3, target: Target) -> bool {
+        self.occluders.hide(&self.actual[camera].lens, point.truncate(), point.z, target)
     }
 
-    /// Whether a camera certainly sees all of a target, which is within `radius` m of a point (robot frame, m).
-    pub(super) fn sees_all(&self, side: usize, centre: Vec3, radius: f32, target: Target) -> bool {
-        target == Target::Unobstructed && self.actual[side].surely_sees(centre, radius)
+    /// Whether all of a target within `radius` m of `centre` (robot frame, m) is certainly visible to a camera.
+    pub(super) fn sees_all(&self, camera: usize, centre: Vec3, radius: f32, target: Target) -> bool {
+        target == Target::Unobstructed && self.actual[camera].surely_sees(centre, radius)
     }
 
-    /// Whether a camera sees `needed` of these points.
-    pub(super) fn sees_enough(&self, side: usize, points: &[Vec3], target: Target, needed: usize) -> bool {
-        are_enough(points, needed, |point| self.is_visible(side, point, target))
+    /// Whether at least `needed` of these points are visible to a camera.
+    pub(super) fn sees_enough(&self, camera: usize, points: &[Vec3], target: Target, needed: usize) -> bool {
+        are_enough(points, needed, |point| self.is_visible(camera, point, target))
     }
 
-    /// The target as [`Occluders::judge`] sees it, for either camera.
+    /// The target, or [`Target::Unobstructed`], for all cameras: see [`Occluders::judge`].
     pub(super) fn judge(&self, target: Target, place: Vec2, radius: f32) -> Target {
-        // The lenses of a head are less than 5 cm apart on the ground, whatever its pitch, or so much further.
+        // Seen from above, two lenses of a head are at most 5 cm apart at any pitch; more lenses may be further apart.
         let lens = self.actual[self.guide].lens;
         let apart = |view: &CameraView| (view.lens - lens).truncate().length();
         let apart = if self.actual.len() > 2 { self.actual.iter().map(apart).fold(0.05, f32::max) } else { 0.05 };
         self.occluders.judge(target, lens, place, radius + apart)
     }
 
-    /// The camera with the least score, if any has one.
+    /// The camera with the least score; `None` if no camera has one.
     pub(super) fn best_camera(&self, score: impl Fn(&Self, usize) -> Option<f32>) -> Option<usize> {
         let mut best: Option<(usize, f32)> = None;
         for index in 0..self.actual.len() {
@@ -359,9 +310,8 @@ impl<'a> Observer<'a> {
         best.map(|(index, _)| index)
     }
 
-    /// The camera and the cue by which a target that stands at `place` is best located, if a camera recognises it by a
-    /// cue at all. Then the foot of the target counts, whichever camera sees it: of two, that which has it nearer to the
-    /// middle of its image.
+    /// The camera and the cue by which a target that stands at `place` is best located; `None` if no camera has a cue. If a camera sees
+    /// the foot, it is the cue: among several cameras, of the one that has it nearest to the middle of its image.
     pub(super) fn best_cue(
         &self,
         place: Vec2,
@@ -389,8 +339,8 @@ impl<'a> Observer<'a> {
     }
 
     /// The measured pixel of a point (robot frame, m).
-    pub(super) fn measured_pixel(&mut self, side: usize, point: Vec3, pixel_sd: f32) -> Option<Vec2> {
-        let pixel = self.actual[side].project(point)?;
+    pub(super) fn measured_pixel(&mut self, camera: usize, point: Vec3, pixel_sd: f32) -> Option<Vec2> {
+        let pixel = self.actual[camera].project(point)?;
         Some(pixel + self.pixel_error(pixel_sd))
     }
 
@@ -398,28 +348,28 @@ impl<'a> Observer<'a> {
         Vec2::new(self.stream.gaussian(pixel_sd), self.stream.gaussian(pixel_sd))
     }
 
-    /// The measured pixel of a point in view: noise does not push it out of the image.
-    pub(super) fn measured_pixel_in_image(&mut self, side: usize, point: Vec3, pixel_sd: f32) -> Option<Vec2> {
-        let pixel = self.actual[side].project(point)?;
-        Some(self.measured_in_image(side, pixel, pixel_sd))
+    /// The measured pixel of a point in view; noise does not move it out of the image.
+    pub(super) fn measured_pixel_in_image(&mut self, camera: usize, point: Vec3, pixel_sd: f32) -> Option<Vec2> {
+        let pixel = self.actual[camera].project(point)?;
+        Some(self.measured_in_image(camera, pixel, pixel_sd))
     }
 
-    /// What is measured of a pixel of the image: noise does not push it out.
-    pub(super) fn measured_in_image(&mut self, side: usize, pixel: Vec2, pixel_sd: f32) -> Vec2 {
+    /// A pixel of the image with its error; noise does not move it out of the image.
+    pub(super) fn measured_in_image(&mut self, camera: usize, pixel: Vec2, pixel_sd: f32) -> Vec2 {
         let pixel = pixel + self.pixel_error(pixel_sd);
-        self.actual[side].clamp_to_image(pixel)
+        self.actual[camera].clamp_to_image(pixel)
     }
 
-    /// Where a pixel lies on the ground, as the robot sees it.
-    pub(super) fn place_on_ground(&self, side: usize, pixel: Vec2) -> Option<Vec2> {
-        on_pitch(self.believed[side].ground_point(pixel))
+    /// The place on the ground that the robot computes from a pixel, m, robot frame.
+    pub(super) fn place_on_ground(&self, camera: usize, pixel: Vec2) -> Option<Vec2> {
+        on_pitch(self.believed[camera].ground_point(pixel))
     }
 
-    /// The pixel where a thing at `place` stands, and its estimated place, measured by one of its cues. The pixel
-    /// belongs to the estimate, and is outside the image when the cue is not the foot.
+    /// The measured pixel of the foot of an object at `place`, and its measured place, by `cue`. If the cue is not the foot, the pixel
+    /// follows from the measured place, and may be outside the image.
     pub(super) fn measured_standing_point(
         &mut self,
-        side: usize,
+        camera: usize,
         place: Vec2,
         radius: f32,
         cue: Cue,
@@ -427,30 +377,30 @@ impl<'a> Observer<'a> {
     ) -> Option<(Vec2, Vec2)> {
         let position = match cue {
             Cue::Foot => {
-                let pixel = self.measured_pixel_in_image(side, place.extend(0.0), pixel_sd)?;
-                return Some((pixel, self.place_on_ground(side, pixel)?));
+                let pixel = self.measured_pixel_in_image(camera, place.extend(0.0), pixel_sd)?;
+                return Some((pixel, self.place_on_ground(camera, pixel)?));
             }
             Cue::Height(height) => {
-                let pixel = self.measured_pixel(side, place.extend(height), pixel_sd)?;
-                self.believed[side].point_at_height(pixel, height)
+                let pixel = self.measured_pixel(camera, place.extend(height), pixel_sd)?;
+                self.believed[camera].point_at_height(pixel, height)
             }
             Cue::Width(height) => {
                 let point = place.extend(height);
-                let pixel = self.measured_pixel(side, point, pixel_sd)?;
+                let pixel = self.measured_pixel(camera, point, pixel_sd)?;
                 // At depth z a diameter d is f d / z wide; each of the two edges has its own error.
-                let scale = 2.0 * radius * self.actual[side].intrinsics.focal_length;
-                let width = scale / self.actual[side].camera_from_robot(point).z
+                let scale = 2.0 * radius * self.actual[camera].intrinsics.focal_length;
+                let width = scale / self.actual[camera].camera_from_robot(point).z
                     + self.stream.gaussian(core::f32::consts::SQRT_2 * pixel_sd);
-                let view = &self.believed[side];
+                let view = &self.believed[camera];
                 Some((view.lens + scale / width.max(1.0) * view.ray(pixel)).truncate())
             }
         };
         let position = on_pitch(position)?;
-        Some((self.believed[side].project_anywhere(position.extend(0.0)), position))
+        Some((self.believed[camera].project_anywhere(position.extend(0.0)), position))
     }
 }
 
-/// Whether `needed` of these points are visible, looking at no more of them than it takes.
+/// Whether at least `needed` of these points are visible. Checks no more points than necessary.
 pub(super) fn are_enough(points: &[Vec3], needed: usize, is_visible: impl Fn(Vec3) -> bool) -> bool {
     let mut visible = 0;
     for (index, &point) in points.iter().enumerate() {
@@ -463,7 +413,7 @@ pub(super) fn are_enough(points: &[Vec3], needed: usize, is_visible: impl Fn(Vec
     visible >= needed
 }
 
-/// Which of the cameras sees furthest aside; the first of several. They all look the same way.
+/// The index of the view that reaches furthest to the side; the first of several.
 fn widest(views: &[CameraView]) -> usize {
     let slope = |view: &CameraView| view.intrinsics.centre.x / view.intrinsics.focal_length;
     let widest = |best: usize, next: usize| if slope(&views[next]) > slope(&views[best]) { next } else { best };
@@ -475,7 +425,7 @@ pub(super) fn across_sight(view: &CameraView, place: Vec2) -> Vec2 {
     (place - view.lens.truncate()).normalize_or(Vec2::X).perp()
 }
 
-/// A place that something on a pitch may have.
+/// Filters out places that are too far away to be on a pitch.
 pub(super) fn on_pitch(place: Option<Vec2>) -> Option<Vec2> {
     place.filter(|place| place.length_squared() <= GREATEST_DISTANCE_M * GREATEST_DISTANCE_M)
 }

@@ -1,4 +1,4 @@
-//! What is painted on the ground: stretches of line, junctions, crosses, the centre circle and corner arcs.
+//! Geometric vision of the markings: line segments, junctions, penalty crosses, the centre circle and corner arcs.
 
 use bevy::prelude::*;
 
@@ -10,19 +10,19 @@ use super::{ClassNoise, LandmarkKind, LandmarkPercept};
 use naoisis_core::camera_model::ViewSide;
 use naoisis_core::pitch::{CornerArc, LineSegment, Markings};
 
-/// A shorter stretch of line is not recognised, pixels.
+/// The shortest line segment that is recognised, pixels.
 const SHORTEST_LINE_PX: f32 = 10.0;
 
-/// Where along a stretch of line it is looked at, as shares of it.
+/// The sample points of a line segment, as shares of its length.
 const LINE_SAMPLES: [f32; 3] = [0.5, 1.0 / 6.0, 5.0 / 6.0];
 
-/// Visible points that make a stretch of line seen, of three.
+/// The number of visible sample points from which a line segment is in view, of three.
 const LINE_POINTS_NEEDED: usize = 2;
 
-/// Points at which what is painted round is looked at, at most.
+/// The greatest number of sample points of a circle or arc.
 const MOST_POINTS: usize = 8;
 
-/// Visible points that make the centre circle seen, of eight; or an arc, of five.
+/// The number of visible sample points from which the centre circle (of eight) or an arc (of five) is in view.
 const CIRCLE_POINTS_NEEDED: usize = 3;
 
 impl Observer<'_> {
@@ -52,20 +52,20 @@ impl Observer<'_> {
         }
     }
 
-    /// The ends of a line (robot frame, m), if something of it may be in view.
+    /// The ends of a line (robot frame, m), if a part of it may be in view.
     fn ends_of(&self, line: LineSegment) -> Option<[Vec2; 2]> {
         let ends = [self.in_robot_frame(line.start), self.in_robot_frame(line.end)];
-        let side = self.side_of(ends[0]);
-        (side == ViewSide::Inside || side != self.side_of(ends[1])).then_some(ends)
+        let view_side = self.side_of(ends[0]);
+        (view_side == ViewSide::Inside || view_side != self.side_of(ends[1])).then_some(ends)
     }
 
-    /// The stretch between these places (robot frame, m) that is in the image of a camera.
-    fn part_in_view(&self, side: usize, [start, end]: [Vec2; 2]) -> Option<[Vec2; 2]> {
-        let [from, to] = self.actual[side].visible_part(start.extend(0.0), end.extend(0.0))?;
+    /// The part of a segment (robot frame, m) that is in the image of a camera.
+    fn part_in_view(&self, camera: usize, [start, end]: [Vec2; 2]) -> Option<[Vec2; 2]> {
+        let [from, to] = self.actual[camera].visible_part(start.extend(0.0), end.extend(0.0))?;
         Some([start.lerp(end, from), start.lerp(end, to)])
     }
 
-    /// The stretches of lines that the cameras see.
+    /// Adds the line segments in view of the cameras.
     fn see_lines(
         &mut self,
         landmarks: &mut Vec<LandmarkPercept>,
@@ -80,9 +80,9 @@ impl Observer<'_> {
         let Some(falloff) = &class.falloff else {
             for line in lines {
                 let Some(ends) = ends_of(self, line) else { continue };
-                for side in cameras.clone() {
-                    let part = self.part_in_view(side, ends);
-                    landmarks.extend(part.and_then(|ends| self.see_stretch(side, ends, class)));
+                for camera in cameras.clone() {
+                    let part = self.part_in_view(camera, ends);
+                    landmarks.extend(part.and_then(|ends| self.see_stretch(camera, ends, class)));
                 }
             }
             return;
@@ -90,25 +90,25 @@ impl Observer<'_> {
         ahead.clear();
         for ends in lines.iter().filter_map(|line| ends_of(self, line)) {
             let odds = falloff.odds_against(nearest_point(ends).length());
-            ahead.extend(cameras.clone().map(|side| StretchAhead { side, ends, odds }));
+            ahead.extend(cameras.clone().map(|camera| StretchAhead { camera, ends, odds }));
         }
         keep(ahead, |stretch| {
             let least = stretch.odds;
-            stretch.odds = Falloff::draw_odds(class.miss_probability, self.recognition);
+            stretch.odds = Falloff::draw_threshold(class.miss_probability, self.recognition);
             least <= stretch.odds
         });
-        for &StretchAhead { side, ends, odds } in &*ahead {
-            let Some(ends) = self.part_in_view(side, ends) else { continue };
+        for &StretchAhead { camera, ends, odds } in &*ahead {
+            let Some(ends) = self.part_in_view(camera, ends) else { continue };
             let farthest_squared = ends[0].length_squared().max(ends[1].length_squared());
             let reach_m = (falloff.odds_against(farthest_squared.sqrt()) > odds).then(|| falloff.distance_of(odds));
             if let Some(ends) = within_distance(ends, reach_m) {
-                landmarks.extend(self.see_stretch(side, ends, class));
+                landmarks.extend(self.see_stretch(camera, ends, class));
             }
         }
     }
 
-    fn see_stretch(&mut self, side: usize, [start, end]: [Vec2; 2], class: &ClassNoise) -> Option<LandmarkPercept> {
-        let view = &self.actual[side];
+    fn see_stretch(&mut self, camera: usize, [start, end]: [Vec2; 2], class: &ClassNoise) -> Option<LandmarkPercept> {
+        let view = &self.actual[camera];
         let (start, end) = (start.extend(0.0), end.extend(0.0));
         let (start_pixel, end_pixel) = (view.project(start)?, view.project(end)?);
         if start_pixel.distance_squared(end_pixel) < SHORTEST_LINE_PX * SHORTEST_LINE_PX {
@@ -120,23 +120,23 @@ impl Observer<'_> {
             return None;
         }
         // All of them are in the image, as both ends are.
-        if !are_enough(&points, LINE_POINTS_NEEDED, |point| !self.is_hidden(side, point, Target::Other)) {
+        if !are_enough(&points, LINE_POINTS_NEEDED, |point| !self.is_hidden(camera, point, Target::Other)) {
             return None;
         }
-        let start_pixel = self.measured_in_image(side, start_pixel, class.pixel_sd);
-        let end_pixel = self.measured_in_image(side, end_pixel, class.pixel_sd);
-        // The left end first: which end the pitch's list calls the start, no image tells.
+        let start_pixel = self.measured_in_image(camera, start_pixel, class.pixel_sd);
+        let end_pixel = self.measured_in_image(camera, end_pixel, class.pixel_sd);
+        // The left end first: an image does not tell which end is the start in the pitch's list.
         let (pixel, end_pixel) =
             if start_pixel.x <= end_pixel.x { (start_pixel, end_pixel) } else { (end_pixel, start_pixel) };
         Some(LandmarkPercept {
-            camera: self.names[side],
-            kind: LandmarkKind::Line { end_pixel, end_position_m: self.place_on_ground(side, end_pixel)? },
+            camera: self.names[camera],
+            kind: LandmarkKind::Line { end_pixel, end_position_m: self.place_on_ground(camera, end_pixel)? },
             pixel,
-            position_m: self.place_on_ground(side, pixel)?,
+            position_m: self.place_on_ground(camera, pixel)?,
         })
     }
 
-    /// What of a class is painted at these places.
+    /// Adds the marks of a class in view of the cameras.
     fn see_marks(
         &mut self,
         landmarks: &mut Vec<LandmarkPercept>,
@@ -158,31 +158,32 @@ impl Observer<'_> {
             ahead.extend(self.may_see_mark(position, class).map(|place| MarkAhead { kind, place }));
         }
         keep(ahead, |mark| {
-            falloff.odds_against(mark.place.length()) <= Falloff::draw_odds(class.miss_probability, self.recognition)
+            falloff.odds_against(mark.place.length())
+                <= Falloff::draw_threshold(class.miss_probability, self.recognition)
         });
         for &MarkAhead { kind, place } in &*ahead {
             landmarks.extend(self.see_mark(kind, place, class));
         }
     }
 
-    /// Where a mark is (robot frame, m), if it may be in view and near enough.
+    /// The place of a mark (robot frame, m), if it may be in view and is near enough.
     fn may_see_mark(&self, position: Vec2, class: &ClassNoise) -> Option<Vec2> {
         let place = self.in_robot_frame(position);
         (!class.is_too_far(place) && self.side_of(place) == ViewSide::Inside).then_some(place)
     }
 
-    /// A mark at a place, robot frame, m, if a camera sees it.
+    /// The percept of a mark at `place` (robot frame, m), if it is visible to a camera.
     fn see_mark(&mut self, kind: LandmarkKind, place: Vec2, class: &ClassNoise) -> Option<LandmarkPercept> {
         let place = place.extend(0.0);
-        let side = self.best_camera(|observer, side| {
-            let pixel = observer.visible_pixel(side, place, Target::Other)?;
-            Some(observer.actual[side].offset_from_centre_squared(pixel))
+        let camera = self.best_camera(|observer, camera| {
+            let pixel = observer.visible_pixel(camera, place, Target::Other)?;
+            Some(observer.actual[camera].offset_from_centre_squared(pixel))
         })?;
-        let pixel = self.measured_pixel_in_image(side, place, class.pixel_sd)?;
-        self.landmark(side, kind, pixel)
+        let pixel = self.measured_pixel_in_image(camera, place, class.pixel_sd)?;
+        self.landmark(camera, kind, pixel)
     }
 
-    /// What is painted round about a centre, by points on it: the centre circle, or an arc about a corner.
+    /// The percept of the centre circle, or of an arc about a corner, by sample points on it.
     fn see_round(
         &mut self,
         centre: Vec2,
@@ -195,41 +196,41 @@ impl Observer<'_> {
         if class.is_too_far(centre) {
             return None;
         }
-        self.may_recognise(class, centre)?;
+        self.may_detect(class, centre)?;
         let centre = centre.extend(0.0);
         let mut places = [Vec3::ZERO; MOST_POINTS];
         let places = &mut places[..points.len().min(MOST_POINTS)];
         for (place, point) in places.iter_mut().zip(points) {
             *place = self.in_robot_frame(*point).extend(0.0);
         }
-        let side = self.best_camera(|observer, side| {
-            let is_seen = observer.actual[side].may_see(centre, radius)
-                && observer.sees_enough(side, places, Target::Other, CIRCLE_POINTS_NEEDED);
-            is_seen.then(|| observer.offset_in_image(side, centre))
+        let camera = self.best_camera(|observer, camera| {
+            let is_seen = observer.actual[camera].may_see(centre, radius)
+                && observer.sees_enough(camera, places, Target::Other, CIRCLE_POINTS_NEEDED);
+            is_seen.then(|| observer.offset_in_image(camera, centre))
         })?;
-        let pixel = self.measured_pixel(side, centre, class.pixel_sd)?;
-        self.landmark(side, kind, pixel)
+        let pixel = self.measured_pixel(camera, centre, class.pixel_sd)?;
+        self.landmark(camera, kind, pixel)
     }
 
-    fn landmark(&self, side: usize, kind: LandmarkKind, pixel: Vec2) -> Option<LandmarkPercept> {
-        let position_m = self.place_on_ground(side, pixel)?;
-        Some(LandmarkPercept { camera: self.names[side], kind, pixel, position_m })
+    fn landmark(&self, camera: usize, kind: LandmarkKind, pixel: Vec2) -> Option<LandmarkPercept> {
+        let position_m = self.place_on_ground(camera, pixel)?;
+        Some(LandmarkPercept { camera: self.names[camera], kind, pixel, position_m })
     }
 
-    fn offset_in_image(&self, side: usize, point: Vec3) -> f32 {
-        let view = &self.actual[side];
+    fn offset_in_image(&self, camera: usize, point: Vec3) -> f32 {
+        let view = &self.actual[camera];
         view.offset_from_centre_squared(view.project_anywhere(point))
     }
 }
 
-/// The point of a segment that is nearest to the origin.
+/// The point of a segment nearest to the origin.
 fn nearest_point([start, end]: [Vec2; 2]) -> Vec2 {
     let along = end - start;
     let share = -start.dot(along) / along.length_squared().max(f32::MIN_POSITIVE);
     start + share.clamp(0.0, 1.0) * along
 }
 
-/// The part of a segment that is within a distance of the origin.
+/// The part of a segment within a distance of the origin.
 fn within_distance([start, end]: [Vec2; 2], distance: Option<f32>) -> Option<[Vec2; 2]> {
     let Some(distance) = distance else { return Some([start, end]) };
     let radius_squared = distance * distance;

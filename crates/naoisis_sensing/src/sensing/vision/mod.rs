@@ -1,46 +1,42 @@
-//! What the cameras recognise.
+//! Vision: the objects that the cameras detect.
 //!
-//! **What it measures.** [`Percepts`]: the ball, goal posts with their colour, robots with their team by the waistband,
-//! stretches of line, line junctions (L, T, X), penalty crosses, the centre circle and corner arcs. Of each, the pixel in the
-//! camera's image, and the place on the ground that follows from that pixel and from where the robot, by its measured
-//! head angles, thinks that its camera looks. No image is rendered for it: what is in view follows from the
-//! [camera model](naoisis_core::camera_model), and from what hides it, robots' boxes and posts.
+//! **What it measures.** [`Percepts`]: the ball, goal posts with their colour, robots with their team by the waistband, line segments, line
+//! junctions (L, T, X), penalty crosses, the centre circle and corner arcs. For each, the pixel in the camera's image, and the place on the
+//! ground that follows from that pixel and the measured head angles. No image is rendered for it: what is in view follows from the
+//! [camera model](naoisis_core::camera_model), and from the robots' boxes and the posts, which hide other objects.
 //!
-//! | class | counts as seen when | measured at |
+//! | class | detected when | measured at |
 //! |---|---|---|
 //! | ball | 3 of 5 points of its disc (centre, left, right, above, below) are visible | its centre, a ball's radius above the ground |
-//! | goal post | 2 of 5 points of its axis are visible | its foot; if that is not visible its top; else by its apparent width |
-//! | robot | 3 of 9 points of its waistband (25 to 35 cm high) are visible | its foot; else its waistband, at the height of which something is visible |
-//! | line | a stretch of at least 10 pixels is in the image, and 2 of 3 points of it are visible | both ends of the stretch |
+//! | goal post | 2 of 5 points of its axis are visible | its foot; if that is not visible, its top; otherwise by its width in the image |
+//! | robot | 3 of 9 points of its waistband (25 to 35 cm high) are visible | its foot; otherwise the highest visible row of its waistband |
+//! | line | a segment of at least 10 pixels is in the image, and 2 of 3 points of it are visible | both ends of the segment |
 //! | junction, cross | it is visible | itself |
-//! | centre circle, corner arc | 3 of 8 points of it are visible, of an arc 3 of 5 | its centre, wherever that is; the corner |
+//! | centre circle, corner arc | 3 of 8 points of it are visible, of an arc 3 of 5 | its centre, in the image or not; the corner |
 //!
-//! A visible point is in the image, and no robot or post is in front of it. A thing that both cameras see is one
-//! percept, from the camera which sees its foot, or else nearer to the middle of the image; of a line each camera
-//! reports its own stretch. Percepts come in the order of the image from left to right, so that their order tells
-//! nothing more.
+//! A visible point is in the image, and no robot or post is in front of it. An object that two cameras see is one percept, from the camera
+//! that sees its foot, or otherwise has it nearer to the middle of the image; of a line, each camera reports its own segment. Percepts are
+//! ordered from left to right in the image, so that their order carries no other information.
 //!
 //! **Units and rate.** Pixels and metres, the robot frame; once a cycle, both cameras.
 //!
-//! **Noise** lives in the image ([`VisionNoise`]): the pixel's spread, misses, false detections and a greatest distance
-//! for each class, and an error of the head angles, which puts the cameras elsewhere than the robot thinks. So the
-//! error of a place grows with the square of its distance, as it does on the robot. The preset `default` has the
-//! figures of B-Human's simulator of its own vision: in it, one image knows nothing of the one before.
+//! **Noise** is added in the image ([`VisionNoise`]): an error of the pixel, misses, false detections and a greatest distance for each class,
+//! and an error of the head angles. So the error of a place grows with the square of its distance, as on a real robot. The preset
+//! `default` has the figures of B-Human's simulator of its own vision: there, the errors of successive images are independent.
 //!
-//! A real vision errs for longer than an image, and so do robots that are `realistic`: the [`gaze`] errs alike for a step, the more
-//! while walking, and by a bias for a whole match ([`GazeNoise`]); what is far or half hidden is recognised less often, without a
-//! distance at which all ends ([`Falloff`]); a crossing of lines looks like a ball for seconds, from wherever the robot
-//! looks at it ([`FalsePlaces`]); and a robot whose feet are hidden seems further away ([`HiddenFeet`]).
+//! The errors of a real vision last longer than an image, and so do those of `realistic` robots: the [`gaze`] has a drift that lasts for
+//! about a step, greater while walking, and a bias for a whole match ([`GazeNoise`]); objects that are far away or partly hidden are
+//! detected less often, without a greatest distance ([`Falloff`]); a line junction looks like a ball for seconds, from any direction
+//! ([`FalsePositives`]); and the distance to a robot whose feet are hidden is too great ([`HiddenFeet`]).
 //!
-//! **By images** ([`VisionSource::Image`]), everything is recognised in the [rendered images](crate::sensing::camera)
-//! alone: see [`image`]. The noise is then that of the images. A vision of a program's own works on the images in
-//! [`SensingSystems::Custom`], and fills the percepts in its place.
+//! **By images** ([`VisionSource::Image`]), everything is detected in the [rendered images](crate::sensing::camera) alone: see [`image`].
+//! The noise is then that of the images. A program's own vision processes the images in [`SensingSystems::Custom`], and fills the percepts
+//! itself.
 //!
-//! **Truth** ([`VisionSource::Truth`]) is for debugging: everything on the pitch in its true place, wherever the robot
-//! looks and whatever is in the way.
+//! **Truth** ([`VisionSource::Truth`]) is for debugging: all objects on the pitch at their true places, in view or not.
 //!
-//! **The real NAO** in 2011 found colours in 160 x 120 or 320 x 240 images at 15 to 30 images per second, knew its camera's
-//! pose to about a degree, and saw a ball at up to 3 m, goals across the pitch.
+//! **The real NAO** in 2011 segmented colours in 160 x 120 or 320 x 240 images at 15 to 30 images per second, knew the pose of its camera to
+//! about a degree, and detected a ball at up to 3 m, and goals across the pitch.
 
 use bevy::prelude::*;
 use core::cmp::Ordering;
@@ -57,12 +53,13 @@ use naoisis_core::geometry::{Pose, angle_of, unrotate};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::{GoalColour, JunctionShape};
 use naoisis_core::random::RandomStreams;
+use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::motion::ExecutedStep;
 use naoisis_core::team::{RobotId, Team};
 
 mod ahead;
-mod false_places;
+mod false_positives;
 pub mod gaze;
 mod geometric;
 pub mod image;
@@ -73,10 +70,11 @@ mod robots;
 mod truth;
 
 use ahead::LandmarksAhead;
-pub use false_places::MistakenPlaces;
+use false_positives::ActiveFalsePositives;
 use gaze::GazeError;
 use geometric::{Observer, Views};
-pub use noise::{ClassNoise, Falloff, FalsePlaces, GazeDecay, GazeNoise, HiddenFeet, VisionNoise};
+pub(crate) use noise::GazeDecay;
+pub use noise::{ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, VisionNoise};
 use occlusion::Occluders;
 
 /// Fills every robot's [`Percepts`].
@@ -90,10 +88,10 @@ impl Plugin for VisionPlugin {
         app.register_type::<VisionSettings>()
             .register_type::<Percepts>()
             .register_type::<GazeError>()
-            .register_type::<MistakenPlaces>()
+            .register_type::<ActiveFalsePositives>()
             .init_resource::<SensingThreads>()
             .add_systems(Cycle, gaze::move_cameras.in_set(SensingSystems::Scene))
-            .add_systems(Cycle, (recognise, image::seeing::look_through_images).chain().in_set(SensingSystems::Vision));
+            .add_systems(Cycle, (recognise, image::seeing::process_images).chain().in_set(SensingSystems::Vision));
     }
 }
 
@@ -118,7 +116,7 @@ pub struct GoalPostPercept {
     pub camera: CameraName,
     /// The post's colour.
     pub colour: GoalColour,
-    /// The pixel where it stands on the ground, [u, v].
+    /// The pixel of its foot, [u, v].
     #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
     /// Its estimated place on the ground, m, robot frame.
@@ -134,7 +132,7 @@ pub struct RobotPercept {
     pub camera: CameraName,
     /// The team, by the colour of the waistband.
     pub team: Team,
-    /// The pixel where it stands on the ground, [u, v].
+    /// The pixel of its foot, [u, v].
     #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
     /// Its estimated place on the ground, m, robot frame.
@@ -142,7 +140,7 @@ pub struct RobotPercept {
     pub position_m: Vec2,
 }
 
-/// A line, crossing or mark in an image.
+/// A marking in an image.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct LandmarkPercept {
@@ -182,11 +180,11 @@ percepts! {
     LandmarkPercept(kind: LandmarkKind)
 }
 
-/// What a landmark on the ground is.
+/// The kind of a landmark on the ground.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum LandmarkKind {
-    /// A stretch of a line; the percept's own place is one end.
+    /// A line segment; the percept's own place is one end.
     Line {
         /// The other end's pixel, [u, v].
         #[schemars(with = "[f32; 2]")]
@@ -195,25 +193,25 @@ pub enum LandmarkKind {
         #[schemars(with = "[f32; 2]")]
         end_position_m: Vec2,
     },
-    /// A place where lines meet.
+    /// A line junction.
     Junction {
-        /// In which shape.
+        /// Its shape.
         shape: JunctionShape,
     },
     /// A penalty cross.
     PenaltyCross,
     /// The centre of the centre circle.
     CentreCircle,
-    /// The corner about which an arc is painted.
+    /// A corner arc, by the corner.
     CornerArc,
 }
 
-/// What a robot's cameras recognised in this cycle.
+/// The objects that a robot's cameras detected in this cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[non_exhaustive]
 pub struct Percepts {
-    /// When it was seen: the exposure of the images, s since the start of the match.
+    /// The time of the exposure of the images, s since the start of the match.
     #[serde(default)]
     pub time_s: f64,
     /// The ball.
@@ -222,12 +220,12 @@ pub struct Percepts {
     pub goal_posts: Vec<GoalPostPercept>,
     /// Other robots.
     pub robots: Vec<RobotPercept>,
-    /// Lines, crossings and marks.
+    /// Lines, junctions and marks.
     pub landmarks: Vec<LandmarkPercept>,
 }
 
 impl Percepts {
-    /// Forgets everything, and keeps the memory.
+    /// Removes all percepts, and keeps the memory.
     pub fn clear(&mut self) {
         let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
         *ball = None;
@@ -254,7 +252,7 @@ impl Percepts {
             && landmarks.iter().all(|seen| is_finite(seen.pixel, seen.position_m) && is_kind_finite(&seen.kind))
     }
 
-    /// Takes over what others are, and keeps the memory.
+    /// Copies `other`, and reuses the memory.
     pub fn copy_from(&mut self, other: &Percepts) {
         let Percepts { time_s, ball, goal_posts, robots, landmarks } = self;
         (*time_s, *ball) = (other.time_s, other.ball);
@@ -263,7 +261,7 @@ impl Percepts {
         landmarks.clone_from(&other.landmarks);
     }
 
-    /// The same things in the frame in which the robot is now, if `now` is that in the frame in which it saw them.
+    /// Transforms the places into another robot frame, whose pose in the current one is `now`.
     pub fn move_to(&mut self, now: Pose) {
         let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
         let forward = now.forward();
@@ -283,7 +281,7 @@ impl Percepts {
         }
     }
 
-    /// Puts everything in the order of the images: camera by camera, from left to right.
+    /// Sorts the percepts by camera, and from left to right in the image.
     fn sort(&mut self, mounts: &CameraMounts) {
         let order = |a: (CameraName, Vec2), b: (CameraName, Vec2)| {
             let cameras = if a.0 == b.0 { Ordering::Equal } else { mounts.order(a.0).cmp(&mounts.order(b.0)) };
@@ -295,27 +293,27 @@ impl Percepts {
     }
 }
 
-/// Where a robot's percepts come from.
+/// The source of a robot's percepts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VisionSource {
-    /// From the geometry of what is in view, with the noise of a real vision system.
+    /// The geometry of the objects in view, with the noise of a real vision system.
     #[default]
     Geometric,
-    /// From the robot's camera images alone.
+    /// The robot's camera images alone.
     Image,
-    /// Perfect and unlimited, for debugging: everything on the pitch, wherever the robot looks.
+    /// All objects on the pitch at their true places, for debugging.
     Truth,
 }
 
-/// What a robot recognises in its images, and how well.
+/// The vision of a robot.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[require(Percepts, CameraSettings, GazeError, MistakenPlaces, ExecutedStep)]
+#[require(Percepts, CameraSettings, GazeError, ActiveFalsePositives, ExecutedStep)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionSettings {
-    /// Where the percepts come from.
+    /// The source of the percepts.
     pub source: VisionSource,
     /// Errors of the geometric vision.
     pub noise: VisionNoise,
@@ -328,33 +326,42 @@ fn recognise(
     mut robots: Query<(
         &RobotId,
         &Pose,
-        (&HeadAngles, &GazeError),
+        (&HeadAngles, &GazeError, &Body),
         &CameraSettings,
         &VisionSettings,
-        &mut MistakenPlaces,
+        &mut ActiveFalsePositives,
         &mut Percepts,
         &mut RandomStreams,
     )>,
 ) {
-    for (&id, &pose, (&head, gaze), camera, settings, mut mistaken, mut percepts, mut streams) in &mut robots {
+    for (&id, &pose, (&head, gaze, body), cameras, settings, mut false_positives, mut percepts, mut streams) in
+        &mut robots
+    {
         percepts.clear();
         let RandomStreams { vision, recognition, false_places, .. } = &mut *streams;
         let own_index = scene.robots.iter().position(|robot| robot.id == id);
         match settings.source {
-            VisionSource::Truth => truth::know_everything(&mut percepts, &scene, own_index, pose, camera, head),
-            // That comes next.
+            VisionSource::Truth => {
+                truth::know_everything(&mut percepts, &scene, own_index, pose, (cameras, body), head);
+            }
+            // Processed in the next system.
             VisionSource::Image => {}
             VisionSource::Geometric => {
-                views.look(camera, (head, gaze), &settings.noise, vision);
+                views.update((cameras, body), (head, gaze), &settings.noise, vision);
                 occluders.gather(&scene, own_index, pose, views.actual());
                 let streams = [vision, recognition];
                 let mut observer = Observer::new(&views, pose, &settings.noise, &occluders, streams);
                 observer.recognise_everything(&mut percepts, &scene, own_index, &mut ahead);
-                mistaken.bypass_change_detection().advance(&settings.noise, &scene, clock.period(), false_places);
-                mistaken.see(&mut observer.with_stream(false_places), &mut percepts, &scene);
+                false_positives.bypass_change_detection().advance(
+                    &settings.noise,
+                    &scene,
+                    clock.period(),
+                    false_places,
+                );
+                false_positives.see(&mut observer.with_stream(false_places), &mut percepts, &scene);
             }
         }
-        percepts.sort(&camera.mounts);
+        percepts.sort(&cameras.mounts);
     }
 }
 

@@ -1,4 +1,4 @@
-//! What hides things from a robot's eyes: the bodies of other robots and posts.
+//! Occlusion: which points the bodies of other robots and posts hide from a camera.
 
 use bevy::math::Vec3A;
 use bevy::prelude::*;
@@ -9,14 +9,14 @@ use naoisis_core::geometry::{Pose, unrotate};
 use naoisis_core::pitch::Post;
 use naoisis_core::robot::body::BodyBox;
 
-/// The bodies and posts that a robot may have in view, in its frame. Filled anew for each robot, keeping its memory.
+/// The bodies and posts that may be in view of a robot, in its frame. Refilled for each robot, to save memory.
 #[derive(Default, Debug)]
 pub struct Occluders {
     robots: Vec<OccludingRobot>,
     posts: Vec<OccludingPost>,
 }
 
-/// A robot, its boxes in its own frame, where they are axis-aligned.
+/// Another robot. Its boxes are axis-aligned in its own frame.
 #[derive(Debug)]
 struct OccludingRobot {
     /// Index in [`Scene::robots`].
@@ -36,22 +36,22 @@ struct OccludingPost {
     height: f32,
 }
 
-/// The thing that is looked at: it does not hide itself.
+/// The object that is looked at, which does not hide itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Target {
-    /// By index in [`Scene::robots`].
+    /// The robot with this index in [`Scene::robots`].
     Robot(usize),
-    /// By index in [`Scene::posts`].
+    /// The post with this index in [`Scene::posts`].
     Post(usize),
-    /// Something that hides nothing.
+    /// An object that hides nothing.
     Other,
-    /// Something that nothing can hide.
+    /// An object that nothing hides.
     Unobstructed,
 }
 
 impl Occluders {
-    /// Takes over what may hide something from these cameras of the robot at `own_pose`, which has this index in the scene if
-    /// it has a body. What is not in view itself hides nothing that is.
+    /// Collects the occluders in view of the camera `views` of the robot at `own_pose`, whose index in the scene is `own_index` if it has a
+    /// body. What is not in view hides nothing that is.
     pub fn gather(&mut self, scene: &Scene, own_index: Option<usize>, own_pose: Pose, views: &[CameraView]) {
         let own_forward = own_pose.forward();
         let in_view = |position: Vec2, reach: f32, height: f32| {
@@ -79,8 +79,8 @@ impl Occluders {
         }
     }
 
-    /// The target, or [`Target::Unobstructed`] if nothing at all is near the sight of any point within `radius` m of
-    /// `place`: it saves looking again for every point.
+    /// Returns `target`, or [`Target::Unobstructed`] if no occluder is near the line of sight to any point within `radius` m of `place`. So
+    /// the occluders need not be checked for every point.
     pub fn judge(&self, target: Target, lens: Vec3, place: Vec2, radius: f32) -> Target {
         let sight = Sight::new(lens, place);
         let is_obstructed =
@@ -93,8 +93,8 @@ impl Occluders {
         if is_obstructed { target } else { Target::Unobstructed }
     }
 
-    /// Whether something other than the target itself is between the lens and a point of the target at `place` and so high
-    /// above the ground (all in the robot frame, m).
+    /// Whether an occluder other than the target is between the lens and a point of the target at `place`, `height_m` above the ground
+    /// (robot frame, m).
     pub fn hide(&self, lens: &Vec3, place: Vec2, height_m: f32, target: Target) -> bool {
         if target == Target::Unobstructed {
             return false;
@@ -114,7 +114,7 @@ impl Occluders {
     }
 }
 
-/// A line of sight as seen from above.
+/// A line of sight, from above.
 struct Sight {
     lens: Vec2,
     direction: Vec2,
@@ -127,7 +127,7 @@ impl Sight {
         Self { lens: lens.truncate(), direction, length_squared: direction.length_squared() }
     }
 
-    /// Whether it passes within `reach` m of a place, roughly: most things are nowhere near, which a few products tell.
+    /// Whether it passes within about `reach` m of `place`. A fast rejection of occluders that are far from it.
     fn passes(&self, place: Vec2, reach: f32) -> bool {
         let offset = place - self.lens;
         let reach_squared = reach * reach * self.length_squared;
@@ -147,14 +147,14 @@ impl OccludingRobot {
         let origin = unrotate(self.forward, lens.truncate() - self.position);
         let along = unrotate(self.forward, sight.truncate());
         let origin = Vec3A::new(origin.x, origin.y, lens.z);
-        // Along an axis on which the sight does not move, as good as never.
+        // For an axis along which the sight does not move, the inverse is limited to the greatest number.
         let inverse = Vec3A::new(along.x, along.y, sight.z).recip().clamp(Vec3A::MIN, Vec3A::MAX);
         let [torso, base] = &self.boxes;
         torso.are_in_the_way(origin, inverse) || base.are_in_the_way(origin, inverse)
     }
 }
 
-/// A box along the axes, by two of its corners.
+/// An axis-aligned box, by two of its corners.
 #[derive(Debug)]
 struct Bounds {
     least: Vec3A,
@@ -169,8 +169,8 @@ impl Bounds {
         }
     }
 
-    /// Whether the sight, of which the inverse is given, meets the box: its stretch between each pair of faces has something
-    /// in common with the others (Kay and Kajiya, 1986).
+    /// Whether the sight with this inverse direction meets the box: the intervals between the three pairs of faces overlap (Kay and
+    /// Kajiya, 1986).
     #[inline(always)]
     fn are_in_the_way(&self, lens: Vec3A, inverse: Vec3A) -> bool {
         let (one, other) = ((self.least - lens) * inverse, (self.greatest - lens) * inverse);
@@ -180,7 +180,7 @@ impl Bounds {
 }
 
 impl OccludingPost {
-    /// The sight passes through the upright cylinder: where it is within the circle, it is not above the top.
+    /// Whether the sight passes through the upright cylinder: where it is within the circle, it is not above the top.
     fn is_in_the_way(&self, lens: Vec3, sight: Vec3) -> bool {
         let offset = lens.truncate() - self.position;
         let direction = sight.truncate();
@@ -311,8 +311,8 @@ mod tests {
             let mut scene =
                 Scene { robots: vec![robot(Team::Blue, 0.0, 0.0, 0.0)], posts: posts.to_vec(), ..default() };
             scene.robots.extend(others);
-            let views =
-                CameraSettings::default().views(HeadAngles { yaw: within(-2.0, 2.0), pitch: within(-0.6, 0.5) });
+            let views = CameraSettings::default()
+                .views(&Body::default(), HeadAngles { yaw: within(-2.0, 2.0), pitch: within(-0.6, 0.5) });
             let mut in_view = Occluders::default();
             in_view.gather(&scene, Some(0), Pose::default(), &views);
             left_out += everything.robots.len() - in_view.robots.len();

@@ -1,4 +1,4 @@
-//! How robots are seen: by the bands in their team's colour, and where they stand by their feet, or by how high the band is.
+//! Geometric vision of robots: detected by the waistband in their team's colour, located by their feet or by the height of the band.
 
 use bevy::prelude::*;
 
@@ -11,17 +11,16 @@ use naoisis_core::camera_model::{CameraView, ViewSide};
 use naoisis_core::robot::body::Waistband;
 use naoisis_core::team::Team;
 
-/// Where across the line of sight a waistband is looked at, as shares of half its width: 4 cm on a NAO's.
+/// The sample points of a waistband across the line of sight, as shares of half its width: 4 cm on a NAO's.
 const WAISTBAND_OFFSETS: [f32; 3] = [0.0, -0.04 / 0.074, 0.04 / 0.074];
 
-/// Heights from the foot up to the waistband at which a robot whose foot is not seen may be seen, as shares of that of the
-/// band's lower edge.
+/// The heights at which the legs of a robot without a visible foot are sampled, as shares of the height of the band's lower edge.
 const LEG_HEIGHTS: [f32; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 
-/// Visible points that make a waistband seen.
+/// The number of visible sample points from which a waistband is in view.
 const WAISTBAND_POINTS_NEEDED: usize = 3;
 
-/// Points at which a waistband is looked for.
+/// The number of sample points of a waistband.
 const WAISTBAND_POINTS: usize = 9;
 
 impl Observer<'_> {
@@ -29,8 +28,8 @@ impl Observer<'_> {
         self.see_waistband(robot.pose.position, robot.id.team, &robot.body.waistband, Target::Robot(index))
     }
 
-    /// Something at a place on the pitch that looks like a robot of this team with such a waistband.
-    pub(super) fn see_like_robot(&mut self, position: Vec2, team: Team, band: &Waistband) -> Option<RobotPercept> {
+    /// The percept of a false robot of `team` with the waistband `band` at `position` on the pitch.
+    pub(super) fn see_false_robot(&mut self, position: Vec2, team: Team, band: &Waistband) -> Option<RobotPercept> {
         self.see_waistband(position, team, band, Target::Other)
     }
 
@@ -40,64 +39,64 @@ impl Observer<'_> {
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
         }
-        let odds = self.may_recognise(class, place)?;
+        let threshold = self.may_detect(class, place)?;
         let target = self.judge(target, place, radius_of(band));
-        let (side, cue) =
-            self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, band, target))?;
-        let is_noticed =
-            self.is_noticed(class, (place, odds), (WAISTBAND_POINTS_NEEDED, WAISTBAND_POINTS), |observer| {
-                if observer.sees_all(side, place.extend(heights_of(band)[0]), radius_of(band), target) {
+        let (camera, cue) =
+            self.best_cue(place, target, |observer, camera| observer.robot_cue(camera, place, band, target))?;
+        let is_detected =
+            self.is_detected(class, (place, threshold), (WAISTBAND_POINTS_NEEDED, WAISTBAND_POINTS), |observer| {
+                if observer.sees_all(camera, place.extend(heights_of(band)[0]), radius_of(band), target) {
                     return WAISTBAND_POINTS;
                 }
-                let points = waistband(&observer.actual[side], place, band);
-                let is_visible = |point: &&Vec3| observer.is_visible(side, **point, target);
-                // Of a robot whose foot alone is in this image, the waistband is in the other.
+                let points = waistband(&observer.actual[camera], place, band);
+                let is_visible = |point: &&Vec3| observer.is_visible(camera, **point, target);
+                // If only the foot is in this image, the waistband is in another.
                 points.as_flattened().iter().filter(is_visible).count().max(WAISTBAND_POINTS_NEEDED)
             });
-        if !is_noticed {
+        if !is_detected {
             return None;
         }
-        let (mut pixel, mut position_m) = self.measured_standing_point(side, place, 0.0, cue, class.pixel_sd)?;
+        let (mut pixel, mut position_m) = self.measured_standing_point(camera, place, 0.0, cue, class.pixel_sd)?;
         if cue != Cue::Foot && self.noise.hidden_feet != HiddenFeet::default() {
-            position_m = on_pitch(Some(position_m * self.error_without_feet(side, place, band, target)))?;
-            pixel = self.believed[side].project_anywhere(position_m.extend(0.0));
+            position_m = on_pitch(Some(position_m * self.error_without_feet(camera, place, band, target)))?;
+            pixel = self.believed[camera].project_anywhere(position_m.extend(0.0));
         }
-        Some(RobotPercept { camera: self.names[side], team, pixel, position_m })
+        Some(RobotPercept { camera: self.names[camera], team, pixel, position_m })
     }
 
-    /// By which factor a robot seems further away whose foot is not seen: the more, the higher it is hidden.
-    fn error_without_feet(&mut self, side: usize, place: Vec2, band: &Waistband, target: Target) -> f32 {
+    /// The factor on the distance of a robot without a visible foot: its error grows with the hidden height.
+    fn error_without_feet(&mut self, camera: usize, place: Vec2, band: &Waistband, target: Target) -> f32 {
         let HiddenFeet { bias, sd } = self.noise.hidden_feet;
-        let is_visible = |height: &f32| self.is_visible(side, place.extend(*height), target);
+        let is_visible = |height: &f32| self.is_visible(camera, place.extend(*height), target);
         let [middle_m, lower_m, _] = heights_of(band);
         let hidden_m: f32 = LEG_HEIGHTS.map(|share| share * lower_m).into_iter().find(is_visible).unwrap_or(middle_m);
         let share = hidden_m / middle_m;
         (1.0 + share * (bias + self.recognition.gaussian(sd))).max(0.1)
     }
 
-    /// By what one camera sees a robot, if it sees enough of its waistband.
-    fn robot_cue(&self, side: usize, place: Vec2, band: &Waistband, target: Target) -> Option<Cue> {
-        let view = &self.actual[side];
+    /// The cue by which a camera locates a robot, if enough of its waistband is visible.
+    fn robot_cue(&self, camera: usize, place: Vec2, band: &Waistband, target: Target) -> Option<Cue> {
+        let view = &self.actual[camera];
         let [middle, ..] = heights_of(band);
         let (centre, radius) = (place.extend(middle), radius_of(band));
         if !view.may_see(centre, radius) {
             return None;
         }
-        let height = if self.sees_all(side, centre, radius, target) {
+        let height = if self.sees_all(camera, centre, radius, target) {
             middle
         } else {
             let points = waistband(view, place, band);
-            let is_visible = |point: &&Vec3| self.is_visible(side, **point, target);
+            let is_visible = |point: &&Vec3| self.is_visible(camera, **point, target);
             let mut visible = points.as_flattened().iter().filter(is_visible).map(|point| point.z);
             let height = visible.next()?;
             visible.nth(WAISTBAND_POINTS_NEEDED - 2)?;
             height
         };
-        Some(if self.is_visible(side, place.extend(0.0), target) { Cue::Foot } else { Cue::Height(height) })
+        Some(if self.is_visible(camera, place.extend(0.0), target) { Cue::Foot } else { Cue::Height(height) })
     }
 }
 
-/// Where the waistband of a robot at `place` is looked at.
+/// The sample points of the waistband of a robot at `place`.
 fn waistband(view: &CameraView, place: Vec2, band: &Waistband) -> [[Vec3; 3]; 3] {
     let across = across_sight(view, place);
     // Written out, as arrays mapped within arrays are slow.
@@ -109,14 +108,13 @@ fn waistband(view: &CameraView, place: Vec2, band: &Waistband) -> [[Vec3; 3]; 3]
     [row(middle), row(lower), row(upper)]
 }
 
-/// Heights on a waistband at which a robot is looked for, m: the middle first.
+/// The heights of the sample points of a waistband, m: the middle first.
 fn heights_of(band: &Waistband) -> [f32; 3] {
     let [lower, upper] = band.z_m;
     [(lower + upper) / 2.0, lower, upper]
 }
 
-/// All points at which a waistband is looked for are within this distance of its middle, m: 6.4 cm of a NAO's. With a
-/// millimetre to spare.
+/// The radius about the middle of a waistband that contains all of its sample points, m, plus a millimetre: 6.4 cm for a NAO.
 fn radius_of(band: &Waistband) -> f32 {
     Vec2::new(0.5 * band.height(), WAISTBAND_OFFSETS[2] * band.half_size_m.y).length() + 0.001
 }

@@ -1,4 +1,4 @@
-//! Percepts for debugging: everything on the pitch, in its true place.
+//! Percepts for debugging: all objects on the pitch at their true places.
 
 use bevy::prelude::*;
 
@@ -6,20 +6,20 @@ use super::{BallPercept, GoalPostPercept, LandmarkKind, LandmarkPercept, Percept
 use crate::appearance::scene::Scene;
 use crate::sensing::camera::CameraSettings;
 use naoisis_core::geometry::Pose;
+use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 
-/// Fills the percepts with everything, wherever the robot looks. The camera is the last one that has the thing in its image
-/// (of a NAO, the lower), otherwise the first; the pixel of what no camera sees is outside the image. A robot without cameras
-/// sees nothing.
+/// Fills the percepts with all objects, in view or not. The camera is the last one that has the object in its image (on a NAO, the lower
+/// one), otherwise the first; an object that no camera sees has a pixel outside the image. A robot without cameras has no percepts.
 pub(super) fn know_everything(
     percepts: &mut Percepts,
     scene: &Scene,
     own_index: Option<usize>,
     pose: Pose,
-    camera: &CameraSettings,
+    (cameras, body): (&CameraSettings, &Body),
     head: HeadAngles,
 ) {
-    let views = camera.views(head);
+    let views = cameras.views(body, head);
     let Some(last) = views.len().checked_sub(1) else { return };
     let pixel_of = |point: Vec3| {
         let index = (0..=last).rev().find(|&index| views[index].pixel_in_image(point).is_some()).unwrap_or(0);
@@ -53,7 +53,7 @@ pub(super) fn know_everything(
     percepts.landmarks.extend(markings.lines.iter().map(|line| {
         let end_position_m = pose.inverse_transform_point(line.end);
         let mut percept = landmark(LandmarkKind::Line { end_pixel: Vec2::ZERO, end_position_m }, line.start);
-        let view = &views[camera.mounts.order(percept.camera).min(last)];
+        let view = &views[cameras.mounts.order(percept.camera).min(last)];
         let end_pixel = view.project_anywhere(end_position_m.extend(0.0));
         percept.kind = LandmarkKind::Line { end_pixel, end_position_m };
         percept

@@ -319,7 +319,7 @@ fn move_camera(
         };
         // A robot that is off the pitch sees nothing new.
         if !penalty.is_off_pitch() {
-            let view = CameraView::new(settings.intrinsics(mount), mount, settings.neck_m, *head);
+            let view = CameraView::new(settings.intrinsics(mount), mount, body.neck_m, *head);
             *transform = robot_view::transform(&view, world_from_body(pose_of(place), *posture, body));
         }
         // What was recognised is drawn where it is seen.

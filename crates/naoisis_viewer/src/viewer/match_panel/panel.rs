@@ -15,7 +15,7 @@ use crate::viewer::timeline::Timeline;
 use naoisis_core::ball::Rolling;
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::team::Team;
-use naoisis_sensing::sensing::fidelity::{Fidelities, Fidelity};
+use naoisis_sensing::sensing::fidelity::{Fidelity, FidelitySettings};
 use naoisis_sim::scenario::{Realism, Scenario, TeamsSpec};
 
 /// Shown instead of a team without robots.
@@ -178,7 +178,7 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
         .response
         .labelled_by(label);
         if fidelity != now {
-            scenario.fidelity = Fidelities::all(fidelity);
+            scenario.fidelity = FidelitySettings::all(fidelity);
         }
     });
     let mut slider = |name: &str, hint: &str, slider: Slider| {

@@ -32,7 +32,7 @@ impl Conic {
         }
     }
 
-    /// The spans of u in the row with this v: one, or two that reach to infinity.
+    /// The spans of u in the row with this v: one, or two that extend to infinity.
     #[inline(always)]
     pub(super) fn spans(&self, v: f64) -> [Option<[f64; 2]>; 2] {
         let linear = self.b * v + self.d;
@@ -51,7 +51,7 @@ impl Conic {
         }
     }
 
-    /// The range of v in which there is something of an ellipse; everything for other conics.
+    /// The range of v of an ellipse; unlimited for other conics.
     pub(super) fn rows(&self) -> [f64; 2] {
         // The discriminant of the row's quadratic is itself quadratic in v.
         let quadratic = self.b * self.b - 4.0 * self.a * self.c;

@@ -7,16 +7,16 @@ use std::sync::LazyLock;
 /// Rows into which a row of pixels is divided, of which the middle one has the pixels' middles. Along the row shares are exact.
 pub(super) const SUB_ROWS: usize = 5;
 
-/// From and to, in pixels: nothing unless it ends behind its start.
+/// A span from and to, in pixels: empty unless the end is greater than the start.
 pub(super) type Span = [f32; 2];
 
-/// What an area covers of a row of pixels, in each of its [`SUB_ROWS`].
+/// The spans of an area in a row of pixels, one for each of its [`SUB_ROWS`].
 pub(super) type Spans = [Span; SUB_ROWS];
 
-/// What no area covers.
+/// No spans.
 pub(super) const NOTHING: Spans = [[0.0; 2]; SUB_ROWS];
 
-/// How much light a level of a channel is, and which level so much light is: the curve of sRGB.
+/// The curve of sRGB: the light of a level of a channel, and the level of a light.
 pub(super) struct Levels {
     /// Light in 65535ths, by the level.
     light: [u16; 256],
@@ -35,7 +35,7 @@ static LEVELS: LazyLock<Levels> = LazyLock::new(|| {
 });
 
 impl Levels {
-    /// The one curve that there is.
+    /// The shared curve.
     pub(super) fn get() -> &'static Levels {
         &LEVELS
     }
@@ -53,7 +53,7 @@ impl Levels {
     }
 }
 
-/// The pixels that spans touch, and those that they cover as a whole.
+/// The pixels that spans touch, and those that they cover completely.
 #[derive(Clone, Copy)]
 struct Extent {
     touched: [usize; 2],
@@ -93,7 +93,7 @@ fn is_in([from, to]: [usize; 2], pixel: usize) -> bool {
     from <= pixel && pixel < to
 }
 
-/// Paints what an area covers of a row of pixels, but for its holes. All spans are within the row.
+/// Paints the part of a row of pixels that an area covers, except its holes. All spans are within the row.
 #[inline(always)]
 pub(super) fn paint(pixels: &mut [u32], area: &Spans, holes: &[Spans], paint: u32, levels: &Levels) {
     /// The ends of an area and of two holes.
@@ -147,7 +147,7 @@ pub(super) fn paint(pixels: &mut [u32], area: &Spans, holes: &[Spans], paint: u3
     }
 }
 
-/// How much of the pixel that begins here spans cover, in sub-rows.
+/// The share of the pixel at `left` that spans cover, in sub-rows.
 #[inline(always)]
 fn share_of(spans: &Spans, left: f32) -> f32 {
     let mut sum = 0.0;

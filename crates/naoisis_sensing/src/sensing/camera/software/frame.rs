@@ -1,4 +1,4 @@
-//! The picture under way: its pixels, its depth buffer and its pinhole, in samples.
+//! The frame being drawn: its pixels, its depth buffer and its intrinsics, in samples.
 
 use bevy::math::{Mat3, Vec3};
 use core::ops::Range;
@@ -8,16 +8,16 @@ use crate::appearance::view::View;
 /// Nearer than this to the plane of the lens nothing is drawn, m.
 pub const NEAR: f32 = 0.01;
 
-/// A frame under way. Its pixels are samples: several to a pixel of the picture where edges should be smooth.
+/// A frame being drawn. Its pixels are samples: several per pixel of the picture for smooth edges.
 #[derive(Default)]
 pub(super) struct Frame {
     pub(super) width: usize,
     pub(super) height: usize,
     /// Red, green and blue from the lowest byte up; the label is in the uppermost.
     pub(super) pixels: Vec<u32>,
-    /// One over the distance ahead of the lens, 1/m; zero where only the ground or the sky is seen.
+    /// The inverse depth, 1/m; zero for the ground and the sky.
     pub(super) nearness: Vec<f32>,
-    /// Where bodies, shadows and nets are drawn: elsewhere the frame stays as it is.
+    /// The window in which bodies, shadows and nets are drawn: elsewhere the frame does not change.
     pub(super) window: Window,
     pub(super) focal_length: f32,
     pub(super) centre: [f32; 2],
@@ -33,26 +33,26 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// The part of a span of samples in a row that is in the window, and how much of the span is before it.
+    /// The part of a span of samples in a row that is in the window, and the number of samples before it.
     #[inline(always)]
     pub(super) fn clip(&self, from: usize, to: usize) -> (Range<usize>, usize) {
         let start = from.max(self.columns.start);
         (start..to.min(self.columns.end).max(start), start - from)
     }
 
-    /// The smallest rectangle with both in it.
+    /// The smallest rectangle that contains both.
     pub(super) fn with(&self, other: &Window) -> Window {
         let both = |one: &Range<usize>, other: &Range<usize>| one.start.min(other.start)..one.end.max(other.end);
         Window { columns: both(&self.columns, &other.columns), rows: both(&self.rows, &other.rows) }
     }
 
-    /// Whether there are samples in both.
+    /// Whether they have samples in common.
     pub(super) fn overlaps(&self, other: &Window) -> bool {
         let meet = |one: &Range<usize>, other: &Range<usize>| one.start.max(other.start) < one.end.min(other.end);
         meet(&self.columns, &other.columns) && meet(&self.rows, &other.rows)
     }
 
-    /// How many samples there are in it.
+    /// The number of samples.
     pub(super) fn area(&self) -> usize {
         self.columns.len() * self.rows.len()
     }
@@ -99,7 +99,7 @@ impl Frame {
         [self.centre[0] + in_camera.x * scale, self.centre[1] + in_camera.y * scale]
     }
 
-    /// Whether something of a ball about a point, in the camera's frame, may be in the window.
+    /// Whether a sphere about a point in the camera frame may be in the window.
     #[inline(always)]
     pub(super) fn may_see(&self, centre: Vec3, radius: f32) -> bool {
         let beyond = |offset: f32, half: f32| {
@@ -114,7 +114,7 @@ impl Frame {
             && !beyond(-centre.y, self.centre[1] - rows.start as f32)
     }
 
-    /// The slope of a sample's ray to the right or down, per distance ahead.
+    /// The slope of a sample's ray to the right or down, per unit of depth.
     #[inline(always)]
     pub(super) fn slope(&self, sample: usize, axis: usize) -> f32 {
         (sample as f32 + 0.5 - self.centre[axis]) / self.focal_length

@@ -61,7 +61,7 @@ pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedSce
     }
 }
 
-/// Fills the quadrilateral that was projected, by the share of each pixel that it covers.
+/// Fills the projected quadrilateral, by the share of each pixel that it covers.
 #[inline(always)]
 fn draw_smoothly(frame: &mut Frame, outline: &mut Outline, paint: u32, levels: &Levels) {
     let (width, height) = (frame.width, frame.height);
@@ -76,14 +76,14 @@ fn draw_smoothly(frame: &mut Frame, outline: &mut Outline, paint: u32, levels: &
     }
 }
 
-/// The samples of a row that look at the ground.
+/// The samples of a row that show the ground.
 #[inline(always)]
 fn below_horizon(frame: &Frame, view: &View, row: usize) -> [usize; 2] {
     let width = frame.width;
     ground_in_row(frame, view, frame.slope(row, 1)).map(|end| first_sample(end, width))
 }
 
-/// From where to where a row looks at the ground whose rays have this slope.
+/// The span of the ground in a row whose rays have this slope.
 #[inline(always)]
 fn ground_in_row(frame: &Frame, view: &View, slope: f32) -> Span {
     // A ray looks down where forward.z + u right.z + v down.z is negative.
@@ -97,7 +97,7 @@ fn ground_in_row(frame: &Frame, view: &View, slope: f32) -> Span {
     if view.right.z < 0.0 { [crossing, width] } else { [0.0, crossing] }
 }
 
-/// The rays that meet the ground within a circle.
+/// The rays that meet the ground inside a circle.
 fn circle(view: &View, centre: Vec3, radius: f32) -> Conic {
     // A ray d from the eye e meets the ground at e - d e.z / d.z, which is within r of the centre c when
     // |(e - c) d.z - d e.z|² <= r² d.z², on the ground.
@@ -110,7 +110,7 @@ fn circle(view: &View, centre: Vec3, radius: f32) -> Conic {
     Conic::of_cone(on_ground(view.forward), on_ground(view.right), on_ground(view.down), radius * radius)
 }
 
-/// Fills what is within the first circle and not within the second.
+/// Fills the area inside the first circle and outside the second.
 #[inline(always)]
 fn draw_ring(frame: &mut Frame, view: &View, [outer, inner]: [Conic; 2], paint: u32) {
     let (width, height) = (frame.width, frame.height);
@@ -143,7 +143,7 @@ fn draw_ring(frame: &mut Frame, view: &View, [outer, inner]: [Conic; 2], paint: 
     }
 }
 
-/// Fills what is within the first circle and not within the second, by the share of each pixel that it covers.
+/// Fills the area inside the first circle and outside the second, by the share of each pixel that it covers.
 #[inline(always)]
 fn draw_ring_smoothly(frame: &mut Frame, view: &View, [outer, inner]: [Conic; 2], paint: u32, levels: &Levels) {
     let (width, height) = (frame.width, frame.height);

@@ -1,20 +1,20 @@
-//! The light: one sun, and some from everywhere, more from above.
+//! The light: a directional sun, and ambient light, more of it from above.
 
 use bevy::math::Vec3;
 
-/// Where the sun is, unit vector, pitch frame.
+/// The direction of the sun, unit vector, pitch frame.
 pub const SUN: Vec3 = Vec3::new(-0.390_360_03, -0.487_950_04, 0.780_720_06);
 
-/// What comes from everywhere.
+/// The ambient light.
 pub const AMBIENT: f32 = 0.72;
-/// What comes from the sun, to what looks at it.
+/// The light of the sun on a surface that faces it.
 pub const FROM_SUN: f32 = 0.30;
-/// How much more comes from where this points than from across: from above, and from the windows of the hall.
+/// The gradient of the ambient light: more from above, and from the windows of the hall.
 pub const GRADIENT: Vec3 = Vec3::new(0.075, -0.045, 0.07);
 /// Share of the light that is left in a shadow.
 pub const IN_SHADOW: u32 = 160;
 
-/// How much of what is behind a string of a net it hides at most, of 256.
+/// The greatest opacity of a net's string, of 256.
 pub const NET_HIDES: f32 = 230.0;
 
 /// Full light, in the units of [`intensity`].

@@ -1,4 +1,4 @@
-//! The strings of the nets: lines through which everything behind is seen.
+//! The strings of the nets: transparent lines.
 
 use bevy::math::Vec3;
 
@@ -8,7 +8,7 @@ use super::prepared::PreparedScene;
 use crate::appearance::colours;
 use crate::appearance::field::STRING_M;
 
-/// A string is drawn at most this many samples thick.
+/// The greatest thickness of a string, samples.
 const THICKEST: usize = 64;
 
 /// Draws the nets, after everything else.

@@ -1,9 +1,9 @@
 //! The software renderer: pictures of a [scene](crate::appearance::scene::Scene) without a graphics card.
 //!
-//! The ground and everything painted on it is drawn analytically: each mark is an area of the image with straight or conic
-//! edges, whose span is computed in each row and filled; a pixel that it covers in part has a part of its light. Bodies are drawn by a rasteriser with a depth buffer: flat and
-//! smoothly shaded faces, and ellipsoids, of which every pixel's ray is intersected. Light comes from one sun and from
-//! everywhere; shadows on the ground are optional.
+//! The ground and its markings are drawn analytically: each marking is an area of the image with straight or conic edges, whose span is
+//! computed and filled in each row; a partly covered pixel has a mixed colour. Bodies are drawn by a rasteriser with a depth buffer: flat and
+//! smoothly shaded faces, and ellipsoids, with which each pixel's ray is intersected. There is one sun and ambient light; shadows on the
+//! ground are optional.
 //!
 //! The same scene and view give the same picture, bit by bit, on every run and machine: it is computed with additions,
 //! multiplications, divisions and square roots in a fixed order, on whichever instruction set the processor has.
@@ -50,7 +50,7 @@ use crate::appearance::view::View;
 use frame::Frame;
 use polygon::Outline;
 
-/// Draws pictures. It keeps its memory from one to the next, so keep the renderer.
+/// The software renderer. Keep it, as it reuses its memory from picture to picture.
 #[derive(Default)]
 pub struct Renderer {
     frame: Frame,
@@ -59,7 +59,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Draws what `view` shows of a scene into `image`, whose memory is used again.
+    /// Draws the `view` of a scene into `image`, whose memory is reused.
     pub fn draw(&mut self, scene: &PreparedScene, view: &View, layers: Layers, image: &mut Image) {
         self.draw_with(Arch::new(), scene, view, layers, image);
     }

@@ -1,4 +1,4 @@
-//! Shapes as faces and ellipsoids, about the frames in which they are placed.
+//! Shapes as faces and ellipsoids, in the frames of their parts.
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3};
 
@@ -6,7 +6,7 @@ use super::light::Paint;
 use crate::appearance::shapes::{Part, Shape};
 use naoisis_core::geometry::unit;
 
-/// A corner of a face, with the direction in which the surface looks there.
+/// A corner of a face, with the normal of the surface there.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct ModelCorner {
     pub(super) position: Vec3,
@@ -18,9 +18,9 @@ pub(super) struct ModelCorner {
 pub(super) struct ModelFace<Frame> {
     pub(super) frame: Frame,
     pub(super) paint: Paint,
-    /// Where the face itself looks.
+    /// The normal of the face.
     pub(super) normal: Vec3,
-    /// Whether its corners look there too.
+    /// Whether its corners have the same normal.
     pub(super) is_flat: bool,
     pub(super) first: u32,
     pub(super) count: u32,
@@ -35,7 +35,7 @@ pub(super) struct ModelRound<Frame> {
     pub(super) frame_from_unit: Affine3A,
 }
 
-/// Parts in the form in which they are drawn.
+/// Parts prepared for drawing.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Model<Frame> {
     pub(super) corners: Vec<ModelCorner>,
@@ -49,7 +49,7 @@ pub(super) fn unit_circle(count: usize) -> impl Iterator<Item = Vec2> {
 }
 
 impl<Frame: Copy> Model<Frame> {
-    /// Of these parts, with this many faces around a cylinder.
+    /// Prepares parts, with this many faces around a cylinder.
     pub(super) fn new(parts: &[Part<Frame>], segments: usize) -> Self {
         let mut model = Model { corners: Vec::new(), faces: Vec::new(), rounds: Vec::new() };
         for part in parts {

@@ -1,11 +1,11 @@
-//! From samples to the picture.
+//! The picture from the samples of a frame.
 
 use super::frame::Frame;
 use super::shadow::SHADED;
 use crate::appearance::view::View;
 use crate::sensing::camera::image::{Image, Layers};
 
-/// Takes the picture out of the frame.
+/// Writes the picture of a frame.
 #[inline(always)]
 pub(super) fn develop(frame: &Frame, view: &View, layers: Layers, image: &mut Image) {
     let [width, height] = view.size();
@@ -38,7 +38,7 @@ pub(super) fn develop(frame: &Frame, view: &View, layers: Layers, image: &mut Im
     }
 }
 
-/// Drops the labels.
+/// Copies pixels without their labels.
 #[inline(always)]
 fn pack(pixels: &[u32], rgb: &mut [u8]) {
     // Four pixels are three words.
@@ -55,7 +55,7 @@ fn pack(pixels: &[u32], rgb: &mut [u8]) {
     }
 }
 
-/// Takes the pixels of the frame's window, each of so many samples across and down, out of the frame.
+/// Writes the pixels of the frame's window, which have this many samples across and down.
 #[inline(always)]
 pub(super) fn develop_window(frame: &Frame, samples: usize, rgb: &mut [u8]) {
     // As constants, divisions are multiplications.
@@ -93,7 +93,7 @@ fn average<const SAMPLES: usize>(frame: &Frame, samples: usize, rgb: &mut [u8]) 
     }
 }
 
-/// How far away a sample is, m.
+/// The depth of a sample, m.
 #[inline(always)]
 fn depth(frame: &Frame, view: &View, index: usize, [column, row]: [usize; 2]) -> f32 {
     let nearness = frame.nearness[index];

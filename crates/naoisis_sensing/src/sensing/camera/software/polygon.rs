@@ -1,4 +1,4 @@
-//! Convex polygons: which samples they cover, and their shading.
+//! Convex polygons: the samples that they cover, and their shading.
 
 use bevy::math::Vec3;
 use core::ops::Range;
@@ -15,7 +15,7 @@ type Point = [f32; 3];
 pub(super) struct Outline {
     in_camera: Vec<(Vec3, f32)>,
     points: Vec<Point>,
-    /// The left and right end of each row, with the light there.
+    /// The left and right ends of each row, with the light there.
     rows: Vec<[[f32; 2]; 2]>,
 }
 
@@ -119,7 +119,7 @@ impl Outline {
         (first, end)
     }
 
-    /// Divides the rows of what was projected into so many each.
+    /// Divides each row of the projected polygon into this many.
     #[inline(always)]
     pub(super) fn divide_rows(&mut self, parts: usize) {
         for point in &mut self.points {
@@ -143,7 +143,7 @@ impl Outline {
     }
 }
 
-/// Draws a face of a body where nothing is nearer.
+/// Draws a face of a body where no other body is nearer.
 #[inline(always)]
 pub(super) fn draw_face(frame: &mut Frame, outline: &mut Outline, face: &Face, corners: &[Corner]) {
     // How far the eye is before the face.

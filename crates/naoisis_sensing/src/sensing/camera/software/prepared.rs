@@ -1,4 +1,4 @@
-//! A scene in the form in which it is drawn: once for the pictures of all cameras.
+//! A scene prepared for drawing, once for the pictures of all cameras.
 
 use bevy::math::{Affine3A, Quat, Vec3};
 use core::ops::Range;
@@ -16,24 +16,24 @@ use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::robot::body::Body as RobotBody;
 use naoisis_core::team::RobotId;
 
-/// How finely things are drawn.
+/// The level of detail.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Detail {
-    /// How robots look.
+    /// The design of robots.
     pub design: RobotDesign,
     /// Faces around a cylinder, at least 3.
     pub segments: usize,
 }
 
 impl Default for Detail {
-    /// As is fine enough for the robots' cameras.
+    /// Sufficient for the robots' cameras.
     fn default() -> Self {
         Self { design: RobotDesign::Simple, segments: 12 }
     }
 }
 
 impl Detail {
-    /// As is fine enough for a poster.
+    /// Sufficient for a poster.
     pub const FINE: Detail = Detail { design: RobotDesign::Nao, segments: 40 };
 }
 
@@ -67,11 +67,11 @@ pub(super) struct Round {
     pub(super) paint: Paint,
 }
 
-/// Things that are seen or not seen together.
+/// Faces and ellipsoids that are culled together.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Body {
     pub(super) owner: Option<RobotId>,
-    /// Whether it may be elsewhere in the next picture.
+    /// Whether it may move.
     pub(super) moves: bool,
     pub(super) centre: Vec3,
     pub(super) reach: f32,
@@ -98,7 +98,7 @@ pub(super) struct Net {
 /// A robot's limbs reach no further than this from the middle of its body, in heights of it: with an arm and a leg stretched out.
 const ROBOT_REACH_IN_HEIGHTS: f32 = 0.733;
 
-/// What stands still as long as the match lasts, and how finely it is drawn.
+/// The static objects of a match, and their level of detail.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Still {
     detail: Detail,
@@ -106,11 +106,11 @@ pub(super) struct Still {
     posts: Vec<ScenePost>,
 }
 
-/// A scene in the form in which it is drawn. It keeps its memory and its models, so keep it from cycle to cycle.
+/// A scene prepared for drawing. Keep it, as it reuses its memory and models from cycle to cycle.
 #[derive(Default)]
 pub struct PreparedScene {
     pub(super) still: Option<Still>,
-    /// How many bodies, faces, corners and rounds there are of what stands still. They come first.
+    /// The numbers of static bodies, faces, corners and ellipsoids. They come first.
     still_counts: [usize; 4],
     robots: Vec<((RobotId, RobotBody), Model<Limb>)>,
     pub(super) ground: Vec<(GroundMark, u32)>,
@@ -122,7 +122,7 @@ pub struct PreparedScene {
 }
 
 impl PreparedScene {
-    /// Takes over what there is to draw.
+    /// Prepares a scene.
     pub fn prepare(&mut self, scene: &Scene, detail: Detail) {
         let detail = Detail { segments: detail.segments.max(3), ..detail };
         let is_same =
@@ -177,7 +177,7 @@ impl PreparedScene {
         }
     }
 
-    /// Takes over what stands still.
+    /// Prepares the static objects.
     fn lay_out(&mut self, scene: &Scene, detail: Detail) {
         let pitch = &scene.pitch;
         self.ground =
@@ -247,7 +247,7 @@ impl PreparedScene {
         self.bodies.push(Body { owner, moves: false, centre, reach, faces, rounds });
     }
 
-    /// The least and greatest corner of a box with all of a body in it, pitch frame.
+    /// The bounding box of a body, by its least and greatest corner, pitch frame.
     pub(super) fn bounds(&self, body: &Body) -> [Vec3; 2] {
         let faces = self.faces[body.faces.clone()].iter();
         let corners = faces.flat_map(|face| &self.corners[face.first as usize..(face.first + face.count) as usize]);

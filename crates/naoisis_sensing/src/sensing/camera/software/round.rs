@@ -1,4 +1,4 @@
-//! Ellipsoids: every ray is intersected with them, so that their outlines and their shading are smooth at any size.
+//! Ellipsoids, intersected with each ray, so that their outlines and shading are smooth at any size.
 
 use bevy::math::Vec3;
 
@@ -7,7 +7,7 @@ use super::frame::{Frame, NEAR, first_sample};
 use super::light::{self, GRADIENT, SUN};
 use super::prepared::Round;
 
-/// Draws an ellipsoid where nothing is nearer.
+/// Draws an ellipsoid where no other body is nearer.
 #[inline(always)]
 pub(super) fn draw(frame: &mut Frame, round: &Round) {
     let centre = frame.to_camera(round.centre);

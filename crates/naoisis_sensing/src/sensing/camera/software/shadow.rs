@@ -1,4 +1,4 @@
-//! Shadows on the ground, by the sun.
+//! Shadows of the sun on the ground.
 
 use bevy::math::{Vec3, Vec3A};
 
@@ -7,13 +7,13 @@ use super::light::{IN_SHADOW, SUN};
 use super::polygon::Outline;
 use super::prepared::PreparedScene;
 
-/// Marks a sample that is in a shadow already, in the label's byte.
+/// The mark of a sample in a shadow, in the byte of the label.
 pub(super) const SHADED: u32 = 1 << 31;
 
 /// Corners of a round shadow.
 const CORNERS: usize = 24;
 
-/// The ground point in whose light a point is.
+/// The point on the ground that is shaded by a point.
 #[inline(always)]
 pub(super) fn on_ground(point: Vec3) -> Vec3 {
     point - SUN * (point.z / SUN.z)

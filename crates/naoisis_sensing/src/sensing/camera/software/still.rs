@@ -1,4 +1,4 @@
-//! A camera that stands still: what stands still in its picture, too, is drawn once, and again only where something moves.
+//! A renderer for static cameras: static objects are drawn once, and again only where something moves.
 
 use bevy::math::Vec3;
 use pulp::Arch;
@@ -10,24 +10,24 @@ use super::{Renderer, ground, output, shadow};
 use crate::appearance::view::View;
 use crate::sensing::camera::image::{Image, Layers};
 
-/// Draws what a [`Renderer`] draws, pixel by pixel, for a camera that mostly stands where it stood for the picture before.
+/// Draws the same pictures as a [`Renderer`], faster for a camera that rarely moves.
 #[derive(Default)]
 pub struct StillRenderer {
     renderer: Renderer,
-    /// From where the rest is, and of what.
+    /// The view and the static objects of the stored samples.
     background: Option<(View, Still)>,
-    /// The samples of the ground, with the shadows of what stands still.
+    /// The samples of the ground, with the shadows of static objects.
     ground: Vec<u32>,
-    /// The picture of all that stands still.
+    /// The picture of all static objects.
     image: Image,
-    /// Where in the picture each body that moves is with its shadow, by the body's index.
+    /// The window of each moving body with its shadow, by the body's index.
     moving: Vec<(usize, Window)>,
-    /// Where something moves: all of those.
+    /// The windows in which something moves.
     windows: Vec<Window>,
 }
 
 impl StillRenderer {
-    /// Draws the colours of what `view` shows of a scene into `image`, whose memory is used again.
+    /// Draws the colours of the `view` of a scene into `image`, whose memory is reused.
     pub fn draw(&mut self, scene: &PreparedScene, view: &View, image: &mut Image) {
         let still = self;
         Arch::new().dispatch(
@@ -73,7 +73,7 @@ impl StillRenderer {
         self.background = scene.still.clone().map(|still| (*view, still));
     }
 
-    /// Finds where something moves.
+    /// Finds the windows in which something moves.
     fn find_windows(&mut self, scene: &PreparedScene, view: &View) {
         self.moving.clear();
         self.windows.clear();
@@ -100,8 +100,7 @@ impl StillRenderer {
     }
 }
 
-/// A rectangle of whole pixels with all samples in it of what is in a box, given by its least and greatest corner, and of its
-/// shadow.
+/// The smallest window of whole pixels that contains a box, given by its least and greatest corner, and its shadow.
 fn window_of(frame: &Frame, [low, high]: [Vec3; 2], view: &View) -> Window {
     let samples = view.supersampling.max(1) as usize;
     let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);

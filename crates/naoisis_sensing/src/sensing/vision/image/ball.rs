@@ -1,4 +1,4 @@
-//! The ball: an orange blob that fits the circle which a ball there would be.
+//! The ball: an orange blob that fits the circle of a ball at its place.
 
 use bevy::math::Vec2;
 
@@ -7,13 +7,13 @@ use super::blobs::{Blob, Run};
 use super::colour::ColourClass;
 use crate::sensing::vision::BallPercept;
 
-/// Fewer pixels are no ball.
+/// The least number of pixels of a ball.
 const LEAST_AREA: u32 = 6;
 
-/// Share of the outline that must be on the circle.
+/// The least share of the outline on the circle.
 const LEAST_ON_CIRCLE: f32 = 0.5;
 
-/// Share of the circle that must be orange, as far as it is in the image.
+/// The least share of orange in the part of the circle in the image.
 const LEAST_FILLED: f32 = 0.18;
 
 impl Look<'_> {
@@ -33,32 +33,32 @@ impl Look<'_> {
         trace(self.segmentation.runs(blob), [self.width(), self.height()], contour);
         let middle = Vec2::new(f32::from(blob.left + blob.right), f32::from(blob.top + blob.bottom)) / 2.0;
         let (centre, radius) = self.fit(middle, contour)?;
-        // Its outline is a circle, but where something is in front of it.
+        // The outline is a circle, except where the ball is hidden.
         let tolerance = (0.12 * radius).max(1.0);
         let on_circle = contour.iter().filter(|point| (point.distance(centre) - radius).abs() <= tolerance).count();
         if (on_circle as f32) < LEAST_ON_CIRCLE * contour.len() as f32 {
             return None;
         }
-        // It is about as large as a ball there.
+        // It has about the size of a ball at that place.
         let widest = f32::from(blob.width().max(blob.height()));
         let visible = self.area_in_image(centre, radius);
         let filled = blob.area as f32 / visible.max(1.0);
         if widest > 2.3 * radius + 2.0 || !(LEAST_FILLED..1.5 + 4.0 / radius).contains(&filled) {
             return None;
         }
-        let position_m = self.place(centre, self.known.ball_radius)?;
-        Some(BallPercept { camera: self.side, pixel: self.view.clamp_to_image(centre), position_m })
+        let position_m = self.place(centre, self.model.ball_radius)?;
+        Some(BallPercept { camera: self.camera, pixel: self.view.clamp_to_image(centre), position_m })
     }
 
-    /// The radius that a ball has whose centre is seen in a pixel, pixels.
+    /// The radius of a ball whose centre is at a pixel, pixels.
     fn radius_at(&self, centre: Vec2) -> Option<f32> {
-        let radius = self.known.ball_radius;
+        let radius = self.model.ball_radius;
         let place = self.place(centre, radius)?;
         Some(self.view.intrinsics.focal_length * radius / self.depth(place, radius).max(radius))
     }
 
-    /// The circle of a ball that fits an outline best: by the method of Gauss and Newton, with the radius that follows from
-    /// the centre. Points well inside the circle are where something hides the ball, and count less and less.
+    /// Fits the circle of a ball to an outline by the Gauss-Newton method, with the radius that follows from the centre. Later steps ignore
+    /// points far from the circle, where the ball is hidden.
     fn fit(&self, start: Vec2, contour: &[Vec2]) -> Option<(Vec2, f32)> {
         let mut centre = start;
         let mut radius = self.radius_at(centre)?;
@@ -90,7 +90,7 @@ impl Look<'_> {
         centre.is_finite().then_some((centre, radius))
     }
 
-    /// How much of a circle is in the image, pixels².
+    /// The area of a circle in the image, pixels².
     fn area_in_image(&self, centre: Vec2, radius: f32) -> f32 {
         let (first, end) = ((centre.y - radius).max(0.0) as usize, ((centre.y + radius).max(0.0) as usize + 1));
         let mut area = 0.0;
@@ -106,7 +106,7 @@ impl Look<'_> {
     }
 }
 
-/// The points on the edges of a blob, but those on the edges of the image.
+/// Collects the points on the outline of a blob, except those on the edges of the image.
 fn trace(runs: &[Run], [width, height]: [usize; 2], contour: &mut Vec<Vec2>) {
     contour.clear();
     for (index, run) in runs.iter().enumerate() {
@@ -117,7 +117,7 @@ fn trace(runs: &[Run], [width, height]: [usize; 2], contour: &mut Vec<Vec2>) {
         if usize::from(run.to) < width {
             contour.push(Vec2::new(f32::from(run.to), middle));
         }
-        // Above and below where no run of the blob is.
+        // Above and below, where there is no run of the blob.
         if run.row > 0 {
             bare(
                 run,
@@ -141,7 +141,7 @@ fn trace(runs: &[Run], [width, height]: [usize; 2], contour: &mut Vec<Vec2>) {
     }
 }
 
-/// The columns of a run with no other run of this row beside them.
+/// Calls `push` with the columns of a run that no other run of the given row touches.
 fn bare<'a>(run: &Run, others: impl Iterator<Item = &'a Run> + Clone, mut push: impl FnMut(f32), row: u16) {
     for column in run.from..run.to {
         let is_covered = others.clone().any(|other| other.row == row && other.from <= column && column < other.to);

@@ -1,9 +1,9 @@
-//! Pixels of one class that touch each other.
+//! Segmentation of an image into blobs: connected pixels of one colour class.
 
 use super::colour::{ColourClass, TABLE, index_of};
 use crate::sensing::camera::image::Image;
 
-/// Pixels of one class side by side.
+/// A horizontal run of pixels of one class.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Run {
     pub(super) row: u16,
@@ -26,7 +26,7 @@ impl Run {
     }
 }
 
-/// Pixels of one class that touch each other.
+/// Connected pixels of one class.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Blob {
     pub(super) class: ColourClass,
@@ -52,7 +52,7 @@ impl Blob {
     }
 }
 
-/// An image in classes and blobs.
+/// An image segmented into classes and blobs.
 #[derive(Default)]
 pub(super) struct Segmentation {
     pub(super) width: usize,
@@ -80,7 +80,7 @@ impl Segmentation {
         &self.ordered[blob.first as usize..(blob.first + blob.count) as usize]
     }
 
-    /// The runs of a class that no blobs are made of, row by row.
+    /// The runs of a class that does not form blobs, row by row.
     pub(super) fn runs_of(&self, class: ColourClass, runs: &mut Vec<Run>) {
         runs.clear();
         for (row, classes) in self.classes.chunks_exact(self.width.max(1)).enumerate() {
@@ -117,7 +117,7 @@ impl Segmentation {
         self.classes = all_classes;
     }
 
-    /// Connects the runs of a row with those above that they touch, also diagonally.
+    /// Connects the runs of a row with those above that they touch, including diagonally.
     fn connect(&mut self, above: core::ops::Range<usize>, row: core::ops::Range<usize>) {
         let mut upper = above.start;
         for index in row {

@@ -1,12 +1,12 @@
-//! Which class a colour belongs to.
+//! Colour classes.
 
 use std::sync::LazyLock;
 
-/// What the colour of a pixel may be the colour of.
+/// The class of a pixel's colour.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 #[repr(u8)]
 pub enum ColourClass {
-    /// Nothing that matters.
+    /// No object.
     #[default]
     Other,
     /// The carpet.
@@ -26,13 +26,13 @@ pub enum ColourClass {
 }
 
 impl ColourClass {
-    /// Whether things are found by it: it is kept in blobs.
+    /// Whether objects are detected by blobs of this class.
     #[inline]
     pub const fn is_cue(self) -> bool {
         self as u8 >= ColourClass::Orange as u8
     }
 
-    /// The class of a colour, by its hue, saturation and lightness, so that light and shadow matter little.
+    /// The class of a colour, by its hue, saturation and lightness, so that it depends little on light and shadow.
     fn of([red, green, blue]: [f32; 3]) -> Self {
         let most = red.max(green).max(blue);
         let least = red.min(green).min(blue);
@@ -80,11 +80,6 @@ pub(super) static TABLE: LazyLock<Box<[ColourClass; 1 << 15]>> = LazyLock::new(|
     table
 });
 
-/// The class of a colour, red, green and blue.
-pub fn class_of([red, green, blue]: [u8; 3]) -> ColourClass {
-    TABLE[index_of(red, green, blue)]
-}
-
 #[inline(always)]
 pub(super) fn index_of(red: u8, green: u8, blue: u8) -> usize {
     usize::from(red >> 3) << 10 | usize::from(green >> 3) << 5 | usize::from(blue >> 3)
@@ -96,6 +91,10 @@ mod tests {
     use crate::appearance::colours::{self, Colour};
     use naoisis_core::pitch::GoalColour;
     use naoisis_core::team::Team;
+
+    fn class_of([red, green, blue]: [u8; 3]) -> ColourClass {
+        TABLE[index_of(red, green, blue)]
+    }
 
     #[test]
     fn the_colours_on_the_pitch_have_their_classes_in_light_and_in_shade() {

@@ -1,4 +1,4 @@
-//! Penalty crosses: white spots on the carpet, as large and as broad in all directions as a cross there.
+//! Penalty crosses: white spots on the carpet with the size and the spread of a cross at that place.
 
 use bevy::math::{Mat2, Vec2};
 
@@ -7,40 +7,40 @@ use super::colour::ColourClass;
 use super::line_point::{GOAL_M, Point};
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
 
-/// Fewer pixels are no cross.
+/// The least number of pixels of a cross.
 const LEAST_PIXELS: f32 = 10.0;
-/// The pixels of a cross are so many times those that one there has.
+/// The number of pixels of a cross, as a multiple of the expected one.
 const AREA: core::ops::Range<f32> = 0.6..1.5;
-/// The squares of its widths in all directions are so many times those that a cross there has.
+/// The squares of its widths in all directions, as multiples of the expected ones.
 const SPREAD: core::ops::Range<f32> = 0.5..1.8;
-/// Share of what is around a cross that is carpet.
+/// The least share of carpet around a cross.
 const LEAST_GREEN: f32 = 0.9;
-/// No cross is broader, as a share of the length of its bars: from corner to opposite corner, and what edges add.
+/// The greatest width of a cross, as a share of the length of its bars: from corner to opposite corner, plus the edges.
 const BROADEST: f32 = 1.3;
-/// To both sides of a robot, this far beyond its body, its arms may be seen before the carpet, m.
+/// How far the arms of a robot may extend beyond its body, m.
 const BESIDE_ROBOT_M: f32 = 0.02;
 
 /// The white pixels of a spot.
 #[derive(Default)]
 pub(super) struct Spot {
-    /// The part of the image that may be a cross's: left and top, width and height.
+    /// The part of the image that may contain the cross: left and top, width and height.
     frame: [usize; 4],
-    /// Which pixels of it are known to be the spot's, or its edge's.
+    /// Whether each pixel of it is in the spot or on its edge.
     is_in: Vec<bool>,
-    /// White ones whose neighbours have not been looked at.
+    /// White pixels whose neighbours have not been visited.
     next: Vec<[usize; 2]>,
-    /// How many pixels it has. One of its edge, which is neither white nor green, counts half.
+    /// The number of pixels. A pixel of the edge, which is neither white nor green, counts half.
     count: f32,
     sum: Vec2,
-    /// Sums of the squares and of the product of their columns and rows, from the middle of the frame.
+    /// Sums of the squares and of the products of columns and rows, relative to the frame.
     squares: [f32; 3],
-    /// What is around it, and how much of that is carpet.
+    /// The number of pixels around it, and that of carpet among them.
     around: usize,
     green: usize,
 }
 
 impl Spot {
-    /// Adds a pixel of the frame that counts so much.
+    /// Adds a pixel of the frame with the weight `share`.
     fn add(&mut self, [u, v]: [usize; 2], share: f32) {
         let place = Vec2::new(u as f32 + 0.5, v as f32 + 0.5);
         self.count += share;
@@ -52,7 +52,7 @@ impl Spot {
 }
 
 impl Look<'_> {
-    /// The penalty crosses among the points that may be of lines.
+    /// Finds penalty crosses among the points that may belong to lines.
     pub(super) fn find_crosses(
         &self,
         points: &[Point],
@@ -64,7 +64,7 @@ impl Look<'_> {
         let before = found.len();
         let mut last = None;
         for point in points {
-            // Several points are on one cross.
+            // Several points may be on one cross.
             let is_known = |&[left, top, width, height]: &[usize; 4]| {
                 let [u, v] = [point.pixel.x as usize, point.pixel.y as usize];
                 (left..left + width).contains(&u) && (top..top + height).contains(&v)
@@ -77,21 +77,26 @@ impl Look<'_> {
             let Some(position_m) = self.view.ground_point(pixel) else { continue };
             let is_free = robots
                 .iter()
-                .all(|(_, robot)| !is_beside(robot.position_m, self.known.robot_reach + BESIDE_ROBOT_M, position_m))
+                .all(|(_, robot)| !is_beside(robot.position_m, self.model.robot_reach + BESIDE_ROBOT_M, position_m))
                 && posts.iter().all(|(_, post)| post.position_m.distance(position_m) > GOAL_M);
             let is_new = found[before..].iter().all(|other| other.position_m.distance(position_m) > self.mark_size());
             if is_free && is_new {
-                found.push(LandmarkPercept { camera: self.side, kind: LandmarkKind::PenaltyCross, pixel, position_m });
+                found.push(LandmarkPercept {
+                    camera: self.camera,
+                    kind: LandmarkKind::PenaltyCross,
+                    pixel,
+                    position_m,
+                });
             }
         }
     }
 
     /// The length of a cross's bars, m.
     fn mark_size(&self) -> f32 {
-        self.known.penalty_mark_size.max(self.known.line_width)
+        self.model.penalty_mark_size.max(self.model.line_width)
     }
 
-    /// The middle of the cross that a point is on, if it is.
+    /// The middle of the cross that contains a point, if it is a cross.
     fn cross(&self, point: &Point, spot: &mut Spot) -> Option<Vec2> {
         let size = self.mark_size();
         let pixels_from_ground = self.pixels_from_ground(point.place)?;
@@ -107,7 +112,7 @@ impl Look<'_> {
         let mean = spot.sum / count;
         let middle = Vec2::new(spot.frame[0] as f32, spot.frame[1] as f32) + mean;
         // Two bars that share a square.
-        let width = self.known.line_width.min(size);
+        let width = self.model.line_width.min(size);
         let area = (2.0 * size - width) * width;
         let second_moment = width * (size * (size * size + width * width) - width * width * width) / 12.0;
         let pixels_from_ground = self.pixels_from_ground(self.view.ground_point(middle)?)?;
@@ -123,7 +128,7 @@ impl Look<'_> {
             Vec2::new(xx / count - mean.x * mean.x, xy / count - mean.x * mean.y),
             Vec2::new(xy / count - mean.x * mean.y, yy / count - mean.y * mean.y),
         );
-        // The eigenvalues of this are how many times as broad it is, along its widest and its narrowest direction.
+        // The eigenvalues are the squares of the relative widths along the widest and the narrowest direction.
         let ratio = spread.inverse() * (seen + Mat2::from_diagonal(Vec2::splat(1.0 / 12.0)));
         let half_trace = (ratio.x_axis.x + ratio.y_axis.y) / 2.0;
         let root = (half_trace * half_trace - ratio.determinant()).max(0.0).sqrt();
@@ -131,7 +136,7 @@ impl Look<'_> {
         is_as_broad.then_some(middle)
     }
 
-    /// Pixels to the right and downwards for each metre on the ground near a place, along the robot's axes.
+    /// Pixels to the right and downwards per metre on the ground at `place`, along the robot's axes.
     fn pixels_from_ground(&self, place: Vec2) -> Option<Mat2> {
         const STEP_M: f32 = 0.01;
         let along = |axis: Vec2| {
@@ -141,7 +146,7 @@ impl Look<'_> {
         Some(Mat2::from_cols(along(Vec2::X)?, along(Vec2::Y)?))
     }
 
-    /// Whether white ends on both sides of a point within so many columns.
+    /// Whether the white run at a point is at most `columns` wide.
     fn is_short(&self, point: &Point, columns: f32) -> bool {
         let [column, row] = [point.pixel.x as usize, (point.pixel.y as usize).min(self.height() - 1)];
         let white = |column: &usize| self.class(*column, row) == ColourClass::White;
@@ -150,8 +155,8 @@ impl Look<'_> {
         (left + right) as f32 <= columns + 1.0
     }
 
-    /// Fills a spot with the white pixels that are connected to a point. Whether it ends within this reach, and before the
-    /// edge of the image.
+    /// Fills `spot` with the white pixels that are connected to a point. Returns whether it ends within `reach`, and before the edge of the
+    /// image.
     fn fill(&self, point: &Point, reach: Vec2, spot: &mut Spot) -> bool {
         let least = (point.pixel - reach).max(Vec2::ZERO);
         let most = (point.pixel + reach).min(Vec2::new(self.width() as f32, self.height() as f32));
@@ -184,7 +189,7 @@ impl Look<'_> {
                         spot.around += 1;
                         spot.green += 1;
                     }
-                    // The light of both is mixed on its edge: there is green next to it.
+                    // A pixel of the edge, whose colour is mixed, is next to green.
                     _ if self.is_beside_green(left + u, top + v) => {
                         if !is_known {
                             spot.add([u, v], 0.5);
@@ -206,7 +211,7 @@ impl Look<'_> {
     }
 }
 
-/// Whether a place is behind a robot that reaches so far, m, where it is hidden or just beside what is seen of the robot.
+/// Whether `place` is behind a robot with this `reach`, m, where it is hidden or just beside the robot in the image.
 fn is_beside(robot: Vec2, reach: f32, place: Vec2) -> bool {
     let direction = robot.normalize_or(Vec2::X);
     direction.dot(place) > robot.length()

@@ -1,4 +1,4 @@
-//! Where pieces of lines meet.
+//! Junctions of line segments.
 
 use bevy::math::Vec2;
 
@@ -7,17 +7,17 @@ use super::colour::ColourClass;
 use super::pieces::{Circle, Piece};
 use naoisis_core::pitch::JunctionShape;
 
-/// Lines that meet are at least so long, m.
+/// The least length of segments that form a junction, m.
 const SHORTEST_THAT_MEETS_M: f32 = 0.3;
-/// A line ends where another is if its end is no further from there, m.
+/// The greatest distance of a segment's end from the line in which it ends, m.
 const GAP_M: f32 = 0.15;
-/// A line goes on unless there is carpet this far beyond the edge of the one that it ends in, m.
+/// A line ends if there is carpet at these distances beyond the edge of the other line, m.
 const BEYOND_M: [f32; 2] = [0.05, 0.15];
-/// A straight line through the centre circle passes its centre so closely, m.
+/// The greatest distance of the halfway line from the centre of the circle, m.
 const THROUGH_CENTRE_M: f32 = 0.1;
 
 impl Look<'_> {
-    /// How and where two pieces of lines meet at a right angle, if they do.
+    /// The shape and the place of the junction of two segments, if they meet at a right angle.
     pub(super) fn junction(&self, one: &Piece, other: &Piece) -> Option<(JunctionShape, Vec2)> {
         let (along, across) = (one.direction(), other.direction());
         let are_long = one.length() >= SHORTEST_THAT_MEETS_M && other.length() >= SHORTEST_THAT_MEETS_M;
@@ -38,7 +38,7 @@ impl Look<'_> {
         (shape != JunctionShape::X).then_some((shape, place))
     }
 
-    /// Where a piece of a line crosses a circle through its centre, m, as far as that is in the image.
+    /// The places where a segment through the centre of a circle crosses it, m, as far as the segment is in the image.
     pub(super) fn crossings(&self, piece: &Piece, circle: &Circle) -> impl Iterator<Item = Vec2> + use<> {
         let along = piece.direction();
         let [start, end] = piece.places.map(|place| along.dot(place - circle.centre));
@@ -51,15 +51,15 @@ impl Look<'_> {
             .map(move |at| centre + at * along)
     }
 
-    /// Whether a piece ends this far along it, in another line, rather than passing; none where that cannot be said.
+    /// Whether a segment ends at the distance `along` it, in another line; `None` if that is unclear.
     fn ends_at(&self, piece: &Piece, along: f32) -> Option<bool> {
         let length = piece.length();
         let direction = piece.direction();
         let place = piece.places[0] + along * direction;
-        // Where it ends, the carpet is seen beyond.
+        // There is carpet beyond its end.
         let is_end = |outwards: Vec2| {
             BEYOND_M.into_iter().all(|beyond| {
-                let beyond = place + outwards * (self.known.line_width / 2.0 + beyond);
+                let beyond = place + outwards * (self.model.line_width / 2.0 + beyond);
                 let pixel = self.view.pixel_in_image(beyond.extend(0.0));
                 pixel.is_some_and(|pixel| self.class(pixel.x as usize, pixel.y as usize) == ColourClass::Green)
             })

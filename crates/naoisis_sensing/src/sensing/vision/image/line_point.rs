@@ -1,8 +1,8 @@
-//! What lines and crosses are found from.
+//! Points on lines, from which lines and crosses are found.
 
 use bevy::prelude::*;
 
-/// Lines that meet nearer than this to a goal post are probably bars that carry the net, m; and spots are parts of them.
+/// Junctions and spots within this distance of a goal post probably belong to the frame of the net, m.
 pub(super) const GOAL_M: f32 = 0.5;
 
 /// A point in the middle of a line.
@@ -13,6 +13,6 @@ pub(super) struct Point {
     pub(super) place: Vec2,
     /// The column or row in which it was found.
     pub(super) scan: usize,
-    /// The points that belong to one line have the same.
+    /// The number of the chain: points of one line have the same.
     pub(super) chain: usize,
 }

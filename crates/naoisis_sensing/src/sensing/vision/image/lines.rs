@@ -1,7 +1,7 @@
-//! Lines: white between green, about as wide as a line; where they meet, and the centre circle.
+//! Lines: white between green, about as wide as a line; their junctions, and the centre circle.
 //!
-//! Every few columns and rows of the image are searched for a stretch of white with green on both sides. Neighbours form
-//! chains, which are cut into straight pieces; a chain that bends as the centre circle does is a part of that.
+//! Every few columns and rows of the image are searched for white runs with green on both sides. Neighbouring points form chains, which are
+//! cut into straight segments; a chain with the curvature of the centre circle is a part of it.
 
 use bevy::math::Vec2;
 use core::ops::Range;
@@ -16,17 +16,17 @@ use naoisis_core::pitch::JunctionShape;
 
 /// Columns and rows between two that are searched.
 const SPACING: usize = 4;
-/// A line is at least this wide on the ground, and at most so when it is crossed at a slant; in its own widths.
+/// The least width of a line on the ground, and the greatest if it is crossed at a slant, as multiples of the line width.
 const WIDTH: Range<f32> = 0.4..4.0;
-/// Where a pixel covers more of the ground than this, no line is told; in its own widths.
+/// The greatest length of ground that a pixel of a line may cover, as a multiple of the line width.
 const COARSEST: f32 = 1.8;
 /// Pixels between white and green, where the edge is blurred.
 const BLURRED: usize = 1;
-/// From one column or row that is searched to the next, a line goes to the side by so many pixels at most.
+/// The greatest offset of a line between two searched columns or rows, pixels.
 const STEEPEST: f32 = 6.0;
-/// What is white nearer than this to a robot's body is probably a part of it, m.
+/// White points within this distance of a robot's body probably belong to it, m.
 const BESIDE_ROBOT_M: f32 = 0.09;
-/// Circles of one radius whose centres are no further apart are one, m.
+/// Circles of the same radius with centres within this distance are the same, m.
 const SAME_CIRCLE_M: f32 = 0.3;
 
 /// Memory for the lines of one image.
@@ -51,7 +51,7 @@ impl Look<'_> {
         let Lines { points, chain, parts, pieces, circles, spot } = lines;
         pieces.clear();
         circles.clear();
-        let radii = self.known.radii();
+        let radii = self.model.radii();
         let pixel_on_ground = |place: Vec2| self.pixel_on_ground(place);
         for along_columns in [true, false] {
             points.clear();
@@ -67,7 +67,7 @@ impl Look<'_> {
             }
         }
         join(pieces, &pixel_on_ground);
-        // Pieces of circles that were too short to tell.
+        // Remove short segments of circles.
         pieces.retain(|piece| !circles.iter().any(|circle| circle.has(piece)));
         for (index, circle) in circles.iter().enumerate() {
             let is_same =
@@ -75,7 +75,7 @@ impl Look<'_> {
             if circles[..index].iter().any(is_same) {
                 continue;
             }
-            if circle.radius == self.known.circle_radius {
+            if circle.radius == self.model.circle_radius {
                 found.extend(self.landmark(LandmarkKind::CentreCircle, circle.centre));
                 let kind = LandmarkKind::Junction { shape: JunctionShape::X };
                 let crossings = pieces.iter().flat_map(|piece| self.crossings(piece, circle));
@@ -88,7 +88,7 @@ impl Look<'_> {
             let [pixel, end_pixel] = piece.pixels;
             let [position_m, end_position_m] = piece.places;
             let kind = LandmarkKind::Line { end_pixel, end_position_m };
-            found.push(LandmarkPercept { camera: self.side, kind, pixel, position_m });
+            found.push(LandmarkPercept { camera: self.camera, kind, pixel, position_m });
         }
         for (index, one) in pieces.iter().enumerate() {
             for other in &pieces[index + 1..] {
@@ -103,10 +103,10 @@ impl Look<'_> {
 
     fn landmark(&self, kind: LandmarkKind, position_m: Vec2) -> Option<LandmarkPercept> {
         let pixel = self.view.project(position_m.extend(0.0))?;
-        Some(LandmarkPercept { camera: self.side, kind, pixel, position_m })
+        Some(LandmarkPercept { camera: self.camera, kind, pixel, position_m })
     }
 
-    /// Searches every few columns, from the bottom up, or rows, from left to right.
+    /// Searches every few columns from the bottom up, or every few rows from left to right.
     fn search(&self, along_columns: bool, robots: &[(bool, RobotPercept)], points: &mut Vec<Point>) {
         let (scans, length) = if along_columns { (self.width(), self.height()) } else { (self.height(), self.width()) };
         for scan in (SPACING / 2..scans).step_by(SPACING) {
@@ -143,21 +143,21 @@ impl Look<'_> {
         }
     }
 
-    /// The middle of a line between two pixels, if a line may be there.
+    /// The middle of a line between two pixels, if it may be a line.
     fn point(&self, ends: [Vec2; 2], scan: usize, robots: &[(bool, RobotPercept)]) -> Option<Point> {
         let [start, end] = [self.view.ground_point(ends[0])?, self.view.ground_point(ends[1])?];
         let place = (start + end) / 2.0;
-        let width = start.distance(end) / self.known.line_width;
+        let width = start.distance(end) / self.model.line_width;
         let is_as_wide = WIDTH.contains(&width) && width < COARSEST * ends[0].distance(ends[1]);
-        let is_near = place.length_squared() < self.known.farthest * self.known.farthest;
-        let reach = self.known.robot_reach + BESIDE_ROBOT_M;
+        let is_near = place.length_squared() < self.model.farthest * self.model.farthest;
+        let reach = self.model.robot_reach + BESIDE_ROBOT_M;
         let is_free = robots.iter().all(|(_, robot)| robot.position_m.distance(place) > reach);
         let pixel = (ends[0] + ends[1]) / 2.0;
         (is_as_wide && is_near && is_free).then_some(Point { pixel, place, scan, chain: usize::MAX })
     }
 }
 
-/// Connects points to those of the scan before. Returns the number of chains.
+/// Connects points to those of the previous scan. Returns the number of chains.
 fn connect(points: &mut [Point], along_columns: bool) -> usize {
     let off = |one: &Point, other: &Point| {
         if along_columns { (one.pixel.y - other.pixel.y).abs() } else { (one.pixel.x - other.pixel.x).abs() }

@@ -1,27 +1,27 @@
-//! The image vision: from an RGB image alone to what is seen in it, as robots in 2011 did it.
+//! The image vision: detects objects in RGB images alone, with the methods of 2011.
 //!
-//! Each pixel's colour is looked up in a table of classes ([`colour`]); pixels of one class that touch each other are a
-//! blob; and blobs are judged by shape, size and distance, with what is [`Known`] of the things on the pitch:
+//! Each pixel's colour is looked up in a table of classes; connected pixels of one class form a blob; and blobs are classified by shape,
+//! size and distance, with the [`ObjectModel`]:
 //!
 //! | class | cue | located by |
 //! |---|---|---|
-//! | ball | orange disc of the size that a ball has there | its centre, a ball's radius above the ground |
-//! | goal post | upright strip of a goal's colour | its foot where green is below; else its width |
-//! | robot | waistband in the team's colour, of the size that one of the team's kinds of robots has there | the band's lower edge; the upper where that is cut off |
-//! | line | white between green, about as wide as a line | stretches of at least 20 cm; where they meet at right angles, junctions; the centre circle by its curvature |
-//! | penalty cross | white spot on green, as large and as broad in all directions as a cross there | its centre |
+//! | ball | orange disc of the size of a ball at that place | its centre, a ball's radius above the ground |
+//! | goal post | upright strip of a goal's colour | its foot if green is below; otherwise its width |
+//! | robot | waistband in the team's colour, of the size of one of the team's robots at that place | the band's lower edge; the upper one if that is cut off |
+//! | line | white between green, about as wide as a line | segments of at least 20 cm; junctions where they meet at right angles; the centre circle by its curvature |
+//! | penalty cross | white spot on green, as large and as broad in all directions as a cross at that place | its centre |
 //!
-//! A thing that both cameras see is one percept: by its foot or its lower edge where one of them sees that. What the lower
-//! camera sees is nearer, and so better known.
+//! An object that two cameras see is one percept: by its foot or its lower edge if one of them sees that. Objects in the lower camera are
+//! nearer, and so measured more exactly.
 //!
-//! Of a near post of which the image shows one side and neither foot nor top, the distance is a guess between bounds.
+//! If an image shows one side of a near post and neither its foot nor its top, the distance is estimated between bounds.
 //!
-//! Goals that are white have no colour of their own: their posts are found by their height, if nothing hides them.
+//! White goals have no colour of their own: their posts are detected by their height, if they are not hidden.
 
 pub mod accuracy;
 mod ball;
 mod blobs;
-pub mod colour;
+mod colour;
 mod crosses;
 mod junctions;
 mod line_point;
@@ -43,20 +43,19 @@ use naoisis_core::pitch::{End, GoalColour, Pitch};
 use naoisis_core::robot::body::{Body, Waistband};
 use naoisis_core::team::{PerTeam, Team};
 
-/// No lens is nearer to the ground, m.
+/// The least height of a lens, m.
 const LOWEST_LENS_M: f32 = 0.1;
 
-/// What a robot knows of the things that it looks for.
+/// The sizes and colours of the objects that the image vision detects.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Known {
+pub struct ObjectModel {
     /// The ball's radius, m.
     pub ball_radius: f32,
     /// The goal posts' radius, m.
     pub post_radius: f32,
-    /// Their height, m.
+    /// The goal posts' height, m.
     pub post_height: f32,
-    /// The waistbands of the teams' robots, each kind once: of those of a team whose robots differ, a band is taken for that whose size
-    /// fits best.
+    /// The waistbands of each team's robots, each kind once. In a team of different robots, a blob counts as the band whose size fits best.
     pub waistbands: PerTeam<Vec<Waistband>>,
     /// The colours of the two goals.
     pub goal_colours: [GoalColour; 2],
@@ -66,16 +65,16 @@ pub struct Known {
     pub penalty_mark_size: f32,
     /// Radius of the centre circle, m.
     pub circle_radius: f32,
-    /// Radius of the arcs at the corners, m; nought without.
+    /// Radius of the corner arcs, m; zero without.
     pub arc_radius: f32,
-    /// How far a robot's body reaches from its middle, m.
+    /// The greatest reach of a robot's body from its middle, m.
     pub robot_reach: f32,
-    /// What seems further away than this is not on the pitch, m: from corner to corner of the carpet.
+    /// The greatest distance of an object, m: from corner to corner of the carpet.
     pub farthest: f32,
 }
 
-impl Known {
-    /// By the rule book's pitch, with a ball of this radius, and NAOs.
+impl ObjectModel {
+    /// The model of a `pitch` with a ball of this radius, m, and NAOs.
     pub fn new(pitch: &Pitch, ball_radius: f32) -> Self {
         Self {
             ball_radius,
@@ -92,7 +91,7 @@ impl Known {
         }
     }
 
-    /// The same, with robots that have these bodies; of a team of which there are none, NAOs.
+    /// The model with robots with these bodies; NAOs for a team without any.
     pub fn with_robots<'a>(self, bodies: impl IntoIterator<Item = (Team, &'a Body)>) -> Self {
         let mut waistbands = PerTeam::<Vec<Waistband>>::default();
         let mut robot_reach = 0.0_f32;
@@ -111,33 +110,33 @@ impl Known {
         Self { waistbands, robot_reach, ..self }
     }
 
-    /// The radii of what is painted round, m; nought of what there is not.
+    /// The radii of the centre circle and of corner arcs, m; zero if there are none.
     fn radii(&self) -> [f32; 2] {
         [self.circle_radius, self.arc_radius]
     }
 }
 
-/// How far a body reaches from the robot's middle, m.
+/// The reach of a body from the robot's middle, m.
 fn reach_of(body: &Body) -> f32 {
     body.torso.reach().max(body.base.reach())
 }
 
-/// What is found in one image.
+/// The detections in one image.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Findings {
-    /// The most likely ball, and how many of its pixels are seen.
+pub struct ImageDetections {
+    /// The most likely ball, and its number of pixels.
     pub ball: Option<(u32, BallPercept)>,
-    /// Goal posts, and whether their feet are seen.
+    /// Goal posts, and whether their feet are in the image.
     pub goal_posts: Vec<(bool, GoalPostPercept)>,
-    /// Robots, and whether the lower edges of their waistbands are seen.
+    /// Robots, and whether the lower edges of their waistbands are in the image.
     pub robots: Vec<(bool, RobotPercept)>,
-    /// Lines and where they meet.
+    /// Lines, junctions and marks.
     pub landmarks: Vec<LandmarkPercept>,
 }
 
-impl Findings {
+impl ImageDetections {
     fn clear(&mut self) {
-        let Findings { ball, goal_posts, robots, landmarks } = self;
+        let ImageDetections { ball, goal_posts, robots, landmarks } = self;
         *ball = None;
         goal_posts.clear();
         robots.clear();
@@ -145,7 +144,7 @@ impl Findings {
     }
 }
 
-/// Looks at images. It keeps its memory from one to the next.
+/// The image vision. Keep it, as it reuses its memory from image to image.
 #[derive(Default)]
 pub struct ImageVision {
     segmentation: Segmentation,
@@ -155,34 +154,34 @@ pub struct ImageVision {
     lines: lines::Lines,
 }
 
-/// One image, and from where it was taken.
+/// One image with its view.
 struct Look<'a> {
-    side: CameraName,
+    camera: CameraName,
     view: &'a CameraView,
-    known: &'a Known,
+    model: &'a ObjectModel,
     segmentation: &'a Segmentation,
 }
 
 impl ImageVision {
-    /// Looks for everything in an image, which was taken by this camera with this view.
+    /// Detects all objects in an image that was taken by `camera` with this `view`.
     pub fn recognise(
         &mut self,
         image: &Image,
-        side: CameraName,
+        camera: CameraName,
         view: &CameraView,
-        known: &Known,
-        findings: &mut Findings,
+        model: &ObjectModel,
+        detections: &mut ImageDetections,
     ) {
-        findings.clear();
+        detections.clear();
         if image.is_empty() {
             return;
         }
         self.segmentation.segment(image);
-        let look = Look { side, view, known, segmentation: &self.segmentation };
-        findings.ball = look.find_ball(&mut self.contour);
-        look.find_posts(&mut self.strips, &mut findings.goal_posts);
-        look.find_robots(&mut self.edges, &mut findings.robots);
-        let Findings { goal_posts, robots, landmarks, .. } = findings;
+        let look = Look { camera, view, model, segmentation: &self.segmentation };
+        detections.ball = look.find_ball(&mut self.contour);
+        look.find_posts(&mut self.strips, &mut detections.goal_posts);
+        look.find_robots(&mut self.edges, &mut detections.robots);
+        let ImageDetections { goal_posts, robots, landmarks, .. } = detections;
         look.find_lines(&mut self.lines, robots, goal_posts, landmarks);
     }
 }
@@ -200,18 +199,18 @@ impl Look<'_> {
         self.segmentation.classes[v * self.segmentation.width + u]
     }
 
-    /// The distance of a point ahead of the lens, m.
+    /// The depth of a point along the axis of the camera, m.
     fn depth(&self, place: Vec2, height: f32) -> f32 {
         self.view.camera_from_robot(place.extend(height)).z
     }
 
-    /// Where a pixel looks at this height, robot frame, m, if that may be on a pitch.
+    /// The place at this height that a pixel shows, robot frame, m, if it may be on the pitch.
     fn place(&self, pixel: Vec2, height: f32) -> Option<Vec2> {
         let place = self.view.point_at_height(pixel, height)?;
-        (place.length_squared() < self.known.farthest * self.known.farthest).then_some(place)
+        (place.length_squared() < self.model.farthest * self.model.farthest).then_some(place)
     }
 
-    /// How much of the ground a pixel covers along the line of sight at a place, m.
+    /// The length of ground along the line of sight that a pixel covers at `place`, m.
     fn pixel_on_ground(&self, place: Vec2) -> f32 {
         place.length_squared() / (self.view.intrinsics.focal_length * self.view.lens.z.max(LOWEST_LENS_M))
     }

@@ -1,34 +1,36 @@
-//! What chains of points make: straight pieces of lines, and circles.
+//! Straight segments and circles, fitted to chains of points.
 
 use bevy::math::Vec2;
 use core::ops::Range;
 
 use super::line_point::Point;
 
-/// A straight piece is at least so long, m.
+/// The least length of a segment, m.
 const SHORTEST_M: f32 = 0.2;
-/// A piece that is longer is a line for sure, m.
+/// The least length of a segment of a curve that counts as a line, m.
 const LONG_M: f32 = 0.6;
-/// No chain's end or middle is further from a straight piece than this, m, and so many pixels.
+/// The greatest deviation of a chain from a straight segment, m, plus pixels.
 const STRAIGHT: [f32; 2] = [0.015, 0.72];
-/// What is further from a line than this belongs to another, m; and so many pixels, which are no more than so many m.
+/// The greatest distance between segments of one line, m.
 const SAME_LINE_M: f32 = 0.03;
+/// Added to that distance, pixels.
 const SAME_LINE_PX: f32 = 1.8;
+/// The greatest length of these pixels on the ground, m.
 const MOST_SAME_LINE_M: f32 = 0.04;
-/// Pieces of one line may have such a gap, m.
+/// The greatest gap between segments of one line, m.
 const GAP_M: f32 = 0.3;
-/// A piece with a gap of this share of its length is of two lines.
+/// A chain with a gap of this share of its length belongs to two lines.
 const WIDEST_GAP: f32 = 0.5;
-/// Pieces of a chain that turn by such an angle from one to the next, radians, are of a curve: lines meet at right angles.
+/// The angle between successive segments of a curve, radians: lines meet at right angles.
 const TURN: Range<f32> = 0.1..1.05;
-/// The radius of a circle is measured as exactly as this: a share of it, and m.
+/// The tolerance of the radius of a circle: a share of it, plus m.
 const CIRCLE_TOLERANCE: [f32; 2] = [0.04, 0.045];
-/// Points of a circle are so near to it, m, nine of ten.
+/// The greatest distance of nine of ten points from their circle, m.
 const ON_CIRCLE_M: f32 = 0.04;
-/// Points that tell a circle.
+/// The least number of points of a circle.
 const LEAST_POINTS_OF_CIRCLE: usize = 8;
 
-/// A straight piece of a line.
+/// A straight segment of a line.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Piece {
     pub(super) pixels: [Vec2; 2],
@@ -45,29 +47,29 @@ impl Piece {
     }
 }
 
-/// A circle that is painted, or a part of one.
+/// A painted circle, or a part of one.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Circle {
     /// Its centre on the ground, m, robot frame.
     pub(super) centre: Vec2,
-    /// Which of the radii that there are it has, m.
+    /// Its radius, one of those of the pitch, m.
     pub(super) radius: f32,
 }
 
 impl Circle {
-    /// How exactly a radius is measured, m.
+    /// The tolerance of a radius, m.
     fn tolerance(radius: f32) -> f32 {
         CIRCLE_TOLERANCE[0] * radius + CIRCLE_TOLERANCE[1]
     }
 
-    /// Whether a piece is a part of it.
+    /// Whether a segment is a part of the circle.
     pub(super) fn has(&self, piece: &Piece) -> bool {
         let [start, end] = piece.places;
         let is_on = |place: Vec2| (place.distance(self.centre) - self.radius).abs() < Self::tolerance(self.radius);
         is_on(start) && is_on(end) && is_on(start.midpoint(end))
     }
 
-    /// The circle of one of these radii on which points lie, if they bend so.
+    /// The circle with one of these radii on which the points lie, if there is one.
     pub(super) fn of(points: &[Point], radii: [f32; 2]) -> Option<Circle> {
         let (first, last) = (points.first()?, points.last()?);
         let is_bent = deviation(points).1 >= 0.05 && first.place.distance(last.place) >= 0.3;
@@ -101,8 +103,8 @@ impl Circle {
     }
 }
 
-/// Cuts a chain into straight pieces, and finds the circles of these radii that it is of. `pixel_on_ground` is how much of the
-/// ground a pixel covers at a place, m.
+/// Cuts a chain into straight segments, and finds circles with these radii. `pixel_on_ground`: the length of ground that a pixel covers at a
+/// place, m.
 pub(super) fn cut(
     chain: &[Point],
     radii: [f32; 2],
@@ -120,7 +122,7 @@ pub(super) fn cut(
     let direction = |range: &Range<usize>| chain[range.end - 1].place - chain[range.start].place;
     let mut start = 0;
     while start < ranges.len() {
-        // A part that turns on and on in one direction is a curve.
+        // A part that keeps turning in one direction is a curve.
         let mut end = start + 1;
         let mut turn = 0.0_f32;
         while end < ranges.len() && ranges[end].start + 1 == ranges[end - 1].end {
@@ -146,7 +148,7 @@ pub(super) fn cut(
     }
 }
 
-/// Cuts a part of a chain where it bends, until what is left is straight.
+/// Cuts a part of a chain where it bends, until the parts are straight.
 fn straight_parts(
     chain: &[Point],
     range: Range<usize>,
@@ -173,7 +175,7 @@ fn straight_parts(
     parts.push(range);
 }
 
-/// The point of a chain that is furthest from the line between its ends, and how far that is, m.
+/// The point of a chain furthest from the line between its ends, and its distance, m.
 fn deviation(chain: &[Point]) -> (usize, f32) {
     let (Some(first), Some(last)) = (chain.first(), chain.last()) else { return (0, 0.0) };
     let across = (last.place - first.place).normalize_or(Vec2::X).perp();
@@ -181,7 +183,7 @@ fn deviation(chain: &[Point]) -> (usize, f32) {
     chain.iter().map(off).enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
 }
 
-/// The straight piece that fits points best: through their mean, along their main axis.
+/// The segment that fits the points best: through their mean, along their main axis.
 fn fitted(points: &[Point]) -> Piece {
     let (first, last) = (points[0], points[points.len() - 1]);
     let mean = points.iter().map(|point| point.place).sum::<Vec2>() / points.len() as f32;
@@ -201,7 +203,7 @@ fn fitted(points: &[Point]) -> Piece {
     Piece { pixels: [first.pixel, last.pixel], places: [foot(first), foot(last)] }
 }
 
-/// Joins pieces that are the same line, seen along columns and along rows, or with a gap.
+/// Joins segments of the same line, which were found in columns and in rows, or have a gap.
 pub(super) fn join(pieces: &mut Vec<Piece>, pixel_on_ground: &dyn Fn(Vec2) -> f32) {
     let mut index = 0;
     while index < pieces.len() {
@@ -230,7 +232,7 @@ pub(super) fn join(pieces: &mut Vec<Piece>, pixel_on_ground: &dyn Fn(Vec2) -> f3
                 most = end;
             }
         }
-        // Now longer, it may fit others too.
+        // The longer segment may fit others too.
         pieces[index] = Piece { pixels: [least.0, most.0], places: [least.1, most.1] };
     }
 }

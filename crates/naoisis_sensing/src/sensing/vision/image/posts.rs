@@ -1,7 +1,6 @@
 //! Goal posts: upright strips of a goal's colour.
 //!
-//! Much else is white: lines and robots. A white strip is a post only if nearly all of one's height is there, as far as it is in
-//! the image.
+//! Lines and robots are white, too. A white strip is a post only if it has nearly the full height of a post, as far as that is in the image.
 
 use bevy::math::Vec2;
 
@@ -12,37 +11,37 @@ use super::strips::{LEAST_SLENDERNESS, Strip, Strips};
 use crate::sensing::vision::GoalPostPercept;
 use naoisis_core::pitch::GoalColour;
 
-/// A strip as wide as that may be a short piece of a near post, pixels.
+/// The least width of a short piece of a near post, pixels.
 const WIDE: f32 = 20.0;
-/// It must be so many times as high as wide.
+/// The least ratio of height to width of such a piece.
 const LEAST_SLENDERNESS_OF_WIDE: f32 = 0.6;
 
-/// Where a post of which one side is seen can be further away than this, its place is not guessed, m.
+/// The greatest distance of a post that is located by one side, m.
 const GREATEST_DISTANCE_BY_SIDE_M: f32 = 1.5;
-/// Such strips that are narrower may be anything, pixels.
+/// The least width of the strip of such a post, pixels.
 const LEAST_WIDTH_BY_SIDE: u16 = 6;
 
-/// The width of a white strip is off by no more than this share of what it should be, and a pixel.
+/// The tolerance of the width of a white strip, as a share of the expected one, plus a pixel.
 const WIDTH_OF_WHITE: f32 = 0.3;
-/// Share of a white post's height, as far as it is in the image, that is there.
+/// The least share of the expected height of a white post in the image.
 const LEAST_OF_WHITE: f32 = 0.8;
 
-/// Rows of a strip that are looked at for a robot beside it.
+/// The number of rows in which a robot beside a strip is searched.
 const ROWS_BESIDE: u16 = 8;
 
-/// The distance of a post cannot be told from its top when that is nearer than this to the height of the lens, m.
+/// The least difference between the heights of a post's top and of the lens at which the distance follows from the top, m.
 const LEAST_HEIGHT_DIFFERENCE_M: f32 = 0.1;
 
-/// Rows below a strip that may be neither it nor the carpet, where its edge is blurred.
+/// The number of blurred rows between a strip and the carpet.
 const BLURRED_ROWS: usize = 2;
 
 impl Look<'_> {
-    /// The goal posts, and whether their feet are seen.
+    /// Finds goal posts, and whether their feet are in the image.
     pub(super) fn find_posts(&self, strips: &mut Strips, found: &mut Vec<(bool, GoalPostPercept)>) {
         let Strips { strips, runs } = strips;
         let classes = [(ColourClass::Yellow, GoalColour::Yellow), (ColourClass::SkyBlue, GoalColour::Blue)];
         for (class, colour) in classes {
-            if !self.known.goal_colours.contains(&colour) {
+            if !self.model.goal_colours.contains(&colour) {
                 continue;
             }
             for blob in self.segmentation.blobs.iter().filter(|blob| blob.class == class && blob.area >= 10) {
@@ -50,7 +49,7 @@ impl Look<'_> {
                 self.add_posts(colour, strips, found);
             }
         }
-        if self.known.goal_colours.contains(&GoalColour::White) {
+        if self.model.goal_colours.contains(&GoalColour::White) {
             self.segmentation.runs_of(ColourClass::White, runs);
             self.collect_white_strips(runs, strips);
             self.add_posts(GoalColour::White, strips, found);
@@ -61,12 +60,12 @@ impl Look<'_> {
         for strip in strips {
             let post = if colour == GoalColour::White { self.white_post(strip) } else { self.post(strip) };
             if let Some((has_foot, pixel, position_m)) = post {
-                insert(found, has_foot, GoalPostPercept { camera: self.side, colour, pixel, position_m });
+                insert(found, has_foot, GoalPostPercept { camera: self.camera, colour, pixel, position_m });
             }
         }
     }
 
-    /// The same as [`Look::post`] for a strip that may be anything white: it is as high as a post there.
+    /// As [`Look::post`] for a white strip, which must have the height of a post at that place.
     fn white_post(&self, strip: &Strip) -> Option<(bool, Vec2, Vec2)> {
         let is_cut_above = strip.first.row == 0;
         let is_cut_below = usize::from(strip.last.row) + 1 == self.height();
@@ -76,8 +75,8 @@ impl Look<'_> {
         } else {
             self.post(strip).filter(|(has_foot, ..)| *has_foot)?
         };
-        // A robot that is nearer looks as high, and so does a line that leads away.
-        let diameter = 2.0 * self.known.post_radius;
+        // A nearer robot has the same height, and so has a line that leads away.
+        let diameter = 2.0 * self.model.post_radius;
         let middle = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
         let expected = self.view.intrinsics.focal_length * diameter
             / self.depth(place, self.height_at(place, middle)).max(diameter);
@@ -88,13 +87,13 @@ impl Look<'_> {
             None => (0.4 * expected..expected + tolerance).contains(&across(strip, strip.mean_width())),
         };
         let [top, foot] =
-            [self.known.post_height, 0.0].map(|height| self.view.project_anywhere(place.extend(height)).y);
+            [self.model.post_height, 0.0].map(|height| self.view.project_anywhere(place.extend(height)).y);
         let in_image = foot.min(self.height() as f32) - top.max(0.0);
         let is_as_high = strip.rows as f32 > LEAST_OF_WHITE * in_image;
         (is_as_wide && is_as_high && self.ends_at_top(strip, place)).then_some((has_foot, pixel, place))
     }
 
-    /// Whether a strip's foot is seen, its pixel, and its place.
+    /// Whether the foot of a strip is in the image, its pixel, and its place.
     fn post(&self, strip: &Strip) -> Option<(bool, Vec2, Vec2)> {
         let foot = Vec2::new(strip.last.middle(), f32::from(strip.last.row + 1));
         if self.is_foot(strip)
@@ -107,11 +106,11 @@ impl Look<'_> {
         Some((false, self.view.project_anywhere(place.extend(0.0)), place))
     }
 
-    /// The place of a post whose front is there, if its strip looks like one there: as upright and as wide.
+    /// The place of a post with its front at `front`, if the strip is as upright and as wide as one at that place.
     fn judge(&self, strip: &Strip, front: Vec2, has_foot: bool) -> Option<Vec2> {
-        // What is seen of it is its front.
-        let place = front + front.normalize_or(Vec2::X) * self.known.post_radius;
-        let diameter = 2.0 * self.known.post_radius;
+        // The image shows the front of the post.
+        let place = front + front.normalize_or(Vec2::X) * self.model.post_radius;
+        let diameter = 2.0 * self.model.post_radius;
         let middle = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
         let height = self.height_at(place, middle);
         let expected = self.view.intrinsics.focal_length * diameter / self.depth(place, height).max(diameter);
@@ -122,22 +121,22 @@ impl Look<'_> {
             }
             None => across(strip, strip.mean_width()) < 1.5 * expected + 1.0,
         };
-        // Of a post that stands at the upper edge of the image only the foot may be in it.
+        // If the foot is at the upper edge of the image, only the foot may be in it.
         let is_high = strip.rows as f32 > 0.4 * expected || (has_foot && strip.first.row == 0);
         (is_as_wide && is_high && self.is_upright(strip, place)).then_some(place)
     }
 
-    /// How high above the ground a row of the image looks at an upright thing at this place, m.
+    /// The height above the ground at which a row of the image shows an upright object at `place`, m.
     fn height_at(&self, place: Vec2, row: f32) -> f32 {
         let foot = self.view.camera_from_robot(place.extend(0.0));
         let up = self.view.camera_from_robot(place.extend(1.0)) - foot;
         // (foot.y + h up.y) / (foot.z + h up.z) is the slope of the row's rays.
         let slope = (row - self.view.intrinsics.centre.y) / self.view.intrinsics.focal_length;
         let height = (slope * foot.z - foot.y) / (up.y - slope * up.z);
-        if height.is_finite() { height.clamp(0.0, self.known.post_height) } else { 0.0 }
+        if height.is_finite() { height.clamp(0.0, self.model.post_height) } else { 0.0 }
     }
 
-    /// Whether a strip runs as an upright thing at this place does.
+    /// Whether a strip is as upright as an object at `place`.
     fn is_upright(&self, strip: &Strip, place: Vec2) -> bool {
         let ends = [strip.last.row, strip.first.row].map(|row| self.height_at(place, f32::from(row) + 0.5));
         let [low, high] = ends.map(|height| self.view.project_anywhere(place.extend(height)));
@@ -146,9 +145,9 @@ impl Look<'_> {
         strip.whole_width().is_none() || off.abs() < 0.2 * strip.rows as f32 + 0.5 * strip.mean_width()
     }
 
-    /// Where a post stands by its top, if that is seen.
+    /// The place of a post by its top, if it is in the image.
     fn by_top(&self, strip: &Strip) -> Option<Vec2> {
-        let height = self.known.post_height;
+        let height = self.model.post_height;
         if (height - self.view.lens.z).abs() < LEAST_HEIGHT_DIFFERENCE_M {
             return None;
         }
@@ -158,17 +157,17 @@ impl Look<'_> {
             return None;
         }
         let top = self.place(Vec2::new(strip.first.middle(), (from - above) as f32), height)?;
-        // A strip that is cut at the side has lost a part of its width; of others, that must be right too.
+        // The width must also be right, unless the strip is cut off at the side.
         let place = self.judge(strip, top, false)?;
         let seen = self.view.project_anywhere(place.extend(0.0)).y.min(self.height() as f32) - (from - above) as f32;
         let is_long_enough = (strip.rows + above as u32) as f32 > 0.25 * seen;
         (is_long_enough && strip.rows as f32 > strip.mean_width()).then_some(place)
     }
 
-    /// Where a post stands by its width.
+    /// The place of a post by its width.
     fn by_width(&self, strip: &Strip) -> Option<Vec2> {
         let width = strip.whole_width().filter(|&width| width >= 3.0)?;
-        // Of a near post only a short piece may be in the image; that is wide enough to be no bar.
+        // Only a short piece of a near post may be in the image; it is wider than a bar.
         let least_slenderness = if width >= WIDE { LEAST_SLENDERNESS_OF_WIDE } else { LEAST_SLENDERNESS };
         if (strip.rows as f32) < least_slenderness * width || self.is_beside_white(strip) {
             return None;
@@ -177,19 +176,19 @@ impl Look<'_> {
             (strip.first.middle() + strip.last.middle()) / 2.0,
             f32::from(strip.first.row + strip.last.row + 1) / 2.0,
         );
-        let distance = self.view.intrinsics.focal_length * 2.0 * self.known.post_radius / width;
+        let distance = self.view.intrinsics.focal_length * 2.0 * self.model.post_radius / width;
         let point = self.view.lens + self.view.ray(middle) * distance;
         let place = point.truncate();
         // A post reaches from the ground to its top.
-        let may_stand = (-0.2..self.known.post_height + 0.3).contains(&point.z)
-            && place.length() < self.known.farthest
+        let may_stand = (-0.2..self.model.post_height + 0.3).contains(&point.z)
+            && place.length() < self.model.farthest
             && self.is_upright(strip, place)
             && self.ends_at_top(strip, place);
         may_stand.then_some(place)
     }
 
-    /// About where a post stands of which the edge of the image leaves one side: nearer than where it would be as narrow as
-    /// what is seen of it, and than where its foot or its top would be in the image.
+    /// The approximate place of a post of which only one side is in the image: nearer than where it would be as narrow as the visible part, and
+    /// than where its foot or its top would be in the image.
     fn by_side(&self, strip: &Strip) -> Option<Vec2> {
         if strip.whole_width().is_some() || strip.widest < LEAST_WIDTH_BY_SIDE {
             return None;
@@ -201,7 +200,7 @@ impl Look<'_> {
         if !is_cut_below && strip.rows < 2 * u32::from(strip.widest) {
             return None;
         }
-        // The side that is seen, and in which direction the post's middle is from there, to the left.
+        // The visible side, and the direction from it to the middle of the post, to the left.
         let (side, leftwards): (fn(&Run) -> u16, f32) = match (is_cut_left, is_cut_right) {
             (true, false) => (|run| run.to, 1.0),
             (false, true) => (|run| run.from, -1.0),
@@ -212,7 +211,7 @@ impl Look<'_> {
         let column = f32::from(u16::midpoint(side(&strip.first), side(&strip.last)));
         let ray = self.view.ray(Vec2::new(column, row));
         let lens = self.view.lens.truncate();
-        let as_wide = self.view.intrinsics.focal_length * 2.0 * self.known.post_radius / f32::from(strip.widest);
+        let as_wide = self.view.intrinsics.focal_length * 2.0 * self.model.post_radius / f32::from(strip.widest);
         let mut furthest = (ray.truncate() * as_wide).length();
         let mut limit = |is_cut: bool, run: &Run, row: f32, height: f32| {
             if is_cut && let Some(place) = self.place(Vec2::new(f32::from(side(run)), row), height) {
@@ -220,38 +219,37 @@ impl Look<'_> {
             }
         };
         limit(is_cut_below, &strip.last, self.height() as f32, 0.0);
-        limit(is_cut_above && self.known.post_height > self.view.lens.z, &strip.first, 0.0, self.known.post_height);
+        limit(is_cut_above && self.model.post_height > self.view.lens.z, &strip.first, 0.0, self.model.post_height);
         if furthest > GREATEST_DISTANCE_BY_SIDE_M {
             return None;
         }
-        // Half of the ground up to there is nearer than that.
+        // Half of the area up to the greatest distance is nearer than this.
         let direction = ray.truncate().normalize_or_zero();
         let place_of_side = lens + direction * (furthest * core::f32::consts::FRAC_1_SQRT_2);
-        let place = place_of_side + direction.perp() * (leftwards * self.known.post_radius);
-        // The side runs as an upright edge there does.
+        let place = place_of_side + direction.perp() * (leftwards * self.model.post_radius);
+        // The side is as upright as an edge at that place.
         let runs = f32::from(side(&strip.last)) - f32::from(side(&strip.first));
         let expected = self.slope_of_upright(place_of_side, row) * (strip.rows as f32 - 1.0);
         ((runs - expected).abs() < 0.1 * strip.rows as f32 + 2.0).then_some(place)
     }
 
-    /// Columns for each row downwards that an upright edge at this place has in the image, where it crosses a row.
+    /// The slope of an upright edge at `place` in the image, columns per row downwards, where it crosses `row`.
     fn slope_of_upright(&self, place: Vec2, row: f32) -> f32 {
         let height = self.height_at(place, row);
         let [low, high] = [height - 0.01, height + 0.01].map(|height| self.view.project_anywhere(place.extend(height)));
         if low.y - high.y > 0.01 { (low.x - high.x) / (low.y - high.y) } else { 0.0 }
     }
 
-    /// Whether a strip ends above where a post at this place does, or where the image does.
+    /// Whether a strip ends at the top of a post at `place`, or at the edge of the image.
     fn ends_at_top(&self, strip: &Strip, place: Vec2) -> bool {
         let Some(above) = self.rows_above(strip) else { return true };
         let [top, foot] =
-            [self.known.post_height, 0.0].map(|height| self.view.project_anywhere(place.extend(height)).y);
+            [self.model.post_height, 0.0].map(|height| self.view.project_anywhere(place.extend(height)).y);
         let seen = f32::from(strip.first.row) - above as f32;
         (seen - top).abs() < 0.12 * (foot - top) + 3.0
     }
 
-    /// How many rows of the same colour are above a strip, which may end where the bar begins; none if they reach the edge
-    /// of the image.
+    /// The number of rows of the same colour above a strip, which may end at the bar; `None` if they reach the edge of the image.
     fn rows_above(&self, strip: &Strip) -> Option<usize> {
         let column = (strip.first.middle() as usize).min(self.width() - 1);
         let from = usize::from(strip.first.row);
@@ -259,7 +257,7 @@ impl Look<'_> {
         (above < from).then_some(above)
     }
 
-    /// Whether a robot may hide a side of a strip: there is white beside it in most of its rows. Of a net only strings are.
+    /// Whether a robot may hide a side of a strip: most of its rows have white beside them. A net has only strings.
     fn is_beside_white(&self, strip: &Strip) -> bool {
         let reach = strip.mean_width() / 2.0 + 2.0;
         let (top, rows) = (strip.first.row, strip.last.row - strip.first.row);
@@ -293,19 +291,19 @@ impl Look<'_> {
     }
 }
 
-/// How wide a strip is across the way it runs, pixels, that is `width` pixels wide along a row.
+/// The width of a strip perpendicular to its direction, pixels, for a `width` along a row.
 fn across(strip: &Strip, width: f32) -> f32 {
     width / Vec2::new(1.0, strip.slope()).length()
 }
 
-/// Adds a post, unless it is one that was found already: the better one stays.
+/// Adds a post, or replaces the same post if this one is better.
 fn insert(found: &mut Vec<(bool, GoalPostPercept)>, has_foot: bool, percept: GoalPostPercept) {
     let bearing = |place: Vec2| place.normalize_or(Vec2::X);
     let same = found.iter_mut().find(|(_, other)| {
         other.colour == percept.colour && bearing(other.position_m).dot(bearing(percept.position_m)) > 0.9985
     });
     match same {
-        // Of two pieces of one post, that with the foot, or the nearer one.
+        // Of two pieces of one post, the one with the foot, or the nearer one.
         Some(other) if (has_foot, -percept.position_m.length()) > (other.0, -other.1.position_m.length()) => {
             *other = (has_foot, percept);
         }

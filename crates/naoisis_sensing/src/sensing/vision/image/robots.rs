@@ -1,4 +1,4 @@
-//! Robots: their waistbands.
+//! Robots, detected by their waistbands.
 
 use bevy::math::{Vec2, ops};
 
@@ -9,22 +9,22 @@ use crate::sensing::vision::RobotPercept;
 use naoisis_core::robot::body::Waistband;
 use naoisis_core::team::Team;
 
-/// Fewer pixels are no waistband.
+/// The least number of pixels of a waistband.
 const LEAST_AREA: u32 = 8;
 
-/// Columns with a part of the band as high as this share of the highest are used for its edges.
+/// Columns of at least this share of the greatest height are used for the edges of the band.
 const HIGH_ENOUGH: f32 = 0.6;
 
-/// Where a robot may be.
+/// A possible robot.
 struct Sighted {
     has_lower_edge: bool,
     position_m: Vec2,
-    /// How far the size of its band is from what it would be there: a sum of logarithms.
+    /// The difference of the size of its band from the expected one: a sum of logarithms.
     misfit: f32,
 }
 
 impl Look<'_> {
-    /// The robots, and whether the lower edges of their waistbands are seen.
+    /// Finds robots, and whether the lower edges of their waistbands are in the image.
     pub(super) fn find_robots(&self, edges: &mut Vec<[u16; 2]>, found: &mut Vec<(bool, RobotPercept)>) {
         for blob in &self.segmentation.blobs {
             let team = match blob.class {
@@ -36,26 +36,26 @@ impl Look<'_> {
                 continue;
             }
             let ends = self.edges(blob, edges);
-            let bands = self.known.waistbands[team].iter();
-            // Of several kinds of robots, the one whose band would look most like this.
+            let bands = self.model.waistbands[team].iter();
+            // Of several kinds of robots, the one whose band fits best.
             let best = bands
                 .filter_map(|band| self.robot(blob, band, ends))
                 .reduce(|best, other| if other.misfit < best.misfit { other } else { best });
             if let Some(Sighted { has_lower_edge, position_m, .. }) = best {
                 let pixel = self.view.project_anywhere(position_m.extend(0.0));
-                let percept = RobotPercept { camera: self.side, team, pixel, position_m };
+                let percept = RobotPercept { camera: self.camera, team, pixel, position_m };
                 insert(found, blob.area, has_lower_edge, percept);
             }
         }
     }
 
-    /// Where a robot is whose waistband a blob with these upper and lower edges may be, if it has such a band.
+    /// The robot with the waistband `band` whose blob has these upper and lower edges, if the size fits.
     fn robot(&self, blob: &Blob, band: &Waistband, [upper, lower]: [f32; 2]) -> Option<Sighted> {
         let (is_cut_above, is_cut_below) = (blob.top == 0, usize::from(blob.bottom) == self.height());
         let column = f32::from(blob.left + blob.right) / 2.0;
         let [low_z, high_z] = band.z_m;
         let half_size = band.half_size_m;
-        // The surface of the band is before the robot's middle.
+        // The surface of the band is in front of the robot's middle.
         let behind = |place: Vec2| place + place.normalize_or(Vec2::X) * ((half_size.x + half_size.y) / 2.0);
         let by_lower = || self.place(Vec2::new(column, lower), low_z).map(behind);
         let by_upper = || self.place(Vec2::new(column, upper), high_z).map(behind);
@@ -64,13 +64,13 @@ impl Look<'_> {
             (false, true) => (by_upper()?, false),
             (true, true) => return None,
         };
-        // The size that a band there has.
+        // The size of a band at that place.
         let focal_length = self.view.intrinsics.focal_length;
         let depth = self.depth(place, low_z).max(0.1);
         let across = focal_length * 2.0 * half_size.y / depth;
         let high = self.view.project(place.extend(low_z))?.y - self.view.project(place.extend(high_z))?.y;
         let (width, height) = (f32::from(blob.width()), lower - upper);
-        // How far from the size that it should have: what is cut off or hidden may be smaller.
+        // The difference from the expected size: a band that is cut off or hidden may be smaller.
         let is_cut_aside = blob.left == 0 || usize::from(blob.right) == self.width();
         let [wide, tall] = [(width, across), (height, high)].map(|(is, should)| ops::ln((is + 1.0) / (should + 1.0)));
         let misfit = if is_cut_aside { wide.max(0.0) } else { wide.abs() }
@@ -81,7 +81,7 @@ impl Look<'_> {
         if is_no_wider && is_no_higher && is_high_enough {
             return Some(Sighted { has_lower_edge: has_lower, position_m: place, misfit });
         }
-        // Its lower part may be hidden: then the upper edge tells.
+        // If its lower part is hidden, the upper edge locates it.
         if !is_high_enough && !is_cut_above && width < 1.5 * across + 2.0 {
             return by_upper().map(|position_m| Sighted { has_lower_edge: false, position_m, misfit });
         }

@@ -1,8 +1,8 @@
-//! Fills the [`Percepts`] of the robots that see by their images.
+//! Fills the [`Percepts`] of robots whose vision processes their images.
 
 use bevy::prelude::*;
 
-use super::{Findings, ImageVision, Known};
+use super::{ImageDetections, ImageVision, ObjectModel};
 use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::jobs::{self, SensingThreads};
@@ -15,83 +15,90 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::team::RobotId;
 
-/// Landmarks of one kind that are no further apart are one, m.
+/// Landmarks of one kind within this distance are the same, m.
 const SAME_LANDMARK_M: f32 = 0.25;
 
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]
-pub struct VisionBuffers {
+pub(in crate::sensing::vision) struct VisionBuffers {
     jobs: Vec<Job>,
-    done: Vec<Findings>,
+    done: Vec<ImageDetections>,
     workers: Vec<ImageVision>,
 }
 
-/// An image to be looked through.
+/// An image to be processed.
 struct Job {
     robot: Entity,
-    side: CameraName,
+    camera: CameraName,
     view: CameraView,
     image: Image,
-    findings: Findings,
+    detections: ImageDetections,
 }
 
-/// Looks through the images that were taken in this cycle.
-pub fn look_through_images(
+/// Processes the images that were taken in this cycle.
+pub(in crate::sensing::vision) fn process_images(
     mut buffers: Local<VisionBuffers>,
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
     pitch: Res<Pitch>,
     balls: Query<&BallPhysics>,
     bodies: Query<(&RobotId, &Body)>,
-    mut robots: Query<(Entity, &HeadAngles, &CameraSettings, &VisionSettings, &mut CameraImages, &mut Percepts)>,
+    mut robots: Query<(
+        Entity,
+        (&HeadAngles, &Body),
+        &CameraSettings,
+        &VisionSettings,
+        &mut CameraImages,
+        &mut Percepts,
+    )>,
 ) {
     let buffers = &mut *buffers;
-    for (robot, head, camera, settings, mut images, _) in &mut robots {
+    for (robot, (head, body), cameras, settings, mut images, _) in &mut robots {
         if settings.source != VisionSource::Image || images.cycle != Some(clock.cycle) {
             continue;
         }
-        for (side, &view) in camera.views(*head).named() {
-            let image = core::mem::take(images.of_mut(side));
-            let findings = buffers.done.pop().unwrap_or_default();
-            buffers.jobs.push(Job { robot, side, view, image, findings });
+        for (camera, &view) in cameras.views(body, *head).named() {
+            let image = core::mem::take(images.of_mut(camera));
+            let detections = buffers.done.pop().unwrap_or_default();
+            buffers.jobs.push(Job { robot, camera, view, image, detections });
         }
     }
     if buffers.jobs.is_empty() {
         return;
     }
-    // The size of the ball is known to everybody.
+    // All robots know the size of the ball,
     let ball_radius = balls.iter().next().map_or(BallPhysics::default().radius_m, |ball| ball.radius_m);
-    // So is what the robots of each team are like.
+    // and the bodies of the robots of each team.
     let mut of_teams: Vec<(RobotId, &Body)> = bodies.iter().map(|(id, body)| (*id, body)).collect();
     of_teams.sort_unstable_by_key(|(id, _)| *id);
-    let known = Known::new(&pitch, ball_radius).with_robots(of_teams.iter().map(|(id, body)| (id.team, *body)));
+    let model = ObjectModel::new(&pitch, ball_radius).with_robots(of_teams.iter().map(|(id, body)| (id.team, *body)));
     jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |vision, job| {
-        vision.recognise(&job.image, job.side, &job.view, &known, &mut job.findings);
+        vision.recognise(&job.image, job.camera, &job.view, &model, &mut job.detections);
     });
     // The jobs of a robot follow each other.
     for job in buffers.jobs.drain(..) {
-        let Ok((_, _, camera, _, mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
-        *images.of_mut(job.side) = job.image;
-        let is_lower = camera.mounts.order(job.side) > 0;
-        merge(&mut percepts, is_lower, &job.findings);
-        buffers.done.push(job.findings);
+        let Ok((_, _, cameras, _, mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
+        *images.of_mut(job.camera) = job.image;
+        let is_lower = cameras.mounts.order(job.camera) > 0;
+        merge(&mut percepts, is_lower, &job.detections);
+        buffers.done.push(job.detections);
     }
-    for (_, _, camera, settings, _, mut percepts) in &mut robots {
+    for (_, _, cameras, settings, _, mut percepts) in &mut robots {
         if settings.source == VisionSource::Image {
-            percepts.sort(&camera.mounts);
+            percepts.sort(&cameras.mounts);
         }
     }
 }
 
-/// Adds what one camera saw to what the other did: a thing that both see is one percept.
-pub(super) fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings) {
-    // Of two balls, the one that is seen better; a lower camera, which comes later in the model, is nearer to what it sees.
-    if let Some((_, ball)) = findings.ball
+/// Adds the detections in the image of one camera to those of the cameras before: an object that both see is one percept.
+pub(super) fn merge(percepts: &mut Percepts, is_lower: bool, detections: &ImageDetections) {
+    // Of two balls, the one that is seen better: a lower camera, which comes later in the model, is nearer to what it sees.
+    if let Some((_, ball)) = detections.ball
         && (percepts.ball.is_none() || is_lower)
     {
         percepts.ball = Some(ball);
     }
-    for (has_foot, post) in &findings.goal_posts {
+    for (has_foot, post) in &detections.goal_posts {
         let same = percepts.goal_posts.iter_mut().find(|other| {
             let along = other.position_m.normalize_or(Vec2::X).dot(post.position_m.normalize_or(Vec2::X));
             other.colour == post.colour && along > 0.998
@@ -102,7 +109,7 @@ pub(super) fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings
             None => percepts.goal_posts.push(*post),
         }
     }
-    for (has_lower_edge, robot) in &findings.robots {
+    for (has_lower_edge, robot) in &detections.robots {
         let same = percepts.robots.iter_mut().find(|other| {
             let apart = other.position_m.distance(robot.position_m);
             other.team == robot.team && apart < 0.2 + 0.1 * robot.position_m.length()
@@ -113,7 +120,7 @@ pub(super) fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings
             None => percepts.robots.push(*robot),
         }
     }
-    for landmark in &findings.landmarks {
+    for landmark in &detections.landmarks {
         let is_same = |other: &LandmarkPercept| {
             other.kind == landmark.kind
                 && !matches!(landmark.kind, LandmarkKind::Line { .. })

@@ -1,56 +1,56 @@
-//! Strips: runs of a colour one below the other, as upright things leave them in an image.
+//! Strips: runs of a colour one below the other, as upright objects have them in an image.
 
 use super::Look;
 use super::blobs::Run;
 use super::colour::ColourClass;
 
-/// Fewer rows are no post.
+/// The least number of rows of a post.
 const LEAST_ROWS: u32 = 4;
 
-/// Strips that are narrower on average are no posts, pixels; unless the side of the image cuts off a part of them.
+/// The least mean width of a post, pixels, unless it is cut off at the side of the image.
 const LEAST_WIDTH: f32 = 1.5;
-/// Rows of a strip that is cut off to less than that.
+/// The least number of rows of a strip that is narrower because it is cut off.
 const LEAST_ROWS_OF_NARROW: u32 = 12;
 
-/// A strip without a foot must be so many times as high as wide.
+/// The least ratio of height to width of a strip without a foot.
 pub(super) const LEAST_SLENDERNESS: f32 = 1.3;
 
-/// A strip whose middle moves by more columns a row is a bar that is seen at a slant.
+/// A strip whose middle moves by more columns per row is a slanting bar.
 const SLANT: f32 = 0.6;
-/// Where it moves by less again, the post begins that carries the bar.
+/// Where it moves by less again, the post below the bar begins.
 const END_OF_SLANT: f32 = 0.45;
-/// Weight of a row in that movement.
+/// The weight of a row in the mean movement.
 const WEIGHT_OF_ROW: f32 = 0.2;
 
-/// So many times as wide as a white strip is what touches it from the side; of that, only what is below the strip is its own.
+/// A run this many times as wide as a white strip contains something that touches it from the side.
 const TOUCHED: f32 = 1.4;
-/// And what is beside it by so many of its widths, from one row to the next.
+/// So does a run that is displaced by this many widths from one row to the next.
 const ASIDE: f32 = 0.2;
-/// It may do so in so many rows one below the other; and in one and a half times as many more as the strip is wide.
+/// The greatest number of successive rows that may be touched, plus one and a half times the width of the strip.
 const ROWS_TOUCHED: u32 = 3;
 
-/// How a strip runs is known by so many rows.
+/// The number of rows from which the slope of a strip is known.
 const ROWS_FOR_SLOPE: u16 = 8;
-/// Rows that are so much wider than a white strip are wide by what touches it: they do not count for its width.
+/// Rows this many times as wide as a white strip do not count for its width.
 const WIDENED: f32 = 1.1;
 
-/// Runs one below the other that are about as wide.
+/// Runs of about the same width one below the other.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Strip {
     pub(super) class: ColourClass,
     pub(super) first: Run,
     pub(super) last: Run,
-    /// The last one that nothing touched.
+    /// The last run that was not touched.
     clear: Run,
     pub(super) rows: u32,
     pixels: u32,
-    /// Rows in which it does not reach the left or right edge of the image.
+    /// The number of rows that do not reach the left or right edge of the image.
     whole_rows: u32,
-    /// Those of them that count for its width, and its pixels in those.
+    /// The number of these that count for its width, and their pixels.
     counted_rows: u32,
     counted_pixels: u32,
     pub(super) widest: u16,
-    /// By how many columns a row its middle moves, in the last rows, and whether that is a bar's.
+    /// The mean movement of its middle in the last rows, columns per row, and whether it is a slanting bar.
     movement: f32,
     is_slanting: bool,
 }
@@ -75,7 +75,7 @@ impl Strip {
 
     fn add(&mut self, run: Run, image_width: u16) {
         self.movement += WEIGHT_OF_ROW * (run.middle() - self.last.middle() - self.movement);
-        // Strings of nets move the middle of white ones, too.
+        // Strings of nets also move the middle of white strips.
         let is_bar = self.class != ColourClass::White && self.movement.abs() > SLANT;
         if is_bar {
             self.is_slanting = true;
@@ -98,7 +98,7 @@ impl Strip {
         }
     }
 
-    /// Adds what of a run is the strip's own, where something else touches it: it goes on as it has run.
+    /// Adds the part of a touched run that continues the strip.
     fn go_on_behind(&mut self, run: Run, image_width: u16) {
         let rows = self.clear.row - self.first.row;
         let slope =
@@ -115,7 +115,7 @@ impl Strip {
         self.clear = clear;
     }
 
-    /// The columns by which its middle moves from row to row.
+    /// The slope of the strip, columns per row.
     pub(super) fn slope(&self) -> f32 {
         (self.last.middle() - self.first.middle()) / f32::from((self.last.row - self.first.row).max(1))
     }
@@ -124,7 +124,7 @@ impl Strip {
         self.pixels as f32 / self.rows as f32
     }
 
-    /// Its width where it does not reach the edge of the image; none if it does in most rows.
+    /// The width in rows that do not reach the edge of the image; `None` if most rows do.
     pub(super) fn whole_width(&self) -> Option<f32> {
         (2 * self.whole_rows > self.rows).then(|| self.counted_pixels as f32 / self.counted_rows as f32)
     }
@@ -134,7 +134,7 @@ impl Strip {
 #[derive(Default)]
 pub(super) struct Strips {
     pub(super) strips: Vec<Strip>,
-    /// Those of white things.
+    /// The white runs.
     pub(super) runs: Vec<Run>,
 }
 
@@ -173,7 +173,7 @@ impl Look<'_> {
     pub(super) fn collect_white_strips(&self, runs: &[Run], strips: &mut Vec<Strip>) {
         strips.clear();
         let width = self.width() as u16;
-        // Those that may go on, from the left, with the rows in which they have been touched.
+        // Strips that may continue, from the left, with the number of touched rows.
         let (mut above, mut here): (Vec<(usize, u32)>, Vec<(usize, u32)>) = (Vec::new(), Vec::new());
         for row in runs.chunk_by(|one, other| one.row == other.row) {
             above.retain(|(index, _)| strips[*index].last.row + 1 == row[0].row);
@@ -228,7 +228,7 @@ impl Look<'_> {
     }
 }
 
-/// Puts the round ends of feet, where runs get narrower quickly, to the strips above them.
+/// Joins the round ends of feet, where runs become narrower quickly, to the strips above them.
 fn round_off(strips: &mut [Strip]) {
     for index in 1..strips.len() {
         let (before, rest) = strips.split_at_mut(index);

@@ -16,24 +16,31 @@ use naoisis_core::team::{RobotId, Team};
 
 /// What a robot at `[x m, y m, heading deg]`, looking straight ahead and `pitch_deg` down, finds in the image of one of its
 /// cameras. The scene is given in the pitch frame.
-fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraName) -> Findings {
-    look_knowing(scene, [x, y, heading], pitch_deg, side, &Known::new(&scene.pitch, 0.03))
+fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, camera: CameraName) -> ImageDetections {
+    look_knowing(scene, [x, y, heading], pitch_deg, camera, &ObjectModel::new(&scene.pitch, 0.03))
 }
 
 /// The same of a robot that knows what there may be.
-fn look_knowing(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraName, known: &Known) -> Findings {
+fn look_knowing(
+    scene: &Scene,
+    [x, y, heading]: [f32; 3],
+    pitch_deg: f32,
+    camera: CameraName,
+    model: &ObjectModel,
+) -> ImageDetections {
     let pose = Pose::new(x, y, to_radians(heading));
     let head = HeadAngles { yaw: 0.0, pitch: to_radians(pitch_deg) };
-    let camera = CameraSettings::default().view(side, head).unwrap();
-    let own = SceneRobot::standing(RobotId::new(Team::Blue, 1), pose, Body::default());
+    let body = Body::default();
+    let camera_view = CameraSettings::default().view(camera, &body, head).unwrap();
+    let own = SceneRobot::standing(RobotId::new(Team::Blue, 1), pose, body);
     let mut prepared = PreparedScene::default();
     prepared.prepare(scene, Detail::default());
     let mut image = Image::default();
-    let view = View::of_robot(&camera, own.world_from_robot(), own.id);
+    let view = View::of_robot(&camera_view, own.world_from_robot(), own.id);
     Renderer::default().draw(&prepared, &view, Layers::default(), &mut image);
-    let mut findings = Findings::default();
-    ImageVision::default().recognise(&image, side, &camera, known, &mut findings);
-    findings
+    let mut detections = ImageDetections::default();
+    ImageVision::default().recognise(&image, camera, &camera_view, model, &mut detections);
+    detections
 }
 
 fn pitch() -> Scene {
@@ -46,13 +53,13 @@ fn robot(team: Team, number: u8, x: f32, y: f32, heading: f32) -> SceneRobot {
 
 #[test]
 fn the_ball_is_found_where_it_is() {
-    for (place, pitch_deg, side) in [
+    for (place, pitch_deg, camera) in [
         (Vec2::new(2.0, 0.3), 0.0, CameraName::TOP),
         (Vec2::new(0.8, -0.2), 0.0, CameraName::BOTTOM),
         (Vec2::new(0.2, 0.05), 25.0, CameraName::BOTTOM),
     ] {
         let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
-        let (pixels, ball) = look(&scene, [0.0, 0.0, 0.0], pitch_deg, side).ball.unwrap();
+        let (pixels, ball) = look(&scene, [0.0, 0.0, 0.0], pitch_deg, camera).ball.unwrap();
         assert!(ball.position_m.distance(place) < 0.02 * place.length(), "{place}: {ball:?}");
         // The disc's area: pi (f r / d)².
         assert!(pixels as f32 > 2.0 * (361.0 * 0.03 / (place.length() + 0.5)).powi(2), "{pixels}");
@@ -78,8 +85,8 @@ fn an_orange_thing_of_the_wrong_size_is_no_ball() {
 #[test]
 fn both_posts_of_a_goal_are_found_with_their_colour() {
     for (pose, colour) in [([0.5, 0.0, 0.0], GoalColour::Yellow), ([-0.5, 0.0, 180.0], GoalColour::Blue)] {
-        let findings = look(&pitch(), pose, 0.0, CameraName::TOP);
-        let mut posts: Vec<_> = findings.goal_posts.iter().map(|(_, post)| (post.position_m, post.colour)).collect();
+        let detections = look(&pitch(), pose, 0.0, CameraName::TOP);
+        let mut posts: Vec<_> = detections.goal_posts.iter().map(|(_, post)| (post.position_m, post.colour)).collect();
         posts.sort_by(|a, b| a.0.y.total_cmp(&b.0.y));
         // They stand at x = 2.975 m.
         assert_eq!(posts.len(), 2, "{posts:?}");
@@ -93,9 +100,9 @@ fn both_posts_of_a_goal_are_found_with_their_colour() {
 #[test]
 fn a_post_without_a_foot_in_the_image_is_located_all_the_same() {
     // The upper camera sees the ground from 1.67 m on; the post is 1.05 m away.
-    let findings = look(&pitch(), [2.0, -0.7, 0.0], 0.0, CameraName::TOP);
+    let detections = look(&pitch(), [2.0, -0.7, 0.0], 0.0, CameraName::TOP);
     let nearest =
-        findings.goal_posts.iter().map(|(foot, post)| (*foot, post.position_m)).find(|(_, p)| p.y.abs() < 0.2);
+        detections.goal_posts.iter().map(|(foot, post)| (*foot, post.position_m)).find(|(_, p)| p.y.abs() < 0.2);
     let (has_foot, place) = nearest.unwrap();
     assert!(!has_foot && place.distance(Vec2::new(0.975, 0.0)) < 0.06, "{place}");
 }
@@ -121,7 +128,7 @@ fn robots_of_a_mixed_team_are_each_located_by_a_band_of_their_own_kind() {
     let Model { body: k1 } = ron::from_str(include_str!("../../../../../../assets/robots/booster_k1.ron")).unwrap();
     let nao = Body::default();
     // As long as it takes all for one kind, it is far off.
-    let of_both = Known::new(&Pitch::default(), 0.03).with_robots([(Team::Pink, &nao), (Team::Pink, &k1)]);
+    let of_both = ObjectModel::new(&Pitch::default(), 0.03).with_robots([(Team::Pink, &nao), (Team::Pink, &k1)]);
     let (mut found, mut placed, mut placed_as_naos) = (0, 0, 0);
     let mut looked = 0;
     for distance in [1.3, 1.6, 2.0, 2.5, 3.0] {
@@ -131,17 +138,17 @@ fn robots_of_a_mixed_team_are_each_located_by_a_band_of_their_own_kind() {
             let id = RobotId::new(Team::Pink, 2);
             scene.robots = vec![SceneRobot::standing(id, Pose::new(place.x, place.y, heading), body)];
             // What of it is where it is, known as it may be of either kind, and as a NAO.
-            let near = |known: &Known| {
-                let findings = look_knowing(&scene, [0.0, 0.0, 0.0], -8.0, CameraName::TOP, known).robots;
-                assert!(findings.iter().all(|(_, robot)| robot.team == Team::Pink));
+            let near = |model: &ObjectModel| {
+                let detections = look_knowing(&scene, [0.0, 0.0, 0.0], -8.0, CameraName::TOP, model).robots;
+                assert!(detections.iter().all(|(_, robot)| robot.team == Team::Pink));
                 let is_near = |place_m: Vec2| place_m.distance(place) < 0.15 * place.length();
-                (!findings.is_empty(), findings.iter().any(|(_, robot)| is_near(robot.position_m)))
+                (!detections.is_empty(), detections.iter().any(|(_, robot)| is_near(robot.position_m)))
             };
             looked += 1;
             let (is_found, is_near) = near(&of_both);
             found += i32::from(is_found);
             placed += i32::from(is_near);
-            placed_as_naos += i32::from(near(&Known::new(&Pitch::default(), 0.03)).1);
+            placed_as_naos += i32::from(near(&ObjectModel::new(&Pitch::default(), 0.03)).1);
         }
     }
     assert!((looked, found, placed) == (20, 20, 20) && placed_as_naos <= 10, "{found} {placed} {placed_as_naos}");
@@ -150,21 +157,22 @@ fn robots_of_a_mixed_team_are_each_located_by_a_band_of_their_own_kind() {
 #[test]
 fn lines_corners_and_the_circle_are_found() {
     // From inside the pitch at the corner (3, 2): two lines that meet there.
-    let findings = look(&pitch(), [1.5, 0.5, 45.0], 0.0, CameraName::TOP);
-    let corner = findings.landmarks.iter().find(|mark| mark.kind == LandmarkKind::Junction { shape: JunctionShape::L });
+    let detections = look(&pitch(), [1.5, 0.5, 45.0], 0.0, CameraName::TOP);
+    let corner =
+        detections.landmarks.iter().find(|mark| mark.kind == LandmarkKind::Junction { shape: JunctionShape::L });
     let place = corner.unwrap().position_m;
     assert!(place.distance(Vec2::new(1.5 * core::f32::consts::SQRT_2, 0.0)) < 0.06, "{place}");
-    let lines = findings.landmarks.iter().filter(|mark| matches!(mark.kind, LandmarkKind::Line { .. })).count();
+    let lines = detections.landmarks.iter().filter(|mark| matches!(mark.kind, LandmarkKind::Line { .. })).count();
     assert!(lines >= 2);
 
-    let findings = look(&pitch(), [-1.6, 0.3, 0.0], 5.0, CameraName::TOP);
-    let circle = findings.landmarks.iter().find(|mark| mark.kind == LandmarkKind::CentreCircle).unwrap();
+    let detections = look(&pitch(), [-1.6, 0.3, 0.0], 5.0, CameraName::TOP);
+    let circle = detections.landmarks.iter().find(|mark| mark.kind == LandmarkKind::CentreCircle).unwrap();
     assert!(circle.position_m.distance(Vec2::new(1.6, -0.3)) < 0.1, "{circle:?}");
 }
 
 /// Where crosses are seen, robot frame, m.
-fn crosses(findings: &Findings) -> Vec<Vec2> {
-    let marks = findings.landmarks.iter().filter(|mark| mark.kind == LandmarkKind::PenaltyCross);
+fn crosses(detections: &ImageDetections) -> Vec<Vec2> {
+    let marks = detections.landmarks.iter().filter(|mark| mark.kind == LandmarkKind::PenaltyCross);
     marks.map(|mark| mark.position_m).collect()
 }
 
@@ -172,12 +180,12 @@ fn crosses(findings: &Findings) -> Vec<Vec2> {
 fn a_penalty_cross_is_found_from_every_side() {
     // The cross is at (1.2, 0).
     for heading in [0.0f32, 20.0, 45.0, 90.0, 165.0, -120.0] {
-        for (distance, pitch_deg, side) in
+        for (distance, pitch_deg, camera) in
             [(0.5, 10.0, CameraName::BOTTOM), (1.0, 0.0, CameraName::BOTTOM), (2.5, 0.0, CameraName::TOP)]
         {
             let place = Vec2::new(1.2, 0.0) - distance * Vec2::from_angle(heading.to_radians());
-            let findings = look(&pitch(), [place.x, place.y, heading], pitch_deg, side);
-            let near: Vec<Vec2> = crosses(&findings).into_iter().filter(|cross| cross.x < distance + 0.5).collect();
+            let detections = look(&pitch(), [place.x, place.y, heading], pitch_deg, camera);
+            let near: Vec<Vec2> = crosses(&detections).into_iter().filter(|cross| cross.x < distance + 0.5).collect();
             assert_eq!(near.len(), 1, "{heading} {distance}: {near:?}");
             assert!(
                 near[0].distance(Vec2::new(distance, 0.0)) < 0.01 * (1.0 + distance),
@@ -190,11 +198,11 @@ fn a_penalty_cross_is_found_from_every_side() {
 #[test]
 fn neither_the_centre_mark_nor_pieces_of_lines_are_penalty_crosses() {
     for pose in [[-0.7, 0.0, 0.0], [0.0, 0.7, -90.0], [0.5, 0.5, -135.0], [1.5, 1.5, 45.0], [2.0, -1.5, 0.0]] {
-        for (pitch_deg, side) in [(0.0, CameraName::BOTTOM), (20.0, CameraName::TOP)] {
-            let findings = look(&pitch(), pose, pitch_deg, side);
+        for (pitch_deg, camera) in [(0.0, CameraName::BOTTOM), (20.0, CameraName::TOP)] {
+            let detections = look(&pitch(), pose, pitch_deg, camera);
             let in_pitch =
                 |cross: Vec2| Vec2::new(pose[0], pose[1]) + Vec2::from_angle(pose[2].to_radians()).rotate(cross);
-            let others = crosses(&findings).into_iter().map(in_pitch).filter(|cross| {
+            let others = crosses(&detections).into_iter().map(in_pitch).filter(|cross| {
                 cross.distance(Vec2::new(1.2, 0.0)) > 0.1 && cross.distance(Vec2::new(-1.2, 0.0)) > 0.1
             });
             assert_eq!(others.count(), 0, "{pose:?} {pitch_deg}");
@@ -210,8 +218,8 @@ fn white_goals() -> Scene {
 
 #[test]
 fn the_posts_of_white_goals_are_found_by_their_height() {
-    let findings = look(&white_goals(), [0.5, 0.0, 0.0], -10.0, CameraName::TOP);
-    let mut posts: Vec<_> = findings.goal_posts.iter().map(|(_, post)| (post.position_m, post.colour)).collect();
+    let detections = look(&white_goals(), [0.5, 0.0, 0.0], -10.0, CameraName::TOP);
+    let mut posts: Vec<_> = detections.goal_posts.iter().map(|(_, post)| (post.position_m, post.colour)).collect();
     posts.sort_by(|a, b| a.0.y.total_cmp(&b.0.y));
     assert_eq!(posts.len(), 2, "{posts:?}");
     for ((place, seen), y) in posts.into_iter().zip([-0.7, 0.7]) {
@@ -235,19 +243,19 @@ fn white_robots_are_no_posts_of_white_goals() {
         })
         .collect();
     for heading in [0.0, 40.0, -40.0] {
-        let findings = look(&scene, [-2.5, 0.0, heading], 0.0, CameraName::TOP);
-        let false_posts: Vec<_> = findings.goal_posts.iter().filter(|(_, post)| post.position_m.x < 4.0).collect();
+        let detections = look(&scene, [-2.5, 0.0, heading], 0.0, CameraName::TOP);
+        let false_posts: Vec<_> = detections.goal_posts.iter().filter(|(_, post)| post.position_m.x < 4.0).collect();
         assert!(false_posts.is_empty(), "{heading}: {false_posts:?}");
     }
 }
 
 #[test]
 fn an_empty_image_has_nothing_in_it() {
-    let camera = CameraSettings::default().view(CameraName::TOP, HeadAngles::default()).unwrap();
-    let mut findings = Findings::default();
-    let known = Known::new(&Pitch::default(), 0.03);
-    ImageVision::default().recognise(&Image::default(), CameraName::TOP, &camera, &known, &mut findings);
-    assert_eq!(findings, Findings::default());
+    let camera = CameraSettings::default().view(CameraName::TOP, &Body::default(), HeadAngles::default()).unwrap();
+    let mut detections = ImageDetections::default();
+    let model = ObjectModel::new(&Pitch::default(), 0.03);
+    ImageVision::default().recognise(&Image::default(), CameraName::TOP, &camera, &model, &mut detections);
+    assert_eq!(detections, ImageDetections::default());
 }
 
 #[test]

@@ -176,8 +176,8 @@ fn a_robot_whose_feet_are_hidden_seems_further_away_and_one_whose_feet_are_seen_
 #[test]
 fn a_place_that_looks_like_a_ball_stays_where_it_is_while_the_robot_moves() {
     let noise = VisionNoise {
-        false_balls: FalsePlaces { per_minute: 60.0, life_s: 30.0 },
-        false_robots: FalsePlaces { per_minute: 60.0, life_s: 30.0 },
+        false_balls: FalsePositives { per_minute: 60.0, life_s: 30.0 },
+        false_robots: FalsePositives { per_minute: 60.0, life_s: 30.0 },
         ..VisionNoise::none()
     };
     let mut app = sensing_app();

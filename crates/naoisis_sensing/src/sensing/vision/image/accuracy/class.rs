@@ -1,59 +1,59 @@
-//! What came of one class of things.
+//! The accuracy for one class of objects.
 
 use bevy::math::{Vec2, ops};
 
-/// A thing counts as visible with at least so many of its pixels in an image.
+/// The least number of pixels of a visible object.
 pub const LEAST_PIXELS: usize = 30;
 
-/// A thing that was there to be seen in a look.
+/// An object that could be seen in a look.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SceneSighting {
-    /// Where it is, m, robot frame.
+    /// The true place, m, robot frame.
     pub real: Vec2,
-    /// Where it was seen, m, robot frame; none if it was not.
+    /// The measured place, m, robot frame; `None` if it was not detected.
     pub seen: Option<Vec2>,
-    /// Whether at least [`LEAST_PIXELS`] of it are in an image; of a penalty cross, nearly all of it.
+    /// Whether at least [`LEAST_PIXELS`] of it are in an image; for a penalty cross, nearly all of it.
     pub is_visible: bool,
-    /// Whether a [geometric vision](crate::sensing::vision) without errors sees it.
+    /// Whether a [geometric vision](crate::sensing::vision) without errors detects it.
     pub is_in_view: bool,
 }
 
 impl SceneSighting {
-    /// How far away it is, m.
+    /// The true distance, m.
     pub fn distance_m(&self) -> f32 {
         self.real.length()
     }
 
-    /// By how much further away it was seen than it is, as a share of that; none if it was not seen.
+    /// The relative error of the measured distance; `None` if it was not detected.
     pub fn range_error(&self) -> Option<f32> {
         Some(self.seen?.length() / self.distance_m().max(0.01) - 1.0)
     }
 
-    /// By how much its direction was seen wrongly, radians; none if it was not seen.
+    /// The error of the measured direction, radians; `None` if it was not detected.
     pub fn bearing_error(&self) -> Option<f32> {
         let seen = self.seen?;
         Some(ops::atan2(self.real.perp_dot(seen), self.real.dot(seen)))
     }
 }
 
-/// What came of one class of things.
+/// The accuracy for one class of objects.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct ClassAccuracy {
-    /// Everything of it that was there, look by look.
+    /// All objects of the class, look by look.
     pub sightings: Vec<SceneSighting>,
-    /// Things found where there are none, in all looks.
+    /// The number of false detections in all looks.
     pub false_detections: usize,
 }
 
 impl ClassAccuracy {
-    /// Those that were visible and between two distances away, m.
+    /// The visible objects at distances in this range, m.
     pub fn visible(&self, [from_m, to_m]: [f32; 2]) -> impl Iterator<Item = &SceneSighting> {
         self.sightings
             .iter()
             .filter(move |sighting| sighting.is_visible && (from_m..to_m).contains(&sighting.distance_m()))
     }
 
-    /// Share of the visible ones at some distances, m, that were found; one if there were none.
+    /// The share of visible objects at distances in this range, m, that were detected; 1 if there were none.
     pub fn found_share(&self, distances_m: [f32; 2]) -> f32 {
         let (mut visible, mut found) = (0, 0);
         for sighting in self.visible(distances_m) {
@@ -63,18 +63,18 @@ impl ClassAccuracy {
         if visible == 0 { 1.0 } else { found as f32 / visible as f32 }
     }
 
-    /// The error of the distance that this share of those stays below that were found at some distances, m; as a share of it.
+    /// The quantile `share` of the relative error of the distance, for detections at distances in this range, m.
     pub fn range_error(&self, distances_m: [f32; 2], share: f32) -> f32 {
         quantile(self.visible(distances_m).filter_map(SceneSighting::range_error), share)
     }
 
-    /// The same of the direction, radians.
+    /// The quantile `share` of the error of the direction, radians.
     pub fn bearing_error(&self, distances_m: [f32; 2], share: f32) -> f32 {
         quantile(self.visible(distances_m).filter_map(SceneSighting::bearing_error), share)
     }
 
-    /// Compares what was seen with what was there: a thing is found by what was seen nearest to it, if that is near. `all` are
-    /// where seeing one is not false.
+    /// Compares the detections `seen` with the objects `there`: each object is matched with the nearest detection, if it is near. A detection
+    /// far from all places in `all` is false.
     pub(super) fn judge(&mut self, seen: &[Vec2], there: &[There], all: &[Vec2]) {
         for &There { place, is_visible, is_in_view } in there {
             let near = seen.iter().filter(|seen| seen.distance(place) < tolerance_m(place.length()));
@@ -86,21 +86,21 @@ impl ClassAccuracy {
     }
 }
 
-/// A thing that is there.
+/// A true object.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct There {
-    /// Where, m, robot frame.
+    /// Its place, m, robot frame.
     pub(super) place: Vec2,
     pub(super) is_visible: bool,
     pub(super) is_in_view: bool,
 }
 
-/// What is found this far from where it is was found, m: 20 cm and a quarter of the distance.
+/// The greatest distance of a detection from its object, m: 20 cm and a quarter of the distance.
 pub(super) fn tolerance_m(distance_m: f32) -> f32 {
     0.2 + 0.25 * distance_m
 }
 
-/// What this share of the magnitudes stays below; nought without any.
+/// The quantile `share` of the magnitudes; zero without values.
 fn quantile(values: impl Iterator<Item = f32>, share: f32) -> f32 {
     let mut sorted: Vec<f32> = values.map(f32::abs).collect();
     sorted.sort_unstable_by(f32::total_cmp);

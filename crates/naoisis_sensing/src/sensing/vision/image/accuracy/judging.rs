@@ -1,4 +1,4 @@
-//! What was seen in a look, against what was there.
+//! Comparison of the detections of a look with the true objects.
 
 use bevy::math::Vec2;
 
@@ -14,13 +14,13 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::LineSegment;
 use naoisis_core::team::Team;
 
-/// A stretch of a line that is seen is on a line if both of its ends are so near to it: a share of the distance, and m.
+/// The greatest distance of a segment's ends from its line: m, plus a share of their distance.
 const ON_LINE: [f32; 2] = [0.05, 0.05];
-/// It may go on for so much beyond the end of the line, m.
+/// How far a segment may extend beyond the end of the line, m.
 const BEYOND_M: f32 = 0.3;
 
 impl Accuracy {
-    /// Compares what was seen in a look with what the images show and what is in view by geometry.
+    /// Compares the detections of a look with the labels of its images and with the exact geometric vision.
     pub(super) fn judge(&mut self, scene: &Scene, images: &[Shown], in_view: &Percepts, seen: &Percepts) {
         let own = scene.robots[0].pose;
         let most = |count: &dyn Fn(&Shown) -> usize| images.iter().map(count).max().unwrap_or(0);
@@ -74,7 +74,7 @@ impl Accuracy {
 
         self.judge_crosses(scene, images, in_view, seen);
         self.judge_lines(scene, in_view, seen);
-        // Of what is left, the perfect geometric vision knows what is in view.
+        // For the other classes, the exact geometric vision says what is in view.
         for (kind_of, class) in [
             ((|kind| matches!(kind, LandmarkKind::Junction { .. })) as fn(LandmarkKind) -> bool, &mut self.junctions),
             (|kind| kind == LandmarkKind::CentreCircle, &mut self.centre_circle),
@@ -106,7 +106,7 @@ impl Accuracy {
             .penalty_crosses
             .iter()
             .map(|&cross| {
-                // Nearly all is seen of what two bars cover, which share a square.
+                // Nearly all of the two bars, which share a square, must be visible.
                 let is_whole = images.iter().any(|image| {
                     let area = |x: f32, y: f32| {
                         area_in_image(&image.view, [(x, y), (-x, y), (-x, -y), (x, -y)].map(|c| cross + Vec2::from(c)))
@@ -124,14 +124,14 @@ impl Accuracy {
         self.penalty_crosses.judge(&places(seen, kind), &there, &all);
     }
 
-    /// Lines are found by stretches that lie on them.
+    /// Compares lines: a line is detected by segments on it.
     fn judge_lines(&mut self, scene: &Scene, in_view: &Percepts, seen: &Percepts) {
         let own = scene.robots[0].pose;
         let seen: Vec<[Vec2; 2]> = stretches(seen).collect();
         for line in stretches(in_view) {
             let place = nearest_of(line, Vec2::ZERO);
             let on_it = seen.iter().filter(|stretch| is_on(stretch, line));
-            // Where the line that it is a stretch of passes.
+            // The nearest point of the line through the segment.
             let passes = on_it.map(|stretch| {
                 let along = (stretch[1] - stretch[0]).normalize_or(Vec2::X);
                 stretch[0] + along * along.dot(place - stretch[0])
@@ -151,7 +151,7 @@ impl Accuracy {
     }
 }
 
-/// The stretches of lines among what is seen, m, robot frame.
+/// The line segments among the percepts, m, robot frame.
 fn stretches(percepts: &Percepts) -> impl Iterator<Item = [Vec2; 2]> {
     percepts.landmarks.iter().filter_map(|mark| match mark.kind {
         LandmarkKind::Line { end_position_m, .. } => Some([mark.position_m, end_position_m]),
@@ -159,7 +159,7 @@ fn stretches(percepts: &Percepts) -> impl Iterator<Item = [Vec2; 2]> {
     })
 }
 
-/// Whether a stretch lies on a line.
+/// Whether a segment lies on a line.
 fn is_on(stretch: &[Vec2; 2], [start, end]: [Vec2; 2]) -> bool {
     let along = (end - start).normalize_or(Vec2::X);
     let length = start.distance(end);
@@ -169,19 +169,19 @@ fn is_on(stretch: &[Vec2; 2], [start, end]: [Vec2; 2]) -> bool {
     overlaps && stretch.iter().all(is_near)
 }
 
-/// The point of a stretch that is nearest to a place.
+/// The point of a segment nearest to `place`.
 fn nearest_of([start, end]: [Vec2; 2], place: Vec2) -> Vec2 {
     let way = end - start;
     start + way * (way.dot(place - start) / way.length_squared().max(1e-6)).clamp(0.0, 1.0)
 }
 
-/// Where landmarks of a kind are seen, m, robot frame.
+/// The measured places of landmarks of a kind, m, robot frame.
 fn places(percepts: &Percepts, kind: LandmarkKind) -> Vec<Vec2> {
     let of_kind = percepts.landmarks.iter().filter(|mark: &&LandmarkPercept| mark.kind == kind);
     of_kind.map(|mark| mark.position_m).collect()
 }
 
-/// Where all landmarks of a kind are, m, robot frame.
+/// The true places of landmarks of a kind, m, robot frame.
 fn all_of(scene: &Scene, own: Pose, kind: LandmarkKind) -> Vec<Vec2> {
     let in_pitch: Vec<Vec2> = match kind {
         LandmarkKind::Junction { shape } => {
@@ -195,12 +195,12 @@ fn all_of(scene: &Scene, own: Pose, kind: LandmarkKind) -> Vec<Vec2> {
     in_pitch.into_iter().map(|place| own.inverse_transform_point(place)).collect()
 }
 
-/// Whether a place is among others.
+/// Whether `place` is near one of the others.
 fn is_among(others: &[Vec2], place: Vec2) -> bool {
     others.iter().any(|other| other.distance(place) < 0.5 * tolerance_m(place.length()))
 }
 
-/// The area of a quadrilateral on the ground in an image, pixels²; none unless all of it is in the image.
+/// The area of a quadrilateral on the ground in an image, pixels²; `None` unless all of it is in the image.
 fn area_in_image(view: &View, corners: [Vec2; 4]) -> Option<f32> {
     let is_inside = |pixel: &Vec2| pixel.cmpge(Vec2::ONE).all() && pixel.cmple(view.intrinsics.size - 1.0).all();
     let pixel = |corner: Vec2| view.project(corner.extend(0.0)).filter(is_inside);

@@ -1,8 +1,8 @@
-//! How good a vision is: what it finds in random scenes, against what is there.
+//! The accuracy of a vision: its detections in random scenes, compared with the true objects.
 //!
-//! A robot looks once in each scene, with all its cameras; what it sees is what it would in a match. It may be any robot on any
-//! pitch with any ball ([`Conditions`]), and the geometric vision can be measured in the same scenes. Its cameras look where it thinks
-//! that they do: what is measured is what is made of an image, and not the errors of the [gaze](super::super::gaze).
+//! A robot looks once in each scene, with all its cameras, as in a match. It may be any robot on any pitch with any ball ([`Conditions`]), and
+//! the geometric vision can be measured in the same scenes. The camera directions are exact: the errors of the [gaze](super::super::gaze) are
+//! not included.
 //!
 //! ```
 //! use naoisis::random::RandomStream;
@@ -27,7 +27,7 @@ pub use class::{ClassAccuracy, LEAST_PIXELS, SceneSighting};
 pub use table::EVERYWHERE_M;
 
 use super::seeing::merge;
-use super::{Findings, ImageVision, Known};
+use super::{ImageDetections, ImageVision, ObjectModel};
 use crate::appearance::Label;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
@@ -47,25 +47,25 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadLimits;
 use naoisis_core::team::{PerTeam, Team};
 
-/// Who looks at what.
+/// The conditions of a measurement.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Conditions {
     /// The pitch.
     pub pitch: Pitch,
     /// The ball's radius, m.
     pub ball_radius_m: f32,
-    /// The bodies of the teams' robots. One of the blue team looks.
+    /// The bodies of the teams' robots. A robot of the blue team looks.
     pub bodies: PerTeam<Body>,
-    /// How far its head turns.
+    /// The limits of its head.
     pub head: HeadLimits,
-    /// Its cameras, and how images are drawn.
+    /// Its cameras.
     pub cameras: CameraSettings,
-    /// What it sees by: its images, or geometry with these errors.
+    /// Its vision: by images, or geometric with these errors.
     pub vision: VisionSettings,
 }
 
 impl Default for Conditions {
-    /// A NAO on the paper's pitch that looks at its images.
+    /// A NAO on the paper's pitch with the image vision.
     fn default() -> Self {
         Self {
             pitch: Pitch::default(),
@@ -79,20 +79,20 @@ impl Default for Conditions {
 }
 
 impl Conditions {
-    /// What the robot knows of what it looks for.
-    fn known(&self) -> Known {
-        Known::new(&self.pitch, self.ball_radius_m).with_robots(Team::BOTH.map(|team| (team, &self.bodies[team])))
+    /// The object model of the image vision.
+    fn object_model(&self) -> ObjectModel {
+        ObjectModel::new(&self.pitch, self.ball_radius_m).with_robots(Team::BOTH.map(|team| (team, &self.bodies[team])))
     }
 }
 
-/// What came of all.
+/// The accuracy of a vision.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Accuracy {
-    /// How often the robot looked, with all its cameras.
+    /// The number of looks, with all cameras each.
     pub looks: usize,
-    /// Images that were looked through.
+    /// The number of images.
     pub images: usize,
-    /// How long looking through them took, drawing aside, of wall-clock time: it differs from run to run.
+    /// The wall-clock time of processing them, without drawing: it differs from run to run.
     pub looking: Duration,
     /// The ball.
     pub ball: ClassAccuracy,
@@ -100,19 +100,19 @@ pub struct Accuracy {
     pub goal_posts: ClassAccuracy,
     /// Robots.
     pub robots: ClassAccuracy,
-    /// Stretches of straight lines: each by the point of it that is nearest to the robot.
+    /// Line segments, each by its point nearest to the robot.
     pub lines: ClassAccuracy,
-    /// Where lines meet, those with the centre circle aside.
+    /// Junctions, without those with the centre circle.
     pub junctions: ClassAccuracy,
     /// Penalty crosses.
     pub penalty_crosses: ClassAccuracy,
     /// The centre circle, by its centre.
     pub centre_circle: ClassAccuracy,
-    /// Arcs at corners, each by its corner.
+    /// Corner arcs, each by its corner.
     pub corner_arcs: ClassAccuracy,
 }
 
-/// Memory for drawing and looking.
+/// Memory for drawing and processing.
 #[derive(Default)]
 struct Workshop {
     prepared: PreparedScene,
@@ -120,16 +120,16 @@ struct Workshop {
     lens: LensBuffer,
     noise: NoiseBuffer,
     vision: ImageVision,
-    findings: Findings,
+    detections: ImageDetections,
     image: Image,
     occluders: Occluders,
 }
 
-/// Looks at random scenes.
+/// Measures the accuracy in this many random scenes.
 pub fn measure(scenes: usize, conditions: &Conditions, stream: &mut RandomStream) -> Accuracy {
     let mut accuracy = Accuracy::default();
     let mut workshop = Workshop::default();
-    // The scenes are the same, whatever else is drawn by chance.
+    // Separate streams, so that the scenes do not depend on the noise.
     let [mut of_images, mut of_vision, mut of_recognition] =
         ["images", "vision", "recognition"].map(|purpose| RandomStream::for_match(stream.next_u64(), purpose));
     let (exact, mut seen) = (VisionNoise::none(), Percepts::default());
@@ -150,7 +150,7 @@ pub fn measure(scenes: usize, conditions: &Conditions, stream: &mut RandomStream
 }
 
 impl Workshop {
-    /// What the geometric vision with these errors sees.
+    /// Fills `percepts` by the geometric vision with these errors.
     fn see_geometrically(
         &mut self,
         scene: &Scene,
@@ -163,13 +163,13 @@ impl Workshop {
         let own = scene.robots[0];
         let looks = (own.head, &GazeError::default());
         let mut views = Views::default();
-        views.look(cameras, looks, noise, streams[0]);
+        views.update((cameras, &own.body), looks, noise, streams[0]);
         self.occluders.gather(scene, Some(0), own.pose, views.actual());
         let mut observer = Observer::new(&views, own.pose, noise, &self.occluders, streams);
         observer.recognise_everything(percepts, scene, Some(0), &mut LandmarksAhead::default());
     }
 
-    /// Draws the images of all cameras and looks through them. Returns what they show.
+    /// Draws the images of all cameras, and fills `percepts` by the image vision. Returns the true contents of the images.
     fn look_through_images(
         &mut self,
         scene: &Scene,
@@ -180,15 +180,15 @@ impl Workshop {
     ) -> Vec<Shown> {
         percepts.clear();
         let settings = &conditions.cameras;
-        let known = conditions.known();
+        let model = conditions.object_model();
         let own = scene.robots[0];
         self.prepared.prepare(scene, Detail { design: settings.design, ..Detail::default() });
         let mut shown = Vec::new();
-        for (index, (mount, (side, camera))) in
-            settings.mounts.as_slice().iter().zip(settings.views(own.head).named()).enumerate()
+        for (index, (mount, (camera, view_of_camera))) in
+            settings.mounts.as_slice().iter().zip(settings.views(&own.body, own.head).named()).enumerate()
         {
-            let lens = settings.lens_of(mount).effect(camera.intrinsics, Vec2::ZERO);
-            let mut view = View::of_robot(camera, own.world_from_robot(), own.id);
+            let lens = settings.lens_of(mount).effect(view_of_camera.intrinsics, Vec2::ZERO);
+            let mut view = View::of_robot(view_of_camera, own.world_from_robot(), own.id);
             view.intrinsics = lens.drawn();
             view.shadows = settings.shadows;
             view.antialiasing = settings.antialiasing;
@@ -197,16 +197,16 @@ impl Workshop {
             lens.apply(&mut self.image, &mut self.lens);
             settings.noise.draw(stream).apply(&mut self.image, &mut self.noise);
             let started = Instant::now();
-            self.vision.recognise(&self.image, side, camera, &known, &mut self.findings);
+            self.vision.recognise(&self.image, camera, view_of_camera, &model, &mut self.detections);
             accuracy.looking += started.elapsed();
             accuracy.images += 1;
-            merge(percepts, index > 0, &self.findings);
+            merge(percepts, index > 0, &self.detections);
         }
         shown
     }
 }
 
-/// What the pixels of an image show, with their labels: points in the pitch frame, m.
+/// The true contents of an image: labelled points in the pitch frame, m.
 struct Shown {
     points: Vec<(Label, Vec3)>,
     view: View,
@@ -226,7 +226,7 @@ impl Shown {
         Self { points, view: *view }
     }
 
-    /// How many pixels with this label show something that is so.
+    /// The number of pixels with this label whose point fulfils `is_so`.
     fn count(&self, label: Label, is_so: impl Fn(Vec3) -> bool) -> usize {
         self.points.iter().filter(|(other, point)| *other == label && is_so(*point)).count()
     }

@@ -1,4 +1,4 @@
-//! Random scenes: what the accuracy of a vision is measured in.
+//! Random scenes in which the accuracy of a vision is measured.
 
 use bevy::math::{Vec2, ops};
 use core::f32::consts::TAU;
@@ -12,19 +12,21 @@ use naoisis_core::random::RandomStream;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::team::{RobotId, Team};
 
-/// Other robots in a scene.
+/// The number of other robots in a scene.
 const OTHERS: u8 = 5;
-/// Robots and balls have this much room around them, m.
+/// The free space around robots and the ball, m.
 const ROOM_M: f32 = 0.03;
-/// The ball is up to so far away, as a share of the pitch's length: 3.5 m on one of 6 m.
+/// The greatest distance of the ball, as a share of the pitch's length: 3.5 m on one of 6 m.
 const FARTHEST_BALL: f32 = 0.58;
-/// How far to the left and right, up and down the head turns where its joints can, degrees.
+/// The range of the head's yaw, within its limits, degrees.
 const HEAD_YAW_DEG: [f32; 2] = [-60.0, 60.0];
+/// The range of the head's pitch, within its limits, degrees.
 const HEAD_PITCH_DEG: [f32; 2] = [-10.0, 25.0];
-/// The ball is up to so many degrees to either side of where the head looks.
+/// The greatest angle between the ball and the direction of the head, degrees.
 const BALL_ASIDE_DEG: f32 = 28.0;
 
-/// A robot anywhere that looks anywhere, five others, and the ball more or less ahead. The robot that looks is the first.
+/// A random scene with a robot that looks in a random direction, five others, and the ball approximately ahead. The robot that looks is the
+/// first.
 pub(super) fn random_scene(conditions: &Conditions, stream: &mut RandomStream) -> Scene {
     let Conditions { pitch, ball_radius_m, bodies, head: limits, .. } = conditions;
     let mut scene = Scene::empty(pitch.clone());

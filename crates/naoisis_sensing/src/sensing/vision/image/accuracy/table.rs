@@ -1,4 +1,4 @@
-//! Accuracy as a table.
+//! The table of an [`Accuracy`].
 
 use core::fmt;
 
@@ -8,7 +8,7 @@ use super::{Accuracy, ClassAccuracy};
 /// All distances, m.
 pub const EVERYWHERE_M: [f32; 2] = [0.0, f32::INFINITY];
 
-/// The distances between which rows of the table are, m.
+/// The limits of the distances of the rows, m.
 const BANDS_M: [f32; 8] = [0.0, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, f32::INFINITY];
 
 impl Accuracy {
@@ -43,7 +43,7 @@ impl fmt::Display for Accuracy {
             "", "visible", "found", "false in 100", "range median", "90 %", "bearing", "90 %"
         )?;
         for (name, class) in self.classes() {
-            // There are pitches without corner arcs.
+            // A pitch may have no corner arcs.
             if class.sightings.is_empty() && class.false_detections == 0 {
                 continue;
             }
@@ -64,7 +64,7 @@ impl fmt::Display for Accuracy {
     }
 }
 
-/// A row: a class at some distances.
+/// Writes a row: a class at distances in `band`.
 fn row(
     formatter: &mut fmt::Formatter<'_>,
     name: &str,
@@ -74,7 +74,7 @@ fn row(
 ) -> fmt::Result {
     let visible = class.visible(band).count();
     let is_any_found = class.visible(band).any(|sighting| sighting.seen.is_some());
-    // Of nothing there is no share, and of nothing found no error.
+    // Without objects there is no share, and without detections no error.
     let known = |is_known: bool, words: String| if is_known { words } else { "-".to_owned() };
     let range = |share| known(is_any_found, format!("{:.1} %", 100.0 * class.range_error(band, share)));
     let bearing = |share| known(is_any_found, format!("{:.2} deg", class.bearing_error(band, share).to_degrees()));

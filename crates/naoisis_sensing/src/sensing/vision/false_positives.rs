@@ -1,24 +1,67 @@
-//! Places that look like something else: a crossing of lines like a ball, something beside the pitch like a robot.
+//! False positives: detections of balls, goal posts and robots where there are none.
 //!
-//! To each robot its own appear and vanish at random ([`FalsePlaces`]). While they last they stand on the pitch as things do:
-//! the robot sees them wherever they are in view and not hidden, with the noise of what they look like.
+//! Some last for one image ([`ClassNoise::false_positive_probability`]). Others last ([`FalsePositives`]): a line crossing looks like a
+//! ball, or something beside the pitch like a robot. Each robot has its own; they appear and vanish at random. While they last, the robot
+//! detects them wherever they are in view and not hidden, with the noise of the class that they look like.
 
 use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::Percepts;
-use super::geometric::Observer;
-use super::noise::{FalsePlaces, VisionNoise};
+use super::geometric::{Observer, on_pitch};
+use super::noise::{ClassNoise, FalsePositives, VisionNoise};
+use super::{BallPercept, GoalPostPercept, Percepts, RobotPercept};
 use crate::appearance::scene::{Scene, SceneBall};
+use naoisis_core::camera_model::CameraName;
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::random::RandomStream;
 use naoisis_core::team::Team;
 
-/// More than this many at a time are no mistakes any more.
+/// How often a false detection is drawn until it has a place on the ground.
+const ATTEMPTS: usize = 8;
+
+/// The greatest number of lasting false positives at a time.
 const MOST_PLACES: usize = 100;
 
-/// What a place looks like.
+impl Observer<'_> {
+    /// Adds detections where there are no objects, for this image.
+    pub(super) fn add_false_positives(&mut self, percepts: &mut Percepts, scene: &Scene) {
+        let VisionNoise { ball, goal_posts, robots, .. } = self.noise;
+        if percepts.ball.is_none() && self.stream.chance(ball.false_positive_probability) {
+            let radius = scene.ball.map_or(0.0, |ball| ball.radius);
+            let place = self.random_place(ball, radius);
+            percepts.ball = place.map(|(camera, pixel, place)| BallPercept::new(camera, pixel, place));
+        }
+        if self.stream.chance(goal_posts.false_positive_probability) {
+            let [one, other] = scene.markings.goal_colours;
+            let colour = if self.stream.chance(0.5) { one } else { other };
+            let place = self.random_place(goal_posts, 0.0);
+            let post = place.map(|(camera, pixel, place)| GoalPostPercept::new(camera, colour, pixel, place));
+            percepts.goal_posts.extend(post);
+        }
+        if self.stream.chance(robots.false_positive_probability) {
+            let team = if self.stream.chance(0.5) { Team::Blue } else { Team::Pink };
+            let place = self.random_place(robots, 0.0);
+            let robot = place.map(|(camera, pixel, place)| RobotPercept::new(camera, team, pixel, place));
+            percepts.robots.extend(robot);
+        }
+    }
+
+    /// A random pixel of the images that has a place within the greatest distance of a class, at a height, m: its camera, the pixel, and
+    /// the place, m, robot frame.
+    fn random_place(&mut self, class: &ClassNoise, height: f32) -> Option<(CameraName, Vec2, Vec2)> {
+        (0..ATTEMPTS).find_map(|_| {
+            let count = self.believed.len();
+            let camera = count - 1 - ((self.stream.uniform() * count as f32) as usize).min(count - 1);
+            let view = &self.believed[camera];
+            let pixel = view.intrinsics.size * Vec2::new(self.stream.uniform(), self.stream.uniform());
+            let place = on_pitch(view.point_at_height(pixel, height)).filter(|&place| !class.is_too_far(place))?;
+            Some((self.names[camera], pixel, place))
+        })
+    }
+}
+
+/// The object that a place looks like.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Semblance {
@@ -26,27 +69,27 @@ enum Semblance {
     Robot(Team),
 }
 
-/// A place that looks like something else for a while.
+/// A lasting false positive.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 struct Mistaken {
     semblance: Semblance,
     /// On the ground, m, pitch frame.
     position: Vec2,
-    /// How long it goes on, s.
+    /// The time that it still lasts, s.
     left_s: f32,
 }
 
-/// The places that a robot takes for something else.
+/// The lasting false positives of a robot.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
-pub struct MistakenPlaces {
+pub(crate) struct ActiveFalsePositives {
     places: Vec<Mistaken>,
-    /// Until the next one appears, s: one like a ball, one like a robot.
+    /// The time until the next false ball and the next false robot appear, s.
     until_next_s: [Option<f32>; 2],
 }
 
-impl MistakenPlaces {
-    /// After `period` seconds: some are gone, and others there.
+impl ActiveFalsePositives {
+    /// Removes those that have ended after `period` seconds, and adds new ones.
     pub(super) fn advance(&mut self, noise: &VisionNoise, scene: &Scene, period: f32, stream: &mut RandomStream) {
         for place in &mut self.places {
             place.left_s -= period;
@@ -63,14 +106,14 @@ impl MistakenPlaces {
                 self.until_next_s[index] = None;
                 continue;
             }
-            let FalsePlaces { per_minute, life_s } = class;
+            let FalsePositives { per_minute, life_s } = class;
             let gap_s = |stream: &mut RandomStream| exponential(60.0 / per_minute, stream);
             let mut until_next_s = match self.until_next_s[index] {
                 Some(left_s) => (left_s - period).max(-period),
                 None => gap_s(stream),
             };
             while until_next_s <= 0.0 && self.places.len() < MOST_PLACES {
-                let found = if index == 0 { like_a_ball(scene, stream) } else { like_a_robot(scene, stream) };
+                let found = if index == 0 { false_ball(scene, stream) } else { false_robot(scene, stream) };
                 let left_s = exponential(life_s, stream);
                 self.places.extend(found.map(|(semblance, position)| Mistaken { semblance, position, left_s }));
                 until_next_s += gap_s(stream);
@@ -79,7 +122,7 @@ impl MistakenPlaces {
         }
     }
 
-    /// Adds to what a robot sees what it takes for something. Of a ball that is seen, nothing else is taken for one.
+    /// Adds those in view to the percepts. If the ball is detected already, there is no false one.
     pub(super) fn see(&self, observer: &mut Observer, percepts: &mut Percepts, scene: &Scene) {
         if observer.actual.is_empty() {
             return;
@@ -92,11 +135,11 @@ impl MistakenPlaces {
                 }
                 Semblance::Ball => {}
                 Semblance::Robot(team) => {
-                    // As one of them is built, or whoever is there where they have none.
+                    // With the body of a robot of that team, or of any robot if the team has none.
                     let of_team =
                         scene.robots.iter().filter(|robot| robot.id.team == team).min_by_key(|robot| robot.id);
                     if let Some(robot) = of_team.or(scene.robots.first()) {
-                        percepts.robots.extend(observer.see_like_robot(place.position, team, &robot.body.waistband));
+                        percepts.robots.extend(observer.see_false_robot(place.position, team, &robot.body.waistband));
                     }
                 }
             }
@@ -104,8 +147,8 @@ impl MistakenPlaces {
     }
 }
 
-/// A crossing of lines or a penalty cross.
-fn like_a_ball(scene: &Scene, stream: &mut RandomStream) -> Option<(Semblance, Vec2)> {
+/// A false ball at a line junction or a penalty cross.
+fn false_ball(scene: &Scene, stream: &mut RandomStream) -> Option<(Semblance, Vec2)> {
     let markings = &scene.markings;
     let junctions = markings.junctions.iter().map(|junction| junction.position);
     let count = markings.junctions.len() + markings.penalty_crosses.len();
@@ -114,8 +157,8 @@ fn like_a_ball(scene: &Scene, stream: &mut RandomStream) -> Option<(Semblance, V
     Some((Semblance::Ball, position))
 }
 
-/// A place on the carpet.
-fn like_a_robot(scene: &Scene, stream: &mut RandomStream) -> Option<(Semblance, Vec2)> {
+/// A false robot anywhere on the carpet.
+fn false_robot(scene: &Scene, stream: &mut RandomStream) -> Option<(Semblance, Vec2)> {
     let pitch = &scene.pitch;
     let carpet = Vec2::new(pitch.length_m, pitch.width_m) + Vec2::splat(2.0 * pitch.border_m);
     let position = carpet * (Vec2::new(stream.uniform(), stream.uniform()) - Vec2::splat(0.5));
@@ -134,13 +177,13 @@ mod tests {
 
     #[test]
     fn places_come_and_go_at_their_rate_whatever_the_cycles_are() {
-        let often = FalsePlaces { per_minute: 30.0, life_s: 2.0 };
+        let often = FalsePositives { per_minute: 30.0, life_s: 2.0 };
         let noise = VisionNoise { false_balls: often, false_robots: often, ..VisionNoise::none() };
         let scene = Scene::default();
         for cycles_per_second in [10, 60] {
             let period = 1.0 / cycles_per_second as f32;
             let mut stream = RandomStream::for_match(6, "places");
-            let mut mistaken = MistakenPlaces::default();
+            let mut mistaken = ActiveFalsePositives::default();
             let mut balls = 0.0;
             let cycles = 4000 * cycles_per_second;
             for _ in 0..cycles {
@@ -157,15 +200,16 @@ mod tests {
 
     #[test]
     fn without_figures_nothing_is_drawn_and_nothing_left() {
-        let noise = VisionNoise { false_balls: FalsePlaces { per_minute: 600.0, life_s: 10.0 }, ..VisionNoise::none() };
+        let noise =
+            VisionNoise { false_balls: FalsePositives { per_minute: 600.0, life_s: 10.0 }, ..VisionNoise::none() };
         let mut stream = RandomStream::for_match(6, "places");
-        let mut mistaken = MistakenPlaces::default();
+        let mut mistaken = ActiveFalsePositives::default();
         for _ in 0..100 {
             mistaken.advance(&noise, &Scene::default(), 0.1, &mut stream);
         }
         assert!(!mistaken.places.is_empty() && mistaken.places.len() <= MOST_PLACES);
         let before = stream.clone();
         mistaken.advance(&VisionNoise::default(), &Scene::default(), 0.1, &mut stream);
-        assert_eq!((mistaken, stream), (MistakenPlaces::default(), before));
+        assert_eq!((mistaken, stream), (ActiveFalsePositives::default(), before));
     }
 }
