@@ -56,7 +56,7 @@ fn random_scene(dice: &mut RandomStream) -> Scene {
 
 fn shot(scene: &Scene, index: usize) -> ImageRequest {
     let robot = scene.robots[0];
-    let camera = CameraSettings::default().views(robot.head)[index % 2];
+    let camera = CameraSettings::default().views(&robot.body, robot.head)[index % 2];
     let mut view = View::of_robot(&camera, robot.world_from_robot(), robot.id);
     view.shadows = index.is_multiple_of(3);
     let design = if index % 4 < 2 { RobotDesign::Nao } else { RobotDesign::Simple };
@@ -128,7 +128,7 @@ fn far_lines_are_lines_in_both_and_dashes_in_none() {
     let Some(mut gpu) = renderer() else { return };
     // Along the pitch from beside one goal, turned a little: the halfway line is 4 m away, half a pixel wide.
     let scene = Scene::empty(Pitch { length_m: 9.0, width_m: 6.0, ..Pitch::default() });
-    let camera = CameraSettings::default().views(HeadAngles::default())[0];
+    let camera = CameraSettings::default().views(&Body::default(), HeadAngles::default())[0];
     let place = Pose::new(-4.2, 1.0, 0.06);
     let looker = SceneRobot::standing(RobotId::new(Team::Blue, 1), place, Body::default());
     for antialiasing in [true, false] {

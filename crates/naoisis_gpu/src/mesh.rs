@@ -144,9 +144,9 @@ fn flat_mesh(topology: PrimitiveTopology, places: Vec<Vec3>, colours: Vec<[f32; 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::appearance::{colours, field};
     use bevy::camera::primitives::MeshAabb;
     use naoisis_core::pitch::Pitch;
+    use naoisis_sensing::appearance::{colours, field};
 
     #[test]
     fn shapes_are_as_large_as_they_say() {

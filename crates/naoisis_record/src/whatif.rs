@@ -70,7 +70,6 @@ fn score(world: &World) -> PerTeam<u32> {
 
 /// The result of one branch.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
-#[non_exhaustive]
 pub struct Continuation {
     /// Its number, from 0.
     pub index: usize,

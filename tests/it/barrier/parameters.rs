@@ -182,7 +182,7 @@ fn so_is_every_other_parameter_of_the_window() {
         Gizmos,
         MeshRayCast,
         Extract<Query<'static, 'static, &'static Pose>>,
-        bevy_egui::EguiContexts,
+        naoisis::viewer::bevy_egui::EguiContexts,
     ];
     assert_eq!(refused.len(), 4, "these are accepted, or new: {refused:?}");
 }

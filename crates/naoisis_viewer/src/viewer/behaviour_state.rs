@@ -124,8 +124,8 @@ fn short_name(path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prelude::{HeadCommand, Scenario, Team};
     use naoisis_core::behaviour::BehaviourApp;
+    use naoisis_sim::prelude::{HeadCommand, Scenario, Team};
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
     #[derive(Component, Default, Reflect)]

@@ -196,7 +196,7 @@ fn draw_watched(
             shown.images.insert((id, side), (cycle, image));
             continue;
         }
-        let Some(camera) = settings.view(side, body.head) else { continue };
+        let Some(camera) = settings.view(side, &body.body, body.head) else { continue };
         let view = View::of_robot(&camera, body.world_from_robot(), id);
         due.push(ImageJob { camera: (id, side), view, image });
     }
@@ -273,7 +273,8 @@ mod tests {
         app.run_cycles(1);
         app.update();
         // The ball was 0.9 m ahead then, whatever it has rolled since.
-        let camera = CameraSettings::default().view(CameraName::BOTTOM, HeadAngles::default()).unwrap();
+        let camera =
+            CameraSettings::default().view(CameraName::BOTTOM, &Body::default(), HeadAngles::default()).unwrap();
         let pixel = camera.pixel_in_image(Vec3::new(0.9, 0.0, 0.03)).unwrap();
         let (_, image) = app.world().resource::<ShownImages>().image(BLUE, CameraName::BOTTOM).unwrap();
         let [red, green, blue] = image.colour(pixel.x as u32, pixel.y as u32).unwrap();

@@ -72,6 +72,9 @@ use bevy_egui::EguiPlugin;
 use std::io::{self, IsTerminal};
 
 mod ball_and_posts;
+/// The crate that the panels are drawn with, for panels of a program's own.
+pub use bevy_egui;
+
 pub mod behaviour_state;
 pub mod branches;
 pub mod camera;

@@ -50,7 +50,7 @@ mod tests {
         let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
         let robot = Pose::new(-1.0, 0.7, 0.8);
         let head = HeadAngles { yaw: -0.4, pitch: 0.2 };
-        let views = CameraSettings::default().views(head);
+        let views = CameraSettings::default().views(&Body::default(), head);
         for ((side, &camera), window) in views.named().zip([Vec2::new(1280.0, 720.0), Vec2::new(600.0, 900.0)]) {
             for pixel in [Vec2::new(10.0, 200.0), Vec2::new(300.0, 230.0), Vec2::new(160.0, 120.0)] {
                 let Some(ground) = camera.ground_point(pixel) else { continue };

@@ -11,6 +11,7 @@ use naoisis_core::game::Penalty;
 use naoisis_core::geometry::{Pose, angle_of, unit};
 use naoisis_core::pitch::JunctionShape;
 use naoisis_core::robot::PreviousPose;
+use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::team::RobotId;
@@ -28,19 +29,19 @@ pub fn camera_ink(camera: CameraName) -> DrawColour {
 
 pub(super) fn draw_fields_of_view(
     showing: Showing,
-    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Posture, &HeadAngles, &CameraSettings)>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Posture, &HeadAngles, &Body, &CameraSettings)>,
     mut brush: Brush,
 ) {
     if !showing.any(Overlay::FieldsOfView) {
         return;
     }
-    for (id, pose, previous, penalty, posture, head, settings) in &robots {
+    for (id, pose, previous, penalty, posture, head, body, settings) in &robots {
         // Who lies sees nothing.
         if !showing.shows(Overlay::FieldsOfView, *id, penalty) || !posture.is_upright() {
             continue;
         }
         let place = showing.place(pose, previous);
-        let views = settings.views(*head);
+        let views = settings.views(body, *head);
         for (side, camera) in views.named().filter(|(name, _)| settings.which.includes(*name)) {
             let outline = camera.seen_ground(FURTHEST_M);
             let colour = palette::ink(camera_ink(side));
