@@ -75,13 +75,6 @@
 //! turn for the team that defends +x: its own goal is always at -x. A robot's frame has its origin between the feet on
 //! the ground, x to the front, y to the left. Files write angles in degrees, and units into the names of fields.
 #![cfg_attr(docsrs, feature(doc_cfg))]
-#![cfg_attr(
-    test,
-    expect(
-        clippy::disallowed_methods,
-        reason = "tests may compute what they expect with the platform's own functions"
-    )
-)]
 
 pub mod guide;
 pub mod prelude;

@@ -4,6 +4,7 @@ use naoisis::batch::{self, MatchRow};
 use naoisis::expectations::{self, Watch};
 use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::prelude::*;
+use naoisis::record::RecordPlugin;
 use naoisis::record::match_summary::MatchSummary;
 use naoisis::record::mistakes::{MistakeFinder, MistakeKind};
 use naoisis::record::summary_rows::team_rows;
@@ -32,6 +33,7 @@ fn reports(scenario: &Scenario) -> Reports {
         .flat_map(|team| quantities.map(|quantity| format!("{team}.{quantity} >= 0").parse().unwrap()))
         .collect();
     let mut app = headless_app();
+    app.add_plugins(RecordPlugin);
     app.start_match(scenario).unwrap();
     gather_start(app.world_mut());
     let mut watch = Watch::begin(app.world_mut(), &expected);

@@ -10,7 +10,7 @@ use naoisis::appearance::stride::Stride;
 use naoisis::appearance::view::View;
 use naoisis::camera_model::CameraName;
 use naoisis::geometry::Pose;
-use naoisis::gpu::{GpuCamerasPlugin, GpuError, GpuRenderer};
+use naoisis::gpu::renderer::{GpuCamerasPlugin, GpuError, GpuRenderer};
 use naoisis::pitch::Pitch;
 use naoisis::random::RandomStream;
 use naoisis::robot::body::Body;

@@ -2,5 +2,3 @@
 
 pub mod mesh;
 pub mod renderer;
-
-pub use renderer::{GpuCamerasPlugin, GpuError, GpuRenderer};

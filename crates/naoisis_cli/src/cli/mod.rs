@@ -197,7 +197,7 @@ impl Program<'_> {
     fn add_to(self, app: &mut App) {
         app.add_plugins((NaoisisPlugins, AgentsPlugin));
         #[cfg(feature = "gpu")]
-        app.add_plugins(naoisis_gpu::GpuCamerasPlugin);
+        app.add_plugins(naoisis_gpu::renderer::GpuCamerasPlugin);
         (self.extend)(app);
     }
 }

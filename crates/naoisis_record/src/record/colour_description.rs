@@ -20,10 +20,10 @@ pub(super) fn add_to(unit: Vec<u8>) -> Vec<u8> {
 }
 
 /// Returns parameters of a sequence with the description. They end with the bit that says that none follows, and with the one that
-/// ends all parameters: rusty_h264 writes no usability information.
+/// ends all parameters: `rusty_h264` writes no usability information.
 fn described(parameters: &[u8]) -> Option<Vec<u8>> {
     let mut bits: Vec<bool> =
-        parameters.iter().flat_map(|byte| (0..8).rev().map(move |bit| byte >> bit & 1 == 1)).collect();
+        parameters.iter().flat_map(|byte| (0..8).rev().map(move |bit| (byte >> bit) & 1 == 1)).collect();
     let end = bits.iter().rposition(|bit| *bit)?.checked_sub(1).filter(|end| !bits[*end])?;
     bits.truncate(end);
     bits.extend(DESCRIPTION.bytes().filter(|letter| *letter != b' ').map(|letter| letter == b'1').chain([true]));

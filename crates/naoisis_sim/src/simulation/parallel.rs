@@ -68,7 +68,10 @@ mod tests {
                 thread::sleep(Duration::from_millis(10 - index as u64));
                 index * index
             };
-            let finished = |result| Ok::<(), Infallible>(results.push(result));
+            let finished = |result| {
+                results.push(result);
+                Ok::<(), Infallible>(())
+            };
             let Ok(()) = play_in_order(2..9, threads, &AtomicBool::new(false), || (), play, finished);
             assert_eq!(results, [4, 9, 16, 25, 36, 49, 64], "{threads}");
         }

@@ -228,7 +228,7 @@ impl MatchCounts {
         let robot = self.robot(kick.robot);
         match outcome {
             KickOutcome::PassCompleted => {
-                (robot.passes, robot.passes_completed) = (robot.passes + 1, robot.passes_completed + 1)
+                (robot.passes, robot.passes_completed) = (robot.passes + 1, robot.passes_completed + 1);
             }
             KickOutcome::PassFailed { .. } => robot.passes += 1,
             KickOutcome::ShotOffTarget => robot.shots += 1,
