@@ -77,7 +77,7 @@ fn an_own_log_format_is_an_option_of_run() {
     let run =
         ["run", "kick_right_straight", "--duration", "1", "--log", "ball_csv=ball.csv", "--log", "trace=all.jsonl"];
     let output = own(&run);
-    assert!(text(&output.stdout).contains("the ball's places are in ball.csv"), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("the positions of the ball are in ball.csv"), "{}", text(&output.stderr));
     let table = std::fs::read_to_string(folder.path().join("ball.csv")).unwrap();
     assert_eq!((table.lines().count(), table.lines().next()), (1 + 1 + 30, Some("time_s,x_m,y_m")));
     assert_eq!(std::fs::read_to_string(folder.path().join("all.jsonl")).unwrap().lines().count(), 1 + 31 + 1);

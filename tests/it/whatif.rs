@@ -87,7 +87,7 @@ fn what_is_no_moment_is_refused_with_what_would_be() {
     let folder = tempfile::tempdir().unwrap();
     played(folder.path());
     for (moment, words) in [
-        ("m.jsonl@16", "it has 15.0 s; there is no moment at 16 s"),
+        ("m.jsonl@16", "the trace ends at 15.0 s; there is no moment at 16 s"),
         ("m.jsonl@-1", "no moment at -1 s"),
         ("m.jsonl", "expected a saved match"),
         ("n.naoisis", "n.naoisis"),

@@ -160,7 +160,7 @@ mod tests {
         let fine = PictureArguments { frames, views: views(&["field", "blue1.top"]), every: Some(2), ..default() };
         assert_eq!(fine.check(), Ok(()));
         let twice = PictureArguments { views: views(&["blue1.top", "field", "blue1.top"]), ..fine.clone() };
-        assert!(twice.check().unwrap_err().starts_with("--views: blue1.top is there twice"));
+        assert!(twice.check().unwrap_err().starts_with("--views: blue1.top is listed twice"));
         let only_sheet = PictureArguments { frames: None, sheet: fine.frames.clone(), ..fine.clone() };
         assert!(only_sheet.check().unwrap_err().starts_with("--every"));
         let drawn = PictureArguments { draw: vec!["beliefs".parse().unwrap()], ..default() };

@@ -3,6 +3,7 @@
 use super::*;
 use crate::cycle::CyclePlugin;
 use crate::cycle::run_cycle;
+use crate::events::EventsPlugin;
 use crate::robot::RobotPlugin;
 use crate::team::Team;
 
@@ -11,7 +12,7 @@ const NOTHING: Option<TeamMessage> = None;
 /// Three blue robots and a pink one, a metre apart along x, that only talk.
 fn talking_app(settings: MessageSettings) -> (App, [Entity; 4]) {
     let mut app = App::new();
-    app.add_plugins((CyclePlugin::default(), RobotPlugin, CommunicationPlugin))
+    app.add_plugins((CyclePlugin::default(), EventsPlugin, RobotPlugin, CommunicationPlugin))
         .insert_resource(settings)
         .init_resource::<crate::game::Game>();
     let ids = [(Team::Blue, 1), (Team::Blue, 2), (Team::Blue, 3), (Team::Pink, 1)];

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// Something is there already.
+    /// The folder is not empty.
     #[error("{0}: the folder is not empty; expected a new or an empty one")]
     NotEmpty(PathBuf),
-    /// Something is there already.
-    #[error("{0}: there is such a file already; expected a new name")]
+    /// The file exists.
+    #[error("{0}: the file exists already; expected a new name")]
     Exists(PathBuf),
     /// A file is there.
     #[error("{0}: this is a file; expected a folder, new or empty")]

@@ -86,7 +86,7 @@ impl DrivenKick {
     fn request(self, kicks: &KickSettings, yaw: f32) -> Option<KickRequest> {
         let kick_type = match self {
             DrivenKick::OfPaper(kick_type) => kick_type,
-            DrivenKick::Own(index) => KickType::Custom(kicks.own.iter().nth(index)?.0),
+            DrivenKick::Own(index) => KickType::Custom((*kicks.own).get(index)?.0),
         };
         let aims = kicks.geometry(kick_type).is_some_and(|geometry| geometry.aims_within() > 0.0);
         Some(KickRequest { direction: if aims { yaw } else { 0.0 }, ..KickRequest::new(kick_type, 1.0) })
