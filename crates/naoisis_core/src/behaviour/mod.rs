@@ -27,7 +27,7 @@
 //!
 //! The registration checks which components the system accesses, and refuses access to ground truth: see [`barrier`]. The
 //! compiler restricts its parameters to a [list](parameters). A behaviour can have [run conditions](Behaviour::run_if) and an
-//! [order](Behaviour::after) among the others, [draw](drawings) on the pitch for people, and give [reasons](reasons).
+//! [order](Behaviour::after) among the others, [draw](drawings) on the pitch for people, and give [reasons].
 
 use bevy::prelude::*;
 use core::any::TypeId;

@@ -13,7 +13,7 @@
 //! | refused | what a behaviour uses instead |
 //! |---|---|
 //! | `&World`, `&mut World`, `Commands`, `Deferred<T>` | queries, and its robot's command components |
-//! | `&Archetypes`, `&Components`, `&Entities`, `&Bundles`, `RemovedComponents<T>`: who is there, and what they are | [percepts](naoisis_sensing::sensing::vision::Percepts) |
+//! | `&Archetypes`, `&Components`, `&Entities`, `&Bundles`, `RemovedComponents<T>`: who is there, and what they are | percepts (`naoisis_sensing::sensing::vision::Percepts`) |
 //! | `MessageReader<M>`, `MessageWriter<M>`: they turn over with the app's frames, not with cycles | a resource, or [messages](crate::communication) between robots |
 //! | `NonSend<T>`, `Gizmos` | resources, [drawings](super::drawings) |
 //! | a group of parameters that derives `SystemParam`: nobody can see from outside what is in it | a tuple, which may have a name: `type Known<'w> = (Res<'w, Pitch>, Res<'w, CycleClock>);` |

@@ -64,7 +64,7 @@
 //!
 //! # Adding a rule
 //!
-//! See the guide: [a rule](crate::guide::extending::rule).
+//! The page "A rule" of the guide shows how to add one.
 
 use bevy::prelude::*;
 

@@ -3,7 +3,7 @@
 //! The paper's robots execute commands at once and exactly. The legs of a real robot change their speed only from step to step,
 //! within limits; turning and walking sideways reduce the forward speed; and commands below a least speed are steps on the spot.
 //! In addition the feet slip: by a share and a heading drift that are constant for each robot and match, and by noise of each
-//! step. [Odometry](naoisis_sensing::sensing::odometry) measures the motion of the legs, without the slip.
+//! step. Odometry (`naoisis_sensing::sensing::odometry`) measures the motion of the legs, without the slip.
 //!
 //! Nothing here depends on the duration of a cycle.
 

@@ -39,7 +39,7 @@
 //! app.add_plugins(NaoisisPlugins).add_log_format("ball", "where the ball was, as CSV", BallLog::create);
 //! ```
 //!
-//! In a [program of one's own](naoisis_cli::cli::run), `my_team run match3v3 --log ball=ball.csv` writes it then.
+//! In a program of one's own (`naoisis_cli::cli::run`), `my_team run match3v3 --log ball=ball.csv` writes it then.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;

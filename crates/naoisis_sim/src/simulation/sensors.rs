@@ -2,7 +2,7 @@
 //!
 //! A sensor is two components and a system: its settings, its reading, and the system that fills it.
 //!
-//! An example is on a page of the guide: [a sensor](crate::guide::extending::sensor).
+//! An example is on the page "A sensor" of the guide.
 //!
 //! Every robot has the sensor, with its default settings; `"sensors"` in a scenario changes them for all robots or for one,
 //! and `null` takes it away. What a robot's reading was is under `"sensors"` of each robot in a trace.

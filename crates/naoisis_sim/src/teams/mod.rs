@@ -2,7 +2,7 @@
 //! supporters; and `passers`, who pass and tell each other their plans and what they see.
 //!
 //! The players decide from their [`Belief`], which the [simple estimator](naoisis_sensing::belief::simple) computes from the sensors,
-//! and from the [`GameStatus`]. Each behaviour is a plain function from a [`Player`] to a [`Decision`]; one system per behaviour fetches
+//! and from the [`GameStatus`]. Each behaviour is a plain function from a `Player` to a `Decision`; one system per behaviour fetches
 //! the player and stores the decision.
 
 use bevy::ecs::query::QueryData;

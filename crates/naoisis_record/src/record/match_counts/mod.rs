@@ -1,5 +1,5 @@
 //! The one counter of a match. Batches, expectations, summaries and the viewer read [`MatchCounts`]; found mistakes use the same
-//! [kicks](kicks).
+//! [kicks].
 //!
 //! Definitions are those of football where there are any: [Opta's event definitions](https://www.statsperform.com/opta-event-definitions/)
 //! and [FIFA's football language](https://www.fifatrainingcentre.com/en/game/performance-analysis/football-language-analysis/the-fifa-football-language.php).

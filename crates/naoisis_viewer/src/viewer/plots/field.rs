@@ -100,7 +100,7 @@ pub fn fields_of_component(registry: &TypeRegistry, type_id: TypeId, of_ball: bo
     leaves.0.into_iter().map(of_leaf).collect()
 }
 
-/// Whether a component can be plotted: marked by [`Knowledge`](naoisis_core::knowledge::Knowledge), or defined by the
+/// Whether a component can be plotted: marked by [`Knowledge`], or defined by the
 /// user's program.
 pub fn is_plottable(registry: &TypeRegistry, type_id: TypeId) -> bool {
     let Some(info) = registry.get_type_info(type_id) else { return false };

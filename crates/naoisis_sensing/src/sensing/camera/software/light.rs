@@ -17,7 +17,7 @@ pub const IN_SHADOW: u32 = 160;
 /// The greatest opacity of a net's string, of 256.
 pub const NET_HIDES: f32 = 230.0;
 
-/// Full light, in the units of [`intensity`].
+/// Full light, in the units of `intensity`.
 pub const FULL: f32 = 256.0;
 
 /// The light on a surface with this unit normal, from 0 to [`FULL`].
