@@ -30,6 +30,7 @@ mod localisation;
 mod matches;
 mod model_files;
 mod models;
+mod mutated;
 mod outputs;
 mod own_program;
 mod own_rules;
