@@ -10,7 +10,9 @@
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
 use bevy::prelude::*;
+use naoisis::pitch::Pitch;
 use naoisis::prelude::*;
+use naoisis::random::RandomStreams;
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
 
@@ -41,12 +43,13 @@ struct Whistle {
 
 /// The system of the sensor is part of the simulation: it may read the poses of robots and the events.
 fn hear(
-    mut events: MessageReader<MatchEvent>,
+    mut events: MessageReader<StampedEvent>,
     pitch: Res<Pitch>,
     mut robots: Query<(&Pose, &WhistleEar, &mut Whistle, &mut RandomStreams)>,
 ) {
     let referee = Vec2::new(0.0, -pitch.half_width());
-    let whistled = events.read().any(|event| matches!(event, MatchEvent::StateChanged { state: GameState::Playing }));
+    let play_begins = MatchEvent::StateChanged { state: GameState::Playing };
+    let whistled = events.read().any(|stamped| stamped.event == play_begins);
     for (pose, ear, mut whistle, mut streams) in &mut robots {
         let is_near = pose.position.distance(referee) < ear.range_m;
         // Random numbers of its own, so the noise of other sensors does not change.

@@ -14,6 +14,8 @@
 //! 12. [A bridge to ROS 2](ros2): robots whose software consists of nodes.
 //! 13. [A robot of your own](robots): from a data sheet to a match, and the leagues.
 //! 14. [Extending it](extending): a sensor, a rule, a team, a log format, a command.
+//! 15. [A match in your own app](own_app): schedules, start and end, events.
+//! 16. [Random numbers](random_numbers): of behaviours, sensors and programs.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -21,6 +23,7 @@
 //! |---|---|
 //! | `first_behaviour` | a robot that looks for the ball and kicks it |
 //! | `own_program` | a program with your own team and all commands: window, batches, replays |
+//! | `bevy_game` | a match in your own Bevy game: run by `FixedUpdate`, with an observer of goals |
 //! | `headless_test` | a test of a behaviour on Bevy's `MinimalPlugins` |
 //! | `belief_fusion` | how observations of a camera, a sonar and team-mates are fused |
 //! | `keeper_intercepts` | how much a keeper gains from an estimate of the ball's velocity |
@@ -74,6 +77,12 @@ pub mod ros2 {}
 
 #[doc = include_str!("robots.md")]
 pub mod robots {}
+
+#[doc = include_str!("own_app.md")]
+pub mod own_app {}
+
+#[doc = include_str!("random_numbers.md")]
+pub mod random_numbers {}
 
 #[doc = include_str!("extending.md")]
 pub mod extending {

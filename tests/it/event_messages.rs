@@ -6,20 +6,20 @@ use naoisis::simulation::Snapshot;
 
 use crate::support::{collect_events, headless_app};
 
-/// What a system has read.
+/// What a system has read: events with their cycles.
 #[derive(Resource, Default)]
-struct Read(Vec<MatchEvent>);
+struct Read(Vec<(u64, MatchEvent)>);
 
-fn read(mut events: MessageReader<MatchEvent>, mut read: ResMut<Read>) {
-    read.0.extend(events.read().cloned());
+fn read(mut events: MessageReader<StampedEvent>, mut read: ResMut<Read>) {
+    read.0.extend(events.read().map(|stamped| (stamped.cycle, stamped.event.clone())));
 }
 
-/// A match that has been played for so many cycles, and what happened in it.
-fn played(app: &mut App, cycles: usize) -> Vec<MatchEvent> {
+/// Plays a match for so many cycles, and returns what happened in it, with the cycles.
+fn played(app: &mut App, cycles: usize) -> Vec<(u64, MatchEvent)> {
     app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
     let events = collect_events(app, cycles);
     assert!(events.len() > 3, "{}", events.len());
-    events.into_iter().map(|(_, event)| event).collect()
+    events
 }
 
 #[test]
@@ -27,8 +27,8 @@ fn a_system_of_the_cycle_reads_each_event_in_the_cycle_in_which_it_happened() {
     #[derive(Resource, Default)]
     struct Late(bool);
 
-    fn compare(mut messages: MessageReader<MatchEvent>, events: Res<CycleEvents>, mut late: ResMut<Late>) {
-        late.0 |= !messages.read().eq(events.iter());
+    fn compare(mut messages: MessageReader<StampedEvent>, events: Res<CycleEvents>, mut late: ResMut<Late>) {
+        late.0 |= !messages.read().map(|stamped| &stamped.event).eq(events.iter());
     }
     let mut app = headless_app();
     app.init_resource::<Read>().init_resource::<Late>();
@@ -49,7 +49,7 @@ fn a_system_of_frames_reads_the_events_of_all_cycles_since_its_last() {
     let mut events = Vec::new();
     for frame in 0..60 {
         // Frames of uneven length.
-        events.extend(collect_events(&mut app, frame % 7 * 10).into_iter().map(|(_, event)| event));
+        events.extend(collect_events(&mut app, frame % 7 * 10));
         app.update();
     }
     assert!(events.len() > 3);
@@ -60,7 +60,7 @@ fn a_system_of_frames_reads_the_events_of_all_cycles_since_its_last() {
 fn where_nobody_reads_them_few_are_kept() {
     let mut app = headless_app();
     played(&mut app, 3000);
-    let kept = app.world().resource::<Messages<MatchEvent>>().len();
+    let kept = app.world().resource::<Messages<StampedEvent>>().len();
     // Twice 256, and those of the last cycle.
     assert!(kept <= 600, "{kept}");
 }
@@ -71,9 +71,9 @@ fn what_happened_before_a_match_was_put_back_is_no_news_in_it() {
     app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
     let saved = Snapshot::take(app.world_mut()).unwrap();
     collect_events(&mut app, 1800);
-    assert!(!app.world().resource::<Messages<MatchEvent>>().is_empty());
+    assert!(!app.world().resource::<Messages<StampedEvent>>().is_empty());
     saved.restore(app.world_mut()).unwrap();
-    assert!(app.world().resource::<Messages<MatchEvent>>().is_empty());
+    assert!(app.world().resource::<Messages<StampedEvent>>().is_empty());
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn a_behaviour_may_not_read_them() {
     struct Insider;
 
     // A `MessageReader` does not even compile here.
-    fn listen(events: Res<Messages<MatchEvent>>, robots: Query<&Odometry, With<Insider>>) {
+    fn listen(events: Res<Messages<StampedEvent>>, robots: Query<&Odometry, With<Insider>>) {
         assert!(events.is_empty() && robots.is_empty());
     }
     let error = headless_app().try_add_behaviour::<Insider, _>("insider", listen).err().unwrap().to_string();

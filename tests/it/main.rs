@@ -32,10 +32,12 @@ mod model_files;
 mod models;
 mod mutated;
 mod outputs;
+mod own_app;
 mod own_program;
 mod own_rules;
 mod pairs;
 mod programs;
+mod random_numbers;
 mod realism;
 mod referee_properties;
 #[cfg(feature = "gpu")]

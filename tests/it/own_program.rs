@@ -58,9 +58,9 @@ fn what_is_wrong_names_what_the_own_program_has() {
 }
 
 #[test]
-fn the_examples_of_an_own_rule_and_an_own_sensor_play_what_they_say() {
+fn the_examples_of_an_own_rule_an_own_sensor_and_an_own_app_play_what_they_say() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["time_wasting", "robot_that_hears"] {
+    for name in ["time_wasting", "robot_that_hears", "bevy_game"] {
         let output = example(name, folder.path(), &[]);
         assert!(output.status.success() && !output.stdout.is_empty(), "{name}: {}", text(&output.stderr));
     }

@@ -165,6 +165,44 @@ impl RandomStreams {
     }
 }
 
+/// The random numbers of a robot's behaviour. A behaviour's marker [requires](Component#required-components) it, and its system
+/// draws from it. The stream follows from the match's seed and the robot when the match starts, and is saved with the match.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use naoisis::prelude::*;
+///
+/// #[derive(Component, Default)]
+/// #[require(BehaviourRandom)]
+/// struct Hesitant;
+///
+/// fn hesitate(clock: Res<CycleClock>, mut robots: Query<(&mut BehaviourRandom, &mut WalkCommand), With<Hesitant>>) {
+///     for (mut random, mut walk) in &mut robots {
+///         let speed_mps = if random.chance(0.5) { 0.1 } else { 0.0 };
+///         *walk = WalkCommand::at_velocity(speed_mps, 0.0, 0.0, &clock);
+///     }
+/// }
+///
+/// App::new().add_plugins(NaoisisPlugins).add_behaviour::<Hesitant, _>("hesitant", hesitate);
+/// ```
+#[derive(Component, Clone, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, Deref, DerefMut)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct BehaviourRandom(RandomStream);
+
+impl BehaviourRandom {
+    /// The stream of a robot's behaviour in the match with this seed.
+    pub fn new(seed: u64, robot: RobotId) -> Self {
+        Self(RandomStream::new(seed, robot, "behaviour"))
+    }
+}
+
+impl Default for BehaviourRandom {
+    /// A stream that is the same for all robots, until the match starts.
+    fn default() -> Self {
+        Self(RandomStream::for_match(0, "behaviour"))
+    }
+}
+
 /// The finaliser of SplitMix64 (Steele, Lea, Flood: Fast Splittable Pseudorandom Number Generators, 2014).
 fn mix(value: u64) -> u64 {
     let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);

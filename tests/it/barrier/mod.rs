@@ -325,6 +325,7 @@ fn the_error_reads_well() {
     assert!(
         message.contains("peeks") && message.contains("reads `naoisis_core::geometry::Pose`, which is ground truth")
     );
+    assert!(message.contains("a behaviour reads from `Percepts` and `Belief`"), "{message}");
     let message = register(|_: Query<&mut WalkCommand>| {}).unwrap_err().to_string();
     assert!(
         message.contains("finds `naoisis_core::robot::walk_command::WalkCommand` of entities that need not be"),

@@ -33,12 +33,13 @@ use bevy::ecs::resource::IsResource;
 use bevy::prelude::*;
 use bevy::time::{Fixed, Real, Virtual};
 use core::any::TypeId;
+use core::fmt;
 
 use super::function::Behaviour;
 use crate::knowledge::{Knowledge, is_of_naoisis};
 
-/// Error of the registration of a behaviour.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+/// Error of the registration of a behaviour. Its `Debug` form is the sentence too, as `main` and tests that return it print that.
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("behaviour `{behaviour}` is refused: its system `{system}` {reason}")]
 pub struct BarrierError {
     /// The name of the behaviour.
@@ -47,6 +48,12 @@ pub struct BarrierError {
     pub system: String,
     /// Why it is refused.
     pub reason: Breach,
+}
+
+impl fmt::Debug for BarrierError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, formatter)
+    }
 }
 
 /// Why a behaviour is refused.
@@ -58,8 +65,14 @@ pub enum Breach {
         "reads whole entities (`EntityRef` and the like), ground truth included; name the sensor components that it needs"
     )]
     Unbounded,
+    /// The app has no simulation yet, so that nothing is known of what the behaviour accesses.
+    #[error("is registered in an app without the simulation; add the `NaoisisPlugins` before the behaviours")]
+    NoSimulation,
     /// It accesses a component or resource that behaviours may not access.
-    #[error("{verb} `{component}`, which is {knowledge}; a behaviour reads sensors, and writes commands and beliefs")]
+    #[error(
+        "{verb} `{component}`, which is {knowledge}; {}",
+        instead_of(component).unwrap_or("a behaviour reads sensors, and writes commands and beliefs")
+    )]
     Forbidden {
         /// The kind of access.
         verb: &'static str,
@@ -249,6 +262,16 @@ fn inspect_access(access: ComponentAccessKind, marker: ComponentId, world: &Worl
 
 fn forbidden(verb: &'static str, id: ComponentId, knowledge: &str, world: &World) -> Breach {
     Breach::Forbidden { verb, component: component_name(id, world), knowledge: knowledge.to_owned() }
+}
+
+/// What a behaviour reads instead of a component or resource that is not for it, where that has a name.
+fn instead_of(component: &str) -> Option<&'static str> {
+    match component.rsplit("::").next()? {
+        "Game" | "RefereeMemory" | "Penalty" => Some("what a robot is told of the game is its `GameStatus`"),
+        "RandomStreams" => Some("a behaviour draws from the `BehaviourRandom` that its marker requires"),
+        "Pose" | "BallVelocity" => Some("where things are, a behaviour reads from `Percepts` and `Belief`"),
+        _ => None,
+    }
 }
 
 /// The knowledge of a component or resource of Bevy, in words.

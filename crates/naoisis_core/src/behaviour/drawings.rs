@@ -4,6 +4,7 @@
 //!
 //! ```
 //! use bevy::prelude::*;
+//! use naoisis::behaviour::drawings::{Frame, Ink};
 //! use naoisis::prelude::*;
 //!
 //! #[derive(Component, Default)]

@@ -262,6 +262,9 @@ impl BehaviourApp for App {
         let mut behaviour = system.into_behaviour();
         let system = behaviour.name();
         let refuse = |reason| BarrierError { behaviour: name.to_owned(), system: system.clone(), reason };
+        if !self.is_plugin_added::<BehaviourPlugin>() {
+            return Err(refuse(Breach::NoSimulation));
+        }
         barrier::inspect_marker::<Marker>(self.world_mut()).map_err(refuse)?;
         barrier::inspect::<Marker>(name, &mut behaviour, self.world_mut())?;
         let mut registry = self.world_mut().get_resource_or_init::<BehaviourRegistry>();

@@ -1,6 +1,7 @@
 //! What happened in a cycle: kicks, collisions, goals, verdicts, refused commands.
 //!
-//! [`CycleEvents`] has the events of the current cycle. They are also [messages](Message), for systems of a program's own:
+//! [`CycleEvents`] holds the events of the cycle under way. They are also sent as [messages](Message), for systems of a program's
+//! own: a [`StampedEvent`] is an event with the cycle in which it happened.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -9,8 +10,8 @@
 //! #[derive(Resource, Default)]
 //! struct Kicks(u32);
 //!
-//! fn count_kicks(mut events: MessageReader<MatchEvent>, mut kicks: ResMut<Kicks>) {
-//!     kicks.0 += events.read().filter(|event| matches!(event, MatchEvent::Kick { .. })).count() as u32;
+//! fn count_kicks(mut events: MessageReader<StampedEvent>, mut kicks: ResMut<Kicks>) {
+//!     kicks.0 += events.read().filter(|stamped| matches!(stamped.event, MatchEvent::Kick { .. })).count() as u32;
 //! }
 //!
 //! let mut app = App::new();
@@ -21,9 +22,11 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! In the [`Cycle`] a system reads the messages of this cycle from [`CycleSystems::Record`] on, before that those of the last
-//! one; in `Update` and other schedules of a frame those of all cycles since it last ran. They are ground truth: a behaviour
-//! may not read them.
+//! In the [`Cycle`] a system reads the messages of this cycle from [`CycleSystems::Record`] on, and before that those of the
+//! cycle before; in `Update` and other schedules of a frame it reads those of all cycles since it last ran. They are
+//! ground truth: a behaviour may not read them.
+//!
+//! For observers, the start and end of a match, goals, kicks, falls and penalties are events: see `naoisis::simulation::triggers`.
 
 mod details;
 mod mistake_kind;
@@ -38,7 +41,7 @@ use bevy::prelude::*;
 use bevy::reflect::enums::Enum;
 use serde::{Deserialize, Serialize};
 
-use crate::cycle::{BeginCycle, Cycle, CycleSystems};
+use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::game::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
 use crate::geometry::file_units;
 use crate::kick_geometry::{KickType, Side};
@@ -55,7 +58,7 @@ impl Plugin for EventsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<CycleEvents>()
             .register_type::<CycleEvents>()
-            .add_message::<MatchEvent>()
+            .add_message::<StampedEvent>()
             .add_systems(
                 Cycle,
                 (|mut events: ResMut<CycleEvents>| events.clear()).in_set(BeginCycle).in_set(CycleSystems::First),
@@ -73,8 +76,20 @@ pub struct PublishEvents;
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct CycleEvents(pub Vec<MatchEvent>);
 
+/// An event with its cycle, as a message.
+#[derive(Message, Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct StampedEvent {
+    /// The cycle in which it happened.
+    pub cycle: u64,
+    /// The end of that cycle, s since the start of the match.
+    pub time_s: f64,
+    /// What happened.
+    pub event: MatchEvent,
+}
+
 /// Something that happened in a cycle.
-#[derive(Message, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum MatchEvent {
@@ -346,14 +361,15 @@ fn snake_case(name: &str) -> String {
     word
 }
 
-fn publish_events(events: Res<CycleEvents>, mut messages: ResMut<Messages<MatchEvent>>) {
+fn publish_events(events: Res<CycleEvents>, clock: Res<CycleClock>, mut messages: ResMut<Messages<StampedEvent>>) {
     if events.is_empty() {
         return;
     }
     if messages.iter_current_update_messages().len() >= KEPT_MESSAGES {
         messages.update();
     }
-    messages.write_batch(events.iter().cloned());
+    let (cycle, time_s) = (clock.cycle, clock.end_time_s());
+    messages.write_batch(events.iter().map(|event| StampedEvent { cycle, time_s, event: event.clone() }));
 }
 
 #[cfg(test)]

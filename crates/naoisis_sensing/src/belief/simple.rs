@@ -47,9 +47,11 @@ impl Plugin for SimpleBeliefPlugin {
         app.register_required_components::<SimpleBelief, SimpleBeliefMemory>();
         let mut estimator = behaviour(estimate);
         match barrier::inspect::<SimpleBelief>("simple belief", &mut estimator, app.world_mut()) {
-            Ok(()) => app.add_systems(Cycle, estimator.into_configs().in_set(DecideSystems::Believe)),
-            Err(error) => panic!("{error}"),
-        };
+            Ok(()) => {
+                app.add_systems(Cycle, estimator.into_configs().in_set(DecideSystems::Believe));
+            }
+            Err(error) => error!("a plugin is missing: {error}"),
+        }
     }
 }
 

@@ -68,13 +68,19 @@ impl Place {
 }
 
 /// What is wrong with a scenario file. It displays as one paragraph: `PATH:LINE:COLUMN: ` and then what is wrong and
-/// what was expected.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+/// what was expected. Its `Debug` form is the same paragraph, as `main` and tests that return it print that.
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct ScenarioError(Box<Details>);
 
+impl fmt::Debug for ScenarioError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, formatter)
+    }
+}
+
 /// Boxed, as an error is large and rare.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq)]
 struct Details {
     kind: ScenarioErrorKind,
     file: String,

@@ -1,12 +1,14 @@
 //! What can be wrong with the values of a scenario, field by field.
 
+use core::fmt;
+
 use super::field_path::{FieldPath, Segment};
 use super::outline::FieldPart;
 use super::wording::{did_you_mean, in_words, one_of, quoted};
 use naoisis_sensing::sensing::camera::RenderingUnavailable;
 
-/// A value of a scenario that cannot be.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+/// A value of a scenario that cannot be. Its `Debug` form is the sentence too, as `main` and tests that return it print that.
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error("{path}: {}", in_words(.message, .expected))]
 pub struct ScenarioFault {
     /// The field at fault.
@@ -21,6 +23,12 @@ pub struct ScenarioFault {
     pub(super) part: FieldPart,
     /// The values that it was judged by, itself among them; of none it is not known, and may be all of its part of the scenario.
     judged_by: Box<[FieldPath]>,
+}
+
+impl fmt::Debug for ScenarioFault {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, formatter)
+    }
 }
 
 /// A place where something is wrong, so that the scenario has there what the file may not have meant.

@@ -4,20 +4,31 @@
 //! A robot that is to behave otherwise begins afresh in that moment: where it is, moving as it does, without a thought in its head.
 
 use bevy::prelude::*;
+use core::any::TypeId;
+use core::error::Error;
 
 use super::names;
+use super::rules::RuleRegistry;
+use super::sensors::SensorRegistry;
 use super::settings::{change_settings, check_same_bodies, check_same_match};
 use super::snapshot::{Snapshot, SnapshotError};
 use super::spawn::{self, give_behaviour, robots_of};
+use super::triggers::MatchStarted;
 use crate::scenario::{FieldPath, RobotSpec, SavedMatch, Scenario, ScenarioFault};
+use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::behaviour::drawings::Drawings;
+use naoisis_core::collision::Contacts;
 use naoisis_core::communication::Outbox;
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::events::StampedEvent;
 use naoisis_core::geometry::{Pose, wrap_angle};
-use naoisis_core::robot::Roster;
+use naoisis_core::pitch::Pitch;
+use naoisis_core::referee::RefereeMemory;
 use naoisis_core::robot::head::{HeadAngles, HeadCommand};
 use naoisis_core::robot::kick::KickCommand;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::robot::posture::PostureCommand;
+use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::{RobotId, Team};
 
 /// Places and directions that differ by less are the same, m or radians: they may have been written into a file.
@@ -27,12 +38,46 @@ const SAME: f32 = 1e-4;
 ///
 /// # Errors
 /// [`ScenarioFault`] when the scenario contradicts itself, names a behaviour or team that is not registered, wants camera images
-/// that cannot be rendered here, or goes on from what is no saved match; the world is then as it was.
+/// that cannot be rendered here, or goes on from what is no saved match, and when a plugin of the
+/// [`NaoisisPlugins`](super::NaoisisPlugins) is missing; the world is then as it was.
 pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    check_plugins(world)?;
     match &scenario.from {
         Some(saved) => go_on(world, scenario, saved),
         None => spawn::start(world, scenario),
-    }
+    }?;
+    world.trigger(MatchStarted);
+    Ok(())
+}
+
+/// Checks that the plugins that every match needs were added.
+///
+/// # Errors
+/// [`ScenarioFault`] that names the first that is missing.
+fn check_plugins(world: &World) -> Result<(), ScenarioFault> {
+    // Its systems have no resource of their own; but it registers types.
+    let types = world.get_resource::<AppTypeRegistry>();
+    let has_robots = types.is_some_and(|types| types.read().contains(TypeId::of::<Velocity>()));
+    let needed = [
+        ("CyclePlugin", world.contains_resource::<CycleClock>()),
+        ("EventsPlugin", world.contains_resource::<Messages<StampedEvent>>()),
+        ("MatchPlugin", world.contains_resource::<SensorRegistry>()),
+        ("CustomRulesPlugin", world.contains_resource::<RuleRegistry>()),
+        ("PitchPlugin", world.contains_resource::<Pitch>()),
+        ("RobotPlugin", has_robots),
+        ("CollisionPlugin", world.contains_resource::<Contacts>()),
+        ("BehaviourPlugin", world.contains_resource::<BehaviourRegistry>()),
+        ("RefereePlugin", world.contains_resource::<RefereeMemory>()),
+    ];
+    let is_missing = |(_, is_there): &&(&str, bool)| !is_there;
+    let missing: Vec<&str> = needed.iter().filter(is_missing).map(|(plugin, _)| *plugin).collect();
+    let Some(first) = missing.first() else { return Ok(()) };
+    let what = if missing.len() == needed.len() { "`NaoisisPlugins`".to_owned() } else { format!("`{first}`") };
+    Err(ScenarioFault::new(
+        FieldPath::default(),
+        format!("the app has no {what}"),
+        "`app.add_plugins(NaoisisPlugins)` before the match starts",
+    ))
 }
 
 /// Replaces the match in the world by the saved one.
@@ -41,14 +86,14 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
 /// [`ScenarioFault`] when it is no saved match, or the scenario wants what cannot change in the middle of a match; the world is
 /// then as it was.
 fn go_on(world: &mut World, scenario: &Scenario, saved: &SavedMatch) -> Result<(), ScenarioFault> {
-    let of_saved = |message: String| {
-        ScenarioFault::new(FieldPath::from("from"), format!("the saved match: {message}"), "a match as it was saved")
+    let of_saved = |error: &dyn Error| {
+        ScenarioFault::new(FieldPath::from("from"), format!("the saved match: {error}"), "a match as it was saved")
     };
     scenario.validate()?;
     if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
         return Err(fault);
     }
-    let mut before = saved.scenario().map_err(of_saved)?;
+    let mut before = saved.scenario().map_err(|error| of_saved(&error))?;
     if before.teams.is_some() && scenario.teams.is_none() {
         // The header of a trace lists the robots of teams.
         before = Scenario { robots: robots_of(world, &before)?, teams: None, ..before };
@@ -59,12 +104,13 @@ fn go_on(world: &mut World, scenario: &Scenario, saved: &SavedMatch) -> Result<(
     check_same_match(&before, scenario)?;
     let robots = robots_of(world, scenario)?;
     check_same_bodies(&before, scenario, &robots.iter().map(RobotSpec::id).collect::<Vec<_>>())?;
-    let mut snapshot = saved.bytes().and_then(|bytes| Snapshot::from_bytes(&bytes, world)).map_err(of_saved)?;
+    let snapshot = saved.bytes().and_then(|bytes| Snapshot::from_bytes(&bytes, world));
+    let mut snapshot = snapshot.map_err(|error| of_saved(&error))?;
     scenario.cameras.render.make_ready(world)?;
     snapshot.forget_thoughts(&begin_afresh);
     snapshot.restore_with_chance(world, scenario.seed).map_err(|error| match error {
         SnapshotError::Cameras(fault) => fault,
-        error => of_saved(error.to_string()),
+        error => of_saved(&error),
     })?;
     for robot in robots.iter().filter(|robot| begin_afresh.contains(&robot.id())) {
         begin_behaviour(world, scenario, robot);

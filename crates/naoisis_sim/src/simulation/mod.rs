@@ -18,10 +18,13 @@
 //! ```
 
 use bevy::app::PluginGroupBuilder;
+use bevy::ecs::schedule::ScheduleLabel;
 use bevy::prelude::*;
 
+mod cycle_runner;
 mod going_on;
 pub mod invariants;
+mod match_commands;
 pub mod names;
 mod parallel;
 pub mod rules;
@@ -30,8 +33,11 @@ mod settings;
 mod situation;
 pub mod snapshot;
 mod spawn;
+pub mod triggers;
 
+pub use cycle_runner::{CycleRunnerPlugin, RunCycle};
 pub use going_on::start as start_match;
+pub use match_commands::{MatchCommands, end_match, is_over};
 pub use parallel::play_in_order;
 pub use rules::{RuleApp, RuleRegistry};
 pub use sensors::{SensorApp, SensorRegistry};
@@ -39,6 +45,7 @@ pub use settings::{CHANGEABLE, change_settings, is_changeable};
 pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
 pub use spawn::{MatchEntity, give_belief, resolved};
+pub use triggers::{Fell, GoalScored, Kicked, MatchEnd, MatchEnded, MatchNotStarted, MatchStarted, Penalised};
 
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::teams::BuiltInTeamsPlugin;
@@ -51,7 +58,7 @@ use naoisis_core::events::{CycleEvents, EventsPlugin, MatchEvent};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::PitchPlugin;
-use naoisis_core::random::RandomStreams;
+use naoisis_core::random::{BehaviourRandom, RandomStreams};
 use naoisis_core::referee::RefereePlugin;
 use naoisis_core::robot::{RobotPlugin, Roster};
 use naoisis_core::team::RobotId;
@@ -59,7 +66,60 @@ use naoisis_sensing::belief::SimpleBeliefPlugin;
 use naoisis_sensing::sensing::SensingPlugin;
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
+///
+/// The owner of the app runs the cycles, by [`MatchApp::run_cycles`] or [`run_cycle`]. In an app that runs by itself, with
+/// `DefaultPlugins` for instance, a schedule of the app runs them: see [`NaoisisPlugins::in_schedule`].
+///
+/// # Members
+///
+/// | plugin | what it adds | without it |
+/// |---|---|---|
+/// | [`CyclePlugin`] | the [`Cycle`](naoisis_core::cycle::Cycle) schedule, its sets and its clock | no match can be started |
+/// | [`EventsPlugin`] | [what happens in a cycle](naoisis_core::events), as a resource and as messages | no match can be started |
+/// | [`MatchPlugin`] | [sensors](sensors) of the program's own, [events](triggers) for observers | no match can be started |
+/// | [`CustomRulesPlugin`](rules::CustomRulesPlugin) | [rules](rules) of the program's own | no match can be started |
+/// | [`PitchPlugin`] | the pitch | no match can be started |
+/// | [`RobotPlugin`] | robots that walk, turn their heads, kick and fall | no match can be started |
+/// | [`BallPlugin`] | a ball that rolls | the ball rests where it is, unless a robot or post pushes it |
+/// | [`CollisionPlugin`] | collisions; robots and ball move to where a cycle takes them | no match can be started |
+/// | [`SensingPlugin`] | cameras, vision, sonars, odometry | robots sense nothing; no built-in belief, no built-in teams |
+/// | [`CommunicationPlugin`] | messages between robots | nothing is heard |
+/// | [`BehaviourPlugin`] | behaviours, scripts, teams | no match can be started |
+/// | [`RefereePlugin`] | the referee, and what robots are told of the game | no match can be started |
+/// | [`InvariantPlugin`](invariants::InvariantPlugin) | checks of what must always hold | it is not checked |
+/// | [`SimpleBeliefPlugin`] | the built-in [belief](naoisis_sensing::belief) | robots have none, and there are no built-in teams |
+/// | [`BuiltInTeamsPlugin`] | the built-in [teams](crate::teams) | scenarios cannot name them |
+///
+/// Each can be disabled: `NaoisisPlugins.build().disable::<SimpleBeliefPlugin>()`. Where no match can be started,
+/// [`start_match`] says which plugin is missing. For a match without a referee, use the rules `free` instead.
 pub struct NaoisisPlugins;
+
+impl NaoisisPlugins {
+    /// The plugins, and a [`CycleRunnerPlugin`] that runs a cycle whenever `schedule` runs, while there is a match that is not
+    /// over. In `FixedUpdate` the timestep is that of the scenario.
+    ///
+    /// ```
+    /// use bevy::prelude::*;
+    /// use bevy::time::TimeUpdateStrategy;
+    /// use naoisis::prelude::*;
+    ///
+    /// fn begin(mut commands: Commands) {
+    ///     commands.start_match(Scenario { duration_s: Some(1.0), ..default() });
+    /// }
+    ///
+    /// let mut app = App::new();
+    /// app.add_plugins((MinimalPlugins, NaoisisPlugins::in_schedule(FixedUpdate))).add_systems(Startup, begin);
+    /// // The clock of this test: each frame is as long as a cycle.
+    /// app.insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
+    /// for _frame in 0..100 {
+    ///     app.update();
+    /// }
+    /// assert_eq!(app.cycle(), 30);
+    /// ```
+    pub fn in_schedule(schedule: impl ScheduleLabel) -> PluginGroupBuilder {
+        NaoisisPlugins.build().add(CycleRunnerPlugin::new(schedule))
+    }
+}
 
 impl PluginGroup for NaoisisPlugins {
     fn build(self) -> PluginGroupBuilder {
@@ -82,16 +142,18 @@ impl PluginGroup for NaoisisPlugins {
     }
 }
 
-/// What belongs to the match as a whole, and to no part of it.
-struct MatchPlugin;
+/// The scenario, the random numbers, the registry of sensors, and the [events](triggers) for observers.
+pub struct MatchPlugin;
 
 impl Plugin for MatchPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<MatchEntity>()
             .register_type::<Scenario>()
             .register_type::<RandomStreams>()
+            .register_type::<BehaviourRandom>()
             .register_type::<sensors::SensorRecord>()
             .init_resource::<SensorRegistry>();
+        triggers::add_triggers(app);
     }
 }
 
@@ -100,9 +162,12 @@ pub trait MatchApp {
     /// Puts the scenario's match into the app, in place of any that is there.
     ///
     /// # Errors
-    /// [`ScenarioFault`] when the scenario contradicts itself or names a behaviour or team that is not registered; the
-    /// app is then as it was.
+    /// [`ScenarioFault`] when the scenario contradicts itself or names a behaviour or team that is not registered, or a plugin
+    /// of the [`NaoisisPlugins`] is missing; the app is then as it was.
     fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault>;
+
+    /// Takes the match out of the app, as [`end_match`] does.
+    fn end_match(&mut self) -> &mut Self;
 
     /// Runs this many cycles.
     fn run_cycles(&mut self, count: usize) -> &mut Self;
@@ -141,6 +206,11 @@ impl MatchApp for App {
     fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault> {
         start_match(self.world_mut(), scenario)?;
         Ok(self)
+    }
+
+    fn end_match(&mut self) -> &mut Self {
+        end_match(self.world_mut());
+        self
     }
 
     fn run_cycles(&mut self, count: usize) -> &mut Self {

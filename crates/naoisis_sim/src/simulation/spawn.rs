@@ -14,12 +14,12 @@ use naoisis_core::behaviour::{BehaviourRegistry, Program, REMOTE};
 use naoisis_core::collision::Contacts;
 use naoisis_core::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use naoisis_core::cycle::{CycleClock, PendingHalf};
-use naoisis_core::events::{CycleEvents, MatchEvent};
+use naoisis_core::events::{CycleEvents, StampedEvent};
 use naoisis_core::game::Game;
 use naoisis_core::geometry::{Pose, wrap_angle};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::{Pitch, Post};
-use naoisis_core::random::RandomStreams;
+use naoisis_core::random::{BehaviourRandom, RandomStreams};
 use naoisis_core::referee;
 use naoisis_core::referee::placing::LineUp;
 use naoisis_core::robot::head::{HeadAngles, HeadCommand};
@@ -39,6 +39,15 @@ use naoisis_sensing::sensing::vision::Percepts;
 #[reflect(Component, @Knowledge::Truth)]
 pub struct MatchEntity;
 
+/// Despawns what belongs to the match.
+pub(super) fn despawn_match(world: &mut World) {
+    let mut entities = world.query_filtered::<Entity, With<MatchEntity>>();
+    let entities: Vec<Entity> = entities.iter(world).collect();
+    for entity in entities {
+        world.despawn(entity);
+    }
+}
+
 /// A component of the ball.
 pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
     let mut balls = world.try_query_filtered::<&C, With<Ball>>()?;
@@ -54,11 +63,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
     scenario.cameras.render.make_ready(world)?;
-    let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
-    let old: Vec<Entity> = old.iter(world).collect();
-    for entity in old {
-        world.despawn(entity);
-    }
+    despawn_match(world);
     world.insert_resource(scenario.field.clone());
     world.insert_resource(scenario.rules.clone());
     world.insert_resource(scenario.messages.clone());
@@ -68,7 +73,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(PendingHalf::default());
     referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
     world.insert_resource(CycleEvents::default());
-    world.resource_mut::<Messages<MatchEvent>>().clear();
+    world.resource_mut::<Messages<StampedEvent>>().clear();
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
     spawn_ball(world, scenario);
@@ -212,6 +217,9 @@ pub(super) fn give_behaviour(entity: &mut EntityWorldMut, scenario: &Scenario, r
             let marker = entity.world().resource::<BehaviourRegistry>().marker_of(name);
             if let Some(insert) = marker {
                 insert(entity);
+            }
+            if entity.contains::<BehaviourRandom>() {
+                entity.insert(BehaviourRandom::new(scenario.seed, robot.id()));
             }
             let localisation = robot.localisation.unwrap_or(scenario.localisation);
             begin_belief(entity, robot.pose, localisation, ball_in(scenario));

@@ -21,6 +21,7 @@ mod giving_way;
 mod hearing;
 mod keeper;
 mod kicking;
+mod needs;
 mod options;
 mod passer;
 mod passing;
@@ -66,6 +67,9 @@ pub struct BuiltInTeamsPlugin;
 
 impl Plugin for BuiltInTeamsPlugin {
     fn build(&self, app: &mut App) {
+        if !needs::are_met(app) {
+            return;
+        }
         app.register_type::<PlayerMemory>();
         add_role::<Chaser>(app, "chaser", chaser::decide, roles::reasons);
         add_role::<Keeper>(app, "keeper", keeper::decide, keeper::reasons);

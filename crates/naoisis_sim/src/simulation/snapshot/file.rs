@@ -8,17 +8,17 @@ use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, V
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
-use std::io::{self, Write as _};
+use std::io::Write as _;
 use std::path::Path;
 
 use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
-use crate::scenario::message_pack;
 use crate::scenario::saved_match::{FORMAT, LARGEST_FILE_BYTES, VERSION};
+use crate::scenario::{SavedMatchError, message_pack};
 use naoisis_core::knowledge::is_of_naoisis;
 use naoisis_core::read_file::read_file;
 use naoisis_core::replace_file::replace_file;
 
-/// What the names of the simulation's own types begin with.
+/// What the names of the simulation's own types begin with in files.
 const OWN: &str = "naoisis::";
 
 impl Snapshot {
@@ -28,7 +28,7 @@ impl Snapshot {
     /// When the file cannot be written.
     pub fn save(&self, path: &Path, world: &World) -> Result<(), SnapshotError> {
         let io_error = |error| SnapshotError::Io { path: path.to_owned(), error };
-        let bytes = self.to_bytes(world).map_err(|error| io_error(io::Error::other(error)))?;
+        let bytes = self.to_bytes(world)?;
         replace_file(path, |mut file| file.write_all(&bytes)).map_err(io_error)
     }
 
@@ -40,31 +40,34 @@ impl Snapshot {
         let bytes =
             read_file(path, LARGEST_FILE_BYTES).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
         Snapshot::from_bytes(&bytes, world)
-            .map_err(|message| SnapshotError::NotASnapshot { path: path.to_owned(), message })
+            .map_err(|error| SnapshotError::NotASnapshot { path: path.to_owned(), error })
     }
 
     /// The snapshot as the bytes of a file.
     ///
     /// # Errors
     /// When a value cannot be encoded; never for the simulation's own.
-    pub fn to_bytes(&self, world: &World) -> Result<Vec<u8>, String> {
+    pub fn to_bytes(&self, world: &World) -> Result<Vec<u8>, SnapshotError> {
         let registry = world.resource::<AppTypeRegistry>().read();
-        rmp_serde::to_vec_named(&Written { snapshot: self, registry: &registry }).map_err(|error| error.to_string())
+        rmp_serde::to_vec_named(&Written { snapshot: self, registry: &registry })
+            .map_err(|error| SnapshotError::NotEncoded(error.to_string()))
     }
 
     /// The snapshot from the bytes of a file.
     ///
     /// # Errors
     /// What is wrong with them.
-    pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, String> {
+    pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, SavedMatchError> {
         message_pack::check(bytes)?;
         let registry = world.resource::<AppTypeRegistry>().read();
         let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
-        let snapshot = SnapshotSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())?;
+        let snapshot = SnapshotSeed(&registry)
+            .deserialize(&mut deserializer)
+            .map_err(|error| SavedMatchError::Content(error.to_string()))?;
         match IgnoredAny::deserialize(&mut deserializer) {
             // There is nothing left to be read.
             Err(rmp_serde::decode::Error::InvalidMarkerRead(_)) => Ok(snapshot),
-            _ => Err("there is something behind its end".to_owned()),
+            _ => Err(SavedMatchError::Trailing),
         }
     }
 }

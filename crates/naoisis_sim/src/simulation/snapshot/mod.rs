@@ -33,15 +33,15 @@ use std::path::PathBuf;
 mod check;
 mod file;
 
-use super::spawn::MatchEntity;
+use super::spawn::{MatchEntity, despawn_match};
 pub use crate::scenario::saved_match::EXTENSION;
-use crate::scenario::{Scenario, ScenarioFault};
+use crate::scenario::{SavedMatchError, Scenario, ScenarioFault};
 use naoisis_core::behaviour::script::Script;
 use naoisis_core::behaviour::{BehaviourRegistry, Program};
-use naoisis_core::events::MatchEvent;
+use naoisis_core::events::StampedEvent;
 use naoisis_core::geometry::Pose;
 use naoisis_core::knowledge::{Knowledge, is_of_naoisis};
-use naoisis_core::random::RandomStreams;
+use naoisis_core::random::{BehaviourRandom, RandomStreams};
 use naoisis_core::referee;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
@@ -98,13 +98,19 @@ pub enum SnapshotError {
         error: io::Error,
     },
     /// The file is no snapshot, or has types that are not registered here.
-    #[error("{path}: {message}; expected a snapshot, as `naoisis run --save` writes it")]
+    #[error("{path}: {error}; expected a snapshot, as `naoisis run --save` writes it")]
     NotASnapshot {
-        /// The file that was to be read or written.
+        /// The file that was to be read.
         path: PathBuf,
         /// What is wrong with it.
-        message: String,
+        error: SavedMatchError,
     },
+    /// The bytes are no snapshot, or have types that are not registered here.
+    #[error(transparent)]
+    Bytes(#[from] SavedMatchError),
+    /// A value cannot be encoded.
+    #[error("{0}")]
+    NotEncoded(String),
 }
 
 impl Snapshot {
@@ -156,13 +162,9 @@ impl Snapshot {
         if let Some(scenario) = scenario {
             scenario.cameras.render.make_ready(world).map_err(ScenarioFault::from)?;
         }
-        let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
-        let old: Vec<Entity> = old.iter(world).collect();
-        for entity in old {
-            world.despawn(entity);
-        }
+        despawn_match(world);
         // What happened in the match that was there is no news in this one.
-        if let Some(mut messages) = world.get_resource_mut::<Messages<MatchEvent>>() {
+        if let Some(mut messages) = world.get_resource_mut::<Messages<StampedEvent>>() {
             messages.clear();
         }
         for resource in &self.resources {
@@ -201,6 +203,10 @@ impl Snapshot {
         let mut robots = world.query::<(&RobotId, &mut RandomStreams)>();
         for (id, mut streams) in robots.iter_mut(world) {
             *streams = RandomStreams::new(seed, *id);
+        }
+        let mut behaviours = world.query::<(&RobotId, &mut BehaviourRandom)>();
+        for (id, mut random) in behaviours.iter_mut(world) {
+            *random = BehaviourRandom::new(seed, *id);
         }
         referee::reseed(world, seed);
         Ok(())

@@ -1,0 +1,200 @@
+//! Events for observers: the start and the end of a match, goals, and what happens to single robots.
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//!
+//! #[derive(Resource, Default)]
+//! struct Scoreboard(u32, u32);
+//!
+//! let mut app = App::new();
+//! app.add_plugins(NaoisisPlugins).init_resource::<Scoreboard>();
+//! app.add_observer(|goal: On<GoalScored>, mut board: ResMut<Scoreboard>| {
+//!     *board = Scoreboard(goal.score.blue, goal.score.pink);
+//! });
+//! app.start_match(&Scenario::named("goal_kick_off")?)?.run_cycles(300);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! | event | target | when |
+//! |---|---|---|
+//! | [`MatchStarted`] | | a match has been put into the world |
+//! | [`MatchNotStarted`] | | [`MatchCommands::start_match`](super::MatchCommands::start_match) had a scenario that cannot be started |
+//! | [`MatchEnded`] | | the final whistle, the end of the scenario's time, or [`MatchCommands::end_match`](super::MatchCommands::end_match) |
+//! | [`GoalScored`] | | a goal counts |
+//! | [`Kicked`] | the robot | a robot has struck the ball |
+//! | [`Fell`] | the robot | a robot has fallen |
+//! | [`Penalised`] | the robot | a robot has been penalised |
+//!
+//! Goals, kicks, falls and penalties are triggered when a cycle is over, after [`CycleSystems::Last`], in the order in which
+//! they happened. An observer may therefore start another match. Everything else that happens is a
+//! [message](naoisis_core::events). All of it is ground truth, and a behaviour cannot be an observer.
+
+use bevy::prelude::*;
+
+use crate::scenario::ScenarioFault;
+use naoisis_core::cycle::{Cycle, CycleHalf, CycleSystems};
+use naoisis_core::events::{CycleEvents, FallCause, MatchEvent};
+use naoisis_core::game::{Game, PenaltyReason, Score};
+use naoisis_core::kick_geometry::KickType;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::{RobotId, Team};
+
+/// A match has been put into the world: a new one, or one that goes on from a saved match. The
+/// [`Scenario`](crate::scenario::Scenario) is a resource.
+#[derive(Event, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
+pub struct MatchStarted;
+
+/// A match could not be started by a command. The world is as it was before the command.
+#[derive(Event, Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct MatchNotStarted {
+    /// What is wrong with the scenario.
+    pub fault: ScenarioFault,
+}
+
+/// A match is over.
+#[derive(Event, Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct MatchEnded {
+    /// What has ended it.
+    pub reason: MatchEnd,
+    /// The score.
+    pub score: Score,
+}
+
+/// What has ended a match.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum MatchEnd {
+    /// The final whistle.
+    FinalWhistle,
+    /// The scenario's [time](crate::scenario::Scenario::last_cycle) is over. Only where a
+    /// [schedule](super::NaoisisPlugins::in_schedule) runs the cycles; elsewhere the owner of the app decides when to stop.
+    TimeOver,
+    /// The match was taken out of the world before its end.
+    Removed,
+}
+
+/// A goal counts.
+#[derive(Event, Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct GoalScored {
+    /// The team that scored.
+    pub team: Team,
+    /// The robot that touched the ball last; none if no robot did.
+    pub scorer: Option<RobotId>,
+    /// Whether that robot is of the other team.
+    pub own_goal: bool,
+    /// The score, with this goal.
+    pub score: Score,
+}
+
+/// A robot has struck the ball. A kick that misses the ball is no such event.
+#[derive(EntityEvent, Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct Kicked {
+    /// The robot's entity.
+    pub entity: Entity,
+    /// The robot.
+    pub robot: RobotId,
+    /// The type of the kick.
+    pub kick_type: KickType,
+    /// The direction in which the ball left, pitch frame, radians.
+    pub direction: f32,
+    /// The speed with which the ball left, m/s.
+    pub speed_mps: f32,
+}
+
+/// A robot has fallen.
+#[derive(EntityEvent, Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct Fell {
+    /// The robot's entity.
+    pub entity: Entity,
+    /// The robot.
+    pub robot: RobotId,
+    /// What made it fall.
+    pub cause: FallCause,
+}
+
+/// A robot has been penalised.
+#[derive(EntityEvent, Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct Penalised {
+    /// The robot's entity.
+    pub entity: Entity,
+    /// The robot.
+    pub robot: RobotId,
+    /// The offence.
+    pub reason: PenaltyReason,
+    /// When the robot may come back if play runs on, s since the start of the match.
+    pub until_s: f32,
+}
+
+/// Triggers events after each cycle in which something happened.
+pub(super) fn add_triggers(app: &mut App) {
+    app.add_systems(
+        Cycle,
+        trigger_events
+            .run_if(|events: Option<Res<CycleEvents>>| events.is_some_and(|events| !events.is_empty()))
+            .in_set(CycleHalf::Act)
+            .after(CycleSystems::Last)
+            // A system without a set may run before or after: everything that has one is over.
+            .ambiguous_with_all(),
+    );
+}
+
+/// One of the events, with what has to be looked up for it.
+enum Trigger {
+    Goal(GoalScored),
+    Kick(Kicked),
+    Fall(Fell),
+    Penalty(Penalised),
+    End(MatchEnded),
+}
+
+impl Trigger {
+    /// The event for observers that an event of the match becomes, if there is one.
+    fn of(event: &MatchEvent, score: Score, roster: &Roster) -> Option<Trigger> {
+        match *event {
+            MatchEvent::Goal { team, scorer, own_goal, .. } => {
+                Some(Trigger::Goal(GoalScored { team, scorer, own_goal, score }))
+            }
+            MatchEvent::Kick {
+                robot,
+                kick_type,
+                direction: Some(direction),
+                launch_speed_mps: Some(speed_mps),
+                ..
+            } => {
+                let entity = roster.get(robot)?;
+                Some(Trigger::Kick(Kicked { entity, robot, kick_type, direction, speed_mps }))
+            }
+            MatchEvent::Fall { robot, cause, .. } => {
+                Some(Trigger::Fall(Fell { entity: roster.get(robot)?, robot, cause }))
+            }
+            MatchEvent::Penalty { robot, reason, until_s, .. } => {
+                Some(Trigger::Penalty(Penalised { entity: roster.get(robot)?, robot, reason, until_s }))
+            }
+            MatchEvent::FinalWhistle => Some(Trigger::End(MatchEnded { reason: MatchEnd::FinalWhistle, score })),
+            _ => None,
+        }
+    }
+}
+
+fn trigger_events(world: &mut World) {
+    let (events, roster) = (world.resource::<CycleEvents>(), world.resource::<Roster>());
+    let score = world.resource::<Game>().score;
+    let triggers: Vec<Trigger> = events.iter().filter_map(|event| Trigger::of(event, score, roster)).collect();
+    for trigger in triggers {
+        match trigger {
+            Trigger::Goal(goal) => world.trigger(goal),
+            Trigger::Kick(kick) => world.trigger(kick),
+            Trigger::Fall(fall) => world.trigger(fall),
+            Trigger::Penalty(penalty) => world.trigger(penalty),
+            Trigger::End(end) => world.trigger(end),
+        }
+    }
+}
