@@ -359,7 +359,7 @@ impl Environments {
         self.with(py, |worlds| {
             let world = world_of(worlds, world)?;
             let snapshot = Snapshot::take(world).map_err(|error| of_snapshot(py, &error))?;
-            let bytes = snapshot.to_bytes(world).map_err(|message| snapshot_error(py, &message))?;
+            let bytes = snapshot.to_bytes(world).map_err(|error| of_snapshot(py, &error))?;
             Ok(PyBytes::new(py, &bytes))
         })
     }

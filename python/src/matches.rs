@@ -123,7 +123,7 @@ impl Match {
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         self.with(py, |played| {
             let snapshot = Snapshot::take(&mut played.world).map_err(|error| of_snapshot(py, &error))?;
-            let bytes = snapshot.to_bytes(&played.world).map_err(|message| snapshot_error(py, &message))?;
+            let bytes = snapshot.to_bytes(&played.world).map_err(|error| of_snapshot(py, &error))?;
             Ok(PyBytes::new(py, &bytes))
         })
     }

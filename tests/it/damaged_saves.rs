@@ -206,7 +206,7 @@ fn play(app: &mut App, damaged: &Value) -> Result<Option<String>, String> {
     let bytes = rmp_serde::to_vec(damaged).unwrap();
     let snapshot = match Snapshot::from_bytes(&bytes, app.world()) {
         Ok(snapshot) => snapshot,
-        Err(message) => return Ok(Some(message)),
+        Err(error) => return Ok(Some(error.to_string())),
     };
     if let Err(error) = snapshot.restore(app.world_mut()) {
         return Ok(Some(error.to_string()));

@@ -86,7 +86,7 @@ fn a_users_behaviour_and_its_memory_are_saved() {
     let snapshot = Snapshot::from_bytes(&saved, without.world()).unwrap();
     assert!(matches!(snapshot.restore(without.world_mut()), Err(SnapshotError::NoBehaviour(name)) if name == "walker"));
     let unknown_type = Snapshot::from_bytes(&saved, headless_app().world()).err().unwrap();
-    assert!(unknown_type.contains("Steps"), "{unknown_type}");
+    assert!(unknown_type.to_string().contains("Steps"), "{unknown_type}");
 }
 
 #[test]

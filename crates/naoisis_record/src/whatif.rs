@@ -12,7 +12,7 @@ use naoisis_core::game::{Game, GameState};
 use naoisis_core::statistics::{self, Estimate};
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_sensing::sensing::jobs::SensingThreads;
-use naoisis_sim::simulation::{MatchApp, Snapshot, play_in_order};
+use naoisis_sim::simulation::{MatchApp, Snapshot, SnapshotError, play_in_order};
 
 /// A match between two cycles as bytes, which each thread restores into a world of its own.
 #[derive(Clone, PartialEq, Debug)]
@@ -29,9 +29,8 @@ impl Moment {
     ///
     /// # Errors
     /// What cannot be saved of it.
-    pub fn of(world: &mut World) -> Result<Moment, String> {
-        let snapshot = Snapshot::take(world).map_err(|error| error.to_string())?;
-        let bytes = snapshot.to_bytes(world)?;
+    pub fn of(world: &mut World) -> Result<Moment, SnapshotError> {
+        let bytes = Snapshot::take(world)?.to_bytes(world)?;
         Ok(Moment { bytes, time_s: world.resource::<CycleClock>().end_time_s(), score: score(world) })
     }
 
@@ -39,9 +38,8 @@ impl Moment {
     ///
     /// # Errors
     /// When it is the state of no match that `world` can have.
-    pub fn put_back(&self, world: &mut World) -> Result<(), String> {
-        let snapshot = Snapshot::from_bytes(&self.bytes, world)?;
-        snapshot.restore(world).map_err(|error| error.to_string())
+    pub fn put_back(&self, world: &mut World) -> Result<(), SnapshotError> {
+        Snapshot::from_bytes(&self.bytes, world)?.restore(world)
     }
 
     /// The match as the bytes of a file: that of a [saved match](Snapshot::save).
@@ -58,9 +56,8 @@ impl Moment {
     ///
     /// # Errors
     /// When it is the state of no match that `world` can have.
-    pub fn restore(&self, world: &mut World, seed: u64) -> Result<(), String> {
-        let snapshot = Snapshot::from_bytes(&self.bytes, world)?;
-        snapshot.restore_with_chance(world, seed).map_err(|error| error.to_string())
+    pub fn restore(&self, world: &mut World, seed: u64) -> Result<(), SnapshotError> {
+        Snapshot::from_bytes(&self.bytes, world)?.restore_with_chance(world, seed)
     }
 }
 
@@ -109,7 +106,7 @@ pub fn play_branches(
     simulator: impl Fn() -> App + Sync,
     stop: &AtomicBool,
     mut finished: impl FnMut(Continuation),
-) -> Result<(), String> {
+) -> Result<(), SnapshotError> {
     let worker = || {
         let mut app = simulator();
         // The branches have the cores.
@@ -123,7 +120,7 @@ pub fn play_branches(
     play_in_order(0..branches.times, branches.threads, stop, worker, play, |branch| branch.map(&mut finished))
 }
 
-fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Result<Continuation, String> {
+fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Result<Continuation, SnapshotError> {
     moment.restore(app.world_mut(), seed)?;
     let world = app.world_mut();
     let mut first_goal = None;

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use clap::Args;
+use core::error::Error;
 use core::fmt::Write;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -75,7 +76,7 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
     }
     let mut app = program.simulator();
     let moment = go_to_moment(&mut app, arguments)
-        .and_then(|()| Moment::of(app.world_mut()).map_err(|message| report::failure(&message)));
+        .and_then(|()| Moment::of(app.world_mut()).map_err(|error| report::failure(&error.to_string())));
     let moment = match moment {
         Ok(moment) => moment,
         Err(status) => return status,
@@ -108,8 +109,8 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
         },
     );
     progress.finish_and_clear();
-    if let Err(message) = played {
-        return report::failure(&message);
+    if let Err(error) = played {
+        return report::failure(&error.to_string());
     }
     let outcomes = Outcomes::of(&rows);
     let scenario = app.world().resource::<Scenario>();
@@ -170,10 +171,10 @@ fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCo
     if Team::BOTH.into_iter().all(|team| arguments.teams.of(team).is_none()) {
         return Ok(());
     }
-    let failure = |message: String| report::failure(&message);
-    let moment = Moment::of(app.world_mut()).map_err(failure)?;
-    let saved = SavedMatch::of_bytes(moment.bytes()).map_err(failure)?;
-    let scenario = saved.scenario().map_err(failure)?;
+    let failure = |error: &dyn Error| report::failure(&error.to_string());
+    let moment = Moment::of(app.world_mut()).map_err(|error| failure(&error))?;
+    let saved = SavedMatch::of_bytes(moment.bytes()).map_err(|error| failure(&error))?;
+    let scenario = saved.scenario().map_err(|error| failure(&error))?;
     let text = Scenario { from: Some(saved), ..scenario }.resolved_json();
     let text = text.map_err(|error| report::failure(&error.to_string()))?;
     let file = ScenarioFile::from_text(&text, Format::Json, &arguments.moment);

@@ -19,7 +19,7 @@ use super::field_path::FieldPath;
 use super::format::Format;
 use super::layers::lay_over;
 use super::message_pack;
-use super::saved_match::{FORMAT, LARGEST_FILE_BYTES, SavedMatch, VERSION};
+use super::saved_match::{FORMAT, LARGEST_FILE_BYTES, SavedMatch, SavedMatchError, VERSION};
 use super::source::{ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use naoisis_core::cycle::CycleClock;
@@ -33,7 +33,7 @@ impl SavedMatch {
     ///
     /// # Errors
     /// What is wrong with them.
-    pub fn of_bytes(bytes: &[u8]) -> Result<SavedMatch, String> {
+    pub fn of_bytes(bytes: &[u8]) -> Result<SavedMatch, SavedMatchError> {
         SavedMatch::pack(Head::read(bytes)?.clock.cycle, bytes)
     }
 
@@ -41,11 +41,11 @@ impl SavedMatch {
     ///
     /// # Errors
     /// When it was damaged since.
-    pub fn scenario(&self) -> Result<Scenario, String> {
+    pub fn scenario(&self) -> Result<Scenario, SavedMatchError> {
         let scenario = Scenario { from: None, ..Head::read(&self.bytes()?)?.scenario };
-        let text = scenario.resolved_json().map_err(|error| error.to_string())?;
+        let text = scenario.resolved_json().map_err(|error| SavedMatchError::Content(error.to_string()))?;
         let file = ScenarioFile::from_text(&text, Format::Json, "the saved match");
-        file.map(|file| file.scenario).map_err(|error| error.to_string())
+        file.map(|file| file.scenario).map_err(|error| SavedMatchError::Content(error.to_string()))
     }
 }
 
@@ -56,13 +56,13 @@ struct Head {
 }
 
 impl Head {
-    fn read(bytes: &[u8]) -> Result<Head, String> {
+    fn read(bytes: &[u8]) -> Result<Head, SavedMatchError> {
         message_pack::check(bytes)?;
         let mut registry = TypeRegistry::default();
         registry.register::<Scenario>();
         registry.register::<CycleClock>();
         let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
-        HeadSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())
+        HeadSeed(&registry).deserialize(&mut deserializer).map_err(|error| SavedMatchError::Content(error.to_string()))
     }
 }
 
@@ -189,7 +189,9 @@ pub(super) fn fill_in(source: &ScenarioSource, root: &mut Value) -> Result<(), S
             }
         },
     };
-    let base = saved.scenario().and_then(|scenario| serde_json::to_value(scenario).map_err(|error| error.to_string()));
+    let base = saved.scenario().and_then(|scenario| {
+        serde_json::to_value(scenario).map_err(|error| SavedMatchError::Content(error.to_string()))
+    });
     let mut base = match base {
         Ok(Value::Object(base)) => base,
         Ok(_) => Map::new(),

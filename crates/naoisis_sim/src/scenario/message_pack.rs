@@ -3,22 +3,46 @@
 //! Whoever reads a list makes room for as many values as it says. In a damaged file that may be billions, so the file is
 //! looked through first; after that, room is made for what is there.
 
+/// What is wrong with the structure of MessagePack.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MessagePackError {
+    /// The bytes end in the middle of a value.
+    #[error("it ends in the middle of the value at byte {at}")]
+    EndsEarly {
+        /// Where the value begins.
+        at: usize,
+    },
+    /// There is a byte that begins no value.
+    #[error("there is no MessagePack at byte {at}")]
+    NoValue {
+        /// Which byte.
+        at: usize,
+    },
+    /// A value gives itself more content than there are bytes.
+    #[error("what is at byte {at} says that it has more than there is")]
+    TooLong {
+        /// Where the value begins.
+        at: usize,
+    },
+}
+
 /// Walks through the first value of the bytes, and what is in it.
 ///
 /// # Errors
 /// What is wrong, and at which byte.
-pub fn check(bytes: &[u8]) -> Result<(), String> {
+pub fn check(bytes: &[u8]) -> Result<(), MessagePackError> {
     let mut rest = bytes;
     // A value has a byte at least, so that fewer values than bytes are missing.
     let mut values = 1_u64;
     while values > 0 {
         let at = bytes.len() - rest.len();
-        let item = next_item(rest).ok_or_else(|| format!("it ends in the middle of the value at byte {at}"))?;
-        let item = item.ok_or_else(|| format!("there is no MessagePack at byte {at}"))?;
+        let item = next_item(rest).ok_or(MessagePackError::EndsEarly { at })?;
+        let item = item.ok_or(MessagePackError::NoValue { at })?;
         let left = rest.len() as u64 - item.header;
         values = values - 1 + item.values;
         if item.content > left || values > left - item.content {
-            return Err(format!("what is at byte {at} says that it has more than there is"));
+            return Err(MessagePackError::TooLong { at });
         }
         rest = &rest[(item.header + item.content) as usize..];
     }
@@ -123,7 +147,7 @@ mod tests {
             (&[0xdd, 0xff], "it ends in the middle of the value at byte 0"),
             (&[], "it ends in the middle of the value at byte 0"),
         ] {
-            let message = check(bytes).unwrap_err();
+            let message = check(bytes).unwrap_err().to_string();
             assert!(message.contains(expected), "{bytes:?}: {message}");
         }
     }

@@ -62,7 +62,7 @@ pub use preset::Preset;
 pub use presets::{BALL_PRESETS, FIELD_PRESETS, RULES_PRESETS, pitch_preset, rules_preset};
 pub use realism::{Realism, Realisms};
 pub use robot_spec::{BehaviourSpec, RobotSpec};
-pub use saved_match::SavedMatch;
+pub use saved_match::{SavedMatch, SavedMatchError};
 pub use setting::{NotASetting, Setting};
 pub use source::{ScenarioFile, ScenarioSource};
 pub use teams_spec::TeamsSpec;

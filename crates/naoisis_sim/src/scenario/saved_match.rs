@@ -5,6 +5,8 @@ use base64::engine::general_purpose::STANDARD;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::message_pack::MessagePackError;
+
 /// The ending of the file names of saved matches.
 pub const EXTENSION: &str = "naoisis";
 /// The format's name in files.
@@ -15,6 +17,27 @@ pub const VERSION: u32 = 7;
 pub const LARGEST_FILE_BYTES: u64 = 256 << 20;
 /// How hard the match is packed: more would be felt when a test is read, and save little.
 const PACKING: i32 = 9;
+
+/// Why bytes are no saved match.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SavedMatchError {
+    /// They are not MessagePack.
+    #[error(transparent)]
+    Structure(#[from] MessagePackError),
+    /// They are MessagePack of something else, or of types that are not registered here.
+    #[error("{0}")]
+    Content(String),
+    /// There are more bytes than the match has.
+    #[error("there is something behind its end")]
+    Trailing,
+    /// They were damaged after they had been packed.
+    #[error("it is damaged")]
+    Damaged,
+    /// They cannot be packed.
+    #[error("{0}")]
+    Packing(String),
+}
 
 /// A saved match, packed.
 #[derive(Clone, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
@@ -32,8 +55,9 @@ impl SavedMatch {
     ///
     /// # Errors
     /// Why they cannot be packed.
-    pub(super) fn pack(cycle: u64, bytes: &[u8]) -> Result<SavedMatch, String> {
-        let packed = zstd::bulk::compress(bytes, PACKING).map_err(|error| error.to_string())?;
+    pub(super) fn pack(cycle: u64, bytes: &[u8]) -> Result<SavedMatch, SavedMatchError> {
+        let packed =
+            zstd::bulk::compress(bytes, PACKING).map_err(|error| SavedMatchError::Packing(error.to_string()))?;
         Ok(SavedMatch { cycle, packed: STANDARD.encode(packed) })
     }
 
@@ -41,10 +65,9 @@ impl SavedMatch {
     ///
     /// # Errors
     /// When it was damaged since.
-    pub fn bytes(&self) -> Result<Vec<u8>, String> {
-        let damaged = |_| "it is damaged".to_owned();
-        let packed = STANDARD.decode(&self.packed).map_err(|_| "it is damaged".to_owned())?;
+    pub fn bytes(&self) -> Result<Vec<u8>, SavedMatchError> {
+        let packed = STANDARD.decode(&self.packed).map_err(|_| SavedMatchError::Damaged)?;
         let size = zstd::bulk::Decompressor::upper_bound(&packed).unwrap_or(LARGEST_FILE_BYTES as usize);
-        zstd::bulk::decompress(&packed, size.min(LARGEST_FILE_BYTES as usize)).map_err(damaged)
+        zstd::bulk::decompress(&packed, size.min(LARGEST_FILE_BYTES as usize)).map_err(|_| SavedMatchError::Damaged)
     }
 }

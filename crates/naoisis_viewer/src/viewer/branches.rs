@@ -14,6 +14,7 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_record::record::history::History;
 use naoisis_record::whatif::Moment;
 use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::simulation::SnapshotError;
 
 /// The name of the root branch.
 const FIRST: &str = "The match as it was";
@@ -199,15 +200,16 @@ fn fork(
     cycle: u64,
     time_s: f64,
     stands: bool,
-    restore: impl FnOnce(&mut World) -> Result<(), String>,
+    restore: impl FnOnce(&mut World) -> Result<(), SnapshotError>,
 ) -> Result<(), String> {
     let shown = world.resource::<Branches>().shown;
     put_aside(world)?;
     let until = match &world.resource::<Branches>().list[shown].aside {
-        Some(aside) => aside.data.until(cycle, time_s),
+        Some(aside) => aside.data.until(cycle, time_s).map_err(|error| error.to_string()),
         None => return Ok(()),
     };
-    let result = until.and_then(|data| restore(world).map(|()| data));
+    let restored = |data| restore(world).map(|()| data).map_err(|error| error.to_string());
+    let result = until.and_then(restored);
     let data = match result {
         Ok(data) => data,
         Err(message) => {
@@ -249,7 +251,7 @@ fn put_aside(world: &mut World) -> Result<(), String> {
         None
     } else {
         timeline::return_to_present(world);
-        Some(Moment::of(world)?)
+        Some(Moment::of(world).map_err(|error| error.to_string())?)
     };
     let last_cycle = world.resource::<History>().last_cycle().unwrap_or_default();
     let data = BranchData::take(world);
@@ -268,7 +270,7 @@ fn bring_back(world: &mut World, index: usize) -> Result<(), String> {
     };
     match present {
         Some(present) => {
-            present.put_back(world)?;
+            present.put_back(world).map_err(|error| error.to_string())?;
             data.put(world);
         }
         None => timeline::show_trace(world, data).map_err(|fault| fault.to_string())?,

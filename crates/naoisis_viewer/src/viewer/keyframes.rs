@@ -105,7 +105,11 @@ pub fn keep_if_due(world: &mut World) {
         return;
     }
     let is_played_by_programs = world.query::<&Program>().iter(world).next().is_some();
-    let moment = if is_played_by_programs { Err(PROGRAMS.to_owned()) } else { Moment::of(world) };
+    let moment = if is_played_by_programs {
+        Err(PROGRAMS.to_owned())
+    } else {
+        Moment::of(world).map_err(|error| error.to_string())
+    };
     match moment {
         Ok(moment) => keyframes.keep(clock.cycle, moment),
         Err(fault) => keyframes.kept().fault = Some(fault),

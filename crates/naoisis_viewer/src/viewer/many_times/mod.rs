@@ -163,7 +163,7 @@ impl Run {
         thread::Builder::new().name("many times".to_owned()).spawn(move || {
             let played = |branch| drop(sender.send(Said::Played(branch)));
             let result = whatif::play_branches(&of_thread, &branches, simulator.0, &stopped, played);
-            let _nobody_listens = sender.send(Said::Over(result));
+            let _nobody_listens = sender.send(Said::Over(result.map_err(|error| error.to_string())));
         })?;
         let said = Mutex::new(said);
         Ok(Run { cycle, rows: Vec::new(), times, for_s, is_running: true, moment, of, asked, keyframes, stop, said })
@@ -246,7 +246,8 @@ fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> 
             return Err("The match is over at this moment".to_owned());
         }
         let asked = world.resource::<Interventions>().queue.clone();
-        return Ok(Some(Whole { cycle, moment: Moment::of(world)?, of, asked, keyframes }));
+        let moment = Moment::of(world).map_err(|error| error.to_string())?;
+        return Ok(Some(Whole { cycle, moment, of, asked, keyframes }));
     }
     let rebuilt = world.resource::<Rebuilt>();
     match rebuilt.moment(cycle, &keyframes) {

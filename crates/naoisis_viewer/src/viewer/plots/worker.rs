@@ -138,17 +138,17 @@ fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) ->
     };
     let mut app = simulator();
     app.insert_resource(SensingThreads(1));
-    if let Err(fault) = moment.put_back(app.world_mut()) {
-        return gathered.fail(first, fault);
+    if let Err(error) = moment.put_back(app.world_mut()) {
+        return gathered.fail(first, error.to_string());
     }
     loop {
         let cycle = app.world().resource::<CycleClock>().cycle;
         // What was done by hand in a cycle is in what was kept after it.
         if let Some((kept, moment)) = task.keyframes.before(cycle)
             && kept == cycle
-            && let Err(fault) = moment.put_back(app.world_mut())
+            && let Err(error) = moment.put_back(app.world_mut())
         {
-            return gathered.fail(cycle, fault);
+            return gathered.fail(cycle, error.to_string());
         }
         if cycle >= first {
             let values = read_components(app.world_mut(), &gathered.fields);

@@ -174,7 +174,7 @@ impl Moments {
         let now = app.world().resource::<CycleClock>().cycle;
         // From the moment before it it is shorter than from the one that was kept.
         if !of_match.is_same(&wanted.keyframes) || now > latest || now < kept {
-            moment.put_back(app.world_mut())?;
+            moment.put_back(app.world_mut()).map_err(|error| error.to_string())?;
         }
         of_match.clone_from(&wanted.keyframes);
         while app.world().resource::<CycleClock>().cycle < wanted.cycle {
@@ -191,7 +191,7 @@ impl Moments {
             keyframes: wanted.keyframes.clone(),
             is_same: is_same(app, &wanted.record, &wanted.fields),
             states,
-            moment: Moment::of(app.world_mut())?,
+            moment: Moment::of(app.world_mut()).map_err(|error| error.to_string())?,
             situation: situation(app.world_mut()).map_err(|fault| fault.to_string()),
         })
     }

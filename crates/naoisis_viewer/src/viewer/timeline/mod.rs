@@ -17,7 +17,7 @@ use super::shared::{DisplayFraction, Playback, TimelineCommand};
 use super::speed::Speed;
 use naoisis_core::cycle::{Cycle, CycleClock};
 use naoisis_record::record::RecordPlugin;
-use naoisis_record::record::history::History;
+use naoisis_record::record::history::{History, HistoryError};
 use naoisis_record::record::read_trace::ReadTrace;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::gather::{CurrentRecord, RecordSystems, RecordedMatch};
@@ -160,9 +160,9 @@ impl BranchData {
     ///
     /// # Errors
     /// When the records of that cycle cannot be read.
-    pub fn until(&self, cycle: u64, time_s: f64) -> Result<BranchData, String> {
+    pub fn until(&self, cycle: u64, time_s: f64) -> Result<BranchData, HistoryError> {
         Ok(BranchData {
-            history: self.history.until(cycle).map_err(|error| error.to_string())?,
+            history: self.history.until(cycle)?,
             log: self.log.cut(time_s),
             keyframes: self.keyframes.until(cycle),
             trace: None,
