@@ -13,6 +13,7 @@ mod common;
 use bevy::prelude::*;
 use naoisis::belief::PlaceCovariance;
 use naoisis::geometry::{angle_of, unit, unrotate, wrap_angle};
+use naoisis::pitch::Pitch;
 use naoisis::prelude::*;
 use naoisis::statistics::{mean, share};
 

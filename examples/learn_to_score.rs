@@ -15,6 +15,7 @@ mod common;
 use bevy::math::ops;
 use bevy::prelude::*;
 use naoisis::geometry::{angle_of, unrotate};
+use naoisis::pitch::Pitch;
 use naoisis::prelude::*;
 
 /// The number of weights: for dx, dy and the turn, those of five features.

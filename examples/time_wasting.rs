@@ -7,6 +7,7 @@
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
 use bevy::prelude::*;
+use naoisis::game::Evidence;
 use naoisis::prelude::*;
 use naoisis::referee::report::report;
 use serde::Deserialize;

@@ -3,6 +3,7 @@
 //! `cargo run --release --example watched_behaviour`
 
 use bevy::prelude::*;
+use naoisis::behaviour::drawings::{DrawColour, Frame};
 use naoisis::prelude::*;
 use naoisis::viewer::ViewerPlugins;
 

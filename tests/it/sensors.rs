@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use naoisis::prelude::*;
+use naoisis::random::RandomStreams;
 use naoisis::record::read::TraceReader;
 use naoisis::scenario::{Format, ScenarioFile, Setting};
 use naoisis::sensing::scene::Scene;

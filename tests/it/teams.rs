@@ -1,6 +1,7 @@
 //! The built-in players in matches: they find the ball, kick it, score, and cope with what goes wrong.
 
 use bevy::math::Vec2;
+use naoisis::pitch::Pitch;
 use naoisis::prelude::*;
 
 use crate::support::{blue, collect_events, headless_app, match_of, pink};

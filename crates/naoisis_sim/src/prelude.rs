@@ -1,19 +1,23 @@
-//! What most programs with a match in them need.
+//! What most programs with a match in them need. Names that Bevy's prelude or other crates have too, or that say little by
+//! themselves, such as [`Pitch`](naoisis_core::pitch::Pitch), [`Game`](naoisis_core::game::Game) and
+//! [`Rules`](naoisis_core::game::Rules), are imported from their modules.
 
 pub use crate::scenario::Scenario;
-pub use crate::simulation::{MatchApp, NaoisisPlugins, RuleApp, SensorApp};
+pub use crate::simulation::{
+    Fell, GoalScored, Kicked, MatchApp, MatchCommands, MatchEnd, MatchEnded, MatchNotStarted, MatchStarted,
+    NaoisisPlugins, Penalised, RuleApp, SensorApp,
+};
 pub use naoisis_core::ball::{Ball, BallVelocity};
-pub use naoisis_core::behaviour::drawings::{DrawColour, Drawings, Frame};
+pub use naoisis_core::behaviour::drawings::Drawings;
 pub use naoisis_core::behaviour::{BehaviourApp, BehaviourRegistry, behaviour};
 pub use naoisis_core::communication::{Inbox, Outbox, TeamMessage};
 pub use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems, run_cycle};
-pub use naoisis_core::events::{CycleEvents, MatchEvent};
-pub use naoisis_core::game::{Evidence, Game, GameState, Intervention, Rules};
+pub use naoisis_core::events::{CycleEvents, MatchEvent, StampedEvent};
+pub use naoisis_core::game::{GameState, Intervention};
 pub use naoisis_core::geometry::Pose;
 pub use naoisis_core::kick_geometry::KickType;
 pub use naoisis_core::knowledge::Knowledge;
-pub use naoisis_core::pitch::Pitch;
-pub use naoisis_core::random::{RandomStream, RandomStreams};
+pub use naoisis_core::random::{BehaviourRandom, RandomStream};
 pub use naoisis_core::referee::snapshot::{MatchSnapshot, RobotSnapshot};
 pub use naoisis_core::referee::{CustomRule, GameStatus};
 pub use naoisis_core::robot::head::{HeadAngles, HeadCommand};

@@ -4,7 +4,7 @@
 //!
 //! ```
 //! use bevy::prelude::*;
-//! use naoisis::behaviour::drawings::{Frame, Ink};
+//! use naoisis::behaviour::drawings::{DrawColour, Frame};
 //! use naoisis::prelude::*;
 //!
 //! #[derive(Component, Default)]
