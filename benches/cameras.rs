@@ -5,10 +5,10 @@ mod common;
 
 use bevy::prelude::*;
 use common::fastest;
-use naoisis::appearance::robot::RobotDesign;
-use naoisis::appearance::scene::Scene;
-use naoisis::appearance::view::View;
 use naoisis::camera_model::{CameraName, CameraView};
+use naoisis::internal::appearance::robot::RobotDesign;
+use naoisis::internal::appearance::scene::Scene;
+use naoisis::internal::appearance::view::View;
 use naoisis::prelude::*;
 use naoisis::sensing::camera::image::{Image, Layers};
 use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};

@@ -1,7 +1,7 @@
 //! How good the image vision is: what it finds in both cameras' images of 500 random scenes, against what is there.
 #![expect(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
-use naoisis::appearance::robot::RobotDesign;
+use naoisis::internal::appearance::robot::RobotDesign;
 use naoisis::random::RandomStream;
 use naoisis::sensing::vision::image::accuracy::{self, Conditions};
 

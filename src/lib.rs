@@ -38,7 +38,8 @@
 //! | decide for robots from outside the app | [`agents`] |
 //! | tell robots of the game in the league's own protocol | [`game_controller`] |
 //! | have all commands in a program of your own | [`cli::run`] |
-//! | know what happens, in a system of your own | [`events`] |
+//! | know what happens, in a system of your own | [`events`], and for observers [`simulation::triggers`] |
+//! | have a match in an app of your own | [`guide::own_app`] |
 //! | play thousands of matches | [`batch`] |
 //! | let something learn | [`environment`], and the Python package |
 //! | save a match and go on from it | [`simulation::snapshot`] |
@@ -83,16 +84,23 @@ pub use naoisis_agents::{agents, environment, game_controller};
 pub use naoisis_cli::cli;
 pub use naoisis_core::{
     ball, behaviour, camera_model, collision, communication, cycle, events, game, geometry, kick_geometry, knowledge,
-    named_values, pitch, random, referee, robot, statistics, team,
+    pitch, random, referee, robot, statistics, team,
 };
 #[cfg(feature = "gpu")]
 pub use naoisis_gpu as gpu;
-pub use naoisis_lab::{calibration, figures, trials};
 pub use naoisis_record::{batch, expectations, record, whatif};
-pub use naoisis_sensing::{appearance, belief, sensing};
+pub use naoisis_sensing::{belief, sensing};
 pub use naoisis_sim::{interface, scenario, simulation, teams};
 #[cfg(feature = "viewer")]
 pub use naoisis_viewer::viewer;
+
+/// What tests, benchmarks and the Python package use beside the public modules. It may change in any version.
+#[doc(hidden)]
+pub mod internal {
+    pub use naoisis_core::named_values;
+    pub use naoisis_lab::{calibration, figures, trials};
+    pub use naoisis_sensing::appearance;
+}
 
 /// The README's examples, so that they are tested.
 #[cfg(doctest)]

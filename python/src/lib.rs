@@ -26,7 +26,7 @@ fn command(py: Python<'_>, words: Vec<OsString>) -> u8 {
 /// The module `naoisis._naoisis`.
 #[pymodule]
 mod _naoisis {
-    use naoisis::appearance::Label;
+    use naoisis::internal::appearance::Label;
     use pyo3::prelude::*;
     use pyo3::types::PyDict;
 

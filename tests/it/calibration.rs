@@ -3,9 +3,9 @@
 use crate::support::{blue, match_of, naoisis, text};
 use bevy::prelude::*;
 use core::fmt::Write;
-use naoisis::calibration::{RobotLog, calibrate};
 use naoisis::cycle::CycleClock;
 use naoisis::geometry::Pose;
+use naoisis::internal::calibration::{RobotLog, calibrate};
 use naoisis::prelude::*;
 use naoisis::robot::motion::ExecutedStep;
 use naoisis::scenario::RobotModel;

@@ -1,8 +1,8 @@
 //! Kicks from the command to where the ball comes to rest.
 
 use approx::assert_abs_diff_eq;
-use naoisis::appearance::stride::Stride;
 use naoisis::events::{KickMiss, KickResult};
+use naoisis::internal::appearance::stride::Stride;
 use naoisis::prelude::*;
 use naoisis::robot::Roster;
 use naoisis::robot::body::Body;

@@ -2,15 +2,15 @@
 //! to compare, unless `NAOISIS_REQUIRE_GPU` says that there must be one.
 
 use bevy::prelude::*;
-use naoisis::appearance::Label;
-use naoisis::appearance::colours;
-use naoisis::appearance::robot::{RobotDesign, labels};
-use naoisis::appearance::scene::{Scene, SceneBall, SceneRobot};
-use naoisis::appearance::stride::Stride;
-use naoisis::appearance::view::View;
 use naoisis::camera_model::CameraName;
 use naoisis::geometry::Pose;
 use naoisis::gpu::renderer::{GpuCamerasPlugin, GpuError, GpuRenderer};
+use naoisis::internal::appearance::Label;
+use naoisis::internal::appearance::colours;
+use naoisis::internal::appearance::robot::{RobotDesign, labels};
+use naoisis::internal::appearance::scene::{Scene, SceneBall, SceneRobot};
+use naoisis::internal::appearance::stride::Stride;
+use naoisis::internal::appearance::view::View;
 use naoisis::pitch::Pitch;
 use naoisis::random::RandomStream;
 use naoisis::robot::body::Body;
@@ -179,7 +179,7 @@ fn the_pixel_of_a_point_shows_what_is_there() {
             (band, robot.world_from_robot().transform_point3(waist), 0.056)
         }));
         points.extend(scene.posts.iter().filter_map(|there| {
-            let label = naoisis::appearance::field::goal_label(there.post.colour?);
+            let label = naoisis::internal::appearance::field::goal_label(there.post.colour?);
             Some((label, there.position.extend(there.post.height / 2.0), there.post.radius))
         }));
         for (label, point, half) in points {

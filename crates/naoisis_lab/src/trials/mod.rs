@@ -6,13 +6,13 @@
 //!
 //! ```
 //! use naoisis::scenario::RobotModel;
-//! use naoisis::trials;
+//! use naoisis::internal::trials;
 //!
 //! let model = RobotModel::named("nao").unwrap();
 //! let speed = trials::walking::measure(&model, 3)?.remove(0);
 //! assert_eq!((speed.name.as_str(), speed.unit), ("speed forward", "m/s"));
 //! assert!(speed.difference().is_some_and(|share| share.abs() < 0.15));
-//! # Ok::<(), naoisis::trials::TrialError>(())
+//! # Ok::<(), naoisis::internal::trials::TrialError>(())
 //! ```
 
 use bevy::prelude::*;

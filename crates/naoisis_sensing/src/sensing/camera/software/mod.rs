@@ -10,8 +10,8 @@
 //!
 //! ```
 //! use bevy::math::Vec3;
-//! use naoisis::appearance::scene::Scene;
-//! use naoisis::appearance::view::View;
+//! use naoisis::internal::appearance::scene::Scene;
+//! use naoisis::internal::appearance::view::View;
 //! use naoisis::pitch::Pitch;
 //! use naoisis::sensing::camera::image::{Image, Layers};
 //! use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
