@@ -37,6 +37,7 @@ mod own_program;
 mod own_rules;
 mod pairs;
 mod programs;
+mod public_api;
 mod random_numbers;
 mod realism;
 mod referee_properties;
