@@ -86,5 +86,5 @@ fn a_behaviour_may_not_read_them() {
         assert!(events.is_empty() && robots.is_empty());
     }
     let error = headless_app().try_add_behaviour::<Insider, _>("insider", listen).err().unwrap().to_string();
-    assert!(error.contains("MatchEvent"), "{error}");
+    assert!(error.contains("StampedEvent"), "{error}");
 }

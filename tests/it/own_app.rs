@@ -182,7 +182,7 @@ fn a_plugin_that_is_left_out_makes_no_app_panic() {
         ("EventsPlugin", plugins().disable::<EventsPlugin>(), Some("EventsPlugin")),
         ("MatchPlugin", plugins().disable::<MatchPlugin>(), Some("MatchPlugin")),
         ("CustomRulesPlugin", plugins().disable::<CustomRulesPlugin>(), Some("CustomRulesPlugin")),
-        ("PitchPlugin", plugins().disable::<PitchPlugin>(), Some("PitchPlugin")),
+        ("PitchPlugin", plugins().disable::<PitchPlugin>(), None),
         ("RobotPlugin", plugins().disable::<RobotPlugin>(), Some("RobotPlugin")),
         ("BallPlugin", plugins().disable::<BallPlugin>(), None),
         ("CollisionPlugin", plugins().disable::<CollisionPlugin>(), Some("CollisionPlugin")),

@@ -84,15 +84,20 @@ fn field_place(pitch: &Pitch, index: usize, kicking_off: bool) -> Vec2 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(in crate::referee) mod tests {
     use super::*;
     use crate::robot::body::Body;
     use approx::assert_abs_diff_eq;
     use core::f32::consts::PI;
 
+    /// As scenario files are read.
+    pub(in crate::referee) fn ron_options() -> ron::Options {
+        ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
+    }
+
     fn pitches() -> [Pitch; 2] {
         let spl2025 = include_str!("../../../../assets/fields/spl2025.ron");
-        [Pitch::default(), ron::from_str(spl2025).unwrap()]
+        [Pitch::default(), ron_options().from_str(spl2025).unwrap()]
     }
 
     #[test]

@@ -215,6 +215,7 @@ pub fn evidence(snapshot: &MatchSnapshot, robot: &RobotSnapshot, illegal: Illega
 #[cfg(test)]
 mod tests {
     use super::super::formation::formation;
+    use super::super::formation::tests::ron_options;
     use super::super::testing::MatchFixture;
     use super::*;
     use crate::game::Rules;
@@ -247,7 +248,7 @@ mod tests {
     #[test]
     fn the_formation_is_legal_by_all_rules_on_all_pitches_even_a_little_off() {
         let files = fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/fields")).unwrap();
-        let read = |path: PathBuf| ron::from_str(&fs::read_to_string(path).unwrap()).unwrap();
+        let read = |path: PathBuf| ron_options().from_str(&fs::read_to_string(path).unwrap()).unwrap();
         let pitches: Vec<Pitch> = files.map(|file| read(file.unwrap().path())).collect();
         assert!(pitches.len() >= 5);
         for (pitch, positions) in pitches

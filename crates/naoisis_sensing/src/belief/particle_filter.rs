@@ -356,7 +356,10 @@ mod tests {
 
     #[test]
     fn where_both_ends_look_the_same_a_lost_robot_is_at_the_one_where_it_was() {
-        let pitch = ron::from_str(include_str!("../../../../assets/fields/spl2025.ron")).unwrap();
+        let pitch = ron::Options::default()
+            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
+            .from_str(include_str!("../../../../assets/fields/spl2025.ron"))
+            .unwrap();
         let landmarks = Landmarks::of(&pitch);
         let was = Pose::new(-2.5, 1.0, 2.9);
         let model = LandmarkModel::default();

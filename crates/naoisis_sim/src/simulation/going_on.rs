@@ -22,7 +22,6 @@ use naoisis_core::communication::Outbox;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::events::StampedEvent;
 use naoisis_core::geometry::{Pose, wrap_angle};
-use naoisis_core::pitch::Pitch;
 use naoisis_core::referee::RefereeMemory;
 use naoisis_core::robot::head::{HeadAngles, HeadCommand};
 use naoisis_core::robot::kick::KickCommand;
@@ -55,16 +54,15 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
 /// # Errors
 /// [`ScenarioFault`] that names the first that is missing.
 fn check_plugins(world: &World) -> Result<(), ScenarioFault> {
-    // Its systems have no resource of their own; but it registers types.
+    // Plugins without a resource that is theirs alone are known by a type that they register.
     let types = world.get_resource::<AppTypeRegistry>();
-    let has_robots = types.is_some_and(|types| types.read().contains(TypeId::of::<Velocity>()));
+    let has_type = |id: TypeId| types.is_some_and(|types| types.read().contains(id));
     let needed = [
         ("CyclePlugin", world.contains_resource::<CycleClock>()),
         ("EventsPlugin", world.contains_resource::<Messages<StampedEvent>>()),
         ("MatchPlugin", world.contains_resource::<SensorRegistry>()),
         ("CustomRulesPlugin", world.contains_resource::<RuleRegistry>()),
-        ("PitchPlugin", world.contains_resource::<Pitch>()),
-        ("RobotPlugin", has_robots),
+        ("RobotPlugin", has_type(TypeId::of::<Velocity>())),
         ("CollisionPlugin", world.contains_resource::<Contacts>()),
         ("BehaviourPlugin", world.contains_resource::<BehaviourRegistry>()),
         ("RefereePlugin", world.contains_resource::<RefereeMemory>()),

@@ -78,7 +78,7 @@ use naoisis_sensing::sensing::SensingPlugin;
 /// | [`EventsPlugin`] | [what happens in a cycle](naoisis_core::events), as a resource and as messages | no match can be started |
 /// | [`MatchPlugin`] | [sensors](sensors) of the program's own, [events](triggers) for observers | no match can be started |
 /// | [`CustomRulesPlugin`](rules::CustomRulesPlugin) | [rules](rules) of the program's own | no match can be started |
-/// | [`PitchPlugin`] | the pitch | no match can be started |
+/// | [`PitchPlugin`] | the pitch, before there is a match | each match still brings its pitch |
 /// | [`RobotPlugin`] | robots that walk, turn their heads, kick and fall | no match can be started |
 /// | [`BallPlugin`] | a ball that rolls | the ball rests where it is, unless a robot or post pushes it |
 /// | [`CollisionPlugin`] | collisions; robots and ball move to where a cycle takes them | no match can be started |

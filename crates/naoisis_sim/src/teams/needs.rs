@@ -5,7 +5,6 @@ use bevy::prelude::*;
 use naoisis_core::behaviour::BehaviourPlugin;
 use naoisis_core::communication::CommunicationPlugin;
 use naoisis_core::cycle::CyclePlugin;
-use naoisis_core::pitch::PitchPlugin;
 use naoisis_core::referee::RefereePlugin;
 use naoisis_core::robot::RobotPlugin;
 use naoisis_sensing::belief::SimpleBeliefPlugin;
@@ -14,7 +13,6 @@ use naoisis_sensing::sensing::SensingPlugin;
 /// Whether the app has the plugins of what the built-in behaviours read and command.
 pub(super) fn are_met(app: &App) -> bool {
     app.is_plugin_added::<CyclePlugin>()
-        && app.is_plugin_added::<PitchPlugin>()
         && app.is_plugin_added::<RobotPlugin>()
         && app.is_plugin_added::<SensingPlugin>()
         && app.is_plugin_added::<CommunicationPlugin>()

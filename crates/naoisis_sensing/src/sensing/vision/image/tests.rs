@@ -123,9 +123,14 @@ fn robots_are_found_by_their_waistbands_with_team_and_distance() {
 fn robots_of_a_mixed_team_are_each_located_by_a_band_of_their_own_kind() {
     #[derive(serde::Deserialize)]
     struct Model {
+        settings: Settings,
+    }
+    #[derive(serde::Deserialize)]
+    struct Settings {
         body: Body,
     }
-    let Model { body: k1 } = ron::from_str(include_str!("../../../../../../assets/robots/booster_k1.ron")).unwrap();
+    let model: Model = ron::from_str(include_str!("../../../../../../assets/robots/booster_k1.ron")).unwrap();
+    let k1 = model.settings.body;
     let nao = Body::default();
     // As long as it takes all for one kind, it is far off.
     let of_both = ObjectModel::new(&Pitch::default(), 0.03).with_robots([(Team::Pink, &nao), (Team::Pink, &k1)]);
