@@ -1,9 +1,12 @@
 //! Messages that get through, late, or not at all.
 
 use super::*;
+use crate::collision::CollisionPlugin;
 use crate::cycle::CyclePlugin;
 use crate::cycle::run_cycle;
 use crate::events::EventsPlugin;
+use crate::pitch::PitchPlugin;
+use crate::referee::RefereePlugin;
 use crate::robot::RobotPlugin;
 use crate::team::Team;
 
@@ -12,9 +15,17 @@ const NOTHING: Option<TeamMessage> = None;
 /// Three blue robots and a pink one, a metre apart along x, that only talk.
 fn talking_app(settings: MessageSettings) -> (App, [Entity; 4]) {
     let mut app = App::new();
-    app.add_plugins((CyclePlugin::default(), EventsPlugin, RobotPlugin, CommunicationPlugin))
-        .insert_resource(settings)
-        .init_resource::<crate::game::Game>();
+    app.add_plugins((
+        CyclePlugin::default(),
+        EventsPlugin,
+        PitchPlugin,
+        RobotPlugin,
+        CollisionPlugin,
+        RefereePlugin,
+        CommunicationPlugin,
+    ))
+    .insert_resource(settings)
+    .init_resource::<crate::game::Game>();
     let ids = [(Team::Blue, 1), (Team::Blue, 2), (Team::Blue, 3), (Team::Pink, 1)];
     let mut x = -1.0;
     let robots = ids.map(|(team, number)| {
