@@ -12,7 +12,10 @@
 //! app.add_observer(|goal: On<GoalScored>, mut board: ResMut<Scoreboard>| {
 //!     *board = Scoreboard(goal.score.blue, goal.score.pink);
 //! });
-//! app.start_match(&Scenario::named("goal_kick_off")?)?.run_cycles(300);
+//! let rolling = r#"{ "ball": { "position_m": [2.0, 0.0], "velocity_mps": [2.0, 0.0] } }"#;
+//! app.start_match(&Scenario::from_json(rolling)?)?.run_cycles(60);
+//! let board = app.world().resource::<Scoreboard>();
+//! assert_eq!((board.0, board.1), (1, 0));
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
