@@ -47,7 +47,7 @@ def test_bad_steps_are_clear_exceptions():
     with pytest.raises(naoisis.MatchError, match="has not begun"):
         env.step({"blue_1": action, "blue_2": action})
     env.reset(seed=1)
-    with pytest.raises(ValueError, match="none for blue_2"):
+    with pytest.raises(ValueError, match="missing for blue_2"):
         env.step({"blue_1": action})
     with pytest.raises(ValueError, match="expected"):
         env.step({"blue_1": action[:3], "blue_2": action[:3]})
