@@ -76,8 +76,8 @@ use naoisis_sensing::sensing::SensingPlugin;
 /// |---|---|---|
 /// | [`CyclePlugin`] | the [`Cycle`](naoisis_core::cycle::Cycle) schedule, its sets and its clock | no match can be started |
 /// | [`EventsPlugin`] | [what happens in a cycle](naoisis_core::events), as a resource and as messages | no match can be started |
-/// | [`MatchPlugin`] | [sensors](sensors) of the program's own, [events](triggers) for observers | no match can be started |
-/// | [`CustomRulesPlugin`](rules::CustomRulesPlugin) | [rules](rules) of the program's own | no match can be started |
+/// | [`MatchPlugin`] | [sensors] of the program's own, [events](triggers) for observers | no match can be started |
+/// | [`CustomRulesPlugin`](rules::CustomRulesPlugin) | [rules] of the program's own | no match can be started |
 /// | [`PitchPlugin`] | the pitch, before there is a match | each match still brings its pitch |
 /// | [`RobotPlugin`] | robots that walk, turn their heads, kick and fall | no match can be started |
 /// | [`BallPlugin`] | a ball that rolls | the ball rests where it is, unless a robot or post pushes it |
