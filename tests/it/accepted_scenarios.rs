@@ -134,16 +134,24 @@ fn latency() -> impl Strategy<Value = Latency> {
 fn falls() -> impl Strategy<Value = FallModel> {
     let collisions = (within(0.0..=10.0), within(0.0..=10.0))
         .prop_map(|(one, other)| Some(CollisionFalls { from_mps: one.min(other), certain_mps: one.max(other) }));
-    let get_up = (mostly(None, within(0.0..=5.0).prop_map(Some)), within(0.0..=1.0));
-    (within(0.0..=1000.0), within(0.0..=1.0), mostly(None, collisions), get_up).prop_map(
-        |(falls_per_min, kick_probability, collisions, (get_up_s, get_up_failure))| FallModel {
-            falls_per_min,
-            kick_probability,
-            collisions,
-            get_up_s,
-            get_up_failure,
-        },
-    )
+    let duration = || mostly(None, within(0.0..=5.0).prop_map(Some));
+    let probability = || within(0.0..=1.0);
+    let rates = (within(0.0..=1000.0), within(0.0..=1000.0), within(0.0..=3.0));
+    let falls = (rates, probability(), mostly(None, collisions), mostly(None, probability().prop_map(Some)));
+    let get_up = (probability(), duration(), duration(), probability(), probability());
+    (falls, get_up).prop_map(|((rates, kick_probability, collisions, trip_probability), get_up)| FallModel {
+        falls_per_min: rates.0,
+        contact_falls_per_min: rates.1,
+        kick_probability,
+        collisions,
+        trip_probability,
+        spread: rates.2,
+        on_back_share: get_up.0,
+        get_up_s: get_up.1,
+        get_up_from_back_s: get_up.2,
+        get_up_failure: get_up.3,
+        get_up_failure_in_contact: get_up.4,
+    })
 }
 
 fn gait() -> impl Strategy<Value = Gait> {

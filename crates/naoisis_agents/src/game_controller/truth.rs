@@ -98,12 +98,13 @@ pub(super) fn true_report(
 mod tests {
     use super::*;
     use core::f32::consts::FRAC_PI_2;
+    use naoisis_core::robot::posture::LyingOn;
     use std::net::Ipv4Addr;
 
     #[test]
     fn where_a_robot_is_is_said_as_its_team_sees_the_pitch() {
         let (pose, ball) = (Pose::new(1.0, 0.5, FRAC_PI_2), Some(Vec2::new(1.0, 2.5)));
-        let report = |own_end| true_report(pose, Posture::Fallen { cycles: 3 }, ball, own_end, 2.0);
+        let report = |own_end| true_report(pose, Posture::Fallen { cycles: 3, on: LyingOn::Front }, ball, own_end, 2.0);
         let (blue, pink) = (report(End::NegativeX), report(End::PositiveX));
         assert_eq!((blue.pose, blue.fallen, blue.ball_age_s), (pose, true, Some(0.0)));
         assert!(pink.pose.position.distance(Vec2::new(-1.0, -0.5)) < 1e-6, "{pink:?}");

@@ -6,7 +6,6 @@
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
 
 pub mod ball;
 pub mod ball_obstacle;
@@ -16,10 +15,9 @@ pub mod robots;
 
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS, RollingBall};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
-use crate::events::{CollisionPartner, CollisionType, CycleEvents, MatchEvent};
+use crate::events::{CollisionPartner, CollisionType, Contacts, CycleEvents, MatchEvent};
 use crate::game::{Penalty, Rules};
 use crate::geometry::{Pose, wrap_angle};
-use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
 use crate::robot::body::{Body, BodyBox};
 use crate::robot::motion::MotionLimits;
@@ -35,45 +33,7 @@ pub struct CollisionPlugin;
 
 impl Plugin for CollisionPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Contacts>()
-            .register_type::<Contacts>()
-            .add_systems(Cycle, collide.in_set(CycleSystems::Collide));
-    }
-}
-
-/// The contacts of the last cycle, so that a collision is reported once, when the contact begins.
-#[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Resource, Serialize, Deserialize, @Knowledge::Truth)]
-pub struct Contacts {
-    touching: Vec<(Option<RobotId>, CollisionPartner)>,
-}
-
-impl Contacts {
-    /// The robots whose bases the ball touched in the last cycle, in the order in which it touched them.
-    pub(crate) fn robots_at_ball(&self) -> impl DoubleEndedIterator<Item = RobotId> + '_ {
-        self.touching.iter().filter(|(_, with)| *with == CollisionPartner::Ball).filter_map(|(robot, _)| *robot)
-    }
-
-    /// The pairs of robots that touched in the last cycle, in the order of their ids.
-    pub(crate) fn robots_in_contact(&self) -> impl Iterator<Item = (RobotId, RobotId)> + '_ {
-        self.touching.iter().filter_map(|(robot, with)| match with {
-            CollisionPartner::Robot(other) => robot.map(|robot| (robot, *other)),
-            _ => None,
-        })
-    }
-
-    /// Updates the contacts, and retains the `collisions` that began in this cycle.
-    fn update(&mut self, collisions: &mut Vec<Collision>) {
-        let mut began = Vec::new();
-        core::mem::swap(&mut began, collisions);
-        let touching: Vec<_> = began.iter().map(|collision| (collision.robot, collision.with)).collect();
-        for (index, collision) in began.into_iter().enumerate() {
-            let pair = touching[index];
-            if !self.touching.contains(&pair) && !touching[..index].contains(&pair) {
-                collisions.push(collision);
-            }
-        }
-        self.touching = touching;
+        app.add_systems(Cycle, collide.in_set(CycleSystems::Collide));
     }
 }
 
@@ -151,8 +111,9 @@ fn collide(
         velocity.0 = end.velocity;
     }
     scratch.describe_collisions(duration);
-    contacts.update(&mut scratch.collisions);
-    events.extend(scratch.collisions.drain(..).map(|collision| MatchEvent::Collision {
+    let began = contacts.update(scratch.collisions.iter().map(|collision| (collision.robot, collision.with)));
+    let collisions = began.iter().map(|index| scratch.collisions[*index]);
+    events.extend(collisions.map(|collision| MatchEvent::Collision {
         robot: collision.robot,
         with: collision.with,
         collision_type: collision.collision_type,

@@ -29,9 +29,13 @@ impl KickResult {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FallCause {
-    /// A collision with another robot.
+    /// A collision with another robot, when the contact begins.
     #[default]
     Collision,
+    /// Contact with another robot that lasts.
+    Contact,
+    /// Walking into a robot that lies on the ground.
+    Tripping,
     /// Loss of balance in walking.
     Walking,
     /// Loss of balance in a kick.

@@ -28,9 +28,11 @@
 //!
 //! For observers, the start and end of a match, goals, kicks, falls and penalties are events: see `naoisis::simulation::triggers`.
 
+mod contacts;
 mod details;
 mod mistake_kind;
 
+pub use contacts::Contacts;
 pub use details::{
     AgentLoss, BoundaryLine, CollisionPartner, CollisionType, CommandKind, DisallowedGoal, FallCause, KickMiss,
     KickResult, LARGEST_COMMAND, Refusal,
@@ -58,6 +60,8 @@ impl Plugin for EventsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<CycleEvents>()
             .register_type::<CycleEvents>()
+            .init_resource::<Contacts>()
+            .register_type::<Contacts>()
             .add_message::<StampedEvent>()
             .add_systems(
                 Cycle,

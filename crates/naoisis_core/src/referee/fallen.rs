@@ -76,6 +76,7 @@ pub fn judge(get_up: &GetUp, snapshot: &MatchSnapshot, robot: &RobotSnapshot) ->
 mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
+    use crate::robot::posture::LyingOn;
     use crate::team::{RobotId, Team};
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
@@ -86,13 +87,16 @@ mod tests {
         let mut situation = MatchFixture::three_a_side();
         situation.rules.fallen = true;
         situation.rules.get_up_attempts = Some(2);
-        situation.robot_mut(BLUE2).posture = Posture::Fallen { cycles: 1 };
+        situation.robot_mut(BLUE2).posture = Posture::Fallen { cycles: 1, on: LyingOn::Front };
         situation
     }
 
     /// It tries to get up, and falls back. Whether it is penalised.
     fn tries(situation: &mut MatchFixture) -> bool {
-        for posture in [Posture::GettingUp { cycles: 1000, cycles_left: 1 }, Posture::Fallen { cycles: 1001 }] {
+        for posture in [
+            Posture::GettingUp { on: LyingOn::Front, cycles: 1000, cycles_left: 1 },
+            Posture::Fallen { cycles: 1001, on: LyingOn::Front },
+        ] {
             situation.robot_mut(BLUE2).posture = posture;
             situation.pass();
         }
@@ -107,7 +111,7 @@ mod tests {
         touched.pass();
         // Who only lies is not disturbed.
         assert!(!touched.memory.robots[1].get_up.is_disturbed);
-        touched.robot_mut(BLUE2).posture = Posture::GettingUp { cycles: 900, cycles_left: 1 };
+        touched.robot_mut(BLUE2).posture = Posture::GettingUp { on: LyingOn::Front, cycles: 900, cycles_left: 1 };
         touched.pass();
         touched.contacts.clear();
         assert_eq!([(); 3].map(|()| tries(&mut touched)), [false, false, true]);

@@ -115,6 +115,8 @@ fn announcement(event: &MatchEvent) -> Option<String> {
             let why = match cause {
                 FallCause::Collision => format!("a collision at {speed_mps:.2} m/s"),
                 FallCause::Walking => format!("walking at {speed_mps:.2} m/s"),
+                FallCause::Contact => "contact with another robot".to_owned(),
+                FallCause::Tripping => format!("tripping over a robot at {speed_mps:.2} m/s"),
                 FallCause::Kick => "a kick".to_owned(),
                 FallCause::GettingUp => "getting up".to_owned(),
             };

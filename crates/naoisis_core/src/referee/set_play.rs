@@ -125,10 +125,18 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
             }
             _ => "During a free kick and before the ball is in play at a kick-off, the other team keeps away from it.",
         };
-        let distance = robot.pose.position.distance(set_play.ball_m);
-        snapshot
-            .evidence_against(rule, robot)
-            .with_measurement("m from the ball", distance, snapshot.rules.free_kick_distance_m)
-            .otherwise(if touched { "It must not touch the ball." } else { "It had to stay away, or leave in time." })
+        let place = robot.pose.position;
+        let radius = snapshot.pitch.centre_circle_diameter_m / 2.0;
+        let ahead = in_team_frame(snapshot.game.own_end(robot.id.team), place).x;
+        let (quantity, value, limit) = match set_play.kind {
+            SetPlayKind::KickOff if place.length() >= radius && ahead > 0.0 => ("m into the other half", ahead, 0.0),
+            SetPlayKind::KickOff => ("m from the centre mark", place.length(), radius),
+            _ => ("m from the ball", place.distance(set_play.ball_m), snapshot.rules.free_kick_distance_m),
+        };
+        snapshot.evidence_against(rule, robot).with_measurement(quantity, value, limit).otherwise(if touched {
+            "It must not touch the ball."
+        } else {
+            "It had to stay away, or leave in time."
+        })
     })
 }

@@ -12,10 +12,9 @@ use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::status::{GameStatus, SetPlayStatus};
 use super::touch::touches_of_cycle;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
-use crate::collision::Contacts;
 use crate::communication::{MessageLimits, MessageSettings, MessageStatistics};
 use crate::cycle::CycleClock;
-use crate::events::{CycleEvents, MatchEvent};
+use crate::events::{Contacts, CycleEvents, MatchEvent};
 use crate::game::{
     Game, GameState, Interventions, KickOffProcedure, OutsideReferee, Penalty, Rules, SetPlay, SetPlayKind,
 };

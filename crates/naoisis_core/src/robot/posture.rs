@@ -24,6 +24,17 @@ pub enum PostureRequest {
 #[reflect(Component, @Knowledge::Command)]
 pub struct PostureCommand(pub Option<PostureRequest>);
 
+/// The side of the body on which a fallen robot lies.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LyingOn {
+    /// Face down.
+    #[default]
+    Front,
+    /// Face up.
+    Back,
+}
+
 /// The posture of a robot.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
@@ -35,9 +46,13 @@ pub enum Posture {
     Fallen {
         /// Cycles since it fell.
         cycles: u64,
+        /// The side of the body that is down.
+        on: LyingOn,
     },
     /// Getting up.
     GettingUp {
+        /// The side of the body that was down.
+        on: LyingOn,
         /// Cycles since it fell.
         cycles: u64,
         /// Cycles until it stands.
@@ -65,10 +80,28 @@ impl Posture {
         self == Posture::Upright
     }
 
+    /// The posture of a robot that has just fallen on the side `on`.
+    pub fn fallen(on: LyingOn) -> Posture {
+        Posture::Fallen { cycles: 0, on }
+    }
+
+    /// The side of the body that is down, or was until the robot began to get up.
+    pub fn lying_on(self) -> Option<LyingOn> {
+        match self {
+            Posture::Fallen { on, .. } | Posture::GettingUp { on, .. } => Some(on),
+            Posture::Upright | Posture::Diving { .. } => None,
+        }
+    }
+
+    /// Whether the robot lies on the ground. One that gets up or dives does not.
+    pub fn is_fallen(self) -> bool {
+        matches!(self, Posture::Fallen { .. })
+    }
+
     /// Cycles since the fall, if the robot lies or gets up.
     pub fn cycles_down(self) -> Option<u64> {
         match self {
-            Posture::Fallen { cycles } | Posture::GettingUp { cycles, .. } => Some(cycles),
+            Posture::Fallen { cycles, .. } | Posture::GettingUp { cycles, .. } => Some(cycles),
             Posture::Upright | Posture::Diving { .. } => None,
         }
     }
@@ -88,17 +121,17 @@ impl Posture {
                 Posture::Diving { side, cycles_left: dive_cycles, blocks: true }
             }
             (Posture::Upright, _) => Posture::Upright,
-            (Posture::Diving { cycles_left: 0, .. }, _) => Posture::Fallen { cycles: 1 },
+            (Posture::Diving { cycles_left: 0, .. }, _) => Posture::Fallen { cycles: 1, on: LyingOn::Front },
             (Posture::Diving { side, cycles_left, blocks }, _) => {
                 Posture::Diving { side, cycles_left: cycles_left - 1, blocks }
             }
-            (Posture::Fallen { cycles }, Some(PostureRequest::GetUp)) => {
-                Posture::GettingUp { cycles: cycles + 1, cycles_left: get_up_cycles }
+            (Posture::Fallen { cycles, on }, Some(PostureRequest::GetUp)) => {
+                Posture::GettingUp { on, cycles: cycles + 1, cycles_left: get_up_cycles }
             }
-            (Posture::Fallen { cycles }, _) => Posture::Fallen { cycles: cycles + 1 },
+            (Posture::Fallen { cycles, on }, _) => Posture::Fallen { cycles: cycles + 1, on },
             (Posture::GettingUp { cycles_left: 0, .. }, _) => Posture::Upright,
-            (Posture::GettingUp { cycles, cycles_left }, _) => {
-                Posture::GettingUp { cycles: cycles + 1, cycles_left: cycles_left - 1 }
+            (Posture::GettingUp { on, cycles, cycles_left }, _) => {
+                Posture::GettingUp { on, cycles: cycles + 1, cycles_left: cycles_left - 1 }
             }
         }
     }
@@ -139,11 +172,11 @@ mod tests {
 
     #[test]
     fn a_fallen_robot_lies_until_it_is_told_to_get_up_which_takes_its_time() {
-        let mut posture = Posture::Fallen { cycles: 0 };
+        let mut posture = Posture::fallen(LyingOn::Back);
         for _ in 0..10 {
             posture = posture.advance(None, 5, 3);
         }
-        assert_eq!(posture, Posture::Fallen { cycles: 10 });
+        assert_eq!(posture, Posture::Fallen { cycles: 10, on: LyingOn::Back });
         posture = posture.advance(Some(PostureRequest::GetUp), 5, 3);
         let mut cycles = 0;
         while !posture.is_upright() {
@@ -164,17 +197,20 @@ mod tests {
         for _ in 0..4 {
             posture = posture.advance(Some(PostureRequest::GetUp), 5, 3);
         }
-        assert_eq!((posture, posture.strip(&Body::default(), 0.5)), (Posture::Fallen { cycles: 1 }, None));
+        assert_eq!(
+            (posture, posture.strip(&Body::default(), 0.5)),
+            (Posture::Fallen { cycles: 1, on: LyingOn::Front }, None)
+        );
     }
 
     #[test]
     fn a_lying_body_is_low_and_any_other_as_it_is_on_its_feet() {
         let tall = Body { height_m: 1.2, ..Body::default() };
         for body in [Body::default(), tall] {
-            let lying = body.in_posture(Posture::Fallen { cycles: 0 });
+            let lying = body.in_posture(Posture::fallen(LyingOn::Front));
             assert!(lying.height_m < 0.2 && lying.torso.z_m[1] < 0.2);
             assert_eq!((lying.torso.x_m, lying.base.half_width_m), (body.torso.x_m, body.base.half_width_m));
-            for posture in [Posture::Upright, Posture::GettingUp { cycles: 9, cycles_left: 1 }] {
+            for posture in [Posture::Upright, Posture::GettingUp { on: LyingOn::Back, cycles: 9, cycles_left: 1 }] {
                 assert_eq!(body.in_posture(posture), body);
             }
         }

@@ -7,7 +7,8 @@ use super::{Laboratory, MeasuredQuantity, TRIED, TrialError, mean_of};
 use naoisis_core::events::{CollisionPartner, FallCause, MatchEvent};
 use naoisis_core::geometry::to_degrees;
 use naoisis_core::kick_geometry::KickType;
-use naoisis_core::robot::falls::{CollisionFalls, fall_probability};
+use naoisis_core::robot::falls::CollisionFalls;
+use naoisis_core::robot::posture::LyingOn;
 use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sim::scenario::RobotModel;
 use naoisis_sim::simulation::MatchApp;
@@ -90,6 +91,12 @@ fn fall(
     Ok(result)
 }
 
+/// The slip of robots that walk straight at each other, so that none passes by.
+fn no_slip() -> Value {
+    json!({ "scale": 1, "scale_sd": 0, "drift_sd_degpm": 0,
+        "error": { "translation_sd_m": 0, "heading_per_metre_sd_deg": 0, "rotation_sd_deg": 0 } })
+}
+
 /// The share of head-on collisions in which the tried robot falls, and the share that its settings give for the
 /// measured speeds. `None` if no collision happened.
 fn collide(
@@ -108,14 +115,11 @@ fn collide(
 
     let walks = json!({ "script": [{ "from_s": 0, "until_s": ALWAYS_S, "walk": [9, 0, 0] }] });
     let (mut collisions, mut fell, mut expected) = (0.0, 0.0, 0.0);
-    // Straight at each other, so that none passes by.
-    let still = json!({ "scale": 1, "scale_sd": 0, "drift_sd_degpm": 0,
-        "error": { "translation_sd_m": 0, "heading_per_metre_sd_deg": 0, "rotation_sd_deg": 0 } });
     let motion = laboratory.scenario(json!({}))?.motion;
     let has_gait = motion.gait.is_some();
     let meet_s = BEGINNING_S + APART_M / motion.max_linear_mps.max(1e-3);
     let turns_degps = turns_degps(laboratory)?;
-    let gait = if has_gait { json!({ "slip": still }) } else { Value::Null };
+    let gait = if has_gait { json!({ "slip": no_slip() }) } else { Value::Null };
     for seed in 1..=repetitions {
         laboratory.begin(json!({
             "seed": seed, "ball": null, "cycle_s": CYCLE_S, "falls": { "falls_per_min": 0 },
@@ -133,7 +137,7 @@ fn collide(
                     MatchEvent::Collision { speed_mps, with: CollisionPartner::Robot(_), .. } if !met => {
                         met = true;
                         collisions += 1.0;
-                        expected += f64::from(fall_probability(*speed_mps, falls.from_mps, falls.certain_mps));
+                        expected += f64::from(falls.probability(*speed_mps));
                     }
                     MatchEvent::Fall { robot, cause: FallCause::Collision, .. } if *robot == TRIED => fell += 1.0,
                     _ => {}
@@ -143,6 +147,49 @@ fn collide(
         });
     }
     Ok((collisions > 0.0).then_some([fell / collisions, expected / collisions]))
+}
+
+/// Counts falls of two robots that press against each other until one falls: the falls, and the time of contact, s, added up over
+/// both robots.
+fn press(laboratory: &mut Laboratory, contact_falls_per_min: f32, repetitions: u32) -> Result<[f64; 2], TrialError> {
+    /// The distance at the start, m: little, so that they meet at once.
+    const APART_M: f32 = 0.6;
+    const CYCLE_S: f64 = 0.1;
+    const MOST_S: f64 = 120.0;
+
+    let walks = json!({ "script": [{ "from_s": 0, "until_s": MOST_S, "walk": [9, 0, 0] }] });
+    let gait =
+        if laboratory.scenario(json!({}))?.motion.gait.is_some() { json!({ "slip": no_slip() }) } else { Value::Null };
+    let turns_degps = turns_degps(laboratory)?;
+    let (mut fell, mut touched_s) = (0.0, 0.0);
+    for seed in 1..=repetitions {
+        laboratory.begin(json!({
+            "seed": seed, "ball": null, "cycle_s": CYCLE_S,
+            "falls": { "falls_per_min": 0, "contact_falls_per_min": contact_falls_per_min, "collisions": { "from_mps": 100, "certain_mps": 100 }, "spread": 0 },
+            "motion": { "gait": gait, "max_angular_degps": turns_degps },
+            "robots": [
+                { "team": "blue", "number": 1, "pose": [0, 0, 0], "behaviour": walks },
+                { "team": "pink", "number": 1, "pose": [APART_M, 0, 180], "behaviour": walks },
+            ],
+        }))?;
+        let mut touching = false;
+        laboratory.app.run_until(laboratory.cycles(MOST_S), |app| {
+            for event in app.events() {
+                match event {
+                    MatchEvent::Collision { with: CollisionPartner::Robot(_), .. } => touching = true,
+                    MatchEvent::Fall { cause: FallCause::Contact, .. } => {
+                        touched_s += 2.0 * CYCLE_S;
+                        fell += 1.0;
+                        return true;
+                    }
+                    _ => {}
+                }
+            }
+            touched_s += if touching { 2.0 * CYCLE_S } else { 0.0 };
+            false
+        });
+    }
+    Ok([fell, touched_s])
 }
 
 /// Measures how often robots fall, and how they get up.
@@ -156,17 +203,22 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let main_kick = scenario.kicks.get(KickType::LeftStraight).map(|_| KickType::LeftStraight);
     let main_kick = main_kick.or(scenario.kicks.strongest());
     let cycles = TIME_S * repetitions.max(2);
-    let often = json!({ "falls_per_min": OFTENER * real.falls_per_min, "get_up_failure": 0 });
+    let often = json!({ "falls_per_min": OFTENER * real.falls_per_min, "spread": 0, "get_up_failure": 0 });
     let walking = json!({ "walk": [9, 0, 0] });
     let falls = fall(&mut laboratory, walking.clone(), often, 1.0, FallCause::Walking, cycles)?;
-    let gets_up = json!({ "falls_per_min": 60, "get_up_failure": 0 });
-    let ups = fall(&mut laboratory, walking.clone(), gets_up, 0.1, FallCause::Walking, cycles / 5)?;
-    let at_once = json!({ "falls_per_min": 1000, "get_up_s": 0 });
+    let mut got_up_s = Vec::new();
+    for on in [LyingOn::Front, LyingOn::Back] {
+        let on_back_share = f32::from(u8::from(on == LyingOn::Back));
+        let gets_up = json!({ "falls_per_min": 60, "spread": 0, "on_back_share": on_back_share, "get_up_failure": 0 });
+        let ups = fall(&mut laboratory, walking.clone(), gets_up, 0.1, FallCause::Walking, cycles / 5)?;
+        got_up_s.push((on, ups.got_up_s));
+    }
+    let at_once = json!({ "falls_per_min": 1000, "spread": 0, "get_up_s": 0, "get_up_from_back_s": 0 });
     let tries = fall(&mut laboratory, walking, at_once, 0.1, FallCause::Walking, cycles)?;
     let mut kicks = None;
     if let Some(kick) = main_kick {
         let kicking = json!({ "kick": { "type": kick.name() } });
-        let at_once = json!({ "falls_per_min": 0, "get_up_s": 0, "get_up_failure": 0 });
+        let at_once = json!({ "falls_per_min": 0, "get_up_s": 0, "get_up_from_back_s": 0, "get_up_failure": 0 });
         kicks = Some(fall(&mut laboratory, kicking, at_once, 0.1, FallCause::Kick, cycles)?);
     }
 
@@ -174,10 +226,25 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         Some(falls) if has_walk => collide(&mut laboratory, falls, COLLISIONS * repetitions)?,
         _ => None,
     };
+    let pressed = if has_walk && real.contact_falls_per_min > 0.0 {
+        Some(press(&mut laboratory, real.contact_falls_per_min, COLLISIONS * repetitions)?)
+    } else {
+        None
+    };
 
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
     let a_minute = 60.0 * falls.falls / falls.walked_s.max(1.0) / f64::from(OFTENER);
-    let get_up_s = real.get_up_s.unwrap_or(scenario.rules.get_up_s);
+    let ups = got_up_s.iter().filter(|_| has_walk).map(|(on, times_s)| {
+        let (name, path) = match on {
+            LyingOn::Back if real.get_up_from_back_s.is_some() => {
+                ("getting up from the back", "falls.get_up_from_back_s")
+            }
+            LyingOn::Back => ("getting up from the back", "falls.get_up_s"),
+            LyingOn::Front => ("getting up from the front", "falls.get_up_s"),
+        };
+        let get_up_s = real.get_up_time_s(*on).unwrap_or(scenario.rules.get_up_s);
+        quantity(name, "s", mean_of(times_s), get_up_s, path).if_seen(times_s.len() as f64, NOBODY_GOT_UP)
+    });
     let quantities = [
         has_walk.then(|| {
             let path = "falls.falls_per_min";
@@ -193,16 +260,17 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             let path = "falls.collisions";
             quantity("head-on collisions in which it falls", "", fell, expected as f32, path).if_seen(fell, NOBODY_FELL)
         }),
-        // Who does not walk does not fall in these trials.
-        has_walk.then(|| {
-            quantity("getting up", "s", mean_of(&ups.got_up_s), get_up_s, "falls.get_up_s")
-                .if_seen(ups.got_up_s.len() as f64, NOBODY_GOT_UP)
+        pressed.map(|[fell, touched_s]| {
+            let (rate, path) = (60.0 * fell / touched_s.max(1.0), "falls.contact_falls_per_min");
+            quantity("falls in a minute of contact", "", rate, real.contact_falls_per_min, path)
+                .if_seen(fell, NOBODY_FELL)
         }),
+        // A robot that does not walk does not fall in these trials.
         has_walk.then(|| {
             let share = tries.fell_back / (tries.fell_back + tries.got_up_s.len() as f64).max(1.0);
             quantity("tries to get up that fail", "", share, real.get_up_failure, "falls.get_up_failure")
                 .if_seen(tries.fell_back, "no try failed in so few repetitions")
         }),
     ];
-    Ok(quantities.into_iter().flatten().collect())
+    Ok(quantities.into_iter().flatten().chain(ups).collect())
 }

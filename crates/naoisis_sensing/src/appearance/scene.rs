@@ -13,7 +13,7 @@ use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::{Markings, Pitch, Post};
 use naoisis_core::robot::body::{Body, BodyBox};
 use naoisis_core::robot::head::HeadAngles;
-use naoisis_core::robot::posture::Posture;
+use naoisis_core::robot::posture::{LyingOn, Posture};
 use naoisis_core::team::RobotId;
 
 /// The state of the pitch at one instant, pitch frame. As a resource, it is what the sensors of this cycle measure.
@@ -159,14 +159,15 @@ pub fn world_from_body(pose: Pose, posture: Posture, body: &Body) -> Affine3A {
     let tilted = |tilt: Mat3, middle: Vec3| {
         standing * Affine3A::from_mat3_translation(tilt, middle) * Affine3A::from_translation(Vec3::NEG_Z * middle_m)
     };
-    let forward = |share: f32| {
+    let lying = |on: LyingOn, share: f32| {
         let height = lying_middle_m + (1.0 - share) * (middle_m - lying_middle_m);
-        tilted(about_y(share * FRAC_PI_2), Vec3::Z * height)
+        let forward = if on == LyingOn::Front { share } else { -share };
+        tilted(about_y(forward * FRAC_PI_2), Vec3::Z * height)
     };
     match posture {
         Posture::Upright => standing,
-        Posture::Fallen { .. } => forward(1.0),
-        Posture::GettingUp { cycles_left, .. } => forward((cycles_left as f32 / GETTING_UP_CYCLES).min(1.0)),
+        Posture::Fallen { on, .. } => lying(on, 1.0),
+        Posture::GettingUp { on, cycles_left, .. } => lying(on, (cycles_left as f32 / GETTING_UP_CYCLES).min(1.0)),
         Posture::Diving { side, .. } => {
             let sign = if side == Side::Left { 1.0 } else { -1.0 };
             tilted(about_x(-sign * FRAC_PI_2), Vec3::new(0.0, sign * middle_m, aside_middle_m))
@@ -182,13 +183,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fallen_robot_lies_on_its_face_and_a_diver_beside_its_place() {
+    fn a_fallen_robot_lies_before_or_behind_its_place_and_a_diver_beside_its_place() {
         let pose = Pose::new(1.0, 2.0, 0.0);
         let head = |posture| world_from_body(pose, posture, &Body::default()).transform_point3(Vec3::Z * 0.55);
         assert!(head(Posture::Upright).abs_diff_eq(Vec3::new(1.0, 2.0, 0.55), 1e-6));
         // Half of the body lies before the place, which is 0.55 - 0.2865 = 0.2635 m.
-        let fallen = head(Posture::Fallen { cycles: 3 });
+        let fallen = head(Posture::fallen(LyingOn::Front));
         assert!(fallen.abs_diff_eq(Vec3::new(1.2635, 2.0, 0.075), 1e-4), "{fallen}");
+        let on_its_back = head(Posture::fallen(LyingOn::Back));
+        assert!(on_its_back.abs_diff_eq(Vec3::new(0.7365, 2.0, 0.075), 1e-4), "{on_its_back}");
         let dive = Posture::Diving { side: Side::Right, cycles_left: 3, blocks: true };
         assert!((head(dive) - Vec3::new(1.0, 1.45, 0.15)).length() < 1e-4, "{}", head(dive));
     }

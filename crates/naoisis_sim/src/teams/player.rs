@@ -227,6 +227,15 @@ impl<'a> Player<'a> {
         memory.kicked_at_s.is_some_and(|then| (0.0..until_s).contains(&(self.status.time_s - then)))
     }
 
+    /// The greatest speed from which the player can stop within `distance_m`, m/s, with the delay of its commands and of a step. A
+    /// player without a gait stops at once.
+    pub fn speed_to_stop_within_mps(&self, distance_m: f32) -> f32 {
+        let Some(gait) = &self.limits.gait else { return f32::INFINITY };
+        let (delay_s, distance_m) = (self.latency.walk_s + gait.step_s, distance_m.max(0.0));
+        let brake_mps2 = gait.acceleration_mps2;
+        brake_mps2 * ((delay_s * delay_s + 2.0 * distance_m / brake_mps2).sqrt() - delay_s)
+    }
+
     /// The obstacles: robots, posts, and what else the sonars detect. The ball is not among them.
     pub fn obstacles(&self) -> Obstacles {
         let mut obstacles = Obstacles::default();

@@ -16,6 +16,10 @@ use naoisis_sensing::sensing::status::BodyStatus;
 /// The margin to the distance that the rules require at the opponents' free kick, m: the believed places of the player and of the ball
 /// are not exact.
 const DISTANCE_MARGIN_M: f32 = 0.35;
+/// The distance that a player keeps from the centre circle at the opponents' kick-off, m.
+const CIRCLE_MARGIN_M: f32 = 0.2;
+/// A player walks away from the circle if it is nearer than this, m.
+const CIRCLE_SWAY_M: f32 = 0.05;
 /// The distance that a field player keeps from its own penalty area, m.
 const AREA_MARGIN_M: f32 = 0.05;
 /// A field player leaves when it is nearer than [`AREA_MARGIN_M`] by this, m: as much as a standing player sways.
@@ -98,15 +102,19 @@ fn is_opponents_kick_off(player: &Player, memory: &PlayerMemory) -> bool {
     player.kick_off_team(memory).is_some_and(|team| team != player.id.team)
 }
 
-/// Stops the player before the centre circle.
+/// Keeps the player outside the centre circle: it brakes before the circle, and walks out if it is inside.
 fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
-    let least = player.pitch.centre_circle_diameter_m / 2.0 + 0.2;
-    let walk = if leads_into(player, &decision.walk, Vec2::ZERO, least) {
-        WalkCommand { dtheta: decision.walk.dtheta, ..default() }
-    } else {
-        decision.walk
-    };
-    Decision { walk, kick: None, ..decision }
+    let radius = player.pitch.centre_circle_diameter_m / 2.0;
+    let decision = Decision { kick: None, ..decision };
+    let away = player.position();
+    if player.limits.gait.is_some() && away.length() < radius + CIRCLE_SWAY_M {
+        let outwards = Vec2::new(away.x.min(0.0), away.y).normalize_or(-Vec2::X);
+        let place = outwards * (radius + CIRCLE_MARGIN_M);
+        // Backwards, with the ball in view.
+        let walk = player.walk_to(place, -outwards, &player.obstacles());
+        return Decision { walk, target: Some(place), ..decision };
+    }
+    Decision { walk: braked(player, decision.walk, Vec2::ZERO, radius + CIRCLE_MARGIN_M), ..decision }
 }
 
 /// Keeps the required distance from the opponents' free kick: the player walks away if it is too near.
@@ -123,6 +131,10 @@ fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
         let place = ball.position_m + outwards * distance;
         let walk = player.walk_to(place, -outwards, &player.obstacles());
         return Decision { walk, target: Some(place), ..decision };
+    }
+    let braked = braked(player, decision.walk, ball.position_m, distance);
+    if braked.translation() != decision.walk.translation() && braked.translation() != Vec2::ZERO {
+        return Decision { walk: braked, ..decision };
     }
     if leads_into(player, &decision.walk, ball.position_m, distance) {
         let facing = (ball.position_m - player.position()).normalize_or(Vec2::X);
@@ -159,6 +171,21 @@ fn after(player: &Player, walk: &WalkCommand) -> Vec2 {
     player.position() + player.forward.rotate(walk.translation())
 }
 
+/// The step `walk`, slower so that the player can stop before it is nearer to `centre` than `radius`, m.
+fn braked(player: &Player, walk: WalkCommand, centre: Vec2, radius: f32) -> WalkCommand {
+    if leads_into(player, &walk, centre, radius) {
+        return WalkCommand { dtheta: walk.dtheta, ..default() };
+    }
+    let away = player.position() - centre;
+    let towards_mps = -player.forward.rotate(walk.translation()).dot(away.normalize_or_zero()) / player.period;
+    let most_mps = player.speed_to_stop_within_mps(away.length() - radius);
+    if towards_mps <= most_mps {
+        return walk;
+    }
+    let slower = walk.translation() * (most_mps / towards_mps);
+    WalkCommand { dx: slower.x, dy: slower.y, dtheta: walk.dtheta }
+}
+
 /// Whether a step leads nearer to `centre`, to a place within `radius` of it, m.
 fn leads_into(player: &Player, walk: &WalkCommand, centre: Vec2, radius: f32) -> bool {
     let (now, then) = (player.position().distance_squared(centre), after(player, walk).distance_squared(centre));
@@ -171,6 +198,8 @@ mod tests {
     use crate::teams::player::tests::PlayerFixture;
     use naoisis_core::game::{Rules, SetPlayKind};
     use naoisis_core::referee::SetPlayStatus;
+    use naoisis_core::robot::gait::Gait;
+    use naoisis_core::robot::motion::MotionLimits;
     use naoisis_core::team::Team;
 
     fn walking(dx: f32, dy: f32) -> Decision {
@@ -195,6 +224,29 @@ mod tests {
         // The own free kick is there to be taken.
         situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Some(Team::Blue) });
         assert!(moved(&situation, walking(0.006, 0.0)).x > -0.5);
+    }
+
+    #[test]
+    fn players_with_a_gait_brake_before_the_circle_and_walk_out_of_it() {
+        let mut situation = PlayerFixture::new(Pose::new(-1.9, 0.0, 0.0), Vec2::ZERO);
+        let gait = Gait { acceleration_mps2: 0.55, step_s: 0.25, ..Gait::default() };
+        situation.limits = MotionLimits { max_linear_mps: 0.6, gait: Some(gait), ..MotionLimits::default() };
+        let memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
+        situation.status.kick_off_team = Team::Pink;
+        let radius = situation.pitch.centre_circle_diameter_m / 2.0;
+        // It follows the braked command a step and a delay late, and brakes with its acceleration: it stops outside.
+        let (mut place, mut speed_mps) = (-radius - 2.0, 0.6_f32);
+        for _ in 0..400 {
+            situation.belief.pose.position.x = place;
+            let walk = apply(&situation.player(), &memory, walking(0.6 / 30.0, 0.0)).walk;
+            let wanted_mps = walk.dx * 30.0;
+            speed_mps = wanted_mps.clamp(speed_mps - 0.55 / 30.0, speed_mps + 0.55 / 30.0);
+            place += speed_mps / 30.0;
+        }
+        assert!(-place > radius + 0.1 && -place < radius + 0.4, "{place}");
+        // Inside, it leaves.
+        situation.belief.pose.position.x = -radius + 0.1;
+        assert!(apply(&situation.player(), &memory, walking(0.0, 0.0)).walk.dx < 0.0);
     }
 
     #[test]

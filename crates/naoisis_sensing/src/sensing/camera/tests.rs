@@ -7,7 +7,7 @@ use naoisis_core::cycle::run_cycle;
 use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStreams;
 use naoisis_core::robot::head::HeadAngles;
-use naoisis_core::robot::posture::Posture;
+use naoisis_core::robot::posture::{LyingOn, Posture};
 use naoisis_core::team::Team;
 
 /// Small images with everything.
@@ -131,7 +131,7 @@ fn images_without_noise_draw_no_random_numbers() {
 fn a_lying_robot_has_no_images() {
     let (mut app, robot, _) = world();
     images(&mut app, robot, small());
-    set(&mut app, robot, Posture::Fallen { cycles: 1 });
+    set(&mut app, robot, Posture::Fallen { cycles: 1, on: LyingOn::Front });
     let images: CameraImages = sense(&mut app, robot);
     assert!(images.cycle.is_none() && images.of(CameraName::TOP).is_empty());
 }

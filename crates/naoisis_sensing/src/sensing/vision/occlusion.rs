@@ -206,7 +206,7 @@ mod tests {
     use naoisis_core::random::RandomStream;
     use naoisis_core::robot::body::Body;
     use naoisis_core::robot::head::HeadAngles;
-    use naoisis_core::robot::posture::Posture;
+    use naoisis_core::robot::posture::{LyingOn, Posture};
     use naoisis_core::team::{RobotId, Team};
 
     const LENS: Vec3 = Vec3::new(0.0539, 0.0, 0.5372);
@@ -302,7 +302,11 @@ mod tests {
             let others: Vec<_> = (0..6)
                 .map(|index| {
                     let upright = robot(Team::Pink, within(-2.0, 2.0), within(-2.0, 2.0), within(-3.0, 3.0));
-                    if index == 0 { upright.in_posture(Posture::Fallen { cycles: 9 }) } else { upright }
+                    if index == 0 {
+                        upright.in_posture(Posture::Fallen { cycles: 9, on: LyingOn::Front })
+                    } else {
+                        upright
+                    }
                 })
                 .collect();
             let post = Post { radius: 0.05, height: 0.8, colour: None };

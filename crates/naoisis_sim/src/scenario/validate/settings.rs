@@ -117,6 +117,7 @@ impl Checks {
 
     pub(super) fn falls(&mut self, path: &FieldPath, falls: &FallModel) {
         self.range(path.field("falls_per_min"), falls.falls_per_min, 0.0..=1000.0, " a minute");
+        self.range(path.field("contact_falls_per_min"), falls.contact_falls_per_min, 0.0..=1000.0, " a minute");
         self.range(path.field("kick_probability"), falls.kick_probability, 0.0..=1.0, "");
         if let Some(CollisionFalls { from_mps, certain_mps }) = falls.collisions {
             let path = path.field("collisions");
@@ -128,10 +129,19 @@ impl Checks {
                 self.push(fault.judged_with([path.field("from_mps")]));
             }
         }
-        if let Some(get_up_s) = falls.get_up_s {
-            self.range(path.field("get_up_s"), get_up_s, 0.0..=600.0, " s");
+        self.range(path.field("spread"), falls.spread, 0.0..=3.0, "");
+        self.range(path.field("on_back_share"), falls.on_back_share, 0.0..=1.0, "");
+        if let Some(probability) = falls.trip_probability {
+            self.range(path.field("trip_probability"), probability, 0.0..=1.0, "");
+        }
+        let times = [("get_up_s", falls.get_up_s), ("get_up_from_back_s", falls.get_up_from_back_s)];
+        for (name, time_s) in times {
+            if let Some(time_s) = time_s {
+                self.range(path.field(name), time_s, 0.0..=600.0, " s");
+            }
         }
         self.range(path.field("get_up_failure"), falls.get_up_failure, 0.0..=1.0, "");
+        self.range(path.field("get_up_failure_in_contact"), falls.get_up_failure_in_contact, 0.0..=1.0, "");
     }
 
     pub(super) fn latency(&mut self, path: &FieldPath, latency: Latency) {

@@ -10,7 +10,7 @@ use naoisis_core::pitch::Pitch;
 use naoisis_core::random::RandomStream;
 use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
-use naoisis_core::robot::posture::Posture;
+use naoisis_core::robot::posture::{LyingOn, Posture};
 use naoisis_core::team::{RobotId, Team};
 
 /// A scene with two robots, one in front of the other, and the ball.
@@ -163,7 +163,8 @@ fn busy_scene(dice: &mut RandomStream, pitch: &Pitch) -> Scene {
     for number in 1..=2 {
         let pose = Pose::new(between(1.5, 3.5), between(-1.5, 1.5), between(-3.0, 3.0));
         let body = SceneRobot::standing(RobotId::new(Team::Pink, number), pose, Body::default());
-        let posture = if between(0.0, 1.0) < 0.2 { Posture::Fallen { cycles: 1 } } else { Posture::Upright };
+        let posture =
+            if between(0.0, 1.0) < 0.2 { Posture::Fallen { cycles: 1, on: LyingOn::Front } } else { Posture::Upright };
         scene.robots.push(body.in_posture(posture));
     }
     if between(0.0, 1.0) < 0.7 {
@@ -210,7 +211,7 @@ fn a_robot_that_lies_down_is_flat() {
     let mut scene = scene();
     scene.robots.truncate(1);
     let standing = SceneRobot::standing(scene.robots[0].id, Pose::new(1.0, 0.0, 0.0), Body::default());
-    scene.robots[0] = standing.in_posture(Posture::Fallen { cycles: 3 });
+    scene.robots[0] = standing.in_posture(Posture::Fallen { cycles: 3, on: LyingOn::Front });
     let (image, view) = (draw(&scene, &view(), RobotDesign::Nao), view());
     let highest = image.labels.iter().position(|&label| label == Label::BlueRobot as u8).unwrap() / 160;
     let top = view.project(Vec3::new(1.0, 0.0, 0.25)).unwrap();

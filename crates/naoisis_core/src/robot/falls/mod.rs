@@ -1,11 +1,12 @@
 //! Falls, getting up, and the goalkeeper's dives, which the paper leaves to future versions (section 4). They happen if the
 //! rules switch them on ([`Rules::falls`], [`Rules::dives`]), and to robots with a [`FallModel`].
 //!
-//! - When two robots collide, each may fall, with a probability that grows with the speed of the collision.
-//! - A robot may lose its balance in walking, more often the faster it walks, and in a kick.
+//! - When two robots collide, each may fall, with a probability that grows with the speed of the collision. While they stay in
+//!   contact, each may fall at a constant rate.
+//! - A robot may lose its balance in walking, more often the faster it walks, in a kick, and when it walks into a robot that lies.
 //! - A fallen robot lies where it stood, with the same footprint. It is low: cameras see over it and sonars do not detect it.
 //!   It neither walks nor kicks, and its cameras and sonars measure nothing.
-//! - It gets up on command, which takes time and may fail.
+//! - It gets up on command, which takes longer from its back, and may fail, more often if another robot touches it.
 //! - A dive blocks a strip beside the robot against the ball for a time. Then the robot lies, as after a fall.
 
 use bevy::ecs::query::QueryData;
@@ -13,19 +14,22 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+pub mod settings;
+
 use super::Roster;
 use super::kick::KickPhase;
 use super::motion::{ExecutedStep, MotionLimits};
-use super::posture::{Posture, PostureCommand, PostureRequest, dive_strip};
+use super::posture::{LyingOn, Posture, PostureCommand, PostureRequest, dive_strip};
 use crate::ball::{Ball, BallPhysics};
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
-use crate::events::{CollisionPartner, CommandKind, CycleEvents, FallCause, MatchEvent, Refusal};
+use crate::events::{CollisionPartner, CommandKind, Contacts, CycleEvents, FallCause, MatchEvent, Refusal};
 use crate::game::{Game, GameState, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
-use crate::random::RandomStreams;
+use crate::random::{RandomStream, RandomStreams};
 use crate::robot::body::Body;
 use crate::team::RobotId;
+pub use settings::{CollisionFalls, FallModel};
 
 /// Executes posture commands in [`ActSystems::Body`]. Robots fall after the collisions and before the referee.
 pub struct FallsPlugin;
@@ -35,7 +39,9 @@ impl Plugin for FallsPlugin {
         app.register_type::<Posture>()
             .register_type::<PostureCommand>()
             .register_type::<FallModel>()
+            .register_type::<FallTendency>()
             .register_required_components::<RobotId, FallModel>()
+            .register_required_components::<RobotId, FallTendency>()
             .register_required_components::<RobotId, Posture>()
             .register_required_components::<RobotId, PostureCommand>()
             .add_systems(
@@ -48,54 +54,37 @@ impl Plugin for FallsPlugin {
     }
 }
 
-/// How often a robot falls. By default only as the rules say.
+/// What makes a robot different from others of its model, for the whole match.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Public)]
-#[serde(default, deny_unknown_fields)]
-pub struct FallModel {
-    /// Falls per minute of walking at full speed; proportional to the square of the speed.
-    pub falls_per_min: f32,
-    /// Probability of a fall in a kick at full speed; proportional to the speed of the kick.
-    pub kick_probability: f32,
-    /// Falls in collisions with robots, instead of those of the rules.
-    pub collisions: Option<CollisionFalls>,
-    /// Duration of getting up, s, instead of that of the rules.
-    pub get_up_s: Option<f32>,
-    /// Probability that getting up fails.
-    pub get_up_failure: f32,
+#[reflect(Component, @Knowledge::Truth)]
+pub struct FallTendency {
+    /// Deviation of the logarithm of its rate of falls from the mean, in standard deviations; none before it is needed.
+    deviation: Option<f32>,
 }
 
-/// The probability of a fall in a collision, by its speed.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CollisionFalls {
-    /// Greatest speed at which the robot never falls, m/s.
-    pub from_mps: f32,
-    /// Least speed at which it always falls, m/s. In between the probability grows linearly.
-    pub certain_mps: f32,
+impl FallTendency {
+    /// The factor of the robot's rates of falls, for a logarithm that spreads by `spread`. It is 1 on average over robots.
+    fn factor(&mut self, spread: f32, stream: &mut RandomStream) -> f32 {
+        if spread == 0.0 {
+            return 1.0;
+        }
+        let deviation = *self.deviation.get_or_insert_with(|| stream.gaussian(1.0));
+        ops::exp(spread * deviation - spread * spread / 2.0)
+    }
 }
 
 /// The system in which robots fall, before the referee.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FallSystems;
 
-/// The probability that a robot falls in a collision at `speed` m/s: 0 up to `least`, 1 from `certain` on, and linear in
-/// between.
-pub fn fall_probability(speed: f32, least: f32, certain: f32) -> f32 {
-    if speed <= least {
-        0.0
-    } else if speed >= certain {
-        1.0
-    } else {
-        (speed - least) / (certain - least)
-    }
+/// The probability that an event with `rate_per_min` happens within `period` seconds (a Poisson process).
+fn probability_within(rate_per_min: f32, period: f32) -> f32 {
+    1.0 - ops::exp(-rate_per_min / 60.0 * period)
 }
 
-/// The probability that a robot falls within `period` seconds of walking at `speed_share` of its full speed: falls are a Poisson
-/// process with the rate of `balance`.
-fn walking_probability(balance: &FallModel, speed_share: f32, period: f32) -> f32 {
-    let per_s = balance.falls_per_min / 60.0 * speed_share * speed_share;
-    1.0 - ops::exp(-per_s * period)
+/// The probability that at least one of two independent events happens.
+fn either(first: f32, second: f32) -> f32 {
+    first + second - first * second
 }
 
 fn take_posture_commands(
@@ -103,6 +92,7 @@ fn take_posture_commands(
     clock: Res<CycleClock>,
     rules: Res<Rules>,
     game: Res<Game>,
+    contacts: Res<Contacts>,
     mut events: ResMut<CycleEvents>,
     mut robots: Query<PosturedRobot, Without<Ball>>,
     balls: Query<(&Pose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
@@ -123,7 +113,7 @@ fn take_posture_commands(
             let (robot, command) = (*id, CommandKind::Posture);
             events.push(MatchEvent::CommandRefused { robot, command, reason: Refusal::NotAllowed });
         }
-        let get_up_s = balance.get_up_s.unwrap_or(rules.get_up_s);
+        let get_up_s = balance.get_up_time_s(posture.lying_on().unwrap_or_default()).unwrap_or(rules.get_up_s);
         let mut next = posture.advance(request, cycles(get_up_s), cycles(rules.dive_s));
         if let (Posture::Upright, Posture::Diving { side, blocks, .. }) = (*posture, &mut next) {
             events.push(MatchEvent::Dive { robot: *id, side: *side });
@@ -131,10 +121,11 @@ fn take_posture_commands(
             let strip = strip.footprint(pose.compose(middle));
             *blocks = balls.iter().all(|(ball, physics)| strip.overlap_disc(ball.position, physics.radius_m).is_none());
         }
-        if let (Posture::GettingUp { cycles, .. }, Posture::Upright) = (*posture, next) {
-            let probability = balance.get_up_failure;
+        if let (Posture::GettingUp { on, cycles, .. }, Posture::Upright) = (*posture, next) {
+            let disturbed = if contacts.touches_a_robot(*id) { balance.get_up_failure_in_contact } else { 0.0 };
+            let probability = either(balance.get_up_failure, disturbed);
             if streams.balance.chance(probability) {
-                next = Posture::Fallen { cycles: cycles + 1 };
+                next = Posture::Fallen { cycles: cycles + 1, on };
                 let cause = FallCause::GettingUp;
                 events.push(MatchEvent::Fall { robot: *id, cause, speed_mps: 0.0, probability });
             } else {
@@ -170,18 +161,20 @@ struct FallingRobot {
     penalty: &'static Penalty,
     posture: &'static mut Posture,
     kick: &'static mut KickPhase,
+    tendency: &'static mut FallTendency,
     streams: &'static mut RandomStreams,
 }
 
 /// A possible cause of a fall, with the speed in m/s, or for a kick as a share of the full speed.
 type Danger = (RobotId, FallCause, f32);
 
-/// Lets robots fall that walked, kicked or collided.
+/// Lets robots fall that walked, kicked, collided or are in contact.
 fn fall(
     mut dangers: Local<Vec<Danger>>,
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     rules: Res<Rules>,
+    contacts: Res<Contacts>,
     mut events: ResMut<CycleEvents>,
     mut robots: Query<FallingRobot>,
 ) {
@@ -192,10 +185,15 @@ fn fall(
             dangers.push((id, FallCause::Walking, robot.step.0.translation().length() / clock.period()));
         }
     }
+    let lies =
+        |id| roster.get(id).and_then(|entity| robots.get(entity).ok()).is_some_and(|robot| robot.posture.is_fallen());
     for event in events.iter() {
         match event {
             MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Robot(other), speed_mps, .. } => {
-                dangers.extend([*robot, *other].map(|robot| (robot, FallCause::Collision, *speed_mps)));
+                for (id, touched) in [(*robot, *other), (*other, *robot)] {
+                    let cause = if lies(touched) { FallCause::Tripping } else { FallCause::Collision };
+                    dangers.push((id, cause, *speed_mps));
+                }
             }
             MatchEvent::Kick { robot, speed: Some(speed), result, reason, .. } if result.swings(*reason) => {
                 dangers.push((*robot, FallCause::Kick, *speed));
@@ -203,23 +201,41 @@ fn fall(
             _ => {}
         }
     }
+    for (one, other) in contacts.robots_in_contact() {
+        dangers.extend([one, other].map(|id| (id, FallCause::Contact, 0.0)));
+    }
     for (id, cause, danger) in dangers.drain(..) {
         let Some(mut robot) = roster.get(id).and_then(|entity| robots.get_mut(entity).ok()) else { continue };
-        let probability = match cause {
-            FallCause::Walking => {
-                walking_probability(robot.balance, danger / robot.limits.max_linear_mps, clock.period())
-            }
-            FallCause::Kick => robot.balance.kick_probability * danger,
-            FallCause::Collision | FallCause::GettingUp => match (robot.balance.collisions, rules.falls) {
-                (Some(falls), _) => fall_probability(danger, falls.from_mps, falls.certain_mps),
-                (None, true) => fall_probability(danger, rules.fall_from_mps, rules.fall_certain_mps),
-                (None, false) => 0.0,
-            },
-        };
-        if !robot.posture.is_upright() || robot.penalty.is_active() || !robot.streams.balance.chance(probability) {
+        if !robot.posture.is_upright() || robot.penalty.is_active() {
             continue;
         }
-        *robot.posture = Posture::Fallen { cycles: 0 };
+        let balance = robot.balance;
+        let streams = &mut *robot.streams;
+        let factor = robot.tendency.factor(balance.spread, &mut streams.balance);
+        let probability = match cause {
+            FallCause::Walking => {
+                let speed_share = danger / robot.limits.max_linear_mps;
+                probability_within(balance.falls_per_min * factor * speed_share * speed_share, clock.period())
+            }
+            FallCause::Contact => probability_within(balance.contact_falls_per_min * factor, clock.period()),
+            FallCause::Kick => balance.kick_probability * danger,
+            FallCause::Tripping if balance.trip_probability.is_some() => balance.trip_probability.unwrap_or_default(),
+            FallCause::Collision | FallCause::Tripping | FallCause::GettingUp => {
+                match (balance.collisions, rules.falls) {
+                    (Some(falls), _) => falls.probability(danger),
+                    (None, true) => {
+                        CollisionFalls { from_mps: rules.fall_from_mps, certain_mps: rules.fall_certain_mps }
+                            .probability(danger)
+                    }
+                    (None, false) => 0.0,
+                }
+            }
+        };
+        if !streams.balance.chance(probability) {
+            continue;
+        }
+        let on = if streams.balance.chance(balance.on_back_share) { LyingOn::Back } else { LyingOn::Front };
+        *robot.posture = Posture::fallen(on);
         *robot.kick = KickPhase::Ready;
         let speed_mps = if cause == FallCause::Kick { 0.0 } else { danger };
         events.push(MatchEvent::Fall { robot: id, cause, speed_mps, probability });
@@ -232,15 +248,33 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     #[test]
-    fn the_probability_of_a_fall_grows_with_the_speed() {
-        assert_eq!(fall_probability(0.1, 0.1, 0.5), 0.0);
-        assert_abs_diff_eq!(fall_probability(0.3, 0.1, 0.5), 0.5, epsilon = 1e-6);
-        assert_eq!(fall_probability(0.5, 0.1, 0.5), 1.0);
-        // Half the speed, a quarter of the falls: in a minute of cycles 1 - exp(-0.5) of the robots fall.
-        let balance = FallModel { falls_per_min: 2.0, ..FallModel::default() };
-        let stays = (0..1800).fold(1.0, |stays, _| stays * (1.0 - walking_probability(&balance, 0.5, 1.0 / 30.0)));
+    fn rates_are_those_of_a_poisson_process() {
+        // With half a fall a minute, 1 - exp(-0.5) of the robots fall within the 1800 cycles of a minute.
+        let stays = (0..1800).fold(1.0, |stays, _| stays * (1.0 - probability_within(0.5, 1.0 / 30.0)));
         assert_abs_diff_eq!(stays, ops::exp(-0.5), epsilon = 1e-3);
-        // The same speed for both: a step.
-        assert_eq!([fall_probability(0.2, 0.2, 0.2), fall_probability(0.21, 0.2, 0.2)], [0.0, 1.0]);
+        assert_abs_diff_eq!(either(0.5, 0.2), 0.6, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn robots_of_a_model_differ_in_how_often_they_fall_and_keep_to_it() {
+        let factors: Vec<f32> = (0..4000)
+            .map(|seed| {
+                let mut stream = RandomStream::for_match(seed, "test");
+                let mut tendency = FallTendency::default();
+                let factor = tendency.factor(0.7, &mut stream);
+                assert_eq!(factor, tendency.factor(0.7, &mut stream), "it is drawn once");
+                factor
+            })
+            .collect();
+        let mean = factors.iter().sum::<f32>() / factors.len() as f32;
+        // The standard error of this mean is 1.3 %.
+        assert_abs_diff_eq!(mean, 1.0, epsilon = 0.05);
+        // Of a log-normal distribution with this spread, 8.9 % are above twice the mean.
+        let often = factors.iter().filter(|factor| **factor > 2.0).count() as f32 / factors.len() as f32;
+        assert_abs_diff_eq!(often, 0.089, epsilon = 0.02);
+        let mut stream = RandomStream::for_match(1, "test");
+        let untouched = stream.clone();
+        assert_eq!(FallTendency::default().factor(0.0, &mut stream), 1.0);
+        assert_eq!(stream, untouched, "without a spread nothing is drawn");
     }
 }
