@@ -48,7 +48,7 @@
 //! | [information about goals](GameStatus) | 2025: 3.3; HSL GameController | at once | at once | 15 s late | at once | at once | at once |
 //! | [information about a half's first `ready`](GameStatus) | 2025: 3.2 | at once | at once | 45 s late | at once | at once | at once |
 //! | [an offence near the ball](crate::game::Rules::offence_free_kick_m) stops play | HSL draft: 5.1 | | | | free kick | | |
-//! | [cautions](crate::game::Rules::cautions_to_send_off) | HSL GameController | | | | the 2nd sends off | | |
+//! | [cautions](crate::game::Rules::cautions_to_send_off) | HSL GameController | | | | not counted | | |
 //!
 //! Not modelled are hands and arms (no robot moves them), wide stances (2010: 4.8; 2025: 4.9; a dive is the only one, and ends by
 //! itself), pick-ups, time-outs, extra time, and the break at half time. The referee makes no mistakes, and decides at once.

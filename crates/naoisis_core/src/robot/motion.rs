@@ -86,7 +86,7 @@ fn take_walk_commands(
                 WalkCommand::default()
             }
         };
-        let is_free = *robot.kick_phase == KickPhase::Ready && robot.posture.is_upright() && !robot.penalty.is_active();
+        let is_free = robot.kick_phase.lets_walk() && robot.posture.is_upright() && !robot.penalty.is_active();
         let may_step = may_walk && is_free;
         [robot.step.0, robot.ground.0] = match &robot.limits.gait {
             None if may_step => [executed_step(wanted, robot.limits, clock.period(), &mut robot.streams.motion); 2],

@@ -133,7 +133,7 @@ fn follow_robots(clock: Res<CycleClock>, mut robots: Query<(&Pose, &Velocity, Op
 
 fn note_kicks_under_way(clock: Res<CycleClock>, mut robots: Query<(&KickPhase, &KickSettings, &mut Stride)>) {
     for (phase, kicks, mut stride) in &mut robots {
-        if let KickPhase::WindUp { request, cycles_left } = *phase {
+        if let KickPhase::WindUp { request, cycles_left, .. } = *phase {
             let strikes_s = clock.end_time_s() + f64::from(cycles_left) * clock.period_s;
             stride.kick = Some(Swing::of(request.kick_type, false, strikes_s, kicks));
         } else if stride.kick.is_some_and(|kick| kick.strikes_s > clock.start_time_s()) {

@@ -67,7 +67,7 @@ mod tests {
     /// What a player at (0, 0) that faces the opponents' goal makes at once of a ball there, robot frame.
     fn made(ball: Vec2, opponents: &[RobotBelief], mates: &[(u8, Vec2)]) -> Option<(KickRequest, KickOption)> {
         let situation = PlayerFixture::new(Pose::default(), ball);
-        let at_feet = BallAtFeet { place: ball, in_robot: ball, forward: Vec2::X };
+        let at_feet = BallAtFeet { place: ball, in_robot: ball, forward: Vec2::X, walks_mps: 0.0 };
         best_at_hand(&situation.player(), Company { mates, opponents }, at_feet, true, false)
     }
 

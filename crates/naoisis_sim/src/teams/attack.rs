@@ -55,14 +55,18 @@ pub fn go_for(
     pick: impl FnOnce(BallAtFeet, bool) -> Option<KickRequest>,
 ) -> Decision {
     if player.is_kick_pending(memory) {
-        return Decision { intention: "kick", ..default() };
+        // A player that has not stopped makes a kick in walking.
+        let walks = player.body == BodyStatus::Walking;
+        let walk = if walks { straight_on(player) } else { WalkCommand::default() };
+        return Decision { walk, intention: "kick", ..default() };
     }
     if has_kicked_blindly(player, memory, ball) {
         memory.ready_since_s = None;
         return step_back(player);
     }
     let ready = kick_if_ready(player, memory, ball, aim, pick);
-    if ready.is_some() && !has_looked(player, memory) {
+    let in_walk = ready.is_some_and(|kick| player.kicks.is_in_walk(kick.kick_type));
+    if ready.is_some() && !in_walk && !has_looked(player, memory) {
         return Decision { intention: "attack", ..default() };
     }
     memory.ready_since_s = None;
@@ -70,10 +74,17 @@ pub fn go_for(
         memory.kicked_at_s = Some(player.status.time_s);
         memory.kick = None;
         memory.at_ball_since_s = None;
-        return Decision { kick: Some(kick), intention: "kick", ..default() };
+        let walk =
+            if in_walk && player.body == BodyStatus::Walking { straight_on(player) } else { WalkCommand::default() };
+        return Decision { walk, kick: Some(kick), intention: "kick", ..default() };
     }
     let (walk, target) = line_up(player, memory, ball, aim, meeting_place);
     Decision { walk, target: Some(target), intention: "attack", ..default() }
+}
+
+/// A step straight on at full speed.
+fn straight_on(player: &Player) -> WalkCommand {
+    WalkCommand { dx: player.limits.max_linear_mps * player.period, ..default() }
 }
 
 /// Whether the player has stood and looked at a ball that lies right for long enough to kick it. The cameras of a robot with a gait sway
@@ -163,7 +174,12 @@ fn kick_if_ready(
     let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
     let hurried = waited_s > PREPARATION_S || player.nearest_opponent(ball.position_m) < PRESSURE_DISTANCE_M;
     let at_feet =
-        BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
+        BallAtFeet {
+            place: ball.position_m,
+            in_robot: player.in_robot(ball.position_m),
+            forward: player.forward,
+            walks_mps: if player.body == BodyStatus::Walking { player.limits.max_linear_mps } else { 0.0 },
+        };
     pick(at_feet, hurried)
 }
 

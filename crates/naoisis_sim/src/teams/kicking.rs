@@ -81,7 +81,9 @@ impl KickPlan {
                 0.0
             };
             let is_side_kick = kick_type.is_side_kick();
-            let falls_short = is_side_kick && aim.is_shot && aim.distance_m > 0.7 * kicks.max_distance_m(kick_type);
+            let reach_m = kicks.max_distance_m(kick_type);
+            let is_weak = is_side_kick || kicks.is_in_walk(kick_type);
+            let falls_short = is_weak && aim.is_shot && aim.distance_m > 0.7 * reach_m;
             let cost_of = |walk_s: f32| {
                 let cost_s = walk_s + detour_s + if is_side_kick { SIDE_KICK_COST_S } else { 0.0 };
                 cost_s + if falls_short { 5.0 } else { 0.0 }
@@ -125,19 +127,30 @@ pub struct BallAtFeet {
     pub in_robot: Vec2,
     /// The direction that the robot faces, unit vector, team frame.
     pub forward: Vec2,
+    /// The speed at which the robot may walk ahead until it strikes in a kick in walking, m/s.
+    pub walks_mps: f32,
 }
 
 impl BallAtFeet {
+    /// The place of the ball when a kick of this type strikes, m, robot frame.
+    fn when_struck(self, settings: &KickSettings, kick_type: KickType) -> Vec2 {
+        let way_m = if settings.is_in_walk(kick_type) { self.walks_mps * settings.wind_up_of_s(kick_type) } else { 0.0 };
+        self.in_robot - Vec2::X * way_m
+    }
+
     /// The kicks that reach the ball, aimed at `aim` as far as possible, each with the direction in which the ball leaves, unit vector,
     /// team frame.
     pub fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
         settings.types().filter_map(move |kick_type| {
             let geometry = settings.geometry(kick_type)?;
-            if !geometry.rectangle().inflate(-RECTANGLE_MARGIN_M).contains(self.in_robot) {
+            let ball = self.when_struck(settings, kick_type);
+            // The robot may also be slower than that.
+            let rectangle = geometry.rectangle().inflate(-RECTANGLE_MARGIN_M);
+            if ![ball, self.in_robot].into_iter().all(|place| rectangle.contains(place)) {
                 return None;
             }
             let wanted = geometry.wanted_for(unrotate(self.forward, aim));
-            let strike = settings.strike(kick_type, self.in_robot, wanted)?;
+            let strike = settings.strike(kick_type, ball, wanted)?;
             let request = KickRequest { direction: wanted, ..KickRequest::new(kick_type, 1.0) };
             Some((request, self.forward.rotate(strike.direction)))
         })
@@ -276,7 +289,7 @@ mod tests {
     #[test]
     fn a_ball_is_kicked_when_it_goes_where_it_should_and_only_then() {
         let kick = |in_robot: Vec2, tolerance: f32| {
-            let ball = BallAtFeet { place: Vec2::ZERO, in_robot, forward: Vec2::X };
+            let ball = BallAtFeet { place: Vec2::ZERO, in_robot, forward: Vec2::X, walks_mps: 0.0 };
             let aim = Aim { direction: Vec2::X, distance_m: 2.0, tolerance, is_shot: false };
             kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0)
         };
@@ -291,7 +304,7 @@ mod tests {
 
     #[test]
     fn a_pass_does_not_roll_over_the_lines() {
-        let ball = BallAtFeet { place: Vec2::new(0.0, 1.2), in_robot: Vec2::new(0.17, 0.05), forward: Vec2::Y };
+        let ball = BallAtFeet { place: Vec2::new(0.0, 1.2), in_robot: Vec2::new(0.17, 0.05), forward: Vec2::Y, walks_mps: 0.0 };
         let aim = Aim { direction: Vec2::Y, distance_m: 3.0, tolerance: 0.2, is_shot: false };
         let kick =
             kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0).unwrap();
@@ -301,7 +314,7 @@ mod tests {
 
     #[test]
     fn for_want_of_better_the_ball_goes_forwards_past_the_opponent() {
-        let ball = BallAtFeet { place: Vec2::ZERO, in_robot: Vec2::new(0.16, 0.08), forward: Vec2::X };
+        let ball = BallAtFeet { place: Vec2::ZERO, in_robot: Vec2::new(0.16, 0.08), forward: Vec2::X, walks_mps: 0.0 };
         let (settings, pitch) = (KickSettings::default(), Pitch::default());
         let kicks = (&settings, Rolling::default());
         let kick = any_kick(ball, &[], 0.15, kicks, &pitch).unwrap();

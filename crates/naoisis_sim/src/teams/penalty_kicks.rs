@@ -67,11 +67,16 @@ pub fn apply(player: &Player, decision: Decision) -> Decision {
     if player.id.is_goalkeeper() && !is_ours || in_shoot_out {
         return Decision { walk: WalkCommand::default(), kick: None, posture: None, ..decision };
     }
-    let enters = |step: &WalkCommand| {
-        let place = player.position() + player.forward.rotate(step.translation());
+    // How far a place is inside the area and its margin, m.
+    let inside_m = |place: Vec2| {
         let area = player.pitch.penalty_area;
         let depth = player.pitch.half_length() - if is_ours { place.x } else { -place.x };
-        depth < area.depth_m + AREA_MARGIN_M && place.y.abs() < area.width_m / 2.0 + AREA_MARGIN_M
+        (area.depth_m - depth).min(area.width_m / 2.0 - place.y.abs()) + AREA_MARGIN_M
+    };
+    // A player that is inside may walk out.
+    let enters = |step: &WalkCommand| {
+        let then_m = inside_m(player.position() + player.forward.rotate(step.translation()));
+        then_m > 0.0 && then_m >= inside_m(player.position())
     };
     if !(is_ours && is_kicker(player)) && enters(&decision.walk) {
         return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, kick: None, ..decision };
@@ -131,6 +136,13 @@ mod tests {
             |x| at_penalty_kick(Some(Team::Pink), Pose::new(x, 1.0, core::f32::consts::PI), Vec2::new(-1.2, 0.0));
         assert!(walk(&defender(-2.11)).is_null());
         assert!(!walk(&defender(-2.0)).is_null());
+    }
+
+    #[test]
+    fn a_player_in_the_area_may_walk_out_of_it() {
+        // It faces away from its own goal.
+        let inside = at_penalty_kick(Some(Team::Pink), Pose::new(-2.7, 1.0, 0.0), Vec2::new(-1.2, 0.0));
+        assert!(walk(&inside).dx > 0.0);
     }
 
     #[test]

@@ -14,6 +14,8 @@ pub(super) const FRESH_TEAM_MATE_S: f32 = 1.0;
 /// The distance of supporters from the ball, m.
 pub const SUPPORT_DISTANCE_M: f32 = 0.9;
 
+/// The length of the pitch of the distances here, m.
+const PLACES_FOR_LENGTH_M: f32 = 6.0;
 /// The depth of the keeper's own place before the goal line, m.
 const KEEPERS_DEPTH_M: f32 = 0.6;
 /// The distance of supporters from that, or from the penalty area, m.
@@ -75,7 +77,8 @@ pub fn reasons(player: &Player, _before: PlayerMemory, decision: &Decision) -> R
     Reasons::of(options, chosen)
 }
 
-/// The places of supporters relative to the ball, ahead and to the left, m; the first is for number 2.
+/// The places of supporters relative to the ball on a pitch of [`PLACES_FOR_LENGTH_M`], ahead and to the left, m; the first is for
+/// number 2. On longer pitches they are further apart.
 const SUPPORT_PLACES_M: [Vec2; 7] = [
     Vec2::new(-0.8, -0.7),
     Vec2::new(-0.8, 0.7),
@@ -103,14 +106,19 @@ fn support_from(player: &Player, ball: Vec2, depth_m: f32) -> Decision {
     let place = support_place(player, ball, depth_m);
     let facing = (ball - player.position()).normalize_or(Vec2::X);
     let mut obstacles = player.obstacles();
-    obstacles.add(ball, 0.7 * SUPPORT_DISTANCE_M);
+    obstacles.add(ball, 0.7 * SUPPORT_DISTANCE_M * spread(player));
     let walk = player.go_and_stay(place, facing, &obstacles);
     Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 
+/// The factor of the distances of supporters from the ball, by the length of the pitch.
+fn spread(player: &Player) -> f32 {
+    (player.pitch.length_m / PLACES_FOR_LENGTH_M).max(1.0)
+}
+
 fn support_place(player: &Player, ball: Vec2, depth_m: f32) -> Vec2 {
     let index = (usize::from(player.id.number) + SUPPORT_PLACES_M.len() - 2) % SUPPORT_PLACES_M.len();
-    let offset = SUPPORT_PLACES_M[index];
+    let offset = SUPPORT_PLACES_M[index] * spread(player);
     let wanted = Vec2::new(ball.x + offset.x, 0.6 * ball.y + offset.y);
     let (length, width) = (player.pitch.half_length(), player.pitch.half_width());
     // Clear of the keeper, and inside the lines.

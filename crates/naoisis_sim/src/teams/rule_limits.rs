@@ -65,6 +65,8 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     const KICK_OFF_S: f32 = 10.0;
     /// A ball this far from the centre mark is in play, m.
     const IN_PLAY_M: f32 = 0.2;
+    /// The error of the believed place of a ball, as a share of its distance, for a robot whose cameras sway.
+    const SWAY_SHARE: f32 = 0.12;
     let now = player.status.time_s;
     let placed = match memory.restarts {
         // At the start of the match, a player at its kick-off place has been placed there.
@@ -86,7 +88,11 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
             ..default()
         };
     }
-    let in_play = player.ball().is_some_and(|ball| ball.position_m.length_squared() > IN_PLAY_M * IN_PLAY_M);
+    let sway = if player.limits.gait.is_some() { SWAY_SHARE } else { 0.0 };
+    let in_play = player.ball().is_some_and(|ball| {
+        let least_m = IN_PLAY_M + sway * ball.position_m.distance(player.position());
+        ball.position_m.length_squared() > least_m * least_m
+    });
     if memory.kick_off_since_s.is_some_and(|since| in_play || now - since > KICK_OFF_S) {
         memory.kick_off_since_s = None;
     }

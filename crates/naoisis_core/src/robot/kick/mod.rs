@@ -70,7 +70,8 @@ fn full_speed() -> f32 {
 #[reflect(Component, @Knowledge::Command)]
 pub struct KickCommand(pub Option<KickRequest>);
 
-/// The phase of a robot's kick. The robot neither walks nor kicks again before it has recovered.
+/// The phase of a robot's kick. The robot does not kick again before it has recovered, and does not walk unless it is a
+/// [kick in walking](KickModel::in_walk).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub enum KickPhase {
@@ -81,14 +82,28 @@ pub enum KickPhase {
     WindUp {
         /// The kick under way.
         request: KickRequest,
+        /// Whether the robot goes on walking.
+        in_walk: bool,
         /// Cycles until the foot meets the ball.
         cycles_left: u32,
     },
     /// Regaining balance.
     Recovering {
-        /// Cycles until the robot may walk again.
+        /// Whether the robot goes on walking.
+        in_walk: bool,
+        /// Cycles until the robot may kick again.
         cycles_left: u32,
     },
+}
+
+impl KickPhase {
+    /// Whether the robot can walk in this phase.
+    pub fn lets_walk(self) -> bool {
+        match self {
+            KickPhase::Ready => true,
+            KickPhase::WindUp { in_walk, .. } | KickPhase::Recovering { in_walk, .. } => in_walk,
+        }
+    }
 }
 
 /// The launch speed of the ball, m/s. At speed 1 the ball rolls the kick's greatest distance.
@@ -147,7 +162,8 @@ fn take_kick_commands(
         let direction = if request.direction.is_finite() { request.direction } else { 0.0 };
         let request = KickRequest { speed: request.speed.clamp(0.0, 1.0), direction, ..request };
         let wind_up_s = settings.wind_up_of_s(request.kick_type);
-        *phase = KickPhase::WindUp { request, cycles_left: clock.cycles_in(wind_up_s) };
+        let in_walk = settings.is_in_walk(request.kick_type);
+        *phase = KickPhase::WindUp { request, in_walk, cycles_left: clock.cycles_in(wind_up_s) };
     }
 }
 
@@ -162,7 +178,7 @@ fn swing_legs(
     let mut struck: Option<Vec2> = None;
     for entity in roster.entities() {
         let Ok((id, pose, settings, mut phase, mut streams)) = robots.get_mut(entity) else { continue };
-        let KickPhase::WindUp { request, cycles_left } = *phase else {
+        let KickPhase::WindUp { request, cycles_left, in_walk } = *phase else {
             *phase = advance_phase(*phase, 0);
             continue;
         };
@@ -186,7 +202,7 @@ fn swing_legs(
         };
         if cycles_left > 0 {
             // The foot met the ball on its way to the front: the side motion, which goes on, has nothing left to strike.
-            *phase = recovering((cycles_left + recovery_cycles).saturating_sub(1));
+            *phase = recovering((cycles_left + recovery_cycles).saturating_sub(1), in_walk);
         }
         let speed = launch_speed(strike, request.speed, settings, physics.rolling, &mut streams.kick);
         let direction = wrap_angle(
@@ -233,17 +249,19 @@ fn cycles_after_extension(kick_type: KickType, settings: &KickSettings, clock: &
 fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> KickPhase {
     match phase {
         KickPhase::Ready => KickPhase::Ready,
-        KickPhase::WindUp { cycles_left: 0, .. } => recovering(recovery_cycles.saturating_sub(1)),
-        KickPhase::WindUp { request, cycles_left } => KickPhase::WindUp { request, cycles_left: cycles_left - 1 },
-        KickPhase::Recovering { cycles_left } => recovering(cycles_left.saturating_sub(1)),
+        KickPhase::WindUp { cycles_left: 0, in_walk, .. } => recovering(recovery_cycles.saturating_sub(1), in_walk),
+        KickPhase::WindUp { request, in_walk, cycles_left } => {
+            KickPhase::WindUp { request, in_walk, cycles_left: cycles_left - 1 }
+        }
+        KickPhase::Recovering { in_walk, cycles_left } => recovering(cycles_left.saturating_sub(1), in_walk),
     }
 }
 
 /// The recovery with `cycles_left`, or ready if there are none.
-fn recovering(cycles_left: u32) -> KickPhase {
+fn recovering(cycles_left: u32, in_walk: bool) -> KickPhase {
     match cycles_left {
         0 => KickPhase::Ready,
-        cycles_left => KickPhase::Recovering { cycles_left },
+        cycles_left => KickPhase::Recovering { in_walk, cycles_left },
     }
 }
 
@@ -269,7 +287,7 @@ mod tests {
     #[test]
     fn a_kick_takes_its_wind_up_and_recovery() {
         let request = KickRequest::new(KickType::LeftStraight, 1.0);
-        let mut phase = KickPhase::WindUp { request, cycles_left: 2 };
+        let mut phase = KickPhase::WindUp { request, in_walk: false, cycles_left: 2 };
         let mut strikes = Vec::new();
         let mut cycles = 0;
         while phase != KickPhase::Ready {

@@ -37,6 +37,13 @@ pub struct KickModel {
     /// Standard deviation of the launch speed, as a share of it; none: that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_sd: Option<f32>,
+    /// Whether the robot goes on walking in this kick: the swing is one of its steps.
+    #[serde(skip_serializing_if = "is_false")]
+    pub in_walk: bool,
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 fn is_zero(number: &f32) -> bool {
@@ -54,6 +61,7 @@ impl KickModel {
             recovery_s: None,
             direction_sd: None,
             speed_sd: None,
+            in_walk: false,
         }
     }
 }
@@ -222,6 +230,11 @@ impl KickSettings {
     /// Time from the strike of a kick until the robot can walk or kick again, s.
     pub fn recovery_of_s(&self, kick_type: KickType) -> f32 {
         self.get(kick_type).and_then(|kick| kick.recovery_s).unwrap_or(self.recovery_s)
+    }
+
+    /// Whether the robot goes on walking in a kick of this type.
+    pub fn is_in_walk(&self, kick_type: KickType) -> bool {
+        self.get(kick_type).is_some_and(|kick| kick.in_walk)
     }
 
     /// Standard deviation of a kick's direction, radians.
