@@ -134,7 +134,8 @@ pub struct BallAtFeet {
 impl BallAtFeet {
     /// The place of the ball when a kick of this type strikes, m, robot frame.
     fn when_struck(self, settings: &KickSettings, kick_type: KickType) -> Vec2 {
-        let way_m = if settings.is_in_walk(kick_type) { self.walks_mps * settings.wind_up_of_s(kick_type) } else { 0.0 };
+        let way_m =
+            if settings.is_in_walk(kick_type) { self.walks_mps * settings.wind_up_of_s(kick_type) } else { 0.0 };
         self.in_robot - Vec2::X * way_m
     }
 
@@ -304,7 +305,12 @@ mod tests {
 
     #[test]
     fn a_pass_does_not_roll_over_the_lines() {
-        let ball = BallAtFeet { place: Vec2::new(0.0, 1.2), in_robot: Vec2::new(0.17, 0.05), forward: Vec2::Y, walks_mps: 0.0 };
+        let ball = BallAtFeet {
+            place: Vec2::new(0.0, 1.2),
+            in_robot: Vec2::new(0.17, 0.05),
+            forward: Vec2::Y,
+            walks_mps: 0.0,
+        };
         let aim = Aim { direction: Vec2::Y, distance_m: 3.0, tolerance: 0.2, is_shot: false };
         let kick =
             kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0).unwrap();

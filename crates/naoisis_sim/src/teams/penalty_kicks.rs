@@ -12,6 +12,8 @@ use naoisis_core::team::Team;
 
 /// The distance behind the ball at which the kicker waits, m.
 const BEHIND_BALL_M: f32 = 0.45;
+/// Players whose distances from the mark differ by less than this are about as near, m.
+const ABOUT_AS_NEAR_M: f32 = 0.8;
 /// A ball believed farther than this from its mark counts as played, m.
 const PLAYED_M: f32 = 0.4;
 /// The distance that players who must not enter the penalty area keep from it, m.
@@ -28,16 +30,17 @@ fn mark(player: &Player, is_ours: bool) -> Vec2 {
     Vec2::new(if is_ours { x } else { -x }, 0.0)
 }
 
-/// Whether the player takes its team's penalty kick: among the field players that it knows of, it is the nearest to the mark.
+/// Whether the player takes its team's penalty kick: among the field players that it knows of, it is the nearest to the mark. Of
+/// players that are about as near it is the one with the lowest number, so that errors of their places do not make two kickers.
 fn is_kicker(player: &Player) -> bool {
     let mark = mark(player, true);
     let own = player.position().distance(mark);
     let mates = player.belief.team_mates.iter().filter_map(|mate| Some((mate.id?, mate.position_m.distance(mark))));
     let is_keeper = player.id.is_goalkeeper() && player.rules.team_size > 1;
     !is_keeper
-        && mates
-            .filter(|(mate, _)| !mate.is_goalkeeper())
-            .all(|(mate, distance)| (own, player.id.number) < (distance, mate.number))
+        && mates.filter(|(mate, _)| !mate.is_goalkeeper()).all(|(mate, distance)| {
+            if (own - distance).abs() < ABOUT_AS_NEAR_M { player.id.number < mate.number } else { own < distance }
+        })
 }
 
 /// The player's place for a penalty kick, team frame; `None` without a penalty kick.
@@ -67,16 +70,15 @@ pub fn apply(player: &Player, decision: Decision) -> Decision {
     if player.id.is_goalkeeper() && !is_ours || in_shoot_out {
         return Decision { walk: WalkCommand::default(), kick: None, posture: None, ..decision };
     }
-    // How far a place is inside the area and its margin, m.
-    let inside_m = |place: Vec2| {
+    let from_line_m = |place: Vec2| player.pitch.half_length() - if is_ours { place.x } else { -place.x };
+    let is_inside = |place: Vec2| {
         let area = player.pitch.penalty_area;
-        let depth = player.pitch.half_length() - if is_ours { place.x } else { -place.x };
-        (area.depth_m - depth).min(area.width_m / 2.0 - place.y.abs()) + AREA_MARGIN_M
+        from_line_m(place) < area.depth_m + AREA_MARGIN_M && place.y.abs() < area.width_m / 2.0 + AREA_MARGIN_M
     };
     // A player that is inside may walk out.
     let enters = |step: &WalkCommand| {
-        let then_m = inside_m(player.position() + player.forward.rotate(step.translation()));
-        then_m > 0.0 && then_m >= inside_m(player.position())
+        let (now, then) = (player.position(), player.position() + player.forward.rotate(step.translation()));
+        is_inside(then) && !(is_inside(now) && from_line_m(then) > from_line_m(now))
     };
     if !(is_ours && is_kicker(player)) && enters(&decision.walk) {
         return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, kick: None, ..decision };
