@@ -87,8 +87,8 @@ pub struct SonarReading {
     pub left: Option<f32>,
     /// The right sonar's distance, m.
     pub right: Option<f32>,
-    /// The time of the ping, s since the start of the match; `None` if it was the start of this cycle, as always for sonars without a
-    /// [rate](SonarSettings::rate_hz) and a [latency](naoisis_core::robot::latency).
+    /// The time of the ping, s since the start of the match; `None` if it was the start of this cycle, as always for sonars without
+    /// `rate_hz` and without latency.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
 }
