@@ -29,6 +29,7 @@ mod localiser;
 mod moments;
 pub mod particle_filter;
 mod particle_set;
+mod particle_sightings;
 pub mod pose_estimate;
 pub mod robots;
 mod settings;
