@@ -30,7 +30,6 @@ pub mod png_file;
 pub mod read;
 pub mod read_trace;
 pub mod recorder;
-mod scaling;
 pub mod sheet;
 mod shortest_float;
 pub mod summary_page;
