@@ -41,4 +41,5 @@ pub mod video;
 mod video_file;
 
 pub use plugin::RecordPlugin;
-pub use shortest_float::{shortest_double, shortest_single};
+pub use shortest_float::shortest_json;
+pub(crate) use shortest_float::{shortest_double, shortest_single};
