@@ -174,13 +174,12 @@ fn kick_if_ready(
     }
     let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
     let hurried = waited_s > PREPARATION_S || player.nearest_opponent(ball.position_m) < PRESSURE_DISTANCE_M;
-    let at_feet =
-        BallAtFeet {
-            place: ball.position_m,
-            in_robot: player.in_robot(ball.position_m),
-            forward: player.forward,
-            walks_mps: if player.body == BodyStatus::Walking { player.limits.max_linear_mps } else { 0.0 },
-        };
+    let at_feet = BallAtFeet {
+        place: ball.position_m,
+        in_robot: player.in_robot(ball.position_m),
+        forward: player.forward,
+        walks_mps: if player.body == BodyStatus::Walking { player.limits.max_linear_mps } else { 0.0 },
+    };
     pick(at_feet, hurried)
 }
 

@@ -246,7 +246,7 @@ impl<'de> Visitor<'de> for EntitySeed<'_> {
         let mut state = EntityState { behaviours: Vec::new(), components: Vec::new() };
         while let Some(key) = map.next_key::<String>()? {
             match key.as_str() {
-                "behaviours" => state.behaviours = map.next_value_seed(BehavioursSeed)?,
+                "behaviours" => state.behaviours = map.next_value()?,
                 "components" => state.components = map.next_value_seed(ValuesSeed(self.0))?,
                 _ => {
                     map.next_value::<IgnoredAny>()?;
@@ -258,39 +258,6 @@ impl<'de> Visitor<'de> for EntitySeed<'_> {
             return Err(A::Error::custom("there is an entity of nothing"));
         }
         Ok(state)
-    }
-}
-
-/// The names of an entity's behaviours.
-struct BehavioursSeed;
-
-/// More behaviours than this has no robot.
-const MOST_BEHAVIOURS: usize = 100;
-
-impl<'de> DeserializeSeed<'de> for BehavioursSeed {
-    type Value = Vec<String>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Vec<String>, D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de> Visitor<'de> for BehavioursSeed {
-    type Value = Vec<String>;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a list of behaviours")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<String>, A::Error> {
-        let mut names = Vec::new();
-        while let Some(name) = list.next_element()? {
-            if names.len() == MOST_BEHAVIOURS {
-                return Err(A::Error::custom(format!("an entity has more than {MOST_BEHAVIOURS} behaviours")));
-            }
-            names.push(name);
-        }
-        Ok(names)
     }
 }
 
