@@ -80,7 +80,7 @@ pub struct ReceivedMessage {
     pub from: RobotId,
     /// The cycle in which it was sent.
     pub sent_cycle: u64,
-    /// The content.
+    /// The content, with the parts of a command's `say`.
     pub say: TeamMessage,
 }
 

@@ -43,104 +43,123 @@ fn ratio(walks: &[Compared], of: impl Fn(&Compared) -> f64, over: impl Fn(&Compa
     (sum != 0.0).then(|| walks.iter().map(of).sum::<f64>() / sum)
 }
 
+/// A statistic over the groups of rows; `None` for fewer than three rows.
+fn over_groups(rows: &[Compared], statistic: impl Fn(&[Compared]) -> Option<f64>) -> Option<Estimate> {
+    if rows.len() < 3 { None } else { jackknife(&groups(rows, robot), statistic) }
+}
+
+fn robot(walk: &Compared) -> usize {
+    walk.robot
+}
+
+fn way(walk: &Compared) -> f64 {
+    walk.legs[0]
+}
+
+/// What robots walked and turned beyond the motion of their legs, m and degrees.
+const SLIPPED: [fn(&Compared) -> f64; 2] = [|walk| walk.real[0] - walk.legs[0], |walk| walk.real[1] - walk.legs[1]];
+/// What odometry counted beyond the motion of the legs, m and degrees.
+const MISCOUNTED: [fn(&Compared) -> f64; 2] =
+    [|walk| walk.counted[0] - walk.legs[0], |walk| walk.counted[1] - walk.legs[1]];
+
+const FEW_WALKS: &str = "fewer than three straight walks";
+const FEW_TURNS: &str = "fewer than three turns on the spot";
+
+/// Straight walks, and turns on the spot.
+struct Samples {
+    straight: Vec<Compared>,
+    turning: Vec<Compared>,
+}
+
+impl Samples {
+    fn of(walks: &[Walk]) -> Self {
+        let all = || walks.iter().map(Compared::of);
+        let turns = |walk: &Compared| walk.legs[1].abs() >= LEAST_TURN_DEG && way(walk) < LEAST_WAY_M;
+        Self {
+            straight: all().filter(|walk| way(walk) >= LEAST_WAY_M).collect(),
+            turning: all().filter(turns).collect(),
+        }
+    }
+
+    fn ways(&self) -> String {
+        basis(&self.straight, "walks", robot)
+    }
+
+    fn turns(&self) -> String {
+        basis(&self.turning, "turns", robot)
+    }
+}
+
 /// Fits the figures of walks.
 pub(super) fn fit(walks: &[Walk], into: &mut Calibration) {
     if walks.is_empty() {
         into.lacking.push("motion.gait.slip, odometry.noise: no walks".to_owned());
         return;
     }
+    let samples = Samples::of(walks);
+    fit_slip(&samples, into);
     let is_planned = walks.iter().all(|walk| walk.planned.is_some());
-    let all: Vec<Compared> = walks.iter().map(Compared::of).collect();
-    let straight: Vec<Compared> = all.iter().copied().filter(|walk| walk.legs[0] >= LEAST_WAY_M).collect();
-    let turning: Vec<Compared> =
-        all.iter().copied().filter(|walk| walk.legs[1].abs() >= LEAST_TURN_DEG && walk.legs[0] < LEAST_WAY_M).collect();
-    let robot = |walk: &Compared| walk.robot;
-    let ways = basis(&straight, "walks", robot);
-    let turns = basis(&turning, "turns", robot);
-    let over_groups = |rows: &[Compared], statistic: &dyn Fn(&[Compared]) -> Option<f64>| {
-        if rows.len() < 3 { None } else { jackknife(&groups(rows, robot), statistic) }
-    };
-
-    let scale = |walks: &[Compared]| ratio(walks, |walk| walk.real[0], |walk| walk.legs[0]);
-    let drift = |walks: &[Compared]| ratio(walks, |walk| walk.real[1] - walk.legs[1], |walk| walk.legs[0]);
-    into.add("motion.gait.slip.scale", over_groups(&straight, &scale), &ways, "fewer than three straight walks");
-    // What a robot's own mean errs by, from how its walks differ.
-    let chance = |value: fn(&Compared) -> f64| {
-        move |walks: &[Compared]| {
-            let way = mean(&walks.iter().map(|walk| walk.legs[0]).collect::<Vec<f64>>()).unwrap_or(1.0);
-            let values: Vec<f64> = walks.iter().map(value).collect();
-            variance(&values).unwrap_or_default() / (walks.len() as f64 * way * way)
-        }
-    };
-    let few = "walks of fewer than three robots (column `robot`)";
-    let own_scale = |walk: &Compared| walk.real[0] - walk.legs[0];
-    let own_drift = |walk: &Compared| walk.real[1] - walk.legs[1];
-    into.add(
-        "motion.gait.slip.scale_sd",
-        between_robots(&straight, robot, |walks| Some([[scale(walks)?, chance(own_scale)(walks)]])),
-        &ways,
-        few,
-    );
-    into.add(
-        "motion.gait.slip.drift_sd_degpm",
-        between_robots(&straight, robot, |walks| Some([[drift(walks)?, chance(own_drift)(walks)]])),
-        &ways,
-        few,
-    );
-
-    // Of what is random, the variance grows with the way, or with the angle.
-    let spread = |rows: &[Compared], error: fn(&Compared) -> f64, measure: fn(&Compared) -> f64| -> Option<Estimate> {
-        let rate = move |walks: &[Compared]| ratio(walks, error, measure);
-        let squares = move |walks: &[Compared]| -> Option<f64> {
-            let mut sum = 0.0;
-            let mut robots = 0;
-            for of_robot in super::by_robot(walks, robot) {
-                let rate = rate(&of_robot)?;
-                robots += 1;
-                sum += of_robot
-                    .iter()
-                    .map(|walk| {
-                        let off = error(walk) - rate * measure(walk);
-                        off * off / measure(walk)
-                    })
-                    .sum::<f64>();
-            }
-            (walks.len() > robots).then(|| (sum / (walks.len() - robots) as f64).sqrt())
-        };
-        over_groups(rows, &squares)
-    };
-    let way = |walk: &Compared| walk.legs[0];
-    let angle = |walk: &Compared| walk.legs[1].abs();
-    // A deviation that grows with the root of an angle in degrees, for a radian of it.
-    let of_radian = |estimate: Estimate| {
-        let scale = 1.0_f64.to_degrees().sqrt();
-        Estimate { value: scale * estimate.value, low: scale * estimate.low, high: scale * estimate.high }
-    };
-    let few_walks = "fewer than three straight walks";
-    let few_turns = "fewer than three turns on the spot";
     if is_planned {
-        let slip = "motion.gait.slip.error";
-        into.add(&format!("{slip}.translation_sd_m"), spread(&straight, own_scale, way), &ways, few_walks);
-        into.add(&format!("{slip}.heading_per_metre_sd_deg"), spread(&straight, own_drift, way), &ways, few_walks);
-        let rotation = spread(&turning, own_drift, angle).map(of_radian);
-        into.add(&format!("{slip}.rotation_sd_deg"), rotation, &turns, few_turns);
-        let counted_scale = |walks: &[Compared]| ratio(walks, |walk| walk.counted[0], |walk| walk.legs[0]);
-        let counted_turn = |walks: &[Compared]| ratio(walks, |walk| walk.counted[1], |walk| walk.legs[1]);
-        let noise = "odometry.noise";
-        into.add(&format!("{noise}.translation_scale"), over_groups(&straight, &counted_scale), &ways, few_walks);
-        into.add(&format!("{noise}.rotation_scale"), over_groups(&turning, &counted_turn), &turns, few_turns);
+        fit_errors("motion.gait.slip.error", &samples, SLIPPED, into);
+        let scale = over_groups(&samples.straight, |walks| ratio(walks, |walk| walk.counted[0], way));
+        into.add("odometry.noise.translation_scale", scale, &samples.ways(), FEW_WALKS);
+        let scale = over_groups(&samples.turning, |walks| ratio(walks, |walk| walk.counted[1], |walk| walk.legs[1]));
+        into.add("odometry.noise.rotation_scale", scale, &samples.turns(), FEW_TURNS);
     } else {
         let words = "motion.gait.slip.error: without the columns `planned_…` what slips and what odometry miscounts cannot be told \
                      apart; all of it is taken for odometry's";
         into.lacking.push(words.to_owned());
     }
-    let counted_way: fn(&Compared) -> f64 =
-        if is_planned { |walk| walk.counted[0] - walk.legs[0] } else { |walk| walk.real[0] - walk.legs[0] };
-    let counted_turn: fn(&Compared) -> f64 =
-        if is_planned { |walk| walk.counted[1] - walk.legs[1] } else { |walk| walk.real[1] - walk.legs[1] };
-    let noise = "odometry.noise";
-    into.add(&format!("{noise}.translation_sd_m"), spread(&straight, counted_way, way), &ways, few_walks);
-    into.add(&format!("{noise}.heading_per_metre_sd_deg"), spread(&straight, counted_turn, way), &ways, few_walks);
-    let rotation = spread(&turning, counted_turn, angle).map(of_radian);
-    into.add(&format!("{noise}.rotation_sd_deg"), rotation, &turns, few_turns);
+    fit_errors("odometry.noise", &samples, if is_planned { MISCOUNTED } else { SLIPPED }, into);
+}
+
+/// Fits the lasting slip: its scale, and how scale and drift differ from robot to robot.
+fn fit_slip(samples: &Samples, into: &mut Calibration) {
+    const FEW_ROBOTS: &str = "walks of fewer than three robots (column `robot`)";
+
+    let (straight, ways) = (&samples.straight, samples.ways());
+    let scale = |walks: &[Compared]| ratio(walks, |walk| walk.real[0], way);
+    let drift = |walks: &[Compared]| ratio(walks, SLIPPED[1], way);
+    into.add("motion.gait.slip.scale", over_groups(straight, scale), &ways, FEW_WALKS);
+    // What a robot's own mean errs by, from how its walks differ.
+    let chance = |walks: &[Compared], value: fn(&Compared) -> f64| {
+        let mean_way = mean(&walks.iter().map(way).collect::<Vec<f64>>()).unwrap_or(1.0);
+        let values: Vec<f64> = walks.iter().map(value).collect();
+        variance(&values).unwrap_or_default() / (walks.len() as f64 * mean_way * mean_way)
+    };
+    let scales = between_robots(straight, robot, |walks| Some([[scale(walks)?, chance(walks, SLIPPED[0])]]));
+    into.add("motion.gait.slip.scale_sd", scales, &ways, FEW_ROBOTS);
+    let drifts = between_robots(straight, robot, |walks| Some([[drift(walks)?, chance(walks, SLIPPED[1])]]));
+    into.add("motion.gait.slip.drift_sd_degpm", drifts, &ways, FEW_ROBOTS);
+}
+
+/// Fits the random errors of the way and of the turn, which are figures within `path`.
+fn fit_errors(path: &str, samples: &Samples, [off_way, off_turn]: [fn(&Compared) -> f64; 2], into: &mut Calibration) {
+    // A deviation that grows with the root of an angle in degrees, for a radian of it.
+    let of_radian = |estimate: Estimate| {
+        let scale = 1.0_f64.to_degrees().sqrt();
+        Estimate { value: scale * estimate.value, low: scale * estimate.low, high: scale * estimate.high }
+    };
+    let (ways, turns) = (samples.ways(), samples.turns());
+    into.add(&format!("{path}.translation_sd_m"), spread(&samples.straight, off_way, way), &ways, FEW_WALKS);
+    into.add(&format!("{path}.heading_per_metre_sd_deg"), spread(&samples.straight, off_turn, way), &ways, FEW_WALKS);
+    let rotation = spread(&samples.turning, off_turn, |walk| walk.legs[1].abs()).map(of_radian);
+    into.add(&format!("{path}.rotation_sd_deg"), rotation, &turns, FEW_TURNS);
+}
+
+/// The standard deviation of `error` for each unit of `measure`, with which its variance grows.
+fn spread(rows: &[Compared], error: fn(&Compared) -> f64, measure: fn(&Compared) -> f64) -> Option<Estimate> {
+    over_groups(rows, |walks| {
+        let (mut sum, mut robots) = (0.0, 0);
+        for of_robot in super::by_robot(walks, robot) {
+            let rate = ratio(&of_robot, error, measure)?;
+            robots += 1;
+            let square = |walk: &Compared| {
+                let off = error(walk) - rate * measure(walk);
+                off * off / measure(walk)
+            };
+            sum += of_robot.iter().map(square).sum::<f64>();
+        }
+        (walks.len() > robots).then(|| (sum / (walks.len() - robots) as f64).sqrt())
+    })
 }

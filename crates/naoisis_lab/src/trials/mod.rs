@@ -30,6 +30,7 @@ pub mod looking;
 pub mod recognising;
 pub mod seeing;
 pub mod sensing;
+pub mod sonars;
 pub mod walking;
 
 /// A measured quantity of a robot and its real figure.
@@ -95,6 +96,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     quantities.extend(kicking::measure(model, repetitions)?);
     quantities.extend(falling::measure(model, repetitions)?);
     quantities.extend(looking::measure(model)?);
+    quantities.extend(sonars::measure(model, repetitions)?);
     quantities.extend(sensing::measure(model, repetitions)?);
     quantities.extend(recognising::measure(model, repetitions)?);
     quantities.extend(lateness::measure(model)?);
@@ -189,6 +191,16 @@ impl<'a> Laboratory<'a> {
         let source = source.to_owned();
         MeasuredQuantity { name: name.to_owned(), unit, measured, not_seen: None, real, source }
     }
+}
+
+/// The number of cycles of a trial whose result is random.
+fn cycles_of(repetitions: u32) -> u32 {
+    10 * repetitions.max(2)
+}
+
+/// The share `part` of `whole`; 0 of nothing.
+fn share(part: usize, whole: usize) -> f64 {
+    part as f64 / (whole as f64).max(1.0)
 }
 
 /// The mean.

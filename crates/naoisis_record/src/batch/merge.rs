@@ -5,9 +5,10 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use super::columns::Columns;
 use super::csv_lines::{Line, Lines, cells_of};
 use super::observer::MatchRow;
-use super::table::{Table, TableError};
+use super::table::TableError;
 use super::{Batch, Variants};
 
 /// Most gaps that an error names.
@@ -80,19 +81,19 @@ fn rows_of<V: Variants>(batch: &Batch<V>, path: &Path) -> Result<Vec<MatchRow>, 
     if !file.metadata().map_err(io_error)?.is_file() {
         return Err(TableError::NotAFile { path: path.to_owned() });
     }
-    let table = Table::of(batch);
+    let columns = Columns::of(batch);
     let mut lines = Lines { reader: BufReader::new(&file), read_bytes: 0 };
     match lines.next_whole().map_err(io_error)? {
-        Line::Whole(first) if first == table.header() => {}
+        Line::Whole(first) if first == columns.header() => {}
         Line::Whole(first) | Line::Part(first) => {
-            return Err(TableError::foreign(path, 1, table.difference_of_columns(&first)));
+            return Err(TableError::foreign(path, 1, columns.difference(&first)));
         }
     }
     let mut rows = Vec::new();
     while let Line::Whole(line) = lines.next_whole().map_err(io_error)? {
         let number: Option<usize> = cells_of(&line).first().and_then(|cell| cell.parse().ok());
         let row = match number.and_then(|number| number.checked_sub(1)) {
-            Some(index) => table.read_row(batch, index, &line),
+            Some(index) => columns.read_row(batch, index, &line),
             None => Err("this is no row of the table".to_owned()),
         };
         rows.push(row.map_err(|difference| TableError::foreign(path, rows.len() + 2, difference))?);

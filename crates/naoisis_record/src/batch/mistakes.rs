@@ -7,9 +7,9 @@ use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
+use super::columns::setting_columns;
 use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::MatchRow;
-use super::table::setting_columns;
 use super::table_file::{TableError, TableFile};
 use super::{Batch, Variants};
 use crate::record::mistakes::{Mistake, MistakeKind};

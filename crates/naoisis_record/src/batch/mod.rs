@@ -28,6 +28,7 @@ use core::ops::Range;
 use core::sync::atomic::AtomicBool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+mod columns;
 mod csv_lines;
 pub mod merge;
 pub mod mistakes;

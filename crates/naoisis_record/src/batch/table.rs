@@ -11,73 +11,20 @@ use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::csv_lines::{Line, Lines, as_text, cells_of, cells_of_row, line_of};
+use super::columns::{Columns, NO_TABLE, cells};
+use super::csv_lines::{Line, Lines, line_of};
 use super::observer::MatchRow;
 pub use super::table_file::TableError;
 use super::table_file::TableFile;
-use super::variants::fingerprint;
 use super::{Batch, Variants};
-use naoisis_sim::scenario::Scenario;
-
-/// The columns before those of the settings.
-const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
-
-/// The columns after those of the settings: first those of a row, in the order of its fields.
-const COLUMNS: [&str; 27] = [
-    "outcome",
-    "duration_s",
-    "blue_goals",
-    "pink_goals",
-    "blue_own_goals",
-    "pink_own_goals",
-    "blue_kicks",
-    "pink_kicks",
-    "blue_kept",
-    "pink_kept",
-    "blue_given_away",
-    "pink_given_away",
-    "blue_penalties",
-    "pink_penalties",
-    "outs",
-    "blue_possession",
-    "ball_in_blue_half",
-    "messages_lost",
-    "blue_belief_error_m",
-    "pink_belief_error_m",
-    "blue_belief_over_0_5_m",
-    "pink_belief_over_0_5_m",
-    "blue_belief_over_1_m",
-    "pink_belief_over_1_m",
-    "note",
-    "realism",
-    SCENARIO,
-];
-
-/// The last columns, which are those of the scenario.
-const COLUMNS_OF_SCENARIO: usize = 2;
-/// The column of the fingerprint.
-const SCENARIO: &str = "scenario";
-
-/// The error for a file that is something else.
-const NO_TABLE: &str = "this is no table of matches";
 
 /// The table of a batch, as a file or in memory only.
-pub struct Table {
-    columns: Vec<String>,
-    file: Option<(PathBuf, File)>,
-}
-
-/// The names of a batch's settings as columns of its tables: one that is called like another column has `set.` before it.
-pub(super) fn setting_columns<V: Variants>(batch: &Batch<V>) -> Vec<String> {
-    let is_taken = |column: &str| LEADING_COLUMNS.contains(&column) || COLUMNS.contains(&column);
-    let unlike_others = |column: String| if is_taken(&column) { format!("set.{column}") } else { column };
-    batch.variants.columns().into_iter().map(unlike_others).collect()
-}
+pub struct Table(Option<(PathBuf, File)>);
 
 impl Table {
     /// A table that is written nowhere.
     pub fn unwritten() -> Self {
-        Self { columns: Vec::new(), file: None }
+        Self(None)
     }
 
     /// The table of this batch in a file: new, or with the rows that are there already, which are returned. A last
@@ -100,8 +47,8 @@ impl Table {
     ) -> Result<(Table, Vec<MatchRow>), TableError> {
         let io_error = |error| TableError::Io { path: path.to_owned(), error };
         let mut opened = TableFile::open(path)?;
-        let mut table = Table::of(batch);
-        let header = table.header();
+        let columns = Columns::of(batch);
+        let header = columns.header();
         let mut lines = Lines { reader: BufReader::new(&opened.file), read_bytes: 0 };
         let mut rows = Vec::new();
         match lines.next_whole().map_err(io_error)? {
@@ -113,14 +60,14 @@ impl Table {
                         let message = format!("the table has more matches than the {} of this batch", indices.len());
                         return Err(TableError::foreign(path, number, message));
                     }
-                    let row = table.read_row(batch, index, &line);
+                    let row = columns.read_row(batch, index, &line);
                     rows.push(row.map_err(|difference| TableError::foreign(path, number, difference))?);
                 }
                 let whole_bytes = lines.read_bytes;
                 let cut = opened.file.set_len(whole_bytes).and_then(|()| opened.file.seek(SeekFrom::End(0)));
                 cut.map_err(io_error)?;
             }
-            Line::Whole(first) => return Err(TableError::foreign(path, 1, table.difference_of_columns(&first))),
+            Line::Whole(first) => return Err(TableError::foreign(path, 1, columns.difference(&first))),
             Line::Part(part) if header.starts_with(&part) => {
                 let cut = opened.file.set_len(0).and_then(|()| opened.file.seek(SeekFrom::Start(0)));
                 cut.map_err(io_error)?;
@@ -128,8 +75,7 @@ impl Table {
             }
             Line::Part(_) => return Err(TableError::foreign(path, 1, NO_TABLE.to_owned())),
         }
-        table.file = Some((path.to_owned(), opened.file));
-        Ok((table, rows))
+        Ok((Table(Some((path.to_owned(), opened.file))), rows))
     }
 
     /// Writes a row of this batch.
@@ -137,109 +83,28 @@ impl Table {
     /// # Errors
     /// When the file cannot be written.
     pub fn write<V: Variants>(&mut self, batch: &Batch<V>, row: &MatchRow) -> Result<(), TableError> {
-        if let Some((path, file)) = &mut self.file {
+        if let Some((path, file)) = &mut self.0 {
             let line = line_of(cells(batch, row).iter().map(String::as_str));
             file.write_all(line.as_bytes()).map_err(|error| TableError::NotWritten { path: path.clone(), error })?;
         }
         Ok(())
     }
-
-    fn names(&self) -> impl Iterator<Item = &str> {
-        LEADING_COLUMNS.into_iter().chain(self.columns.iter().map(String::as_str)).chain(COLUMNS)
-    }
-
-    /// That of a batch, written nowhere.
-    pub(super) fn of<V: Variants>(batch: &Batch<V>) -> Self {
-        Self { columns: setting_columns(batch), file: None }
-    }
-
-    pub(super) fn header(&self) -> String {
-        line_of(self.names())
-    }
-
-    /// How the columns of a file differ from those of the batch.
-    pub(super) fn difference_of_columns(&self, first_line: &str) -> String {
-        let theirs = cells_of(first_line);
-        if !theirs.iter().map(String::as_str).take(LEADING_COLUMNS.len()).eq(LEADING_COLUMNS) {
-            return NO_TABLE.to_owned();
-        }
-        let ours: Vec<&str> = self.names().collect();
-        let list = |names: Vec<&str>| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        let more: Vec<&str> = theirs.iter().map(String::as_str).filter(|name| !ours.contains(name)).collect();
-        if theirs == ours {
-            return "another program saved the table, with other ends of lines, quotes, or a mark at its beginning"
-                .to_owned();
-        }
-        let fewer: Vec<&str> = ours.into_iter().filter(|name| theirs.iter().all(|other| other != name)).collect();
-        match (more.is_empty(), fewer.is_empty()) {
-            (false, false) => format!("the table has {} where this batch has {}", list(more), list(fewer)),
-            (false, true) => format!("the table has {}, which this batch has not", list(more)),
-            (true, false) => format!("the table has no {}, which this batch has", list(fewer)),
-            (true, true) => "the columns are in another order than in this batch".to_owned(),
-        }
-    }
-
-    /// The row of a line, or how it differs from what this batch would write there.
-    pub(super) fn read_row<V: Variants>(&self, batch: &Batch<V>, index: usize, line: &str) -> Result<MatchRow, String> {
-        if index >= batch.len() {
-            return Err(format!("the table has more matches than the {} of this batch", batch.len()));
-        }
-        let theirs = cells_of(line);
-        let (variant, seed) = batch.job(index);
-        let no_row = || "this is no row of the table".to_owned();
-        let row = self.row_of(&theirs, index, variant).ok_or_else(no_row)?;
-        let ours = cells(batch, &MatchRow { seed, ..row.clone() });
-        let different = self.names().zip(theirs.iter().zip(&ours)).find(|(_, (theirs, ours))| theirs != ours);
-        match different {
-            None if theirs.len() == ours.len() => Ok(row),
-            Some((SCENARIO, (theirs, _))) => Err(difference_of_scenarios(batch, &row, theirs)),
-            Some((name, (theirs, ours))) => Err(format!("`{name}` is {theirs}, and {ours} in this batch")),
-            None => Err(no_row()),
-        }
-    }
-
-    fn row_of(&self, cells: &[String], index: usize, variant: usize) -> Option<MatchRow> {
-        let first = LEADING_COLUMNS.len() + self.columns.len();
-        let own = cells.get(first..first + COLUMNS.len() - COLUMNS_OF_SCENARIO)?;
-        let row: MatchRow = csv::StringRecord::from(own).deserialize(None).ok()?;
-        Some(MatchRow { index, variant, seed: cells.get(1)?.parse().ok()?, ..row })
-    }
 }
 
 /// The rows of a batch as the text of a table, as a file of it is.
 pub fn table_text<'a, V: Variants>(batch: &Batch<V>, rows: impl IntoIterator<Item = &'a MatchRow>) -> String {
-    let header = Table::of(batch).header();
+    let header = Columns::of(batch).header();
     let lines = rows.into_iter().map(|row| line_of(cells(batch, row).iter().map(String::as_str)));
     core::iter::once(header).chain(lines).collect()
-}
-
-/// Returns how the scenario of a row differs from this batch's: in its duration alone, or otherwise.
-fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs: &str) -> String {
-    let duration = |duration_s: Option<f32>| duration_s.map_or("not given".to_owned(), |s| format!("{s} s"));
-    let difference = batch.variants.scenario(row.variant).ok().and_then(|ours| {
-        let with = |duration_s| fingerprint(&Scenario { duration_s, ..ours.clone() });
-        let played = [None, Some(row.duration_s as f32)].into_iter().find(|played| with(*played) == theirs)?;
-        Some(format!("the duration is {}, and {} in this batch", duration(played), duration(ours.duration_s)))
-    });
-    difference.unwrap_or_else(|| {
-        "the scenario, `--duration` or a `--set` that is the same for all is another than in this batch".to_owned()
-    })
-}
-
-/// The cells of a match of this batch.
-fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
-    let mut cells = vec![(row.index + 1).to_string(), row.seed.to_string()];
-    cells.extend(batch.variants.values(row.variant).into_iter().map(as_text));
-    cells.extend(cells_of_row(row));
-    cells.extend([batch.variants.realism(row.variant), batch.variants.fingerprint(row.variant)]);
-    cells
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::batch::MatchOutcome;
+    use crate::batch::csv_lines::{as_text, cells_of};
     use naoisis_core::team::PerTeam;
+    use naoisis_sim::scenario::Scenario;
     use std::fs;
 
     /// Two variants, of which the second has values that spreadsheets would take for formulas.

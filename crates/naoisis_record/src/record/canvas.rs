@@ -2,10 +2,11 @@
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use bevy::math::Vec2;
+use fast_image_resize::images::{Image as Pixels, ImageRef};
+use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
 use std::sync::LazyLock;
 use tiny_skia::{FillRule, LineCap, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
-use super::scaling::scaled;
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::sensing::camera::image::Image;
 
@@ -81,13 +82,12 @@ impl Canvas {
 
     /// Draws a picture with its top left corner at `at`, `scale` times as large.
     pub fn picture(&mut self, image: &Image, at: Vec2, scale: f32) {
-        let scale = scale * self.scale;
-        if scale == 1.0 {
-            return self.pixels(image, at);
+        let size = [image.width, image.height].map(|side| (side as f32 * scale * self.scale).round() as u32);
+        if size == [image.width, image.height] {
+            self.pixels(image, at);
+        } else if let Some(resized) = resized(image, size) {
+            self.pixels(&resized, at);
         }
-        let size = self.size();
-        let at = (at * self.scale).to_array();
-        scaled(image, at, scale, size, |row, column, colours| self.put_row(row, column, colours));
     }
 
     /// Draws a picture with its top left corner at `at`, pixel by pixel.
@@ -251,6 +251,18 @@ pub fn ellipse(centre: Vec2, one: Vec2, other: Vec2) -> Vec<Vec2> {
 /// Nothing wider or higher is drawn on, pixels.
 const MOST_PIXELS: u32 = 16_384;
 
+/// The picture in another size, pixels, by the cubic filter of Mitchell and Netravali; `None` if a side is zero or larger than any canvas.
+fn resized(image: &Image, [width, height]: [u32; 2]) -> Option<Image> {
+    if width.max(height) > MOST_PIXELS {
+        return None;
+    }
+    let source = ImageRef::new(image.width, image.height, &image.rgb, PixelType::U8x3).ok()?;
+    let mut target = Pixels::new(width, height, PixelType::U8x3);
+    let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Mitchell));
+    Resizer::new().resize(&source, &mut target, &options).ok()?;
+    Some(Image { width, height, rgb: target.into_vec(), ..Image::default() })
+}
+
 fn skia(Colour([red, green, blue]): Colour, cover: f32) -> tiny_skia::Color {
     tiny_skia::Color::from_rgba8(red, green, blue, (cover.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
@@ -343,5 +355,16 @@ mod tests {
         assert_eq!([drawn.colour(3, 4), drawn.colour(4, 4)], [Some([255, 0, 0]), Some([0, 0, 255])]);
         assert_eq!([drawn.colour(2, 4), drawn.colour(5, 4)], [Some(PAPER.0); 2]);
         assert!(drawn.colour(10, 11).unwrap()[0] > 200 && drawn.colour(17, 11).unwrap()[2] > 200);
+    }
+
+    #[test]
+    fn what_is_beyond_the_edges_is_left_out() {
+        let image = Image { width: 8, height: 6, rgb: vec![77; 3 * 8 * 6], ..Image::default() };
+        for (at, drawn) in [([-6.0, 26.0], 10 * 4), ([35.0, -2.0], 5 * 10), ([41.0, 0.0], 0), ([0.0, -13.0], 0)] {
+            let mut canvas = Canvas::new([40, 30], PAPER);
+            canvas.picture(&image, at.into(), 2.0);
+            let even = canvas.into_image().rgb.chunks_exact(3).filter(|pixel| *pixel == [77; 3]).count();
+            assert_eq!(even, drawn, "{at:?}");
+        }
     }
 }

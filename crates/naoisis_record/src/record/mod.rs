@@ -30,7 +30,6 @@ pub mod png_file;
 pub mod read;
 pub mod read_trace;
 pub mod recorder;
-mod scaling;
 pub mod sheet;
 mod shortest_float;
 pub mod summary_page;
@@ -42,4 +41,5 @@ pub mod video;
 mod video_file;
 
 pub use plugin::RecordPlugin;
-pub use shortest_float::{shortest_double, shortest_single};
+pub use shortest_float::shortest_json;
+pub(crate) use shortest_float::{shortest_double, shortest_single};

@@ -11,11 +11,6 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
-/// A trace with more cycles is not read: they would be more than a day at 30 a second.
-const MOST_CYCLES: u64 = 3_000_000;
-/// A trace whose events have more bytes is not read: those of a match have less than a hundredth of it.
-const MOST_EVENT_BYTES: usize = 64 << 20;
-
 /// A whole trace in memory.
 pub struct ReadTrace {
     /// The scenario of the match, with its seed.
@@ -58,23 +53,11 @@ impl ReadTrace {
             fields: reader.fields().clone(),
             ending: Ending::NotYet,
         };
-        let (mut cycles, mut event_bytes) = (0, 0);
         while let Some(record) = reader.next_cycle()? {
             if let Err(error) = read.history.push(&record) {
                 return Err(TraceError::Io { path: path.to_owned(), error: io::Error::other(error) });
             }
             read.events.extend(record.events.iter().map(|event| (record.time_s, event.clone())));
-            cycles += 1;
-            if !record.events.is_empty() {
-                event_bytes += serde_json::to_string(&record.events).map_or(0, |text| text.len());
-            }
-            if cycles > MOST_CYCLES || event_bytes > MOST_EVENT_BYTES {
-                let error = io::Error::other(format!(
-                    "the trace is too large to be shown: it ends nowhere near {:.0} s",
-                    record.time_s
-                ));
-                return Err(TraceError::Io { path: path.to_owned(), error });
-            }
             let time_s = record.time_s;
             read.last = Some(record);
             if told(time_s).is_break() {

@@ -4,6 +4,7 @@
 //! precision has at most six digits, small numbers at least three, since variances are small. No sensor of a robot is as exact.
 //! The header of a trace keeps all digits, because the match is played again from it.
 
+use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter};
 use std::io::{self, Write};
 
@@ -28,6 +29,16 @@ pub fn shortest_single(number: f32) -> f64 {
 /// Returns `number` as a reader of a trace gets it.
 pub fn shortest_double(number: f64) -> f64 {
     parsed(number, |text| ShortestFloats.write_f64(text, number))
+}
+
+/// Returns the JSON of `value` with the numbers of a trace's lines.
+///
+/// # Errors
+/// When `value` is none that JSON has, such as a map with keys that are no texts.
+pub fn shortest_json(value: &impl Serialize) -> serde_json::Result<String> {
+    let mut text = Vec::new();
+    value.serialize(&mut serde_json::Serializer::with_formatter(&mut text, ShortestFloats))?;
+    String::from_utf8(text).map_err(serde::ser::Error::custom)
 }
 
 /// Returns what is read back after `write`, or `number` if that fails.
@@ -119,12 +130,9 @@ fn write_number<W: ?Sized + Write>(writer: &mut W, number: f64, places: usize) -
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use serde::Serialize;
 
     fn written(value: impl Serialize) -> String {
-        let mut text = Vec::new();
-        value.serialize(&mut serde_json::Serializer::with_formatter(&mut text, ShortestFloats)).unwrap();
-        String::from_utf8(text).unwrap()
+        shortest_json(&value).unwrap()
     }
 
     #[test]

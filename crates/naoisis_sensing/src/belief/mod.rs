@@ -29,6 +29,7 @@ mod localiser;
 mod moments;
 pub mod particle_filter;
 mod particle_set;
+mod particle_sightings;
 pub mod pose_estimate;
 pub mod robots;
 mod settings;
@@ -57,7 +58,7 @@ pub struct Belief {
     #[serde(with = "file_units::pose")]
     #[schemars(with = "[f32; 3]")]
     pub pose: Pose,
-    /// The covariance of the pose.
+    /// The covariance of the pose, m and radians: xx, xy, yy, xθ, yθ, θθ.
     pub pose_covariance: PoseCovariance,
     /// The time since a landmark confirmed the pose, s.
     pub pose_age_s: f32,
@@ -79,9 +80,9 @@ pub struct BallBelief {
     /// Its velocity, m/s, team frame.
     #[schemars(with = "[f32; 2]")]
     pub velocity_mps: Vec2,
-    /// The covariance of the place, m².
+    /// The covariance of the place, m²: xx, xy, yy.
     pub position_covariance: PlaceCovariance,
-    /// The covariance of the velocity, (m/s)².
+    /// The covariance of the velocity, (m/s)²: xx, xy, yy.
     pub velocity_covariance: PlaceCovariance,
     /// The time since it was seen, s: by the robot itself, or by the team-mate that reported it.
     pub age_s: f32,
@@ -100,7 +101,7 @@ pub struct RobotBelief {
     /// Its place, m, team frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
-    /// The covariance of the place, m².
+    /// The covariance of the place, m²: xx, xy, yy.
     pub covariance: PlaceCovariance,
     /// The time since it was seen or reported, s.
     pub age_s: f32,

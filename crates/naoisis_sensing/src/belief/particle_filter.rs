@@ -6,19 +6,16 @@
 //!
 //! Unlike the [Kalman filter](super::pose_estimate), it represents several hypotheses at a time; it is about ten times as costly.
 
-use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::covariance::inverse;
-use super::landmarks::{Landmarks, PitchObservation, seen_goal, sighting_of_mark, sighting_of_post};
-use super::line_sighting::SeenLine;
+use super::landmarks::{Landmarks, PitchObservation};
 use super::particle_set::{Particle, likeliest_hypothesis, normalise, resample, spread};
-use super::pose_estimate::{PoseEstimate, StepError, pose_from_two};
-use super::sighting::{Residual, Sighting};
-use crate::sensing::vision::{GoalPostPercept, LandmarkKind};
-use naoisis_core::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
-use naoisis_core::pitch::{End, GoalColour};
+use super::particle_sightings::{Sightings, pose_from_posts};
+use super::pose_estimate::{PoseEstimate, StepError};
+use crate::sensing::vision::GoalPostPercept;
+use naoisis_core::geometry::{Pose, wrap_angle};
+use naoisis_core::pitch::End;
 use naoisis_core::random::RandomStream;
 use naoisis_core::team::RobotId;
 
@@ -26,12 +23,6 @@ use naoisis_core::team::RobotId;
 const COUNT: usize = 100;
 /// Cycles between two updates by sightings: the errors of successive images are correlated.
 const CYCLES_PER_UPDATE: usize = 3;
-/// The greatest number of marks that are used in an update.
-const MARKS_PER_UPDATE: usize = 3;
-/// The greatest number of line segments that are used in an update.
-const LINES_PER_UPDATE: usize = 1;
-/// The greatest squared Mahalanobis distance of a sighting: beyond it, it counts as an outlier.
-const OUTLIER: f32 = 12.0;
 /// The rates of the long-term and the short-term mean of the likelihood.
 const MEMORY: [f32; 2] = [0.01, 0.15];
 /// The greatest share of new particles in an update.
@@ -167,19 +158,11 @@ impl ParticleFilter {
 
     /// Weights the particles by the sightings of a cycle, and resamples them.
     pub(crate) fn correct(&mut self, observation: &PitchObservation) {
-        let PitchObservation { percepts, landmarks, own_end, image, turn, model, .. } = *observation;
+        let PitchObservation { percepts, landmarks, own_end, turn, .. } = *observation;
         if !turn.is_multiple_of(CYCLES_PER_UPDATE) {
             return;
         }
-        let lines: Vec<SeenLine> = observation.lines(LINES_PER_UPDATE).filter(SeenLine::is_useful).collect();
-        let seen = percepts.goal_posts.len() + observation.marks(MARKS_PER_UPDATE).count() + lines.len();
-        if seen == 0 {
-            return;
-        }
-        let posts: Vec<(GoalColour, Sighting)> =
-            percepts.goal_posts.iter().map(|post| (post.colour, sighting_of_post(post, image, model))).collect();
-        let marks: Vec<(LandmarkKind, Sighting)> =
-            observation.marks(MARKS_PER_UPDATE).map(|mark| (mark.kind, sighting_of_mark(mark, model))).collect();
+        let Some(sightings) = Sightings::of(observation) else { return };
         if let Some(reckoned) = self.reckoned {
             for particle in &mut self.particles {
                 particle.pose = nearer_half(particle.pose, reckoned);
@@ -187,27 +170,7 @@ impl ParticleFilter {
         }
         let mut sum = 0.0;
         for particle in &mut self.particles {
-            let (position, forward) = (particle.pose.position, particle.pose.forward());
-            let expected = |place: Vec2| unrotate(forward, place - position);
-            let mut distance = 0.0;
-            for (colour, sighting) in &posts {
-                distance += nearest(sighting, landmarks.posts(*colour, own_end).map(expected));
-            }
-            for (kind, sighting) in &marks {
-                distance += match *kind {
-                    LandmarkKind::Junction { shape } => nearest(sighting, landmarks.junctions(shape).map(expected)),
-                    LandmarkKind::PenaltyCross => nearest(sighting, landmarks.crosses().map(expected)),
-                    LandmarkKind::CornerArc => nearest(sighting, landmarks.arcs().map(expected)),
-                    LandmarkKind::CentreCircle => nearest(sighting, core::iter::once(expected(Vec2::ZERO))),
-                    LandmarkKind::Line { .. } => 0.0,
-                };
-            }
-            for line in &lines {
-                let candidates = landmarks.lines().iter().filter(|other| line.can_be_of(other, position, forward));
-                distance += least(candidates.map(|other| line.residual(other, position, forward)));
-            }
-            // The errors of successive images are correlated, so each counts for less.
-            let likelihood = ops::exp(-0.25 * distance / (seen as f32).sqrt());
+            let likelihood = sightings.likelihood_at(particle.pose);
             particle.weight *= likelihood;
             sum += likelihood;
         }
@@ -256,53 +219,6 @@ fn nearer_half(pose: Pose, to: Pose) -> Pose {
     if off(turned) < off(pose) { turned } else { pose }
 }
 
-/// The squared Mahalanobis distance of a sighting from the likeliest of these places, m, robot frame.
-fn nearest(sighting: &Sighting, places: impl Iterator<Item = Vec2>) -> f32 {
-    least(places.map(|place| sighting.residual(place)))
-}
-
-/// The least squared Mahalanobis distance of these residuals, at most [`OUTLIER`].
-fn least(residuals: impl Iterator<Item = Residual>) -> f32 {
-    residuals
-        .map(|Residual { difference, noise }| {
-            // Particles are sparse: with the camera's error alone, the true pose would rarely be among them.
-            let noise = noise + Mat2::from_diagonal(Vec2::splat(2e-3));
-            difference.dot(inverse(noise) * difference)
-        })
-        .fold(OUTLIER, f32::min)
-}
-
-/// A random pose from which the posts in view would be seen at their places: near one pose for a goal, anywhere around a single post.
-fn pose_from_posts(
-    seen: &[GoalPostPercept],
-    landmarks: &Landmarks,
-    own_end: End,
-    stream: &mut RandomStream,
-) -> Option<Pose> {
-    let pose = match (seen_goal(seen), seen) {
-        (Some([left, right]), _) => {
-            let goals: Vec<_> = landmarks.goals(left.colour, own_end).collect();
-            // If both have this colour, it may be either.
-            let index = if goals.len() > 1 { (stream.uniform() * goals.len() as f32) as usize } else { 0 };
-            let goal = goals.get(index)?;
-            let places = [goal.left_post, goal.right_post];
-            spread(pose_from_two(places, [left.position_m, right.position_m]), 0.15, 0.06, stream)
-        }
-        (None, [post, ..]) => {
-            let places: Vec<Vec2> = landmarks.posts(post.colour, own_end).collect();
-            let place = *places.get((stream.uniform() * places.len() as f32) as usize)?;
-            // Anywhere around it, towards the pitch.
-            let inwards = angle_of(-place) + (stream.uniform() - 0.5) * core::f32::consts::PI;
-            let distance = post.position_m.length() * (1.0 + stream.gaussian(0.1));
-            let position = place + unit(inwards) * distance;
-            let heading = wrap_angle(angle_of(place - position) - angle_of(post.position_m));
-            Pose { position, heading }
-        }
-        (None, []) => return None,
-    };
-    landmarks.is_on_carpet(pose.position).then_some(pose)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -310,6 +226,7 @@ mod tests {
     use crate::sensing::vision::Percepts;
     use approx::assert_abs_diff_eq;
     use naoisis_core::camera_model::CameraName;
+    use naoisis_core::geometry::unit;
     use naoisis_core::pitch::{GoalColour, Pitch};
     use naoisis_core::team::Team;
 

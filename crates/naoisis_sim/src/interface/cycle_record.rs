@@ -4,6 +4,7 @@
 //! of.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -28,7 +29,7 @@ use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sensing::sensing::vision::Percepts;
 
 /// The world after a cycle.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename = "cycle")]
 pub struct CycleRecord {
     /// Cycles since the start.
@@ -38,14 +39,15 @@ pub struct CycleRecord {
     /// The ball, if there is one.
     #[serde(default)]
     pub ball: Option<BallRecord>,
-    /// The robots, in the order of their ids.
+    /// The robots, in the order of their ids: by team, then by number.
     #[serde(default)]
     pub robots: Vec<RobotRecord>,
     /// The state of the game.
     #[serde(default)]
     pub game: GameRecord,
-    /// What happened in the cycle.
+    /// The events of the cycle: each a `kind`, and what belongs to it.
     #[serde(default)]
+    #[schemars(with = "Vec<Value>")]
     pub events: Vec<MatchEvent>,
 }
 
@@ -57,68 +59,76 @@ impl CycleRecord {
 }
 
 /// The ball after a cycle.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct BallRecord {
     /// Its centre, m, pitch frame.
+    #[schemars(with = "[f32; 3]")]
     pub position_m: Vec3,
     /// Its velocity, m/s, pitch frame.
+    #[schemars(with = "[f32; 3]")]
     pub velocity_mps: Vec3,
 }
 
 /// A robot after a cycle, and what it perceived, believed and wanted in it.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct RobotRecord {
-    /// Which robot.
+    /// Its team and number: `blue1`.
     pub id: RobotId,
-    /// Where it is, pitch frame: `[x m, y m, heading deg]` in files.
+    /// Its true pose, pitch frame: `[x m, y m, heading deg]` in files.
     #[serde(default, with = "file_units::pose")]
+    #[schemars(with = "[f32; 3]")]
     pub pose: Pose,
-    /// How it moves, pitch frame: `[x m/s, y m/s, turn deg/s]` in files.
+    /// Its true velocity, pitch frame: `[x m/s, y m/s, turn deg/s]` in files.
     #[serde(default, with = "velocity")]
+    #[schemars(with = "[f32; 3]")]
     pub velocity: Velocity,
-    /// Where its head is turned.
+    /// The angles of its head: `[yaw deg, pitch deg]` in files.
     #[serde(default, rename = "head_deg", with = "head_angles")]
+    #[schemars(with = "[f32; 2]")]
     pub head: HeadAngles,
-    /// How its body is.
+    /// Its true posture; left out if it is upright.
     #[serde(default, skip_serializing_if = "is_upright")]
+    #[schemars(with = "Value")]
     pub posture: Posture,
     /// The penalty that it serves.
     #[serde(default)]
     pub penalised: Option<PenaltyRecord>,
-    /// What it knew of its own way: `[x m, y m, heading deg]` in files.
+    /// Its pose relative to the start by its own steps: `[x m, y m, heading deg]` in files.
     #[serde(default, with = "file_units::pose")]
+    #[schemars(with = "[f32; 3]")]
     pub odometry: Pose,
-    /// What its sonars measured, m.
+    /// The distances that its sonars measured, m.
     #[serde(default)]
     pub sonar_m: SonarReading,
-    /// What it recognised.
+    /// The objects that its cameras detected: places on the ground, m, robot frame, and pixels `[u, v]`.
     #[serde(default)]
     pub percepts: Percepts,
     /// The messages that arrived.
     #[serde(default)]
     pub inbox: Vec<ReceivedMessage>,
-    /// What it was told of the game.
+    /// Its information about the game, delayed if the rules say so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub game: Option<GameStatus>,
-    /// What its body was doing.
+    /// The state of its body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<BodyStatus>,
-    /// What sensors of the program's own read.
+    /// The readings of custom sensors by their names.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sensors: BTreeMap<String, Value>,
-    /// What it believed.
+    /// Its beliefs, in the frame of its team.
     #[serde(default)]
     pub belief: Option<Belief>,
-    /// What it wanted; none at the start.
+    /// Its commands in the words of a script, each only if it was given; none at the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<RobotCommand>,
-    /// What its behaviour drew.
+    /// The drawings of its behaviour.
     #[serde(default, skip_serializing_if = "Drawings::is_empty")]
+    #[schemars(with = "Value")]
     pub drawings: Drawings,
-    /// Why it did what it did, of those who say so.
+    /// The reasons for its decision, if its behaviour gives them and they were asked for by name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reasons: Option<Reasons>,
-    /// What it has last reported of itself to a GameController.
+    /// The last status report of its program to a GameController.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reported: Option<StatusReport>,
 }
@@ -176,44 +186,44 @@ fn is_upright(posture: &Posture) -> bool {
 }
 
 /// A penalty that is being served.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct PenaltyRecord {
-    /// What for.
+    /// The offence.
     pub reason: PenaltyReason,
     /// Time of play until the robot may come back, s.
     pub time_left_s: f64,
 }
 
 /// The state of the game after a cycle.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct GameRecord {
-    /// The state.
+    /// The state of play.
     pub state: GameState,
-    /// Goals.
+    /// The goals of `blue` and `pink`.
     pub score: Score,
     /// The half, from 1.
     pub half: u32,
-    /// Time left in the half, s; none without a clock.
+    /// Time left in the half, s; none if the rules have no clock.
     pub time_left_s: Option<f64>,
     /// The end that the blue team defends.
     #[serde(default)]
     pub blue_end: End,
-    /// The team that the ball is for: of the free kick under way, or else of the last kick-off; none after a drop ball.
+    /// The team that the ball belongs to: by the free kick under way, or else by the last kick-off; none after a drop ball.
     #[serde(default)]
     pub kicking_team: Option<Team>,
     /// The free kick under way, or the kick-off that is one team's own.
     #[serde(default)]
     pub set_play: Option<SetPlayStatus>,
-    /// Time left of what the game waits for, s: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
+    /// Time left of `ready`, of `set`, of a free kick or of a shot in a shoot-out, s.
     #[serde(default)]
     pub secondary_time_left_s: Option<f64>,
-    /// How many messages each team may still send; none where it is not limited.
+    /// How many messages `blue` and `pink` may still send; none if unlimited.
     #[serde(default)]
     pub messages_left: Option<PerTeam<u32>>,
     /// How often the referee has whistled.
     #[serde(default)]
     pub whistles: u32,
-    /// How often it has raised its arms for a half's first `ready`.
+    /// How often the referee has raised its arms for a half's first `ready`.
     #[serde(default)]
     pub ready_signals: u32,
     /// The penalty shoot-out under way, or that decided the match.
@@ -255,13 +265,13 @@ impl GameRecord {
 }
 
 /// A penalty shoot-out.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct ShootOutRecord {
-    /// The team that shoots.
+    /// The shooting team.
     pub team: Team,
-    /// Shots that each team has taken.
+    /// The shots of `blue` and `pink` so far.
     pub taken: Score,
-    /// Goals of each team.
+    /// The goals of `blue` and `pink` in it.
     pub goals: Score,
 }
 

@@ -57,13 +57,14 @@ fn perceived_names() -> impl Iterator<Item = &'static str> {
 
 /// The names of all parts.
 fn known_names() -> impl Iterator<Item = &'static str> {
-    TRACE_FIELDS.iter().map(|field| field.name)
+    TRACE_FIELDS.keys().map(String::as_str)
 }
 
-/// The part that was probably meant: one that is called so within another, or one that a few typing errors lead to.
+/// The part that was probably meant: the outermost of this name within another, or one that a few typing errors lead to.
 fn meant_by<I: Iterator<Item = &'static str>>(name: &str, known_names: impl Fn() -> I) -> Option<&'static str> {
     let is_within = |known: &&str| !name.is_empty() && known.strip_suffix(name).is_some_and(|rest| rest.ends_with('.'));
-    known_names().find(is_within).or_else(|| nearest(name, known_names()))
+    let depth = |known: &&str| known.split('.').count();
+    known_names().filter(is_within).min_by_key(depth).or_else(|| nearest(name, known_names()))
 }
 
 impl Fields {

@@ -1,175 +1,65 @@
-//! The fields of a trace's lines: one list for whoever chooses some of them, and for the guide's table.
+//! The fields of a trace's lines, from the types of the record: for a choice of some of them, and for the guide's table.
 
-/// A field of the lines of a trace.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct TraceField {
-    /// Its name, with those of what it is in: `robots.pose`.
-    pub name: &'static str,
-    /// What it says, with its unit.
-    pub says: &'static str,
+use schemars::generate::SchemaSettings;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use super::cycle_record::CycleRecord;
+use crate::scenario::wording::one_of;
+
+/// The names of all fields, each with those of what it is in (`robots.pose`), and what they say.
+pub static TRACE_FIELDS: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
+    let mut settings = SchemaSettings::draft2020_12().for_serialize();
+    settings.inline_subschemas = true;
+    let schema = settings.into_generator().into_root_schema_for::<CycleRecord>();
+    let mut fields = BTreeMap::from([("type".to_owned(), "`cycle`".to_owned())]);
+    add_fields(schema.as_value(), "", &mut fields);
+    fields
+});
+
+/// Fields whose parts are not listed: programs and messages have them as a whole.
+const WHOLE: [&str; 2] = ["posture", "say"];
+
+/// The parts of a value for each team, which are not listed.
+const OF_TEAMS: [&str; 2] = ["blue", "pink"];
+
+/// A field that no line has: the numbers of opponents are not known.
+const UNKNOWN: &str = "robots.belief.opponents.id";
+
+/// Adds the fields of the values that `schema` describes, below the field `path`.
+fn add_fields(schema: &Value, path: &str, fields: &mut BTreeMap<String, String>) {
+    for (name, part) in schema["properties"].as_object().into_iter().flatten() {
+        let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        if OF_TEAMS.contains(&name.as_str()) || path == UNKNOWN {
+            continue;
+        }
+        let is_whole = WHOLE.contains(&name.as_str());
+        let words = if is_whole { Vec::new() } else { words(part) };
+        let words = if words.is_empty() { String::new() } else { one_of(words) };
+        let says = match fields.remove(&path) {
+            Some(before) => format!("{before}, {words}"),
+            None => format!("{} {words}", first_sentence(part)).trim().to_owned(),
+        };
+        fields.insert(path.clone(), says);
+        if !is_whole {
+            add_fields(part, &path, fields);
+        }
+    }
+    alternatives(schema).chain(schema.get("items")).for_each(|part| add_fields(part, path, fields));
 }
 
-const fn field(name: &'static str, says: &'static str) -> TraceField {
-    TraceField { name, says }
+fn first_sentence(schema: &Value) -> String {
+    let description = schema["description"].as_str().unwrap_or_default().replace('\n', " ");
+    description.split_inclusive(". ").next().unwrap_or_default().trim_end().to_owned()
 }
 
-/// All fields, in the order in which a line has them.
-pub const TRACE_FIELDS: &[TraceField] = &[
-    field("type", "`cycle`"),
-    field("cycle", "cycles since the start"),
-    field("time_s", "time since the start, s"),
-    field("ball", "the ball, or null"),
-    field("ball.position_m", "its centre `[x, y, z]`, m"),
-    field("ball.velocity_mps", "its velocity `[x, y, z]`, m/s"),
-    field("robots", "the robots, ordered by team and number"),
-    field("robots.id", "which robot: `blue1`"),
-    field("robots.pose", "where it truly is: `[x m, y m, heading deg]`"),
-    field("robots.velocity", "how it truly moves: `[x m/s, y m/s, turn deg/s]`"),
-    field("robots.posture", "how its body truly is, unless it is upright"),
-    field("robots.penalised", "the penalty that it serves, or null"),
-    field("robots.penalised.reason", "what for"),
-    field("robots.penalised.time_left_s", "time of play until it may come back, s"),
-    field("robots.head_deg", "its head's angles: `[yaw, pitch]`, deg"),
-    field("robots.odometry", "its way by its own steps since the start: `[x m, y m, heading deg]`"),
-    field("robots.sonar_m", "the distances that its sonars measure, m"),
-    field("robots.sonar_m.left", "of the left sonar, or null"),
-    field("robots.sonar_m.right", "of the right sonar, or null"),
-    field(
-        "robots.sonar_m.time_s",
-        "when they pinged, s since the start, of sonars that do not ping at each cycle's start or are late",
-    ),
-    field("robots.percepts", "what it recognises; places on the ground in the robot's frame, m; pixels `[u, v]`"),
-    field("robots.percepts.time_s", "when it was seen, s since the start"),
-    field("robots.percepts.ball", "the ball, or null"),
-    field("robots.percepts.ball.camera", "which camera of its model, such as `top`"),
-    field("robots.percepts.ball.pixel", "the pixel of its centre"),
-    field("robots.percepts.ball.position_m", "where it seems to be"),
-    field("robots.percepts.goal_posts", "goal posts"),
-    field("robots.percepts.goal_posts.camera", "which camera of its model, such as `top`"),
-    field("robots.percepts.goal_posts.colour", "`blue` or `yellow`"),
-    field("robots.percepts.goal_posts.pixel", "the pixel where it stands"),
-    field("robots.percepts.goal_posts.position_m", "where it seems to stand"),
-    field("robots.percepts.robots", "other robots"),
-    field("robots.percepts.robots.camera", "which camera of its model, such as `top`"),
-    field("robots.percepts.robots.team", "the team by the colour of the waistband"),
-    field("robots.percepts.robots.pixel", "the pixel where it stands"),
-    field("robots.percepts.robots.position_m", "where it seems to stand"),
-    field("robots.percepts.landmarks", "lines, junctions and marks"),
-    field("robots.percepts.landmarks.camera", "which camera of its model, such as `top`"),
-    field(
-        "robots.percepts.landmarks.kind",
-        "`line`, `junction`, `penalty_cross`, `centre_circle` or `corner_arc` (its corner)",
-    ),
-    field("robots.percepts.landmarks.pixel", "its pixel; of a line, that of one end"),
-    field("robots.percepts.landmarks.position_m", "where it seems to be"),
-    field("robots.percepts.landmarks.end_pixel", "of a line, the pixel of the other end"),
-    field("robots.percepts.landmarks.end_position_m", "of a line, where the other end seems to be"),
-    field("robots.percepts.landmarks.shape", "of a junction: `l`, `t` or `x`"),
-    field("robots.inbox", "the messages that arrived"),
-    field("robots.inbox.from", "who sent it"),
-    field("robots.inbox.sent_cycle", "in which cycle"),
-    field("robots.inbox.say", "what it says: as in a command"),
-    field("robots.game", "what the robot is told of the game, late where the rules say so"),
-    field("robots.game.state", "`initial`, `standby`, `ready`, `set`, `playing` or `finished`"),
-    field("robots.game.score", "goals of `blue` and `pink`"),
-    field("robots.game.half", "the half, from 1"),
-    field("robots.game.time_left_s", "time left in it, s, or null"),
-    field("robots.game.time_s", "time since the start, s"),
-    field("robots.game.own_end", "the end that its team defends: `negative_x` or `positive_x`"),
-    field("robots.game.kick_off_team", "the team that has, or had last, the kick-off"),
-    field("robots.game.drop_ball", "whether there was a drop ball instead"),
-    field("robots.game.secondary_time_left_s", "time left of what the game waits for, s, or null"),
-    field("robots.game.set_play", "the free kick under way, its `kind` and, once it is known, its `team`, or null"),
-    field("robots.game.messages_left", "how many messages its team may still send, or null"),
-    field("robots.game.shoot_out", "the team that shoots in a shoot-out, or null"),
-    field("robots.game.penalised", "whether it is penalised"),
-    field("robots.game.penalty", "what for, or null"),
-    field("robots.game.restarts", "how often it was placed for a restart"),
-    field("robots.game.hand_placements", "how often it was placed by hand"),
-    field("robots.game.whistles", "how many whistles there were"),
-    field("robots.game.ready_signals", "how often the referee raised its arms for a half's first `ready`"),
-    field(
-        "robots.body",
-        "what its body is doing: `standing`, `walking`, `kicking`, `recovering`, `fallen`, `getting_up`, `diving` or `penalised`",
-    ),
-    field("robots.sensors", "what sensors of the program's own read, by name"),
-    field("robots.belief", "what it believes, in the frame of its team, or null"),
-    field("robots.belief.pose", "where it is: `[x m, y m, heading deg]`"),
-    field("robots.belief.pose_covariance", "how uncertain that is: xx, xy, yy, xθ, yθ, θθ, m and radians"),
-    field("robots.belief.pose_age_s", "since something seen confirmed it, s"),
-    field("robots.belief.ball", "the ball, or null"),
-    field("robots.belief.ball.position_m", "where it is, m"),
-    field("robots.belief.ball.velocity_mps", "where it rolls, m/s"),
-    field("robots.belief.ball.position_covariance", "how uncertain its place is: xx, xy, yy, m²"),
-    field("robots.belief.ball.velocity_covariance", "how uncertain its velocity is, (m/s)²"),
-    field("robots.belief.ball.age_s", "since it was seen, s"),
-    field("robots.belief.ball.heard_from", "the team-mate that told of it, if it is not seen"),
-    field("robots.belief.team_mates", "team-mates"),
-    field("robots.belief.team_mates.id", "which, if known"),
-    field("robots.belief.team_mates.position_m", "where, m"),
-    field("robots.belief.team_mates.covariance", "how uncertain that is: xx, xy, yy, m²"),
-    field("robots.belief.team_mates.age_s", "since it was seen or heard, s"),
-    field("robots.belief.opponents", "opponents"),
-    field("robots.belief.opponents.position_m", "where, m"),
-    field("robots.belief.opponents.covariance", "how uncertain that is: xx, xy, yy, m²"),
-    field("robots.belief.opponents.age_s", "since it was seen or heard, s"),
-    field("robots.command", "what it wants, in the words of a script: each only when given; none at the start"),
-    field("robots.command.walk", "a step: `[dx m, dy m, dtheta deg]`"),
-    field("robots.command.head_deg", "where the head goes: `[yaw, pitch]`, deg"),
-    field("robots.command.kick", "a kick"),
-    field(
-        "robots.command.kick.type",
-        "`left_straight`, `right_straight`, `left_side` or `right_side`, or the name of a kick of the robot's model",
-    ),
-    field(
-        "robots.command.kick.direction_deg",
-        "where the ball should go, left of straight ahead; of kicks that can be aimed, 0 is left out",
-    ),
-    field("robots.command.kick.speed", "0 to 1"),
-    field("robots.command.posture", "`get_up`, or a dive: `{\"dive\": \"left\"}`"),
-    field(
-        "robots.command.say",
-        "what it says to its team-mates: `pose`, `ball_m`, `robots_m`, `intention`, `payload`, `datagram`",
-    ),
-    field("robots.drawings", "what its behaviour drew"),
-    field("robots.reasons", "why it did what it did, of behaviours that say so: only where it is asked for by name"),
-    field("robots.reasons.options", "what it could do"),
-    field("robots.reasons.options.name", "what, in a word or two"),
-    field("robots.reasons.options.value", "what that is worth to it, in a unit of its own"),
-    field("robots.reasons.options.why", "what speaks for it"),
-    field("robots.reasons.chosen", "the place of what it chose among the options, from 0"),
-    field("robots.reported", "what it has last reported of itself to a GameController, if it has"),
-    field("robots.reported.time_s", "when that came, s since the start"),
-    field("robots.reported.fallen", "whether it says that it has fallen"),
-    field("robots.reported.pose", "where it says that it is, in its team's frame: `[x m, y m, heading deg]`"),
-    field("robots.reported.ball_age_s", "how long ago it saw the ball, s, or null"),
-    field("robots.reported.ball_m", "where it saw it, in its own frame, m, or null"),
-    field("game", "the state of the game"),
-    field("game.state", "`initial`, `standby`, `ready`, `set`, `playing` or `finished`"),
-    field("game.score", "goals of `blue` and `pink`"),
-    field("game.half", "the half, from 1"),
-    field("game.time_left_s", "time left in it, s, or null without a clock"),
-    field("game.blue_end", "the end that the blue team defends: `negative_x` or `positive_x`"),
-    field(
-        "game.kicking_team",
-        "whose ball it is: of the free kick, or else of the last kick-off; null after a drop ball",
-    ),
-    field("game.set_play", "the free kick under way, or the kick-off that is one team's own, or null"),
-    field(
-        "game.set_play.kind",
-        "`kick_off`, `kick_in`, `goal_kick`, `corner_kick`, `pushing_free_kick`, `indirect_free_kick` or `penalty_kick`",
-    ),
-    field("game.set_play.team", "whose"),
-    field(
-        "game.secondary_time_left_s",
-        "time left of `ready`, of `set`, of a free kick or a shot of a shoot-out, s, or null",
-    ),
-    field("game.messages_left", "how many messages `blue` and `pink` may still send, or null"),
-    field("game.whistles", "how often the referee has whistled"),
-    field("game.ready_signals", "how often it has raised its arms for a half's first `ready`"),
-    field("game.shoot_out", "the penalty shoot-out, or null"),
-    field("game.shoot_out.team", "the team that shoots"),
-    field("game.shoot_out.taken", "shots of `blue` and `pink`"),
-    field("game.shoot_out.goals", "goals of `blue` and `pink`"),
-    field("events", "what happened in the cycle: a `kind`, and what belongs to it"),
-];
+/// The words that a value can be.
+fn words(schema: &Value) -> Vec<&str> {
+    let listed = schema["enum"].as_array().into_iter().flatten().chain(schema.get("const"));
+    listed.filter_map(Value::as_str).chain(alternatives(schema).flat_map(words)).collect()
+}
+
+fn alternatives(schema: &Value) -> impl Iterator<Item = &Value> {
+    ["oneOf", "anyOf"].into_iter().filter_map(|key| schema[key].as_array()).flatten()
+}

@@ -69,10 +69,10 @@ pub struct RobotCommand {
     /// A kick.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kick: Option<KickRequest>,
-    /// Getting up, or a dive.
+    /// Getting up, or a dive: `get_up`, or `{ "dive": "left" }`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posture: Option<PostureRequest>,
-    /// A message for the team-mates.
+    /// A message for the team-mates, with any of `pose`, `ball_m`, `robots_m`, `intention`, `payload` and `datagram`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub say: Option<TeamMessage>,
 }

@@ -5,11 +5,11 @@
 //! other file.
 
 use bevy::prelude::*;
-use bevy::reflect::serde::TypedReflectDeserializer;
-use bevy::reflect::{FromReflect, GetTypeRegistration, TypeRegistry, Typed};
-use core::fmt;
-use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use bevy::reflect::TypeRegistry;
+use core::any::TypeId;
+use core::marker::PhantomData;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::{Map, Value, json};
 use std::io;
 use std::path::Path;
@@ -18,8 +18,7 @@ use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::layers::lay_over;
-use super::message_pack;
-use super::saved_match::{FORMAT, LARGEST_FILE_BYTES, SavedMatch, SavedMatchError, VERSION};
+use super::saved_match::{LARGEST_FILE_BYTES, NamedValues, SavedMatch, SavedMatchError, read_parts};
 use super::source::{ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use naoisis_core::cycle::CycleClock;
@@ -57,104 +56,29 @@ struct Head {
 
 impl Head {
     fn read(bytes: &[u8]) -> Result<Head, SavedMatchError> {
-        message_pack::check(bytes)?;
         let mut registry = TypeRegistry::default();
         registry.register::<Scenario>();
         registry.register::<CycleClock>();
-        let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
-        HeadSeed(&registry).deserialize(&mut deserializer).map_err(|error| SavedMatchError::Content(error.to_string()))
-    }
-}
-
-/// Reads the head with the types of a registry.
-#[derive(Clone, Copy)]
-struct HeadSeed<'a>(&'a TypeRegistry);
-
-impl<'de> DeserializeSeed<'de> for HeadSeed<'_> {
-    type Value = Head;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Head, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
-
-impl<'de> Visitor<'de> for HeadSeed<'_> {
-    type Value = Head;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a saved match")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Head, A::Error> {
-        let mut head = None;
-        while let Some(key) = map.next_key::<String>()? {
-            match key.as_str() {
-                "format" if map.next_value::<String>()? == FORMAT => {}
-                "version" => {
-                    let version: u32 = map.next_value()?;
-                    if version != VERSION {
-                        return Err(A::Error::custom(format!("it has version {version}, not {VERSION}")));
-                    }
-                }
-                "resources" => head = Some(map.next_value_seed(Resources(self))?),
-                "entities" => {
-                    map.next_value::<IgnoredAny>()?;
-                }
-                _ => return Err(A::Error::custom("it is something else")),
-            }
-        }
-        head.ok_or_else(|| A::Error::custom("it is empty"))
-    }
-}
-
-/// Reads the head out of a match's resources.
-struct Resources<'a>(HeadSeed<'a>);
-
-impl<'de> DeserializeSeed<'de> for Resources<'_> {
-    type Value = Head;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Head, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
-
-impl<'de> Visitor<'de> for Resources<'_> {
-    type Value = Head;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("values by the names of their types")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Head, A::Error> {
-        let Resources(HeadSeed(registry)) = self;
-        let (mut scenario, mut clock) = (None, None);
-        while let Some(name) = map.next_key::<String>()? {
-            match name.as_str() {
-                "naoisis::Scenario" => scenario = Some(value(&mut map, registry)?),
-                "naoisis::CycleClock" => clock = Some(value(&mut map, registry)?),
-                _ => {
-                    map.next_value::<IgnoredAny>()?;
-                }
-            }
-        }
-        let missing = |what: &str| A::Error::custom(format!("it has no {what}"));
+        let find = |name: &str| {
+            Ok(match name {
+                "naoisis::Scenario" => registry.get(TypeId::of::<Scenario>()),
+                "naoisis::CycleClock" => registry.get(TypeId::of::<CycleClock>()),
+                _ => None,
+            })
+        };
+        let resources = NamedValues { registry: &registry, find };
+        let (values, IgnoredAny) = read_parts(bytes, resources, PhantomData::<IgnoredAny>)?;
+        let missing = |what: &str| SavedMatchError::Content(format!("it has no {what}"));
         Ok(Head {
-            scenario: scenario.ok_or_else(|| missing("scenario"))?,
-            clock: clock.ok_or_else(|| missing("clock"))?,
+            scenario: value_of(&values).ok_or_else(|| missing("scenario"))?,
+            clock: value_of(&values).ok_or_else(|| missing("clock"))?,
         })
     }
 }
 
-/// The value of the next entry.
-fn value<'de, A: MapAccess<'de>, T: FromReflect + Typed + GetTypeRegistration>(
-    map: &mut A,
-    registry: &TypeRegistry,
-) -> Result<T, A::Error> {
-    let incomplete =
-        || A::Error::custom(format!("this is not all of a `{}`", T::type_info().type_path_table().short_path()));
-    let registration = registry.get(core::any::TypeId::of::<T>()).ok_or_else(incomplete)?;
-    let reflected = map.next_value_seed(TypedReflectDeserializer::new(registration, registry))?;
-    T::from_reflect(&*reflected).ok_or_else(incomplete)
+/// The value of this type.
+fn value_of<T: Reflect + Clone>(values: &[Box<dyn Reflect>]) -> Option<T> {
+    values.iter().find_map(|value| value.as_any().downcast_ref()).cloned()
 }
 
 /// Fills in what a file leaves to the saved match that it names, if it names one. The match lies beside the file.

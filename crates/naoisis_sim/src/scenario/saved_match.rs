@@ -1,11 +1,18 @@
-//! A saved match, packed, as scenarios that go on from one have it.
+//! Saved matches: the format of their files, and a packed one, as scenarios that go on from a match have it.
+//!
+//! A file is a MessagePack map: the format's name and version, then the resources of the match and its entities. Values are by the names of
+//! their types.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
+use bevy::reflect::serde::TypedReflectDeserializer;
+use bevy::reflect::{ReflectFromReflect, TypeRegistration, TypeRegistry};
+use core::fmt;
+use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
-use super::message_pack::MessagePackError;
+use super::message_pack::{self, MessagePackError};
 
 /// The ending of the file names of saved matches.
 pub const EXTENSION: &str = "naoisis";
@@ -69,5 +76,108 @@ impl SavedMatch {
         let packed = STANDARD.decode(&self.packed).map_err(|_| SavedMatchError::Damaged)?;
         let size = zstd::bulk::Decompressor::upper_bound(&packed).unwrap_or(LARGEST_FILE_BYTES as usize);
         zstd::bulk::decompress(&packed, size.min(LARGEST_FILE_BYTES as usize)).map_err(|_| SavedMatchError::Damaged)
+    }
+}
+
+/// Reads the two parts of a file, each by its seed.
+///
+/// # Errors
+/// What is wrong with the bytes.
+pub(crate) fn read_parts<'de, R: DeserializeSeed<'de>, E: DeserializeSeed<'de>>(
+    bytes: &'de [u8],
+    resources: R,
+    entities: E,
+) -> Result<(R::Value, E::Value), SavedMatchError> {
+    message_pack::check(bytes)?;
+    let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
+    let parts = deserializer
+        .deserialize_map(Parts { resources, entities })
+        .map_err(|error| SavedMatchError::Content(error.to_string()))?;
+    match IgnoredAny::deserialize(&mut deserializer) {
+        // There is nothing left to be read.
+        Err(rmp_serde::decode::Error::InvalidMarkerRead(_)) => Ok(parts),
+        _ => Err(SavedMatchError::Trailing),
+    }
+}
+
+/// Reads the map of a file.
+struct Parts<R, E> {
+    resources: R,
+    entities: E,
+}
+
+impl<'de, R: DeserializeSeed<'de>, E: DeserializeSeed<'de>> Visitor<'de> for Parts<R, E> {
+    type Value = (R::Value, E::Value);
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a saved match")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let (mut resources_seed, mut entities_seed) = (Some(self.resources), Some(self.entities));
+        let (mut resources, mut entities) = (None, None);
+        let mut is_one = false;
+        let other = || A::Error::custom("it is something else");
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "format" => is_one = map.next_value::<String>()? == FORMAT,
+                "version" => {
+                    let version: u32 = map.next_value()?;
+                    if version != VERSION {
+                        return Err(A::Error::custom(format!("it has version {version}, not {VERSION}")));
+                    }
+                }
+                "resources" if is_one => {
+                    resources = Some(map.next_value_seed(resources_seed.take().ok_or_else(other)?)?);
+                }
+                "entities" if is_one => {
+                    entities = Some(map.next_value_seed(entities_seed.take().ok_or_else(other)?)?);
+                }
+                _ => return Err(other()),
+            }
+        }
+        resources.zip(entities).ok_or_else(|| A::Error::custom("it is empty"))
+    }
+}
+
+/// Reads values by the names of their types. `find` returns the type of a name, `None` for values to skip, or an error.
+pub(crate) struct NamedValues<'a, F> {
+    pub(crate) registry: &'a TypeRegistry,
+    pub(crate) find: F,
+}
+
+impl<'a, 'de, F: Fn(&str) -> Result<Option<&'a TypeRegistration>, String>> DeserializeSeed<'de> for NamedValues<'a, F> {
+    type Value = Vec<Box<dyn Reflect>>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'a, 'de, F: Fn(&str) -> Result<Option<&'a TypeRegistration>, String>> Visitor<'de> for NamedValues<'a, F> {
+    type Value = Vec<Box<dyn Reflect>>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("values by the names of their types")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut values: Self::Value = Vec::new();
+        while let Some(name) = map.next_key::<String>()? {
+            let Some(registration) = (self.find)(&name).map_err(A::Error::custom)? else {
+                map.next_value::<IgnoredAny>()?;
+                continue;
+            };
+            let value = map.next_value_seed(TypedReflectDeserializer::new(registration, self.registry))?;
+            if values.iter().any(|value| value.as_any().type_id() == registration.type_id()) {
+                return Err(A::Error::custom(format!("there are two of `{name}`")));
+            }
+            let from_reflect = registration.data::<ReflectFromReflect>();
+            let value = from_reflect
+                .and_then(|from_reflect| from_reflect.from_reflect(&*value))
+                .ok_or_else(|| A::Error::custom(format!("this is not all of a `{name}`")))?;
+            values.push(value);
+        }
+        Ok(values)
     }
 }

@@ -3,7 +3,8 @@
 use bevy::prelude::*;
 
 use super::aiming::{Aim, Sizes};
-use super::kicking::{BallAtFeet, KickPlan, any_kick, kick_now};
+use super::kick_plan::KickPlan;
+use super::kicking::{BallAtFeet, any_kick, kick_now};
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::approach;
 use naoisis_core::robot::kick::KickRequest;

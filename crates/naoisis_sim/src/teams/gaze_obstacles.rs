@@ -5,8 +5,8 @@ use bevy::prelude::*;
 
 use super::gaze_history::GazeHistory;
 use super::giving_way::HARMLESS_MPS;
+use super::obstacles::{OBSTACLE_MEMORY_S, ROBOT_CLEARANCE_M};
 use super::player::Player;
-use super::walking::{OBSTACLE_MEMORY_S, ROBOT_CLEARANCE_M};
 use naoisis_core::geometry::{angle_of, unit};
 use naoisis_core::robot::motion::WalkCommand;
 

@@ -2,8 +2,9 @@
 
 use bevy::prelude::*;
 
+use super::obstacles::OBSTACLE_MEMORY_S;
 use super::player::Player;
-use super::walking::{OBSTACLE_MEMORY_S, walks_sideways};
+use super::walking::walks_sideways;
 use naoisis_core::geometry::unrotate;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_sensing::belief::RobotBelief;

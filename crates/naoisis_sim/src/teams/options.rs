@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use std::borrow::Cow;
 
 use super::aiming::Aim;
-use super::kicking::stand_for;
+use super::kick_plan::stand_for;
 use super::player::Player;
 use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, wind_up_s};
 use naoisis_core::behaviour::reasons::Choice;

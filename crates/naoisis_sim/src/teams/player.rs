@@ -6,15 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::gaze_history::GazeHistory;
 use super::gaze_search::Head;
 use super::hearing::Whistles;
+use super::obstacles::BALL_CLEARANCE_M;
 use super::passing::Pass;
-use super::walking::{
-    BALL_CLEARANCE_M, OBSTACLE_MEMORY_S, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, REPORTED_MEMORY_S,
-    ROBOT_CLEARANCE_M, step_towards, way_around,
-};
 use naoisis_core::ball::Rolling;
 use naoisis_core::communication::ReceivedMessage;
 use naoisis_core::game::{DefenderLimit, Rules};
-use naoisis_core::geometry::{Pose, angle_of, unit, unrotate};
+use naoisis_core::geometry::{Pose, unrotate};
 use naoisis_core::kick_geometry::KickType;
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::Pitch;
@@ -26,7 +23,7 @@ use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::{MotionLimits, WalkCommand};
 use naoisis_core::robot::posture::PostureRequest;
 use naoisis_core::team::{RobotId, Team};
-use naoisis_sensing::belief::{BallBelief, Belief, RobotBelief};
+use naoisis_sensing::belief::{BallBelief, Belief};
 use naoisis_sensing::sensing::sonar::{SonarReading, SonarSettings};
 use naoisis_sensing::sensing::status::BodyStatus;
 
@@ -236,46 +233,10 @@ impl<'a> Player<'a> {
         brake_mps2 * ((delay_s * delay_s + 2.0 * distance_m / brake_mps2).sqrt() - delay_s)
     }
 
-    /// The obstacles: robots, posts, and what else the sonars detect. The ball is not among them.
-    pub fn obstacles(&self) -> Obstacles {
-        let mut obstacles = Obstacles::default();
-        let own = self.position();
-        let near = |place: Vec2| place.distance_squared(own) < OBSTACLE_RANGE_M * OBSTACLE_RANGE_M;
-        let robots = self.belief.opponents.iter().chain(&self.belief.team_mates);
-        // Team-mates that reported their places walk on.
-        let memory_s = |robot: &RobotBelief| if robot.id.is_some() { REPORTED_MEMORY_S } else { OBSTACLE_MEMORY_S };
-        for robot in robots.filter(|robot| robot.age_s < memory_s(robot) && near(robot.position_m)) {
-            obstacles.add(robot.position_m, ROBOT_CLEARANCE_M + 2.0 * self.wider_than_nao_m());
-        }
-        for post in self.goal_posts().into_iter().filter(|post| near(*post)) {
-            obstacles.add(post, POST_CLEARANCE_M + self.wider_than_nao_m());
-        }
-        // What is far away will be seen in time.
-        for (_, offset) in self.echoes().filter(|(distance_m, _)| *distance_m < 0.45) {
-            let place = own + offset;
-            let known = obstacles.iter().any(|known| known.centre.distance_squared(place) < 0.4 * 0.4);
-            if !known {
-                obstacles.add(place, 0.3);
-            }
-        }
-        obstacles
-    }
-
     /// The goal posts, m, team frame: the own ones first.
     pub fn goal_posts(&self) -> [Vec2; 4] {
         let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);
         [Vec2::new(-x, -y), Vec2::new(-x, y), Vec2::new(x, -y), Vec2::new(x, y)]
-    }
-
-    /// The echoes of the sonars: each distance, m, and the offset from the player to the middle of what gave the echo, m, team frame.
-    pub fn echoes(&self) -> impl Iterator<Item = (f32, Vec2)> + use<'a> {
-        /// The middle of an object lies this far behind the surface that gives the echo, m.
-        const ECHO_DEPTH_M: f32 = 0.05;
-        let (forward, heading) = (self.forward, self.sonar_settings.heading);
-        [(self.sonar.left, 1.0), (self.sonar.right, -1.0)].into_iter().filter_map(move |(distance_m, side)| {
-            let distance_m = distance_m?;
-            Some((distance_m, forward.rotate(unit(side * heading)) * (distance_m + ECHO_DEPTH_M)))
-        })
     }
 
     /// The team whose kick-off is not over yet.
@@ -286,45 +247,6 @@ impl<'a> Player<'a> {
     /// Whether the rules let only the keeper into its own penalty area.
     pub fn is_own_area_for_keeper_only(&self) -> bool {
         self.rules.illegal_defender && self.rules.defender_limit == DefenderLimit::KeeperOnly
-    }
-
-    /// The step towards `place` past the obstacles, turning to `facing` (unit vector, team frame).
-    pub fn walk_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
-        let way = way_around(self.position(), place, obstacles);
-        step_towards(self.forward, way, facing, self.limits, self.period)
-    }
-
-    /// The step towards a place to stay at. A standing player that is near enough keeps standing, a walking one goes on until it has
-    /// arrived: believed places are not exact, and a standing player need not follow their noise.
-    pub fn go_and_stay(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
-        /// A standing player stays within this distance, m, and angle, radians.
-        const STAYS: (f32, f32) = (0.12, 0.35);
-        /// A walking player goes on until it is within these.
-        const THERE: (f32, f32) = (0.04, 0.1);
-
-        /// The same for robots without a gait, which follow commands at once.
-        const STAYS_EXACTLY: (f32, f32) = (0.04, 0.05);
-        const THERE_EXACTLY: (f32, f32) = (0.01, 0.02);
-
-        let (near_m, turned) = match (self.body == BodyStatus::Walking, &self.limits.gait) {
-            (true, Some(_)) => THERE,
-            (false, Some(_)) => STAYS,
-            (true, None) => THERE_EXACTLY,
-            (false, None) => STAYS_EXACTLY,
-        };
-        let is_there = place.distance_squared(self.position()) < near_m * near_m;
-        if !is_there {
-            return self.travel_to(place, facing, obstacles);
-        }
-        let off = angle_of(unrotate(self.forward, facing)).abs();
-        if off < turned { WalkCommand::default() } else { self.walk_to(self.position(), facing, obstacles) }
-    }
-
-    /// The step towards `place`: facing ahead if it is far away, otherwise turning to `facing`.
-    pub fn travel_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
-        let way = place - self.position();
-        let facing = if way.length_squared() > 0.8 * 0.8 { way.normalize_or(facing) } else { facing };
-        self.walk_to(place, facing, obstacles)
     }
 }
 
@@ -410,26 +332,5 @@ pub(super) mod tests {
         assert!(step.translation().length() < 0.2 / 30.0 + 1e-6);
         assert!(step.dtheta.abs() < core::f32::consts::FRAC_PI_2 / 30.0 + 1e-6);
         after_step(pose, step)
-    }
-
-    #[test]
-    fn obstacles_are_robots_posts_and_what_only_the_sonars_know() {
-        let mut situation = PlayerFixture::new(Pose::new(2.0, 0.6, 0.0), Vec2::ZERO);
-        let robot = |x, y, age_s| RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s };
-        situation.belief.opponents = vec![robot(1.5, 0.6, 0.0), robot(-2.0, 0.0, 0.0), robot(2.2, 0.0, 5.0)];
-        let count = |situation: &PlayerFixture| situation.player().obstacles().iter().count();
-        // The opponent near by, and the post at (2.975, 0.7); the others are far away or long gone.
-        assert_eq!(count(&situation), 2);
-        situation.sonar.left = Some(0.3);
-        assert_eq!(count(&situation), 3);
-        // The same echo from a robot that is known.
-        situation.belief.opponents.push(robot(2.33, 0.72, 0.0));
-        assert_eq!(count(&situation), 3);
-        // A team-mate that told where it is walks on.
-        let told = |age_s| RobotBelief { id: Some(RobotId::new(Team::Blue, 3)), ..robot(1.4, -0.3, age_s) };
-        situation.belief.team_mates = vec![told(0.5 * REPORTED_MEMORY_S)];
-        assert_eq!(count(&situation), 4);
-        situation.belief.team_mates = vec![told(1.5 * REPORTED_MEMORY_S)];
-        assert_eq!(count(&situation), 3);
     }
 }

@@ -6,7 +6,7 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 
-use super::kicking::AIMED_SHARE;
+use super::kick_plan::AIMED_SHARE;
 use super::player::Player;
 use super::talking::pause_between_messages_s;
 use naoisis_sensing::belief::RobotBelief;

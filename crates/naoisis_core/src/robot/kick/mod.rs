@@ -37,7 +37,7 @@ impl Plugin for KickPlugin {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KickRequest {
-    /// The type of the kick.
+    /// The type of the kick: `left_straight`, `right_straight`, `left_side` or `right_side`, or the name of a kick of the robot's model.
     #[serde(rename = "type")]
     pub kick_type: KickType,
     /// Share of the type's greatest launch speed, clamped to 0..1. NaN is refused.

@@ -3,6 +3,7 @@
 use super::*;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_post, spawn_robot};
 use approx::assert_abs_diff_eq;
+use naoisis_core::geometry::{to_radians, unit};
 use naoisis_core::team::Team;
 
 /// A robot at the centre mark that faces +x, with a post at this distance and bearing to its axis.

@@ -8,8 +8,9 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::geometric::{Observer, on_pitch};
+use super::measuring::on_pitch;
 use super::noise::{ClassNoise, FalsePositives, VisionNoise};
+use super::observer::Observer;
 use super::{BallPercept, GoalPostPercept, Percepts, RobotPercept};
 use crate::appearance::scene::{Scene, SceneBall};
 use naoisis_core::camera_model::CameraName;

@@ -3,8 +3,8 @@
 use bevy::prelude::*;
 
 use super::ahead::{LandmarksAhead, MarkAhead, StretchAhead, keep};
-use super::geometric::{Observer, are_enough};
 use super::noise::Falloff;
+use super::observer::{Observer, are_enough};
 use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
 use naoisis_core::camera_model::ViewSide;

@@ -64,7 +64,9 @@ pub mod gaze;
 mod geometric;
 pub mod image;
 mod landmarks;
+mod measuring;
 mod noise;
+mod observer;
 mod occlusion;
 mod robots;
 mod truth;
@@ -72,9 +74,9 @@ mod truth;
 use ahead::LandmarksAhead;
 use false_positives::ActiveFalsePositives;
 use gaze::GazeError;
-use geometric::{Observer, Views};
 pub(crate) use noise::GazeDecay;
 pub use noise::{ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, VisionNoise};
+use observer::{Observer, Views};
 use occlusion::Occluders;
 
 /// Fills every robot's [`Percepts`].

@@ -3,8 +3,9 @@
 use bevy::prelude::*;
 
 use super::RobotPercept;
-use super::geometric::{Cue, Observer, across_sight, on_pitch};
+use super::measuring::{Cue, on_pitch};
 use super::noise::HiddenFeet;
+use super::observer::{Observer, across_sight};
 use super::occlusion::Target;
 use crate::appearance::scene::SceneRobot;
 use naoisis_core::camera_model::{CameraView, ViewSide};

@@ -11,7 +11,7 @@ use bevy::reflect::{TypePath, TypeRegistry};
 use core::any::TypeId;
 
 use super::{EntityState, Snapshot, SnapshotError, is_of_the_program};
-use crate::scenario::{BallSpec, BehaviourSpec, MOST_POSTS, Numbers, RobotSpec, Scenario, ScenarioFault};
+use crate::scenario::{BallSpec, BehaviourSpec, Numbers, RobotSpec, Scenario, ScenarioFault};
 use crate::simulation::invariants::{BallState, RobotState, broken_invariants};
 use crate::simulation::spawn::MatchEntity;
 use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
@@ -47,9 +47,6 @@ const LARGEST_NUMBER: f32 = 1e9;
 const LARGEST_BODY_M: f32 = 3.0;
 /// The thickest post: half a goal of a pitch for people, m.
 const THICKEST_POST_M: f32 = 50.0;
-
-/// Posts of two goals.
-const GOAL_POSTS: usize = 4;
 
 /// Finds the first thing in a snapshot that cannot be.
 ///
@@ -216,9 +213,6 @@ fn check_post(post: Post, parts: &Values, registry: &TypeRegistry, seen: &mut Se
     parts.check_numbers(registry)?;
     if !(post.radius > 0.0 && post.radius <= THICKEST_POST_M && post.height > 0.0) {
         return Err(parts.wrong::<Post>("this is no post"));
-    }
-    if seen.posts.len() == MOST_POSTS + GOAL_POSTS {
-        return Err(impossible("the match", format!("it has more than {MOST_POSTS} posts besides those of the goals")));
     }
     seen.posts.push((parts.need::<Pose>()?.position, post.radius));
     Ok(())

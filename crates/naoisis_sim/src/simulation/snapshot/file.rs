@@ -1,19 +1,19 @@
 //! Snapshots in files: MessagePack, with a name and a version before it, and values by the names of their types.
 
 use bevy::prelude::*;
-use bevy::reflect::serde::{TypedReflectDeserializer, TypedReflectSerializer};
-use bevy::reflect::{ReflectFromReflect, TypePathTable, TypeRegistration, TypeRegistry};
+use bevy::reflect::serde::TypedReflectSerializer;
+use bevy::reflect::{TypePathTable, TypeRegistration, TypeRegistry};
 use core::fmt;
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, SerializeSeq};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::io::Write as _;
 use std::path::Path;
 
 use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
-use crate::scenario::saved_match::{FORMAT, LARGEST_FILE_BYTES, VERSION};
-use crate::scenario::{SavedMatchError, message_pack};
+use crate::scenario::SavedMatchError;
+use crate::scenario::saved_match::{FORMAT, LARGEST_FILE_BYTES, NamedValues, VERSION, read_parts};
 use naoisis_core::knowledge::is_of_naoisis;
 use naoisis_core::read_file::read_file;
 use naoisis_core::replace_file::replace_file;
@@ -58,18 +58,21 @@ impl Snapshot {
     /// # Errors
     /// What is wrong with them.
     pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, SavedMatchError> {
-        message_pack::check(bytes)?;
         let registry = world.resource::<AppTypeRegistry>().read();
-        let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
-        let snapshot = SnapshotSeed(&registry)
-            .deserialize(&mut deserializer)
-            .map_err(|error| SavedMatchError::Content(error.to_string()))?;
-        match IgnoredAny::deserialize(&mut deserializer) {
-            // There is nothing left to be read.
-            Err(rmp_serde::decode::Error::InvalidMarkerRead(_)) => Ok(snapshot),
-            _ => Err(SavedMatchError::Trailing),
-        }
+        let (resources, entities) = read_parts(bytes, values_of(&registry), EntitiesSeed(&registry))?;
+        Ok(Snapshot { resources, entities })
     }
+}
+
+/// Reads values of the types that a snapshot can hold; others are errors.
+fn values_of<'a>(
+    registry: &'a TypeRegistry,
+) -> NamedValues<'a, impl Fn(&str) -> Result<Option<&'a TypeRegistration>, String>> {
+    let find = move |name: &str| match registration_by_name(name, registry) {
+        Some(registration) => Ok(Some(registration)),
+        None => Err(format!("there is no type `{name}` here")),
+    };
+    NamedValues { registry, find }
 }
 
 /// What a type is called in files. Types of the simulation have their own name without the module's, so that old files can
@@ -160,45 +163,6 @@ impl Serialize for WrittenValues<'_> {
     }
 }
 
-/// Reads a snapshot with the types of a registry.
-struct SnapshotSeed<'a>(&'a TypeRegistry);
-
-impl<'de> DeserializeSeed<'de> for SnapshotSeed<'_> {
-    type Value = Snapshot;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Snapshot, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
-
-impl<'de> Visitor<'de> for SnapshotSeed<'_> {
-    type Value = Snapshot;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a snapshot of a match")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Snapshot, A::Error> {
-        let mut snapshot = Snapshot { resources: Vec::new(), entities: Vec::new() };
-        let mut is_one = false;
-        while let Some(key) = map.next_key::<String>()? {
-            match key.as_str() {
-                "format" => is_one = map.next_value::<String>()? == FORMAT,
-                "version" => {
-                    let version: u32 = map.next_value()?;
-                    if version != VERSION {
-                        return Err(A::Error::custom(format!("it has version {version}, not {VERSION}")));
-                    }
-                }
-                "resources" if is_one => snapshot.resources = map.next_value_seed(ValuesSeed(self.0))?,
-                "entities" if is_one => snapshot.entities = map.next_value_seed(EntitiesSeed(self.0))?,
-                _ => return Err(A::Error::custom("it is something else")),
-            }
-        }
-        if is_one { Ok(snapshot) } else { Err(A::Error::custom("it is empty")) }
-    }
-}
-
 struct EntitiesSeed<'a>(&'a TypeRegistry);
 
 impl<'de> DeserializeSeed<'de> for EntitiesSeed<'_> {
@@ -246,8 +210,8 @@ impl<'de> Visitor<'de> for EntitySeed<'_> {
         let mut state = EntityState { behaviours: Vec::new(), components: Vec::new() };
         while let Some(key) = map.next_key::<String>()? {
             match key.as_str() {
-                "behaviours" => state.behaviours = map.next_value_seed(BehavioursSeed)?,
-                "components" => state.components = map.next_value_seed(ValuesSeed(self.0))?,
+                "behaviours" => state.behaviours = map.next_value()?,
+                "components" => state.components = map.next_value_seed(values_of(self.0))?,
                 _ => {
                     map.next_value::<IgnoredAny>()?;
                 }
@@ -258,78 +222,6 @@ impl<'de> Visitor<'de> for EntitySeed<'_> {
             return Err(A::Error::custom("there is an entity of nothing"));
         }
         Ok(state)
-    }
-}
-
-/// The names of an entity's behaviours.
-struct BehavioursSeed;
-
-/// More behaviours than this has no robot.
-const MOST_BEHAVIOURS: usize = 100;
-
-impl<'de> DeserializeSeed<'de> for BehavioursSeed {
-    type Value = Vec<String>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Vec<String>, D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de> Visitor<'de> for BehavioursSeed {
-    type Value = Vec<String>;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a list of behaviours")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<String>, A::Error> {
-        let mut names = Vec::new();
-        while let Some(name) = list.next_element()? {
-            if names.len() == MOST_BEHAVIOURS {
-                return Err(A::Error::custom(format!("an entity has more than {MOST_BEHAVIOURS} behaviours")));
-            }
-            names.push(name);
-        }
-        Ok(names)
-    }
-}
-
-struct ValuesSeed<'a>(&'a TypeRegistry);
-
-impl<'de> DeserializeSeed<'de> for ValuesSeed<'_> {
-    type Value = Vec<Box<dyn Reflect>>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
-
-impl<'de> Visitor<'de> for ValuesSeed<'_> {
-    type Value = Vec<Box<dyn Reflect>>;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("values by the names of their types")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let mut values = Vec::new();
-        while let Some(name) = map.next_key::<String>()? {
-            let unknown = || A::Error::custom(format!("there is no type `{name}` here"));
-            let registration = registration_by_name(&name, self.0).ok_or_else(unknown)?;
-            let from_reflect = registration.data::<ReflectFromReflect>().ok_or_else(unknown)?;
-            let value = map.next_value_seed(TypedReflectDeserializer::new(registration, self.0))?;
-            let is_there = |values: &[Box<dyn Reflect>]| {
-                values.iter().any(|value| value.as_any().type_id() == registration.type_id())
-            };
-            if is_there(&values) {
-                return Err(A::Error::custom(format!("there are two of `{name}`")));
-            }
-            let value = from_reflect
-                .from_reflect(&*value)
-                .ok_or_else(|| A::Error::custom(format!("this is not all of a `{name}`")))?;
-            values.push(value);
-        }
-        Ok(values)
     }
 }
 

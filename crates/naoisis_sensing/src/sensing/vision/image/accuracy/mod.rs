@@ -38,7 +38,7 @@ use crate::sensing::camera::noise::NoiseBuffer;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use crate::sensing::vision::ahead::LandmarksAhead;
 use crate::sensing::vision::gaze::GazeError;
-use crate::sensing::vision::geometric::{Observer, Views};
+use crate::sensing::vision::observer::{Observer, Views};
 use crate::sensing::vision::occlusion::Occluders;
 use crate::sensing::vision::{Percepts, VisionNoise, VisionSettings, VisionSource};
 use naoisis_core::pitch::Pitch;
