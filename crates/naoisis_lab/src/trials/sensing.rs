@@ -223,7 +223,7 @@ const FARTHEST_BALL_M: f32 = 9.0;
 
 /// Whether the robots of a scenario have cameras.
 pub(super) fn has_cameras(scenario: &Scenario) -> bool {
-    !scenario.cameras.mounts.as_slice().is_empty()
+    !scenario.settings.cameras.mounts.as_slice().is_empty()
 }
 
 /// Whether the cameras can see the balls of these trials with the head straight ahead.
@@ -233,23 +233,23 @@ pub(super) fn sees_ahead(scenario: &Scenario) -> bool {
 
 /// Whether the cameras can see balls straight ahead at these distances, m, with the head straight ahead.
 pub(super) fn sees_at(scenario: &Scenario, distances_m: &[f32]) -> bool {
-    let limits = &scenario.head;
+    let limits = &scenario.settings.head;
     let at_rest = if limits.moves() { limits.nearest(HeadAngles::default()) } else { HeadAngles::default() };
     let head = HeadLimits { max_speed: 0.0, ..*limits }.reached_from(at_rest);
     let radius_m = scenario.ball.map_or(0.0, |ball| ball.radius_m);
-    let sees = |place| sees_ball(&scenario.cameras, &scenario.body, &head, place, radius_m);
+    let sees = |place| sees_ball(&scenario.settings.cameras, &scenario.settings.body, &head, place, radius_m);
     distances_m.iter().all(|distance_m| sees(Vec2::X * *distance_m))
 }
 
 /// Measures ranges, errors and misses of the sonars.
 fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
-    let (min_m, max_m) = (real.sonar.min_m, real.sonar.max_m);
+    let (min_m, max_m) = (real.settings.sonar.min_m, real.settings.sonar.max_m);
     // Well within the range of most sonars.
     let sonar_m = if (min_m + 0.1..max_m).contains(&0.5) { 0.5 } else { (min_m + max_m) / 2.0 };
     let mut laboratory = Laboratory::new(model);
     // A pole stands clear of the body.
-    let nearest_m = (real.body.torso.x_m[1] + 0.05).max(0.1);
-    let heading = real.sonar.heading;
+    let nearest_m = (real.settings.body.torso.x_m[1] + 0.05).max(0.1);
+    let heading = real.settings.sonar.heading;
     let echoes = sonar(&mut laboratory, [sonar_m, heading], PING_S, cycles)?;
     let often = sonar(&mut laboratory, [sonar_m, heading], real.cycle_s, cycles)?;
     // A reading that differs is a new one.
@@ -265,23 +265,23 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
     })?;
     // As soon as its edge is in the cone, a pole is heard.
     let edge_deg = to_degrees(ops::asin(POLE_RADIUS_M / (sonar_m + POLE_RADIUS_M)));
-    let false_echoes = crosstalk(&mut laboratory, real.sonar.max_m, cycles)?;
+    let false_echoes = crosstalk(&mut laboratory, real.settings.sonar.max_m, cycles)?;
     let share = |part: usize, whole: usize| part as f64 / (whole as f64).max(1.0);
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
-    let sonar_sd_m = match real.sonar.noise {
+    let sonar_sd_m = match real.settings.sonar.noise {
         SonarNoise::Gaussian { sd_m } | SonarNoise::Outliers { sd_m, .. } => sd_m,
         SonarNoise::Uniform { half_width_m } => half_width_m / 3.0_f32.sqrt(),
         SonarNoise::None => 0.0,
     };
     Ok(vec![
-        quantity("sonar: farthest echo", "m", range_m, real.sonar.max_m, "sonar.max_m"),
+        quantity("sonar: farthest echo", "m", range_m, real.settings.sonar.max_m, "sonar.max_m"),
         quantity("sonar: spread", "m", deviation_of(&heard), sonar_sd_m, "sonar.noise"),
         quantity("sonar: distance heard of the true one", "", mean_of(&heard) / f64::from(sonar_m), 1.0, "sonar.noise"),
         quantity(
             "sonar: echoes missed",
             "",
             share(echoes.len() - heard.len(), echoes.len()),
-            real.sonar.miss_probability,
+            real.settings.sonar.miss_probability,
             "sonar.miss_probability",
         )
         .if_seen((echoes.len() - heard.len()) as f64, "none was missed in so few repetitions"),
@@ -289,21 +289,21 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
             "sonar: half of its cone",
             "°",
             widest_deg - f64::from(edge_deg),
-            to_degrees(real.sonar.half_angle),
+            to_degrees(real.settings.sonar.half_angle),
             "sonar.half_angle_deg",
         ),
         quantity(
             "sonar: readings",
             "Hz",
             pings_hz,
-            real.sonar.rate_hz.unwrap_or(real.cycle_s.recip() as f32),
+            real.settings.sonar.rate_hz.unwrap_or(real.cycle_s.recip() as f32),
             "sonar.rate_hz",
         ),
         quantity(
             "sonar: false echoes of a robot that faces it",
             "",
             false_echoes,
-            real.sonar.crosstalk_probability,
+            real.settings.sonar.crosstalk_probability,
             "sonar.crosstalk_probability",
         )
         .if_seen(false_echoes, "there was none in so few repetitions"),
@@ -321,7 +321,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
     let cycles = CYCLES * repetitions.max(2);
-    let noise = real.vision.noise;
+    let noise = real.settings.vision.noise;
     let near = look(&mut laboratory, BALL_M, cycles)?;
     let half_distance_m = noise.ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m).min(FARTHEST_BALL_M);
     let far = look(&mut laboratory, half_distance_m, cycles)?;
@@ -344,7 +344,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let share = |part: usize, whole: usize| part as f64 / (whole as f64).max(1.0);
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
     // The errors of the gaze and that of the pixel add up.
-    let focal_length_px = CameraIntrinsics::from(&real.cameras).focal_length;
+    let focal_length_px = CameraIntrinsics::from(&real.settings.cameras).focal_length;
     let pixel_angle = noise.ball.pixel_sd / focal_length_px;
     let angle_sd = |moving_sd: f32| {
         let constant = ops::hypot(noise.gaze.bias_sd, ops::hypot(noise.head_angle_sd, pixel_angle));
@@ -363,7 +363,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     };
     let seen = |looks: &[Option<Vec2>]| share(looks.iter().flatten().count(), looks.len());
     let quantities = vec![
-        quantity("from an image to what is seen in it", "s", age_s, real.latency.vision_s, "latency.vision_s"),
+        quantity("from an image to what is seen in it", "s", age_s, real.settings.latency.vision_s, "latency.vision_s"),
         quantity("ball in view recognised at 2 m", "", seen(&near), recognised_at(BALL_M), "vision.noise.ball"),
         quantity(
             "ball recognised where it is half as often",
@@ -411,12 +411,12 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         )
         .if_seen(messages.lost as f64, "none was lost in so few repetitions"),
     ];
-    let [has_gap, has_cameras, sees_ahead] = [has_gap(&real.cameras), has_cameras(&real), sees_ahead(&real)];
+    let [has_gap, has_cameras, sees_ahead] = [has_gap(&real.settings.cameras), has_cameras(&real), sees_ahead(&real)];
     let has = |quantity: &MeasuredQuantity| match quantity.name.as_str() {
         "messages lost" => true,
         "from an image to what is seen in it" => has_cameras,
         name => sees_ahead && (has_gap || !name.starts_with("robot without feet")),
     };
-    let sonars = if real.sonar.fitted { measure_sonars(model, &real, cycles)? } else { Vec::new() };
+    let sonars = if real.settings.sonar.fitted { measure_sonars(model, &real, cycles)? } else { Vec::new() };
     Ok(sonars.into_iter().chain(quantities.into_iter().filter(has)).collect())
 }

@@ -114,7 +114,7 @@ impl SonarPings {
 }
 
 /// The source of a robot's sonar readings.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum SonarSource {
@@ -126,7 +126,7 @@ pub enum SonarSource {
 }
 
 /// The error of a measured distance. Files may also say `"default"`: [`SonarNoise::DEFAULT`].
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", from = "SonarNoiseForm")]
 pub enum SonarNoise {
     /// Exact distances.
@@ -152,14 +152,34 @@ pub enum SonarNoise {
 }
 
 /// The form of a [`SonarNoise`] in files.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum SonarNoiseForm {
+    /// Exact distances.
     None,
+    /// Normally distributed, 1 cm.
     Default,
-    Gaussian { sd_m: f32 },
-    Uniform { half_width_m: f32 },
-    Outliers { sd_m: f32, probability: f32 },
+    /// Normally distributed.
+    Gaussian {
+        /// Standard deviation, m.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        sd_m: f32,
+    },
+    /// Uniformly distributed.
+    Uniform {
+        /// Greatest deviation to either side, m.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        half_width_m: f32,
+    },
+    /// Normally distributed, with some readings anywhere in the range.
+    Outliers {
+        /// Standard deviation of the good readings, m.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        sd_m: f32,
+        /// Probability of a reading anywhere between minimum and maximum.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        probability: f32,
+    },
 }
 
 impl From<SonarNoiseForm> for SonarNoise {
@@ -196,7 +216,7 @@ impl SonarNoise {
 }
 
 /// Geometry and noise of a robot's sonars.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[require(SonarReading, SonarPings)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
@@ -206,24 +226,31 @@ pub struct SonarSettings {
     /// The source of the readings.
     pub source: SonarSource,
     /// Least distance, m: 0.15 (paper, section 3.1).
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub min_m: f32,
     /// Greatest distance, m: 0.75 (paper, section 3.1).
     pub max_m: f32,
     /// Direction of the left sonar, radians (degrees in files); the right one is mirrored: 19.48° (paper, Fig. 4b).
     #[serde(rename = "heading_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = -180.0, max = 180.0))]
     pub heading: f32,
     /// Half the opening of the sector, radians (degrees in files): 18° (paper, Fig. 4b).
     #[serde(rename = "half_angle_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.1, max = 90.0))]
     pub half_angle: f32,
     /// Height above the ground, m: 0.40 (paper, Fig. 4b).
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub height_m: f32,
     /// Error of the distance.
     pub noise: SonarNoise,
     /// Probability that an echo is missed.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub miss_probability: f32,
     /// Rate of the pings, Hz; `None` for one in each cycle.
+    #[schemars(range(min = 0.1, max = 1000.0))]
     pub rate_hz: Option<f32>,
     /// Probability that a sonar takes a ping of another robot that faces it for an echo.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub crosstalk_probability: f32,
 }
 
