@@ -119,8 +119,8 @@ fn speed(name: &str, threads: usize, change: impl Fn(&mut Scenario)) -> f64 {
 fn matches() {
     for (name, cameras) in [("match3v3", 12), ("match7v7", 28)] {
         for threads in [1, 2] {
-            let drawn = |scenario: &mut Scenario| scenario.cameras.render = CameraRendering::Software;
-            let seen = |scenario: &mut Scenario| scenario.vision.source = VisionSource::Image;
+            let drawn = |scenario: &mut Scenario| scenario.settings.cameras.render = CameraRendering::Software;
+            let seen = |scenario: &mut Scenario| scenario.settings.vision.source = VisionSource::Image;
             println!(
                 "{name}, {cameras} cameras at 30 Hz, {threads} thread(s): {:.1} times real time with images, {:.1} playing by them",
                 speed(name, threads, drawn),

@@ -4,6 +4,7 @@
 use bevy::prelude::*;
 use naoisis::communication::MessageSettings;
 use naoisis::prelude::*;
+use naoisis::scenario::RobotSettings;
 use naoisis::sensing::fidelity::{Fidelity, SensorFidelity};
 use naoisis::sensing::scene::SensingSystems;
 use std::time::Instant;
@@ -60,8 +61,9 @@ fn main() {
                 });
             println!("{name}: {cost:.2} us a cycle of it are the {sensor}");
         }
+        let vision = scenario.settings.vision.clone().with_fidelity(Fidelity::Ideal);
         let ideal = Scenario {
-            vision: scenario.vision.clone().with_fidelity(Fidelity::Ideal),
+            settings: RobotSettings { vision, ..scenario.settings.clone() },
             messages: MessageSettings { loss: 1.0, ..MessageSettings::default() },
             ..scenario.clone()
         };

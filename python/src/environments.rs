@@ -196,7 +196,7 @@ impl Environments {
         };
         let camera: CameraName =
             shape.camera.parse().map_err(|error: NotACameraName| PyValueError::new_err(format!("camera: {error}")))?;
-        let mounts = file.scenario.cameras.mounts;
+        let mounts = file.scenario.settings.cameras.mounts;
         // The default is a NAO's, and of no matter where nobody looks.
         if mounts.get(camera).is_none() && (sees_images || camera != CameraName::TOP) {
             let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
@@ -212,7 +212,7 @@ impl Environments {
                 .iter()
                 .map(|(field, value)| setting(&format!("cameras.{field}"), value))
                 .collect::<PyResult<_>>()?;
-            if !matches!(file.scenario.cameras.render, CameraRendering::Gpu) {
+            if !matches!(file.scenario.settings.cameras.render, CameraRendering::Gpu) {
                 settings.push(setting("cameras.render", "\"software\"")?);
             }
             file = file.with(&settings).map_err(|error| scenario_error(py, &error))?;

@@ -26,7 +26,9 @@ use naoisis::robot::kick::{KickModel, KickSettings};
 use naoisis::robot::latency::Latency;
 use naoisis::robot::motion::{MotionError, MotionLimits};
 use naoisis::robot::posture::PostureRequest;
-use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec, rules_preset};
+use naoisis::scenario::{
+    BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotPatch, RobotSettings, RobotSpec, TeamsSpec, rules_preset,
+};
 use naoisis::sensing::odometry::{OdometryNoise, OdometrySettings};
 use naoisis::sensing::sonar::{SonarNoise, SonarSettings};
 use naoisis::sensing::vision::{
@@ -231,8 +233,12 @@ fn robot() -> impl Strategy<Value = RobotSpec> {
         1 => named.prop_map(|name| BehaviourSpec::Named(name.to_owned())),
         2 => vec(script_entry(), 1..4).prop_map(BehaviourSpec::Script),
     ];
-    (select(Team::BOTH.to_vec()), pose(0.8), behaviour, option::of(motion()))
-        .prop_map(|(team, pose, behaviour, motion)| RobotSpec { team, pose, behaviour, motion, ..RobotSpec::default() })
+    (select(Team::BOTH.to_vec()), pose(0.8), behaviour, option::of(motion())).prop_map(
+        |(team, pose, behaviour, motion)| {
+            let own = RobotPatch { motion, ..RobotPatch::default() };
+            RobotSpec { team, pose, behaviour, own, ..RobotSpec::default() }
+        },
+    )
 }
 
 fn rules() -> impl Strategy<Value = Rules> {
@@ -299,7 +305,8 @@ struct Abilities {
 
 impl Default for Abilities {
     fn default() -> Self {
-        let Scenario { sonar, odometry, vision, messages, head, kicks, falls, latency, .. } = Scenario::default();
+        let Scenario { settings, messages, .. } = Scenario::default();
+        let RobotSettings { sonar, odometry, vision, head, kicks, falls, latency, .. } = settings;
         Self { sonar, odometry, vision, messages, head, kicks, falls, latency }
     }
 }
@@ -478,26 +485,30 @@ fn scenario() -> impl Strategy<Value = Accepted> {
                 for (number, robot) in (1..).zip(&mut robots) {
                     robot.number = number;
                 }
+                let settings = RobotSettings {
+                    motion,
+                    sonar,
+                    odometry,
+                    vision,
+                    head,
+                    kicks,
+                    falls,
+                    latency,
+                    localisation,
+                    ..RobotSettings::default()
+                };
                 let scenario = Scenario {
                     seed,
                     cycle_s,
                     ball,
-                    motion,
                     rules,
                     field,
                     robots,
                     teams,
                     posts,
                     interventions,
-                    sonar,
-                    odometry,
-                    vision,
+                    settings,
                     messages,
-                    head,
-                    kicks,
-                    falls,
-                    latency,
-                    localisation,
                     ..Scenario::default()
                 };
                 Accepted(without_faults(scenario))
@@ -520,7 +531,7 @@ fn without_faults(mut scenario: Scenario) -> Scenario {
         } else if path.starts_with("ball") {
             scenario.ball = None;
         } else if path.contains("max_angular") {
-            scenario.motion.max_angular = 0.1;
+            scenario.settings.motion.max_angular = 0.1;
         } else {
             break;
         }

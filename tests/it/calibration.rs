@@ -177,8 +177,8 @@ fn a_calibrated_model_is_a_file_that_matches_are_played_with() {
     let output = naoisis(folder.path(), &["run", "lab/walk.ron", "--trace", "t.jsonl", "--quiet"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let played = Scenario::load(folder.path().join("lab/walk.ron")).unwrap();
-    let slip = played.motion.gait.unwrap().slip;
-    assert!((slip.scale - 0.9).abs() < 0.05 && played.motion.max_linear_mps == 0.242, "{slip:?}");
+    let slip = played.settings.motion.gait.unwrap().slip;
+    assert!((slip.scale - 0.9).abs() < 0.05 && played.settings.motion.max_linear_mps == 0.242, "{slip:?}");
     // A trace needs no file besides.
     fs::remove_file(folder.path().join("lab/mine.ron")).unwrap();
     let output = naoisis(folder.path(), &["replay", "t.jsonl"]);

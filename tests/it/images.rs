@@ -41,8 +41,8 @@ fn robots_find_and_kick_the_ball_by_images_alone() {
 fn by_images_a_match_is_the_same_on_any_number_of_threads() {
     let [one, three] = [1, 3].map(|threads| {
         let mut scenario = Scenario::named("match3v3_images").unwrap();
-        (scenario.cameras.width, scenario.cameras.height) = (160, 120);
-        scenario.cameras.noise.pixel_sd = 3.0;
+        (scenario.settings.cameras.width, scenario.settings.cameras.height) = (160, 120);
+        scenario.settings.cameras.noise.pixel_sd = 3.0;
         let mut app = headless_app();
         app.insert_resource(SensingThreads(threads));
         app.start_match(&scenario).unwrap().run_cycles(20);
@@ -58,9 +58,9 @@ fn a_match_without_images_is_the_same_with_them() {
     // Images are for the eye of whoever asked for them; nothing else depends on them.
     let [without, with] = ["off", "software"].map(|render| {
         let mut scenario = Scenario::named("match3v3").unwrap();
-        (scenario.cameras.width, scenario.cameras.height) = (40, 30);
-        scenario.cameras.render = serde_json::from_value(render.into()).unwrap();
-        scenario.cameras.noise.pixel_sd = 3.0;
+        (scenario.settings.cameras.width, scenario.settings.cameras.height) = (40, 30);
+        scenario.settings.cameras.render = serde_json::from_value(render.into()).unwrap();
+        scenario.settings.cameras.noise.pixel_sd = 3.0;
         let mut app = headless_app();
         app.start_match(&scenario).unwrap().run_cycles(60);
         (app.ball(), app.robot::<Percepts>(blue(1)).cloned(), app.robot_pose(blue(2)))

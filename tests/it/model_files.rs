@@ -157,16 +157,26 @@ fn all_that_is_wrong_is_told_at_its_place_and_a_scenario_says_where_its_models_f
     for (place, words) in [
         ("1:1", "the field `description` is missing"),
         ("2:20", "a model has no field `descripton`: did you mean `description`?"),
-        ("4:26", "`height_m` is -1; expected more than 0"),
         ("4:32", "there is no field `lok`: did you mean `look`?"),
         ("5:9", "a model has no `heat`: did you mean `head`?"),
         ("7:17", "a model has no `league`"),
-        ("7:56", "`recovery_s` is -1; expected 0 to 60 s"),
         ("8:24", "`body` is the number 3; expected a text in quotes"),
     ] {
         let is_told = told.iter().any(|told| told.starts_with(&format!("FILE:{place}: {words}")));
         assert!(is_told, "{place}: {words}\n{}", told.join("\n"));
     }
+    // Numbers are judged once all fields are those of a model.
+    let other_fields =
+        ["descripton", ", lok: light", "heat: (yaw_deg: (0, 0)),", "league: \"spl2025\", ", "\"body\": 3"];
+    let mended = other_fields.iter().fold(WRONG.to_owned(), |text, wrong| {
+        text.replace(wrong, if *wrong == "descripton" { "description" } else { "" })
+    });
+    fs::write(&*path, mended).unwrap();
+    let errors: Vec<String> = RobotModel::check(&path).unwrap().unwrap_err().iter().map(ToString::to_string).collect();
+    for words in [":4:26: `height_m` is -1; expected more than 0", "`recovery_s` is -1; expected 0 to 60 s"] {
+        assert!(errors.iter().any(|error| error.contains(words)), "{words}\n{errors:#?}");
+    }
+    fs::write(&*path, WRONG).unwrap();
     let scenario = folder.path().join("scenario.ron");
     for text in [
         r#"(model: "wrong.ron")"#,
@@ -197,9 +207,12 @@ fn a_model_is_no_scenario_and_lies_beside_the_scenario_that_changes_it() {
         robots: [(), (pose: (1, 0, 0), model: (preset: "random.ron", motion: (max_linear_mps: 0.5)))])"#;
     fs::write(&scenario, text).unwrap();
     let scenario = Scenario::load(&scenario).unwrap();
-    let own = scenario.robots[1].motion.unwrap();
-    assert_eq!((scenario.motion.max_linear_mps, own.max_linear_mps), (0.77, 0.5));
-    assert_eq!((scenario.motion.max_angular.to_degrees().round(), own.max_angular.to_degrees().round()), (33.0, 90.0));
+    let own = scenario.robots[1].own.motion.unwrap();
+    assert_eq!((scenario.settings.motion.max_linear_mps, own.max_linear_mps), (0.77, 0.5));
+    assert_eq!(
+        (scenario.settings.motion.max_angular.to_degrees().round(), own.max_angular.to_degrees().round()),
+        (33.0, 90.0)
+    );
 }
 
 #[test]
@@ -217,19 +230,17 @@ fn what_a_robot_with_a_trunk_of_its_own_does_not_name_it_lacks() {
     assert!(bare.source("sonar.fitted").is_some() && bare.source("body.legs").is_some());
     let path = folder.path().join("random.ron");
     let scenario = Scenario::from_json(&json!({ "model": path, "realism": "realistic" }).to_string()).unwrap();
-    assert!(!scenario.sonar.fitted && scenario.cameras.mounts.as_slice().is_empty());
-    assert_eq!((scenario.head.yaw, scenario.head.pitch), ([0.0; 2], [0.0; 2]));
-    assert_eq!((scenario.body.legs, scenario.body.arms), (None, None));
-    assert_eq!(scenario.body.look, naoisis::robot::look::Look::LIGHT);
+    assert!(!scenario.settings.sonar.fitted && scenario.settings.cameras.mounts.as_slice().is_empty());
+    assert_eq!((scenario.settings.head.yaw, scenario.settings.head.pitch), ([0.0; 2], [0.0; 2]));
+    assert_eq!((scenario.settings.body.legs, scenario.settings.body.arms), (None, None));
+    assert_eq!(scenario.settings.body.look, naoisis::robot::look::Look::LIGHT);
     // A NAO that is changed stays one.
     let tall = json!({ "name": "tall", "description": "", "settings": { "body": { "height_m": 0.6 } }, "realistic": {}, "sources": {} });
     check(folder.path(), &tall).unwrap();
     let tall = Scenario::from_json(&json!({ "model": path }).to_string()).unwrap();
-    assert_eq!(
-        (tall.sonar, tall.head, tall.cameras),
-        (Scenario::default().sonar, Scenario::default().head, Scenario::default().cameras)
-    );
-    assert!(tall.body.legs.is_some());
+    let nao = Scenario::default().settings;
+    assert_eq!((tall.settings.sonar, tall.settings.head, tall.settings.cameras), (nao.sonar, nao.head, nao.cameras));
+    assert!(tall.settings.body.legs.is_some());
 }
 
 #[cfg(unix)]
@@ -262,7 +273,7 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     assert_eq!(
         lines[2],
         "random.ron: note: the file leaves these out, so a `realistic` match uses the paper's figures instead of a real robot's: \
-         kicks.direction_sd_deg, vision.noise, sonar.noise, odometry.noise, messages.loss, falls, latency"
+         kicks.direction_sd_deg, vision.noise, sonar.noise, odometry.noise, falls, latency, messages.loss"
     );
     assert!(lines[3].starts_with("random.ron: note: `sources` has no source for: "), "{said}");
     assert!(lines[3].contains("body.arms, ") && lines[3].ends_with(" more") && lines.len() == 4, "{said}");

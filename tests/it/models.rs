@@ -14,7 +14,7 @@ use naoisis::robot::kick::{CustomKicks, KickModel, KickSettings};
 use naoisis::robot::latency::Latency;
 use naoisis::robot::look::Look;
 use naoisis::robot::motion::MotionLimits;
-use naoisis::scenario::{BehaviourSpec, LEAGUES, MODELS, RobotModel, RobotSpec};
+use naoisis::scenario::{BehaviourSpec, LEAGUES, MODELS, RobotModel, RobotPatch, RobotSettings, RobotSpec};
 use naoisis::sensing::camera::CameraSettings;
 use naoisis::sensing::sonar::SonarSettings;
 use naoisis::sensing::vision::{VisionSettings, VisionSource};
@@ -107,7 +107,9 @@ proptest! {
         let (body, cameras, kicks) = built(random);
         let text = r#"{ "rules": "free", "ball": { "position_m": [1.2, 0.6] }, "sonar": { "fitted": false },
                         "robots": [{ "number": 1, "pose": [-1, 0, 0], "behaviour": "chaser" }] }"#;
-        let scenario = Scenario { seed, body, cameras, kicks, ..Scenario::from_json(text).unwrap() };
+        let of_text = Scenario::from_json(text).unwrap();
+        let settings = RobotSettings { body, cameras, kicks, ..of_text.settings };
+        let scenario = Scenario { seed, settings, ..of_text };
         prop_assert_eq!(scenario.validate(), Ok(()));
         let mut app = headless_app();
         app.start_match(&scenario).unwrap();
@@ -213,7 +215,7 @@ fn a_model_of_ones_own_is_a_file_and_a_robot_changes_its_own() {
     let scenario = Scenario::from_json(&scenario).unwrap();
     let heights: Vec<f32> = scenario.robots.iter().map(|robot| scenario.body_of(robot).height_m).collect();
     assert_eq!(heights, [0.7, 0.7, 0.573]);
-    let own = scenario.robots[1].motion.unwrap();
+    let own = scenario.robots[1].own.motion.unwrap();
     assert_eq!((own.max_linear_mps, own.max_angular.to_degrees().round()), (0.3, 45.0));
     // What is written out says it all itself, even if the file is gone.
     std::fs::remove_file(&path).unwrap();
@@ -307,7 +309,8 @@ proptest! {
         let text = r#"{ "rules": "free", "ball": { "position_m": [1.2, 0.6] },
                         "robots": [{ "number": 1, "pose": [-1, 0, 0], "behaviour": "chaser" }] }"#;
         let of_text = Scenario::from_json(text).unwrap();
-        let scenario = Scenario { seed, body, kicks, head, cameras, motion, sonar, latency, falls, ..of_text };
+        let settings = RobotSettings { body, kicks, head, cameras, motion, sonar, latency, falls, ..of_text.settings };
+        let scenario = Scenario { seed, settings, ..of_text };
         prop_assert_eq!(scenario.validate(), Ok(()));
         let mut app = headless_app();
         app.start_match(&scenario).unwrap();
@@ -339,14 +342,17 @@ proptest! {
                 number: 1 + index as u8 % 3,
                 pose: Pose { position: side * place, heading: if index < 3 { 0.0 } else { core::f32::consts::PI } },
                 behaviour: BehaviourSpec::Named(behaviours[index % 3].to_owned()),
-                body: Some(body),
-                kicks: Some(kicks),
-                head_limits: Some(head),
-                cameras: Some(cameras),
-                motion: Some(motion),
-                sonar: Some(sonar),
-                latency: Some(latency),
-                falls: Some(falls),
+                own: RobotPatch {
+                    body: Some(body),
+                    kicks: Some(kicks),
+                    head: Some(head),
+                    cameras: Some(cameras),
+                    motion: Some(motion),
+                    sonar: Some(sonar),
+                    latency: Some(latency),
+                    falls: Some(falls),
+                    ..default()
+                },
                 ..default()
             }
         });

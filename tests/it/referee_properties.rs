@@ -48,10 +48,10 @@ fn scenario(preset: &str, seed: u64) -> Scenario {
     scenario.rules.standby_s = scenario.rules.standby_s.min(0.5);
     scenario.duration_s = (!scenario.rules.clock).then_some(2.0 * HALF_S);
     scenario.messages.loss = 0.3;
-    scenario.motion.max_linear_mps = 0.6;
-    scenario.motion.error_sd.dtheta = 0.02;
-    scenario.kicks.direction_sd = 0.3;
-    scenario.kicks.recovery_s = 0.3;
+    scenario.settings.motion.max_linear_mps = 0.6;
+    scenario.settings.motion.error_sd.dtheta = 0.02;
+    scenario.settings.kicks.direction_sd = 0.3;
+    scenario.settings.kicks.recovery_s = 0.3;
     // In every match the ball is thrown somewhere else, at the start and twice more: sometimes into a goal.
     for throw in 0..2_u64 {
         let turn = (seed * 3 + throw) as f32 * 2.399_963;

@@ -210,11 +210,11 @@ fn a_match_has_images_of_each_cycle_from_the_graphics_card() {
         return;
     }
     let mut scenario = Scenario::named("match3v3").expect("a scenario");
-    scenario.cameras.render = CameraRendering::Gpu;
-    (scenario.cameras.width, scenario.cameras.height) = (80, 60);
-    scenario.cameras.labels = true;
+    scenario.settings.cameras.render = CameraRendering::Gpu;
+    (scenario.settings.cameras.width, scenario.settings.cameras.height) = (80, 60);
+    scenario.settings.cameras.labels = true;
     let mut images = |rendering| {
-        scenario.cameras.render = rendering;
+        scenario.settings.cameras.render = rendering;
         let mut app = App::new();
         app.add_plugins((NaoisisPlugins, GpuCamerasPlugin));
         app.start_match(&scenario).expect("a match");

@@ -175,7 +175,7 @@ fn values_out_of_range() {
         ("kicks: (direction_sd_deg: «-1.0)", "`direction_sd_deg` is -1", "0 to 180 degrees"),
         ("kicks: (speed_sd: «-0.1)", "`speed_sd` is -0.1", "0 to 10"),
         ("head: (yaw_deg: «(120, -120))", "`yaw_deg` is [120, -120]", "the least and then the greatest"),
-        ("head: (pitch_deg: «(-100.0, 30.0))", "[-100, 30]", "-90 to 90 degrees"),
+        ("head: (pitch_deg: («-100.0, 30.0))", "`pitch_deg[0]` is -100", "-90 to 90 degrees"),
         ("head: (max_degps: «-1.0)", "`max_degps` is -1", "0 to 3600 degrees/s"),
         ("sonar: (min_m: «-0.1)", "`min_m` is -0.1", "0 to 10 m"),
         ("sonar: (min_m: 0.8, max_m: «0.7)", "`max_m` is 0.7, and `min_m` 0.8", "more than `min_m`"),
@@ -223,7 +223,7 @@ fn interventions_that_cannot_be() {
 #[test]
 fn robots_that_cannot_be() {
     let cases = [
-        ("(number: «0)", "`number` is 0", "from 1 to 255"),
+        ("(number: «0)", "`number` is 0", "1 to 255"),
         (
             "(number: 2), (number: «2, pose: (1, 1, 0))",
             "there is a blue2 already: robots[0]",
@@ -240,7 +240,7 @@ fn robots_that_cannot_be() {
         ("(head: (max_degps: «5000))", "`max_degps` is 5000", "3600"),
         ("(sonar: (min_m: «-1))", "`min_m` is -1", "0 to 10 m"),
         ("(behaviour: «\"\")", "`behaviour` has no name", "`idle`"),
-        ("(behaviour: script([(from_s: «-1, walk: (0, 0, 0))]))", "`from_s` is -1", "0 s or later"),
+        ("(behaviour: script([(from_s: «-1, walk: (0, 0, 0))]))", "`from_s` is -1", "0 s or more"),
         (
             "(behaviour: script([(from_s: 2, until_s: «2, walk: (0, 0, 0))]))",
             "`until_s` is 2, and `from_s` 2",
@@ -341,7 +341,7 @@ fn programs_get_the_faults_of_their_scenarios() {
         ..Scenario::default()
     };
     let paths: Vec<String> = scenario.faults().iter().map(|fault| fault.path.to_string()).collect();
-    assert_eq!(paths, ["cycle_s", "ball.rolling.constant_mps2"]);
+    assert_eq!(paths, ["ball.rolling.constant_mps2", "cycle_s"]);
 }
 
 /// All that `ScenarioFile::check` says of a file.
@@ -354,83 +354,86 @@ fn all_errors(name: &str, text: &str) -> Vec<String> {
     errors.iter().map(|error| error.to_string().strip_prefix(&start).unwrap().to_owned()).collect()
 }
 
+/// Checks that `ScenarioFile::check` finds these errors in a text, and no others.
+fn finds(text: &str, expected: &[&str]) {
+    let errors = all_errors(if text.starts_with('{') { "wrong.json" } else { "wrong.ron" }, text);
+    for (error, start) in errors.iter().zip(expected) {
+        assert!(error.starts_with(start), "{error}\nexpected {start}");
+    }
+    assert_eq!(errors.len(), expected.len(), "{errors:#?}");
+}
+
 #[test]
-fn a_check_finds_everything_and_nothing_that_only_follows() {
+fn a_check_finds_all_wrong_fields_and_types_first() {
     let text = r#"(
   sede: 2,
   field: spl2026,
   ball: (radius_m: -1.0, position_m: "here"),
-  motion: (max_linear_mps: 9.0),
   sonar: (noise: (gaussian: [1])),
   robots: [
     (number: 1, pose: (0, 0), behaviour: script([(kick: (typ: left_side)), (from_s: -1.0, walk: (0, 0, 0))])),
     3,
     (number: 1, head_deg: (0, "down"), pose: (1, 1, 0)),
     (number: 4, vision: (noise: lout), pose: (-1, 1, 0)),
-    (number: 5, motion: (max_linear_mps: 8.0), pose: (-1, 1, 0)),
+    (number: 5, fidelity: perfect, pose: (-1, 1, 0)),
   ],
-  posts: [(radius_m: 7.0)],
 )"#;
     let expected = [
         "2:3: there is no field `sede`: did you mean `seed`?",
         "3:10: there is no preset `spl2026`: did you mean `spl2025`?",
-        "4:20: `radius_m` is -1; expected 0.005 to 0.5 m",
         "4:38: `position_m` is the text `here`; expected a list of two numbers",
-        "5:28: `max_linear_mps` is 9; expected 0 to 5 m/s",
-        "6:29: `gaussian` is a list of 1; expected an object",
-        "8:23: `pose` is a list of 2; expected a list of three numbers",
-        "8:58: there is no field `typ`: did you mean `type`?",
-        "8:85: `from_s` is -1; expected 0 s or later",
-        "9:5: `robots[1]` is the number 3; expected an object",
-        "10:14: there is a blue1 already: robots[0]; expected a number",
-        "10:31: `head_deg[1]` is the text `down`; expected a number",
-        "11:33: there is no preset `lout`",
-        "12:42: `max_linear_mps` is 8; expected 0 to 5 m/s",
-        "12:54: blue4 and blue5 stand in one place",
-        "14:22: `radius_m` is 7; expected more than 0",
+        "5:29: `gaussian` is a list of 1; expected an object",
+        "7:23: `pose` is a list of 2; expected a list of three numbers",
+        "7:58: there is no field `typ`: did you mean `type`?",
+        "8:5: `robots[1]` is the number 3; expected an object",
+        "9:31: `head_deg[1]` is the text `down`; expected a number",
+        "10:33: there is no preset `lout`",
+        "11:27: `fidelity` is `perfect`; expected `truth`",
     ];
-    let errors = all_errors("wrong.ron", text);
-    for (error, start) in errors.iter().zip(expected) {
-        assert!(error.starts_with(start), "{error}\nexpected {start}");
-    }
-    assert_eq!(errors.len(), expected.len(), "{errors:#?}");
+    finds(text, &expected);
 }
 
 #[test]
-fn a_wrong_name_hides_no_others_and_brings_none() {
-    // A misspelt field may have been meant for what is not given, and for that alone.
-    let text = r#"{ "field": { "preset": "nao", "length_m": -3, "border_m": -1, "goal": { "width_m": 5 } },
-        "ball": { "colr": 3, "radius_m": -1 }, "rulse": "free", "messages": { "los": 0.1 },
-        "robots": [{ "number": 1 }, { "number": 1, "taem": "pink" }, { "number": 2, "team": "green", "pose": [2, 1, 0] }, { "psoe": [1, 1, 0] }] }"#;
-    let errors = all_errors("wrong.json", text);
+fn then_all_numbers_out_of_their_ranges() {
+    let text = r#"(
+  ball: (radius_m: -1.0, position_m: (9, 0)),
+  cycle_s: 7,
+  field: (length_m: -3, border_m: -1),
+  messages: (loss: 3, delay_cycles: 0),
+  motion: (max_linear_mps: 9.0),
+  robots: [
+    (number: 1, behaviour: script([(from_s: -1.0, walk: (0, 0, 0))])),
+    (number: 1, motion: (max_linear_mps: 8.0)),
+  ],
+  posts: [(radius_m: 7.0)],
+)"#;
     let expected = [
-        "1:24: there is no preset `nao`",
-        "1:43: length_m is -3",
-        "1:59: border_m is -1",
-        "2:19: there is no field `colr`",
-        "2:42: `radius_m` is -1",
-        "2:48: there is no field `rulse`",
-        "2:79: there is no field `los`",
-        "3:52: there is no field `taem`",
-        "3:93: `team` is `green`",
-        "3:125: there is no field `psoe`",
+        "2:20: `radius_m` is -1; expected 0.005 to 0.5 m",
+        "3:12: `cycle_s` is 7; expected 0.001 to 1 s",
+        "4:21: length_m is -3; expected 1 to 120 m",
+        "4:35: border_m is -1; expected 0.2 to 10 m",
+        "5:20: `loss` is 3; expected 0 to 1, a probability",
+        "5:37: `delay_cycles` is 0; expected 1 to 1000 cycles",
+        "6:28: `max_linear_mps` is 9; expected 0 to 5 m/s",
+        "8:45: `from_s` is -1; expected 0 s or more",
+        "9:42: `max_linear_mps` is 8; expected 0 to 5 m/s",
+        "11:22: `radius_m` is 7; expected more than 0, at most 1 m",
     ];
-    for (error, start) in errors.iter().zip(expected) {
-        assert!(error.starts_with(start), "{error}\nexpected {start}");
-    }
-    assert_eq!(errors.len(), expected.len(), "{errors:#?}");
+    finds(text, &expected);
 }
 
 #[test]
-fn a_check_of_sound_fields_finds_all_places_and_settings() {
-    let text = r#"{ "cycle_s": 7, "messages": { "loss": 3, "delay_cycles": 0 }, "ball": { "position_m": [0, 0] },
-        "robots": [{}, {}, { "pose": [9, 0, 0] }] }"#;
-    let errors = all_errors("wrong.json", text);
-    let has = |words: &str| errors.iter().filter(|error| error.contains(words)).count();
-    for words in ["`cycle_s` is 7", "`loss` is 3", "`delay_cycles` is 0", "stand in one place", "outside the carpet"] {
-        assert_eq!(has(words), 1, "{words}: {errors:#?}");
-    }
-    assert_eq!(has("is inside blue"), 2, "{errors:#?}");
+fn and_then_what_does_not_go_together() {
+    let text = r#"{ "ball": { "position_m": [0, 0] }, "sonar": { "min_m": 0.5, "max_m": 0.4 },
+        "robots": [{ "number": 1 }, { "number": 1 }, { "pose": [9, 0, 0] }] }"#;
+    let expected = [
+        "1:27: the ball at (0, 0) is inside blue1",
+        "1:71: `max_m` is 0.4, and `min_m` 0.5; expected more than `min_m`",
+        "2:37: blue1 and blue1 stand in one place",
+        "2:49: there is a blue1 already: robots[0]",
+        "2:64: blue2 at (9, 0) is outside the carpet",
+    ];
+    finds(text, &expected);
 }
 
 #[test]

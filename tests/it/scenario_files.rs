@@ -94,7 +94,7 @@ fn the_contracts_example_loads_and_natural_ron_is_the_same() {
     assert_eq!(entries[0].kick, Some(KickRequest::new(KickType::RightStraight, 1.0)));
     assert_eq!(entries[2].head, Some([to_radians(20.0), to_radians(10.0)]));
     assert_eq!(contract.robots[1].pose, Pose::new(1.0, 0.5, to_radians(180.0)));
-    assert_eq!(contract.robots[1].motion.map(|motion| motion.max_linear_mps), Some(0.1));
+    assert_eq!(contract.robots[1].own.motion.map(|motion| motion.max_linear_mps), Some(0.1));
     assert_eq!(contract.posts, [PostSpec { position_m: Vec2::new(0.4242, 0.1501), ..PostSpec::default() }]);
     assert_eq!(Scenario::from_text(CONTRACT, Format::Ron, "contract.ron").unwrap(), contract);
     assert_eq!(Scenario::from_text(NATURAL, Format::Ron, "natural.ron").unwrap(), contract);
@@ -115,12 +115,12 @@ fn presets_are_changed_by_an_objects_own_fields() {
     assert_eq!(scenario.field, field);
     assert_eq!(scenario.rules, Rules { half_s: 60.0, ..rules_preset("spl2010").unwrap() });
     assert_eq!(scenario.rules.ball_out_restart, BallOutRestart::ThrowIn);
-    let own = scenario.robots[0].motion.unwrap();
+    let own = scenario.robots[0].own.motion.unwrap();
     assert_eq!((own.max_linear_mps, own.error_sd.dx_m, own.error_sd.dy_m), (0.3, 0.01, 0.02));
-    let sonar = scenario.robots[0].sonar.unwrap();
+    let sonar = scenario.robots[0].own.sonar.unwrap();
     assert_eq!((sonar.max_m, sonar.noise), (0.6, SonarNoise::None));
     assert_eq!(scenario.robots[1].number, 1);
-    assert_eq!(scenario.robots[1].motion, None);
+    assert_eq!(scenario.robots[1].own.motion, None);
 }
 
 #[test]

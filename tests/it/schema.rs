@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::support::{naoisis, text};
+use naoisis::scenario::{FileKind, LIBRARY, Scenario};
 
 /// Lets a program play, and writes down all that is said.
 const LISTENING: &str = r#"
@@ -101,11 +102,22 @@ fn fault(schema: &Value, value: &Value, document: &Value) -> Option<String> {
             }
             "minItems" => value.as_array().is_some_and(|items| (items.len() as u64) < wanted.as_u64().unwrap()),
             "maxItems" => value.as_array().is_some_and(|items| (items.len() as u64) > wanted.as_u64().unwrap()),
+            "allOf" => {
+                if let Some(fault) = wanted.as_array().unwrap().iter().find_map(|part| fault(part, value, document)) {
+                    return Some(fault);
+                }
+                false
+            }
+            "exclusiveMinimum" => value.as_f64().is_some_and(|number| number <= wanted.as_f64().unwrap()),
             "minimum" => value.as_f64().is_some_and(|number| number < wanted.as_f64().unwrap()),
             "maximum" => value.as_f64().is_some_and(|number| number > wanted.as_f64().unwrap()),
             "$schema"
             | "$id"
             | "$defs"
+            | "definitions"
+            | "unit"
+            | "examples"
+            | "deprecated"
             | "title"
             | "description"
             | "default"
@@ -207,4 +219,54 @@ fn what_may_not_be_said_is_not_as_the_schema_says() {
     // What is said of a type in the code is said in the schema.
     let walk = &schema["$defs"]["RobotCommand"]["properties"]["walk"];
     assert!(walk["description"].as_str().unwrap().contains("[dx m, dy m, dtheta deg]"), "{walk}");
+}
+
+/// The schemas of files are in `assets/schema`, for editors. After a change of the types,
+/// `NAOISIS_WRITE_SCHEMA=1 cargo test --no-default-features --test it schemas_of_files` writes them again.
+#[test]
+fn schemas_of_files_are_those_that_editors_read() {
+    for kind in FileKind::ALL {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/schema/{}.json", kind.name()));
+        let schema = format!("{:#}\n", kind.schema());
+        if std::env::var_os("NAOISIS_WRITE_SCHEMA").is_some() {
+            fs::write(&path, &schema).unwrap();
+        }
+        assert!(
+            fs::read_to_string(&path).is_ok_and(|recorded| recorded == schema),
+            "{} is not up to date",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn scenarios_are_as_their_schema_says_whole_and_as_files() {
+    let schema = FileKind::Scenario.schema();
+    for entry in LIBRARY {
+        let whole = Scenario::named(entry.name).unwrap().resolved_json().unwrap();
+        assert_eq!(fault(&schema, &serde_json::from_str(&whole).unwrap(), &schema), None, "{}", entry.name);
+        if let Ok(file) = serde_json::from_str::<Value>(entry.text) {
+            assert_eq!(fault(&schema, &file, &schema), None, "{}", entry.name);
+        }
+    }
+    let file = |text: &str| fault(&schema, &serde_json::from_str(text).unwrap(), &schema);
+    for right in [
+        r#"{ "$schema": "scenario.json", "league": "spl2025", "rules": "free", "realism": { "vision": "ideal" } }"#,
+        r#"{ "vision": { "noise": { "preset": "none", "ball": { "pixel_sd": 1 } } }, "model": { "preset": "nao", "head": {} } }"#,
+        r#"{ "teams": { "blue": "roles", "pink": { "team": "roles", "model": "nao_v6", "motion": { "max_linear_mps": 1 } } } }"#,
+        r#"{ "robots": [{ "behaviour": { "script": [{ "kick": { "type": "left_side" } }] }, "kicks": { "own": { "flap": {} } } }] }"#,
+    ] {
+        assert_eq!(file(right), None, "{right}");
+    }
+    for wrong in [
+        r#"{ "sede": 1 }"#,
+        r#"{ "motion": { "max_linear_mps": 6 } }"#,
+        r#"{ "sonar": { "noise": { "gaussian": { "sd_m": -1 } } } }"#,
+        r#"{ "league": "spl2026" }"#,
+        r#"{ "robots": [{ "number": 0 }] }"#,
+        r#"{ "robots": [{ "kicks": { "own": { "flap": { "speed_sd": 11 } } } }] }"#,
+        r#"{ "posts": [{ "radius_m": 0 }] }"#,
+    ] {
+        assert!(file(wrong).is_some(), "{wrong}");
+    }
 }

@@ -155,13 +155,23 @@ fn a_match_with_own_sensors_is_saved_and_its_settings_change_while_it_runs() {
     assert_eq!((app.robot_pose(blue(1)), app.robot::<BallNoise>(blue(2))), (Some(place), Some(&reading)));
 
     let mut scenario = app.world().resource::<Scenario>().clone();
-    scenario.robots[0].sensors.0.insert("ball_ear".to_owned(), serde_json::json!({ "range_m": 0.1 }));
-    scenario.robots[2].sensors = default();
+    scenario.robots[0]
+        .own
+        .sensors
+        .get_or_insert_default()
+        .0
+        .insert("ball_ear".to_owned(), serde_json::json!({ "range_m": 0.1 }));
+    scenario.robots[2].own.sensors = None;
     change_settings(app.world_mut(), &scenario).unwrap();
     app.run_cycles(1);
     assert_eq!(app.robot::<BallNoise>(blue(1)), Some(&BallNoise::default()));
     assert_eq!(app.robot::<Ear>(blue(3)), Some(&Ear { range_m: 1.0, sd_m: 0.01 }));
-    scenario.robots[0].sensors.0.insert("ball_ear".to_owned(), serde_json::json!({ "range": 0.1 }));
+    scenario.robots[0]
+        .own
+        .sensors
+        .get_or_insert_default()
+        .0
+        .insert("ball_ear".to_owned(), serde_json::json!({ "range": 0.1 }));
     assert!(change_settings(app.world_mut(), &scenario).is_err());
 }
 

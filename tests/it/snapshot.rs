@@ -16,8 +16,8 @@ fn noisy_match(name: &str, seed: u64) -> App {
     scenario.seed = seed;
     scenario.messages.loss = 0.3;
     scenario.messages.jitter_cycles = 5;
-    scenario.kicks.direction_sd = 0.05;
-    scenario.motion.error_sd.dx_m = 0.001;
+    scenario.settings.kicks.direction_sd = 0.05;
+    scenario.settings.motion.error_sd.dx_m = 0.001;
     let mut app = headless_app();
     app.start_match(&scenario).unwrap();
     app

@@ -2,6 +2,7 @@
 
 use bevy::math::ops;
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
@@ -66,15 +67,15 @@ pub const FASTEST_MPS: f32 = 100.0;
 pub const REST_SPEED_MPS: f32 = 1e-3;
 
 /// The law by which a rolling ball slows down.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rolling {
     /// Drag proportional to the speed, per second: v(t) = v0 exp(-k t), until [`REST_SPEED_MPS`].
     ///
     /// B-Human 2013 used 0.5 /s for the orange 55 g ball, which makes the travel exactly proportional to the speed.
-    ExponentialPerS(f32),
+    ExponentialPerS(#[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "/s"), range(max = 1000.0))] f32),
     /// Constant deceleration, m/s²: v(t) = v0 - a t. Teams use 0.30 to 0.39 for today's foam ball.
-    ConstantMps2(f32),
+    ConstantMps2(#[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1000.0))] f32),
 }
 
 impl Default for Rolling {

@@ -224,7 +224,7 @@ pub mod file_units {
     }
 
     /// Three angles: radians in memory, degrees in the file.
-    #[derive(Clone, Copy)]
+    #[derive(Clone, Copy, schemars::JsonSchema)]
     pub struct DegreeTriple(pub [f32; 3]);
 
     impl Serialize for DegreeTriple {

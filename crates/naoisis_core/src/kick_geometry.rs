@@ -164,16 +164,20 @@ impl JsonSchema for KickType {
 }
 
 /// The geometry of a kick: where the ball must lie, and in which direction it leaves.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KickGeometry {
     /// Nearest and farthest the ball's centre may lie, ahead, m, robot frame.
+    #[schemars(inner(range(min = -1.0, max = 2.0)))]
     pub x_m: [f32; 2],
     /// Furthest to the right and furthest to the left, m, robot frame.
+    #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub y_m: [f32; 2],
     /// The tip of the foot that kicks, m, robot frame.
+    #[schemars(with = "[f32; 2]")]
     pub foot_m: Vec2,
     /// The best position of the ball, m, robot frame: the target when walking up to the ball.
+    #[schemars(with = "[f32; 2]")]
     pub best_m: Vec2,
     /// The direction in which the ball leaves.
     #[serde(default)]
@@ -181,7 +185,7 @@ pub struct KickGeometry {
 }
 
 /// The direction in which a kick sends the ball.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum KickDirection {
@@ -194,6 +198,7 @@ pub enum KickDirection {
     Chosen {
         /// The furthest to either side, radians (degrees in files).
         #[serde(rename = "most_deg", with = "file_units::degrees")]
+        #[schemars(with = "f32", range(min = 0.0, max = 90.0))]
         most: f32,
     },
 }

@@ -1,12 +1,13 @@
 //! Values by name: settings and readings whose types only the program knows that has registered them.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// Values by name, as files have them.
-#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]

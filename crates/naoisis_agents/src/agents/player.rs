@@ -107,7 +107,7 @@ impl Agent {
         renders_images: bool,
         deadline: Option<Instant>,
     ) -> Result<(), Loss> {
-        let mounts = scenario.robot(robot).cameras.unwrap_or(scenario.cameras).mounts;
+        let mounts = scenario.settings_of(&scenario.robot(robot)).cameras.mounts;
         let unknown = hello.images.iter().find(|camera| mounts.get(**camera).is_none());
         let refusal = if hello.robot.is_some_and(|wanted| wanted != robot) {
             Some(format!("it wants to play another robot; expected `{robot}`, the value of NAOISIS_ROBOT, or none"))

@@ -101,7 +101,7 @@ pub(super) fn begin(
     deadline: Option<Instant>,
 ) -> Result<(), Loss> {
     let scenario = world.resource::<Scenario>();
-    agent.welcome(hello, robot, scenario, scenario.cameras.render != CameraRendering::Off, deadline)?;
+    agent.welcome(hello, robot, scenario, scenario.settings.cameras.render != CameraRendering::Off, deadline)?;
     // Where nothing is said of cameras, they work for who looks through them.
     let entity = world.resource::<Roster>().get(robot);
     if !hello.images.is_empty()

@@ -11,22 +11,14 @@ use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 use naoisis_core::camera_model::CameraName;
-use naoisis_core::communication::MessageLimits;
 use naoisis_core::game::{Rules, Score};
 use naoisis_core::pitch::Pitch;
-use naoisis_core::robot::body::Body;
-use naoisis_core::robot::head::HeadLimits;
-use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::robot::latency::Latency;
-use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
-use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::image::Image;
-use naoisis_sensing::sensing::sonar::SonarSettings;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
-use naoisis_sim::scenario::{RobotModel, RobotSpec, Scenario};
+use naoisis_sim::scenario::{RobotModel, RobotSettings, RobotSpec, Scenario};
 
 /// The version of the protocol that this library implements.
 pub const PROTOCOL: u32 = 1;
@@ -139,48 +131,19 @@ pub struct Welcome<'a> {
 pub struct Model {
     /// The name of the model.
     pub name: String,
-    /// The body: boxes of trunk and base, height, positions of neck and feet, limbs and colours.
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
-    pub body: Body,
-    /// The limits of walking.
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
-    pub motion: MotionLimits,
-    /// The limits of the head.
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
-    pub head: HeadLimits,
-    /// The kicks.
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
-    pub kicks: KickSettings,
-    /// The cameras.
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
-    pub cameras: CameraSettings,
-    /// The sonars.
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
-    pub sonar: SonarSettings,
-    /// The delays of sensors and commands.
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
-    pub latency: Latency,
-    /// The limits of messages: `max_text_bytes`, and for the team in the whole match `max_messages` and `max_bytes`
-    /// where they are limited.
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
-    pub messages: MessageLimits,
+    /// The settings of the robot as scenarios have them: its body, how it walks and kicks, its sensors with their errors, its delays, and the
+    /// limits of its messages together with those of the match.
+    #[serde(flatten)]
+    pub settings: RobotSettings,
 }
 
 impl Model {
     /// The abilities of a robot of a scenario: the settings of the robot, its team or its model, else those of the
     /// scenario.
     fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
-        Model {
-            name: RobotModel::name_of(robot.model.as_ref().unwrap_or(&scenario.model)),
-            body: scenario.body_of(robot),
-            motion: robot.motion.unwrap_or(scenario.motion),
-            head: robot.head_limits.unwrap_or(scenario.head),
-            kicks: robot.kicks.unwrap_or(scenario.kicks),
-            cameras: robot.cameras.unwrap_or(scenario.cameras),
-            sonar: robot.sonar.unwrap_or(scenario.sonar),
-            latency: robot.latency.unwrap_or(scenario.latency),
-            messages: scenario.message_limits_of(robot),
-        }
+        let name = RobotModel::name_of(robot.model.as_ref().unwrap_or(&scenario.model));
+        let messages = scenario.message_limits_of(robot);
+        Model { name, settings: RobotSettings { messages, ..scenario.settings_of(robot) } }
     }
 }
 
@@ -294,6 +257,20 @@ mod tests {
             [&of_k1["messages"], &nao["model"]["messages"]].map(|own| own["max_text_bytes"].as_u64()),
             [Some(64), Some(128)]
         );
+    }
+
+    #[test]
+    fn a_robot_is_told_the_noise_that_its_sensors_have() {
+        let welcome = |words: &str| {
+            let text = format!(r#"{{ {words} "robots": [{{ "number": 1, "sonar": {{ "max_m": 0.5 }} }}] }}"#);
+            let scenario = Scenario::from_json(&text).unwrap();
+            serde_json::to_value(Welcome::of(&scenario, RobotId::new(Team::Blue, 1))).unwrap()
+        };
+        let (noisy, ideal) = (welcome(""), welcome(r#""fidelity": "ideal","#));
+        assert!(noisy["model"]["sonar"]["noise"]["gaussian"].is_object(), "{noisy}");
+        assert_eq!(ideal["model"]["sonar"]["noise"], "none");
+        assert_eq!(ideal["model"]["vision"]["noise"]["head_angle_sd_deg"], 0.0);
+        assert_eq!(ideal["model"]["odometry"]["noise"]["translation_sd_m"], 0.0);
     }
 
     #[test]

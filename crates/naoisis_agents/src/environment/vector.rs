@@ -228,7 +228,7 @@ impl Environments {
 
 /// The number of bytes of an image of the robots of a match.
 fn image_bytes(world: &World) -> usize {
-    let cameras = world.get_resource::<Scenario>().map(|scenario| scenario.cameras);
+    let cameras = world.get_resource::<Scenario>().map(|scenario| scenario.settings.cameras);
     let cameras = cameras.filter(|cameras| !matches!(cameras.render, CameraRendering::Auto | CameraRendering::Off));
     cameras.map_or(0, |cameras| 3 * (cameras.width * cameras.height) as usize)
 }

@@ -12,7 +12,7 @@ use naoisis_core::team::Team;
 use naoisis_sim::scenario::wording::one_of;
 use naoisis_sim::scenario::{FieldPath, Format, Scenario, ScenarioFile, Setting};
 use naoisis_sim::simulation::snapshot::EXTENSION;
-use naoisis_sim::simulation::{CHANGEABLE, MatchApp, Snapshot, change_settings, is_changeable};
+use naoisis_sim::simulation::{MatchApp, Snapshot, change_settings, changeable, is_changeable};
 
 /// Whether `path` is the path of a saved match.
 pub fn is_snapshot(path: &Path) -> bool {
@@ -67,14 +67,14 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
         set_duration(scenario, duration_s)?;
     }
     if let Some(cameras) = arguments.cameras {
-        scenario.cameras.render = cameras.into();
+        scenario.settings.cameras.render = cameras.into();
         // Robots of another model have cameras of their own.
-        for own in scenario.robots.iter_mut().filter_map(|robot| robot.cameras.as_mut()) {
+        for own in scenario.robots.iter_mut().filter_map(|robot| robot.own.cameras.as_mut()) {
             own.render = cameras.into();
         }
         if let Some(teams) = &mut scenario.teams {
             for team in Team::BOTH {
-                if let Some(own) = &mut teams.robots[team].cameras {
+                if let Some(own) = &mut teams.robots[team].own.cameras {
                     own.render = cameras.into();
                 }
             }
@@ -105,7 +105,7 @@ pub fn change_match(app: &mut App, name: &str, settings: &[Setting]) -> Result<(
         let message = format!(
             "--set {setting}: `{}` cannot change in the middle of a match; expected {}, of all robots, of a team or of one; or a new match",
             setting.path(),
-            one_of(CHANGEABLE)
+            one_of(changeable())
         );
         return Err(report::usage_error(&message));
     }

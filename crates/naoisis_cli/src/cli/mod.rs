@@ -91,8 +91,8 @@ enum Command {
     Run(Box<run_arguments::RunArguments>),
     /// Run a match that programs connect to, in lock-step
     Serve(Box<serve::ServeArguments>),
-    /// Print the messages between a match and a program as JSON Schema
-    Schema,
+    /// Print JSON Schema of the messages between a match and a program, or of a kind of file
+    Schema(schema::SchemaArguments),
     /// Watch a recorded match, from its trace
     Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores
@@ -143,7 +143,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Play(arguments)) => play::play(program, &arguments),
         Some(Command::Run(arguments)) => run::run(program, &arguments),
         Some(Command::Serve(arguments)) => serve::serve(program, &arguments),
-        Some(Command::Schema) => schema::print_schema(),
+        Some(Command::Schema(arguments)) => schema::print_schema(&arguments),
         Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
         Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
         Some(Command::Check(arguments)) => check::check(program, &arguments),

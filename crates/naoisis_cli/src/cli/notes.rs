@@ -7,7 +7,7 @@ use naoisis_core::kick_geometry::KickGeometry;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::team::Team;
 use naoisis_sensing::sensing::camera::ball_in_view::{nearest_ball_seen_m, sees_ball};
-use naoisis_sim::scenario::{Realism, RobotModel, Scenario, ScenarioFile};
+use naoisis_sim::scenario::{Realism, RobotModel, RobotSettings, Scenario, ScenarioFile};
 
 /// Hints about a model: what its cameras cannot see, and what its file leaves open.
 pub(super) fn of_model(model: &RobotModel) -> Vec<String> {
@@ -75,7 +75,7 @@ fn errors_left_open(model: &RobotModel) -> Option<String> {
 
 /// A note about a robot of a scenario whose cameras cannot see a ball that it could kick.
 fn blindness_in(scenario: &Scenario) -> Option<String> {
-    let Scenario { body, cameras, head, kicks, ball, .. } = scenario;
+    let Scenario { settings: RobotSettings { body, cameras, head, kicks, .. }, ball, .. } = scenario;
     if cameras.mounts.as_slice().is_empty() {
         return Some("it has no cameras: it sees no ball".to_owned());
     }

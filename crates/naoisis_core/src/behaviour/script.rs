@@ -1,6 +1,7 @@
 //! Scripts: commands at given times, from a scenario file.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::communication::{Outbox, TeamMessage};
@@ -19,22 +20,25 @@ pub struct Script(pub Vec<ScriptEntry>);
 
 /// An entry of a script: the commands for every cycle with `from_s <= t < until_s`; without `until_s` for the first cycle at or
 /// after `from_s`.
-#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScriptEntry {
     /// Start, s.
+    #[schemars(range(min = 0.0))]
     pub from_s: f64,
     /// End, s; none for a single cycle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub until_s: Option<f64>,
     /// Displacement in each of these cycles: dx m, dy m, dθ radians (degrees in files).
     #[serde(with = "file_units::optional_step", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 3]>")]
     pub walk: Option<[f32; 3]>,
     /// A kick.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kick: Option<KickRequest>,
     /// Yaw and pitch for the head, radians (degrees in files).
     #[serde(rename = "head_deg", with = "file_units::optional_degree_pair", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 2]>")]
     pub head: Option<[f32; 2]>,
     /// Getting up, or a dive.
     #[serde(skip_serializing_if = "Option::is_none")]

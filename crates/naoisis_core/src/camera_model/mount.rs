@@ -1,6 +1,7 @@
 //! The cameras of a robot: their names and mounting in its head.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tinyvec::ArrayVec;
 
@@ -21,7 +22,7 @@ impl CameraName {
 }
 
 /// A camera in a robot's head.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "MountFields", into = "MountFields")]
 pub struct CameraMount {
     /// Its name.
@@ -102,22 +103,29 @@ impl Default for CameraMount {
 }
 
 /// A camera as files have it.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct MountFields {
     name: CameraName,
+    #[schemars(with = "[f32; 3]")]
     position_m: Vec3,
     #[serde(default, with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = -90.0, max = 90.0))]
     tilt_deg: f32,
     #[serde(default, with = "file_units::degrees", skip_serializing_if = "is_zero")]
+    #[schemars(with = "f32", range(min = -180.0, max = 180.0))]
     pan_deg: f32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = 1, max = 4096)), extend("unit" = "pixels"))]
     size: Option<[u32; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none", with = "file_units::optional_degrees")]
+    #[schemars(with = "Option<f32>", range(min = 1.0, max = 170.0))]
     diagonal_fov_deg: Option<f32>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = -1.0, max = 1.0)))]
     distortion: Option<[f32; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 100_000))]
     every_cycles: Option<u32>,
 }
 
@@ -152,7 +160,7 @@ impl From<CameraMount> for MountFields {
 }
 
 /// The cameras of a robot, at most [`CameraMounts::MOST`], in the order of its model.
-#[derive(Clone, Copy, PartialEq, Debug, Deref, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Deref, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(try_from = "Vec<CameraMount>", into = "Vec<CameraMount>")]

@@ -1,6 +1,7 @@
 //! Limits of the messages of a robot and its team.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MessageSettings, TeamMessage, TeamMessageStatistics};
@@ -9,12 +10,13 @@ use crate::knowledge::Knowledge;
 
 /// The message limits of a robot, from its model, its team or itself. The smaller of these and the [limits](MessageSettings) of the
 /// match applies.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct MessageLimits {
     /// Greatest total length of the texts and the datagram in a message, bytes; none: that of the match.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 65_507))]
     pub max_text_bytes: Option<u32>,
     /// Number of messages of its team in a match beyond which the robot sends none; none: that of the match.
     #[serde(skip_serializing_if = "Option::is_none")]

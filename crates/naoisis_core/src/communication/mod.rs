@@ -109,9 +109,6 @@ pub struct MessageSettings {
     pub max_messages: Option<u32>,
     /// Bytes that a team can send in a match; none: unlimited.
     pub max_bytes: Option<u64>,
-    /// The limits of robots without their own: those of their model.
-    #[serde(skip_serializing_if = "MessageLimits::is_unset")]
-    pub robots: MessageLimits,
 }
 
 impl Default for MessageSettings {
@@ -124,7 +121,6 @@ impl Default for MessageSettings {
             max_text_bytes: 128,
             max_messages: None,
             max_bytes: None,
-            robots: MessageLimits::default(),
         }
     }
 }
@@ -247,7 +243,7 @@ fn send_messages(
         }
         let Some(say) = outbox.0.take() else { continue };
         let team = &mut statistics[from.team];
-        let limits = settings.limits_with(own_limits.unwrap_or(&settings.robots));
+        let limits = settings.limits_with(&own_limits.copied().unwrap_or_default());
         if let Some(reason) = limits.refusal(&say, team) {
             let count = if reason == Refusal::BudgetSpent { &mut team.over_budget } else { &mut team.refused };
             *count += 1;

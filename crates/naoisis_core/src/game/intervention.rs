@@ -6,6 +6,7 @@
 
 use bevy::prelude::*;
 use core::fmt;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::PenaltyReason;
@@ -14,15 +15,17 @@ use crate::knowledge::Knowledge;
 use crate::team::{RobotId, Team};
 
 /// A request to the referee.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Intervention {
     /// Places the ball at the nearest free position.
     PlaceBall {
         /// Position, m, pitch frame.
+        #[schemars(with = "[f32; 2]")]
         position_m: Vec2,
         /// Velocity, m/s, pitch frame.
         #[serde(default)]
+        #[schemars(with = "[f32; 2]")]
         velocity_mps: Vec2,
     },
     /// Places a robot at the nearest free position.
@@ -31,6 +34,7 @@ pub enum Intervention {
         robot: RobotId,
         /// Pose, pitch frame: `[x m, y m, heading deg]` in files.
         #[serde(with = "file_units::pose")]
+        #[schemars(with = "[f32; 3]")]
         pose: Pose,
     },
     /// Sets the score.
@@ -50,6 +54,7 @@ pub enum Intervention {
         /// Duration, s of play. Without it the duration is that of the rules, and the penalty makes later ones longer as the
         /// referee's own do; with it, it does not.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 100_000.0))]
         duration_s: Option<f32>,
     },
     /// Ends a robot's penalty.
@@ -63,6 +68,7 @@ pub enum Intervention {
     DropBall {
         /// Position, m, pitch frame; the centre mark by default.
         #[serde(default)]
+        #[schemars(with = "[f32; 2]")]
         position_m: Vec2,
     },
     /// Stops play for a kick-off.
@@ -98,10 +104,11 @@ impl fmt::Display for Intervention {
 }
 
 /// An intervention at a given time.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimedIntervention {
     /// Time, s since the start: it is applied at the end of the first cycle that ends then or later.
+    #[schemars(range(min = 0.0))]
     pub at_s: f64,
     /// The intervention.
     #[serde(rename = "do")]

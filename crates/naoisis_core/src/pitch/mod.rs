@@ -218,8 +218,6 @@ pub struct PitchError {
     pub message: String,
     /// The valid range.
     pub expected: String,
-    /// The field that the range depends on, if any.
-    pub limited_by: Option<&'static str>,
 }
 
 impl Pitch {
@@ -231,43 +229,43 @@ impl Pitch {
         self.errors().into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// All fields that are out of range.
+    /// All fields that are out of range; those whose range depends on others only if these are within theirs.
     pub fn errors(&self) -> Vec<PitchError> {
-        let ranges = [
-            ("length_m", self.length_m, 1.0, 120.0, None),
-            ("width_m", self.width_m, 1.0, 90.0, None),
-            ("line_width_m", self.line_width_m, 0.01, 0.5, None),
-            ("border_m", self.border_m, 0.2, 10.0, None),
-            ("centre_circle_diameter_m", self.centre_circle_diameter_m, 0.1, self.width_m, Some("width_m")),
-            ("penalty_area.depth_m", self.penalty_area.depth_m, 0.0, self.length_m / 2.0, Some("length_m")),
-            ("penalty_area.width_m", self.penalty_area.width_m, 0.0, self.width_m, Some("width_m")),
-            (
-                "goal_area.depth_m",
-                self.goal_area.unwrap_or_default().depth_m,
-                0.0,
-                self.length_m / 2.0,
-                Some("length_m"),
-            ),
-            ("goal_area.width_m", self.goal_area.unwrap_or_default().width_m, 0.0, self.width_m, Some("width_m")),
-            ("penalty_mark_distance_m", self.penalty_mark_distance_m, 0.0, self.length_m / 2.0, Some("length_m")),
-            ("penalty_mark_size_m", self.penalty_mark_size_m, 0.0, 1.0, None),
-            ("corner_arc_radius_m", self.corner_arc_radius_m, 0.0, self.width_m / 2.0, Some("width_m")),
-            ("goal.width_m", self.goal.width_m, 0.2, self.width_m, Some("width_m")),
-            ("goal.height_m", self.goal.height_m, 0.1, 10.0, None),
-            ("goal.depth_m", self.goal.depth_m, 0.05, 10.0, None),
-            ("goal.post_diameter_m", self.goal.post_diameter_m, 0.01, self.goal.width_m / 2.0, Some("goal.width_m")),
-            ("goal.bar_diameter_m", self.goal.bar_diameter_m, 0.005, self.goal.width_m / 2.0, Some("goal.width_m")),
+        let (half_length_m, half_width_m) = (self.length_m / 2.0, self.width_m / 2.0);
+        let goal_area = self.goal_area.unwrap_or_default();
+        let of_themselves = [
+            ("length_m", self.length_m, 1.0, 120.0),
+            ("width_m", self.width_m, 1.0, 90.0),
+            ("line_width_m", self.line_width_m, 0.01, 0.5),
+            ("border_m", self.border_m, 0.2, 10.0),
+            ("penalty_mark_size_m", self.penalty_mark_size_m, 0.0, 1.0),
+            ("goal.height_m", self.goal.height_m, 0.1, 10.0),
+            ("goal.depth_m", self.goal.depth_m, 0.05, 10.0),
         ];
-        ranges
-            .into_iter()
-            .filter(|(_, value, least, most, _)| !(*least..=*most).contains(value))
-            .map(|(field, value, least, most, limited_by)| PitchError {
-                field,
-                message: format!("{field} is {value}"),
-                expected: format!("{least} to {most} m"),
-                limited_by,
-            })
-            .collect()
+        let on_the_pitch = [
+            ("centre_circle_diameter_m", self.centre_circle_diameter_m, 0.1, self.width_m),
+            ("penalty_area.depth_m", self.penalty_area.depth_m, 0.0, half_length_m),
+            ("penalty_area.width_m", self.penalty_area.width_m, 0.0, self.width_m),
+            ("goal_area.depth_m", goal_area.depth_m, 0.0, half_length_m),
+            ("goal_area.width_m", goal_area.width_m, 0.0, self.width_m),
+            ("penalty_mark_distance_m", self.penalty_mark_distance_m, 0.0, half_length_m),
+            ("corner_arc_radius_m", self.corner_arc_radius_m, 0.0, half_width_m),
+            ("goal.width_m", self.goal.width_m, 0.2, self.width_m),
+        ];
+        let of_the_goal = [
+            ("goal.post_diameter_m", self.goal.post_diameter_m, 0.01, self.goal.width_m / 2.0),
+            ("goal.bar_diameter_m", self.goal.bar_diameter_m, 0.005, self.goal.width_m / 2.0),
+        ];
+        let error = |&(field, value, least, most): &(&'static str, f32, f32, f32)| PitchError {
+            field,
+            message: format!("{field} is {value}"),
+            expected: format!("{least} to {most} m"),
+        };
+        let errors = |ranges: &[(&'static str, f32, f32, f32)]| -> Vec<PitchError> {
+            ranges.iter().filter(|(_, value, least, most)| !(*least..=*most).contains(value)).map(error).collect()
+        };
+        let groups: [&[_]; 3] = [&of_themselves, &on_the_pitch, &of_the_goal];
+        groups.into_iter().map(errors).find(|errors| !errors.is_empty()).unwrap_or_default()
     }
 }
 

@@ -236,7 +236,7 @@ pub(super) fn update_status(
     let set_play = announced.set_play.map(|set_play| SetPlayStatus::of(&set_play, &rules, &clock));
     let messages_left = |team: Team, own: Option<&MessageLimits>| {
         let by_the_rules = game.messages_left.map(|left| left[team]);
-        let by_radio = radio.limits_with(own.unwrap_or(&radio.robots)).messages_left(messages[team].sent);
+        let by_radio = radio.limits_with(&own.copied().unwrap_or_default()).messages_left(messages[team].sent);
         by_the_rules.into_iter().chain(by_radio).min()
     };
     // The GameController does not send when the whistle comes.

@@ -6,6 +6,7 @@
 use bevy::prelude::*;
 use parry3d::math::Pose as Isometry;
 use parry3d::shape::Cuboid;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::look::Look;
@@ -13,14 +14,17 @@ use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 
 /// An upright box in the robot frame.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyBox {
     /// Rear and front, m, robot frame.
+    #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub x_m: [f32; 2],
     /// Half the width; the box is symmetric about y = 0, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
     pub half_width_m: f32,
     /// Lower and upper edge above the ground, m.
+    #[schemars(inner(range(min = 0.0, max = 2.5)))]
     pub z_m: [f32; 2],
 }
 
@@ -75,7 +79,7 @@ pub struct Footprint {
 /// The default is the NAO. Its boxes are its top-view rectangles (B-Human 2025's two-dimensional model: upper body x -3..+5 cm
 /// and y ±15 cm, feet x -3..+11 cm and y ±10 cm), with heights to match a robot of 57.3 cm: the feet and legs below the
 /// torso, the torso from hip to neck.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Body {
@@ -84,12 +88,16 @@ pub struct Body {
     /// Feet and legs, or wheels: collides with the ball.
     pub base: BodyBox,
     /// Height of the top of the head, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 2.5))]
     pub height_m: f32,
     /// Height when the robot lies, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 2.5))]
     pub lying_height_m: f32,
     /// Lateral distance of each foot, or wheel, from the middle of the robot, m.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub foot_y_m: f32,
     /// The point about which the head with its cameras turns, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
+    #[schemars(with = "[f32; 3]")]
     pub neck_m: Vec3,
     /// The band in the team's colour.
     pub waistband: Waistband,
@@ -132,12 +140,14 @@ impl Body {
 
 /// The band about a robot's waist in its team's colour, by which robots are recognised. The NAO's is 10 cm high (rule book
 /// of 2010).
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Waistband {
     /// Lower and upper edge, m above the ground when the robot stands.
+    #[schemars(inner(range(min = 0.0, max = 2.5)))]
     pub z_m: [f32; 2],
     /// Half its depth and half its width, m.
+    #[schemars(with = "[f32; 2]")]
     pub half_size_m: Vec2,
 }
 
@@ -160,16 +170,20 @@ impl Waistband {
 }
 
 /// The legs, for drawing only: the simulation has no leg joints. The default is the NAO (Aldebaran's documentation of the V4).
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Legs {
     /// The left hip in the robot frame, m; the right one mirrored.
+    #[schemars(with = "[f32; 3]")]
     pub hip_m: Vec3,
     /// From hip to knee, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 2.5))]
     pub thigh_m: f32,
     /// From knee to ankle, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 2.5))]
     pub shank_m: f32,
     /// From the ankle to the sole, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 2.5))]
     pub ankle_m: f32,
 }
 
@@ -180,12 +194,14 @@ impl Default for Legs {
 }
 
 /// The arms, for drawing only.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Arms {
     /// The left shoulder in the robot frame, m; the right one mirrored. The NAO's is that of Aldebaran's documentation.
+    #[schemars(with = "[f32; 3]")]
     pub shoulder_m: Vec3,
     /// From the shoulder to the fingertips, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 2.5))]
     pub length_m: f32,
 }
 

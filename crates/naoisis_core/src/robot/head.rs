@@ -5,6 +5,7 @@
 //! of head and trunk would collide.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tinyvec::ArrayVec;
 
@@ -55,15 +56,17 @@ pub struct HeadCommand {
 pub struct LateHeadCommand(pub Option<HeadCommand>);
 
 /// Limits of the head's joints.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct HeadLimits {
     /// Least and greatest yaw, radians (degrees in files). Default ±120° (paper, Table 1b, labels corrected).
     #[serde(rename = "yaw_deg", with = "file_units::degree_pair")]
+    #[schemars(with = "[f32; 2]", inner(range(min = -180.0, max = 180.0)))]
     pub yaw: [f32; 2],
     /// Least and greatest pitch, radians (degrees in files). Default -35°..+30° (same table).
     #[serde(rename = "pitch_deg", with = "file_units::degree_pair")]
+    #[schemars(with = "[f32; 2]", inner(range(min = -90.0, max = 90.0)))]
     pub pitch: [f32; 2],
     /// Narrower limits of the pitch at some yaws; none by default.
     #[serde(rename = "pitch_at_yaw_deg")]
@@ -71,6 +74,7 @@ pub struct HeadLimits {
     /// Speed of each joint, rad/s (degrees per second in files). Default 300: the NAO V3.2's joints reach 474
     /// (yaw) and 412 (pitch) unloaded.
     #[serde(rename = "max_degps", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 3600.0))]
     pub max_speed: f32,
 }
 
@@ -119,7 +123,7 @@ impl HeadLimits {
 }
 
 /// The limits of the pitch at one yaw.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "DegreeTriple", into = "DegreeTriple")]
 pub struct PitchLimit {
     /// Yaw of the head, radians.
@@ -142,7 +146,7 @@ impl From<PitchLimit> for DegreeTriple {
 
 /// The limits of the pitch at some yaws, from the right to the left: interpolated linearly between them and constant beyond
 /// the first and the last. In files a list of `[yaw, least pitch, greatest pitch]`, degrees.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Deref, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deref, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(try_from = "Vec<PitchLimit>", into = "Vec<PitchLimit>")]

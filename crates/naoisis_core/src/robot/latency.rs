@@ -16,6 +16,7 @@
 //! **The real NAO**: 30 to 100 ms from exposure to motion, as teams report.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -38,25 +39,31 @@ impl Plugin for LatencyPlugin {
 }
 
 /// The delays of a robot's readings and commands.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[require(CommandQueues, LateHeadCommand)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Latency {
     /// From an image's exposure until the objects recognised in it are known, s. Includes `image_s`.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub vision_s: f32,
     /// From an image's exposure until the image is available, s.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub image_s: f32,
     /// From a ping until the reading is available, s.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub sonar_s: f32,
     /// From a walk command until a step follows it, s.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub walk_s: f32,
     /// From a kick command until the leg begins to move, s.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub kick_s: f32,
     /// From a head command until the joints begin to turn, s.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub head_s: f32,
 }
 

@@ -2,9 +2,11 @@
 
 use bevy::prelude::*;
 use core::fmt;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 
 /// A colour: red, green and blue, sRGB, from 0 to 255.
 pub type Rgb = [u8; 3];
@@ -81,7 +83,7 @@ impl Default for Look {
 }
 
 /// The shape by which a robot is drawn.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LookShape {
     /// The NAO, independently of the dimensions of the body.
@@ -91,7 +93,7 @@ pub enum LookShape {
 }
 
 /// What a robot has on top.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Top {
@@ -102,7 +104,7 @@ pub enum Top {
 }
 
 /// The places of a robot's number: a list of `chest` and `back` in files.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "Vec<NumberPlace>", into = "Vec<NumberPlace>")]
 pub struct NumberPlaces {
     /// On its chest.
@@ -111,7 +113,7 @@ pub struct NumberPlaces {
     pub back: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum NumberPlace {
     Chest,
@@ -133,7 +135,7 @@ impl From<NumberPlaces> for Vec<NumberPlace> {
 }
 
 /// Limbs in the team's colour: a list of `head`, `arms` and `legs` in files.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "Vec<TeamLimb>", into = "Vec<TeamLimb>")]
 pub struct TeamLimbs {
     /// The head.
@@ -144,7 +146,7 @@ pub struct TeamLimbs {
     pub legs: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum TeamLimb {
     Head,
@@ -169,7 +171,7 @@ impl From<TeamLimbs> for Vec<TeamLimb> {
 macro_rules! look_fields {
     ($($(#[$attribute:meta])* $field:ident: $type:ty,)*) => {
         /// A [`Look`] that is an object.
-        #[derive(Serialize, Deserialize)]
+        #[derive(Serialize, Deserialize, JsonSchema)]
         #[serde(default, deny_unknown_fields)]
         struct LookFields {
             $($(#[$attribute])* $field: $type,)*
@@ -197,10 +199,25 @@ look_fields! {
     eyes: Rgb,
     number: NumberPlaces,
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 2.5))]
     number_z_m: Option<f32>,
     number_colour: Rgb,
     plates: Rgb,
     team_limbs: TeamLimbs,
+}
+
+impl JsonSchema for Look {
+    fn schema_name() -> Cow<'static, str> {
+        "Look".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let words = Look::WORDS.map(|(word, _)| word);
+        json_schema!({
+            "description": "One of the words, or an object with the fields that differ from `light`.",
+            "anyOf": [{ "enum": words }, generator.subschema_for::<LookFields>()],
+        })
+    }
 }
 
 impl Default for LookFields {

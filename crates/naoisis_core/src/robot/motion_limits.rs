@@ -1,33 +1,39 @@
 //! Settings of the walk.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 
 /// Standard deviations of the error that is added to every non-zero command.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionError {
     /// Forward, m per cycle.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub dx_m: f32,
     /// To the left, m per cycle.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub dy_m: f32,
     /// Turn, radians per cycle (degrees in files).
     #[serde(rename = "dtheta_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 360.0))]
     pub dtheta: f32,
 }
 
 /// Limits and errors of the walk.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionLimits {
     /// Greatest speed of translation in any direction, m/s. Default 0.2: rUNSWift's FastWalk of 2010 reached 0.22.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub max_linear_mps: f32,
     /// Greatest turning speed, rad/s (degrees per second in files). Default 90 degrees per second.
     #[serde(rename = "max_angular_degps", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 1080.0))]
     pub max_angular: f32,
     /// Standard deviation of the error of each command. Zero by default.
     pub error_sd: MotionError,
@@ -48,24 +54,31 @@ impl Default for MotionLimits {
 }
 
 /// A gait in steps. The default is a NAO V6 of 2025 on ground without slip.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gait {
     /// Duration of a step, during which the velocity is constant, s.
+    #[schemars(range(min = 0.05, max = 5.0))]
     pub step_s: f32,
     /// Greatest speed backwards, m/s; forwards it is [`MotionLimits::max_linear_mps`].
+    #[schemars(range(min = 0.001, max = 5.0))]
     pub backward_mps: f32,
     /// Greatest speed to either side, m/s.
+    #[schemars(range(min = 0.001, max = 5.0))]
     pub sideways_mps: f32,
     /// Greatest change of the speed from step to step, m/s².
+    #[schemars(range(min = 0.01, max = 1000.0))]
     pub acceleration_mps2: f32,
     /// Greatest change of the turning speed from step to step, rad/s² (degrees/s² in files).
     #[serde(rename = "angular_acceleration_degps2", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 1.0, max = 100_000.0))]
     pub angular_acceleration: f32,
     /// Lowest speed that the gait can walk, m/s. Slower commands become zero.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub least_mps: f32,
     /// Lowest turning speed of the gait, rad/s (degrees per second in files). Slower commands become zero.
     #[serde(rename = "least_degps", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub least_angular: f32,
     /// Slip of the feet.
     pub slip: Slip,
@@ -87,16 +100,19 @@ impl Default for Gait {
 }
 
 /// Slip of the feet on the ground. By default none.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Slip {
     /// Mean displacement after slip, as a share of that of the legs.
+    #[schemars(range(min = 0.1, max = 2.0))]
     pub scale: f32,
     /// Standard deviation of that share from robot to robot and match to match.
+    #[schemars(range(min = 0.0, max = 0.3))]
     pub scale_sd: f32,
     /// Standard deviation, from robot to robot and match to match, of the heading drift in straight walking, rad/m (degrees per
     /// metre in files).
     #[serde(rename = "drift_sd_degpm", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 90.0))]
     pub drift_sd: f32,
     /// Noise of each step.
     pub error: StepNoise,
@@ -110,16 +126,19 @@ impl Default for Slip {
 
 /// Noise of steps. Its variance is proportional to the distance walked and the angle turned, so that it depends neither on the
 /// length of a step nor on the duration of a cycle. None by default.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StepNoise {
     /// Standard deviation of the position after 1 m, along and across the path, m. Grows with the square root of the distance.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub translation_sd_m: f32,
     /// Standard deviation of the heading after 1 m, radians (degrees in files). Grows with the square root of the distance.
     #[serde(rename = "heading_per_metre_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub heading_per_metre_sd: f32,
     /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the square root of the
     /// angle.
     #[serde(rename = "rotation_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub rotation_sd: f32,
 }

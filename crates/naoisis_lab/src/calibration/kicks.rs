@@ -40,7 +40,7 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
     let power = if rolls_evenly(model) { 2.0 } else { 1.0 };
     let full: Vec<Kick> = kicks.iter().copied().filter(|kick| kick.speed >= FULL_SPEED).collect();
     let robot = |kick: &Kick| kick.robot;
-    let own = model.scenario().map(|scenario| scenario.kicks).unwrap_or_default();
+    let own = model.scenario().map(|scenario| scenario.settings.kicks).unwrap_or_default();
     let mut types: Vec<KickType> = KickType::ALL.into_iter().chain(kicks.iter().map(|kick| kick.kick_type)).collect();
     types.sort();
     types.dedup();

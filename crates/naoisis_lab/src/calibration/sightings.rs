@@ -56,8 +56,8 @@ fn off(sighting: &LoggedSighting, scenario: &Scenario) -> Option<Off> {
     // cameras that look too far down.
     let yaw_deg = wrap_degrees((bearing(sighting.real) - bearing(seen)).to_degrees());
     let pitch_deg = (depression(sighting.real) - depression(seen)).to_degrees();
-    let noise = &scenario.vision.noise;
-    let pixel = f64::from(class_of(noise, sighting.thing).pixel_sd) / focal_length(&scenario.cameras);
+    let noise = &scenario.settings.vision.noise;
+    let pixel = f64::from(class_of(noise, sighting.thing).pixel_sd) / focal_length(&scenario.settings.cameras);
     let head = f64::from(noise.head_angle_sd);
     let pixel_variance = (pixel * pixel + head * head) * 1.0_f64.to_degrees() * 1.0_f64.to_degrees();
     Some(Off {

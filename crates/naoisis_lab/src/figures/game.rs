@@ -39,7 +39,7 @@ struct Sample {
 /// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     // Who sees nothing scores no goal that could be waited for.
-    if model.scenario()?.cameras.mounts.as_slice().is_empty() {
+    if model.scenario()?.settings.cameras.mounts.as_slice().is_empty() {
         return Err(FigureError::Lacking { figure: 8, what: "what a camera sees" });
     }
     let Goal { samples, scorer, cameras } = first_goal(model)?;

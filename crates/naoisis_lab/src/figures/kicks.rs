@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn a_robot_with_kicks_of_its_own_shows_them_and_aims_them() {
-        let kicks = |model: &str| RobotModel::named(model).unwrap().scenario().unwrap().kicks;
+        let kicks = |model: &str| RobotModel::named(model).unwrap().scenario().unwrap().settings.kicks;
         let shown = |settings: &KickSettings| {
             kicks_of(settings).into_iter().map(|shown| (shown.kick.to_string(), shown.aim)).collect::<Vec<_>>()
         };

@@ -54,7 +54,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     remark(&mut canvas, &format!("{}: {}", model.name, model.description), Vec2::new(60.0, 34.0));
     draw_sides(&mut canvas, model, scale)?;
-    let ball_m = ball_distance_m(&model.scenario()?.body);
+    let ball_m = ball_distance_m(&model.scenario()?.settings.body);
     let played = FigureMatch::begin(model, &scene_of(LOOKER, Some(ball_m)))?;
     draw_views(&mut canvas, &played, ball_m, Vec2::new(60.0, 700.0), scale);
     let robot = &played.app;
@@ -281,7 +281,7 @@ mod tests {
             ), realistic: (ball: "hsl2026"), sources: {})"#;
         std::fs::write(&path, text).unwrap();
         let model = RobotModel::find(&path.to_string_lossy()).unwrap();
-        assert_eq!(ball_distance_m(&model.scenario().unwrap().body), 1.8);
+        assert_eq!(ball_distance_m(&model.scenario().unwrap().settings.body), 1.8);
         draw(&model, 0.2).unwrap();
         assert_eq!(ball_distance_m(&Body::default()), 1.2);
     }

@@ -42,7 +42,7 @@ struct Falls {
 /// second allows no high limit.
 fn turns_degps(laboratory: &Laboratory) -> Result<f32, TrialError> {
     const MOST_DEGPS: f32 = 150.0;
-    Ok(to_degrees(laboratory.scenario(json!({}))?.motion.max_angular).min(MOST_DEGPS))
+    Ok(to_degrees(laboratory.scenario(json!({}))?.settings.motion.max_angular).min(MOST_DEGPS))
 }
 
 /// Runs a trial with cycles of `cycle_s` seconds. The robot gets up again after each fall.
@@ -115,7 +115,7 @@ fn collide(
 
     let walks = json!({ "script": [{ "from_s": 0, "until_s": ALWAYS_S, "walk": [9, 0, 0] }] });
     let (mut collisions, mut fell, mut expected) = (0.0, 0.0, 0.0);
-    let motion = laboratory.scenario(json!({}))?.motion;
+    let motion = laboratory.scenario(json!({}))?.settings.motion;
     let has_gait = motion.gait.is_some();
     let meet_s = BEGINNING_S + APART_M / motion.max_linear_mps.max(1e-3);
     let turns_degps = turns_degps(laboratory)?;
@@ -158,8 +158,11 @@ fn press(laboratory: &mut Laboratory, contact_falls_per_min: f32, repetitions: u
     const MOST_S: f64 = 120.0;
 
     let walks = json!({ "script": [{ "from_s": 0, "until_s": MOST_S, "walk": [9, 0, 0] }] });
-    let gait =
-        if laboratory.scenario(json!({}))?.motion.gait.is_some() { json!({ "slip": no_slip() }) } else { Value::Null };
+    let gait = if laboratory.scenario(json!({}))?.settings.motion.gait.is_some() {
+        json!({ "slip": no_slip() })
+    } else {
+        Value::Null
+    };
     let turns_degps = turns_degps(laboratory)?;
     let (mut fell, mut touched_s) = (0.0, 0.0);
     for seed in 1..=repetitions {
@@ -199,9 +202,9 @@ fn press(laboratory: &mut Laboratory, contact_falls_per_min: f32, repetitions: u
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let scenario = laboratory.scenario(json!({}))?;
-    let (real, has_walk) = (scenario.falls, walks(&scenario));
-    let main_kick = scenario.kicks.get(KickType::LeftStraight).map(|_| KickType::LeftStraight);
-    let main_kick = main_kick.or(scenario.kicks.strongest());
+    let (real, has_walk) = (scenario.settings.falls, walks(&scenario));
+    let main_kick = scenario.settings.kicks.get(KickType::LeftStraight).map(|_| KickType::LeftStraight);
+    let main_kick = main_kick.or(scenario.settings.kicks.strongest());
     let cycles = TIME_S * repetitions.max(2);
     let often = json!({ "falls_per_min": OFTENER * real.falls_per_min, "spread": 0, "get_up_failure": 0 });
     let walking = json!({ "walk": [9, 0, 0] });

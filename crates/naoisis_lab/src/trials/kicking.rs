@@ -76,26 +76,31 @@ fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitio
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
-    let mut of_type = |kick_type: KickType| match real.kicks.geometry(kick_type) {
+    let mut of_type = |kick_type: KickType| match real.settings.kicks.geometry(kick_type) {
         Some(geometry) => kick(&mut laboratory, kick_type, geometry.best_m, repetitions).map(Some),
         None => Ok(None),
     };
     let side = of_type(KickType::LeftSide)?;
     // A robot without the straight kick is measured by that which reaches furthest.
-    let Some(main) =
-        real.kicks.get(KickType::RightStraight).map(|_| KickType::RightStraight).or(real.kicks.strongest())
+    let Some(main) = real
+        .settings
+        .kicks
+        .get(KickType::RightStraight)
+        .map(|_| KickType::RightStraight)
+        .or(real.settings.kicks.strongest())
     else {
         return Ok(Vec::new());
     };
     let Some(straight) = of_type(main)? else { return Ok(Vec::new()) };
     let mut own = Vec::new();
-    for (name, model) in real.kicks.own.iter() {
+    for (name, model) in real.settings.kicks.own.iter() {
         if let Some(kicks) = of_type(KickType::Custom(*name))? {
             own.push((*name, mean_of(&kicks.distances), model.max_distance_m));
         }
     }
     // A ball on the wrong side is struck as soon as the foot is at the front.
-    let [of_side, of_straight] = [KickType::LeftSide, KickType::LeftStraight].map(|kick| real.kicks.geometry(kick));
+    let [of_side, of_straight] =
+        [KickType::LeftSide, KickType::LeftStraight].map(|kick| real.settings.kicks.geometry(kick));
     let extended = match (of_side, of_straight) {
         (Some(side), Some(straight)) if !side.admits(straight.best_m) => {
             Some(kick(&mut laboratory, KickType::LeftSide, straight.best_m, FEW)?)
@@ -107,7 +112,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     laboratory.app.run_cycles(second);
     let speed_left = f64::from(laboratory.app.ball_velocity().unwrap_or_default().length());
 
-    let (kicks, latency, rolling) = (real.kicks, real.latency, real.ball.unwrap_or_default().rolling);
+    let (kicks, latency, rolling) = (real.settings.kicks, real.settings.latency, real.ball.unwrap_or_default().rolling);
     // The way of a ball grows with its speed, or with the square of it where it slows down evenly: so does its spread.
     let distance_spread = match rolling {
         Rolling::ExponentialPerS(_) => kicks.speed_sd_of(main),

@@ -22,7 +22,7 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
     let mut quantities = Vec::new();
-    if !real.cameras.mounts.as_slice().is_empty() {
+    if !real.settings.cameras.mounts.as_slice().is_empty() {
         // Small ones are as late as large ones.
         let cameras = json!({ "render": "software", "width": 16, "height": 12 });
         let age_s = youngest(&mut laboratory, cameras, |laboratory| {
@@ -30,18 +30,23 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
             let taken = laboratory.app.robot::<CameraImages>(super::TRIED)?.cycle?;
             Some((clock.cycle - taken) as f64 * clock.period_s)
         })?;
-        quantities.push(("from an image to when it can be looked at", age_s, real.latency.image_s, "latency.image_s"));
+        quantities.push((
+            "from an image to when it can be looked at",
+            age_s,
+            real.settings.latency.image_s,
+            "latency.image_s",
+        ));
     }
-    if real.sonar.fitted {
+    if real.settings.sonar.fitted {
         let age_s = youngest(&mut laboratory, json!({}), |laboratory| {
             let now = laboratory.app.world().resource::<CycleClock>().start_time_s();
             Some(now - laboratory.app.robot::<SonarReading>(super::TRIED)?.time_s.unwrap_or(now))
         })?;
-        quantities.push(("sonar: from a ping to its echo", age_s, real.latency.sonar_s, "latency.sonar_s"));
+        quantities.push(("sonar: from a ping to its echo", age_s, real.settings.latency.sonar_s, "latency.sonar_s"));
     }
-    if real.head.moves() && real.head.yaw[0] < real.head.yaw[1] {
-        let waits_s = head_waits_s(&mut laboratory, to_degrees(real.head.yaw[1]))?;
-        quantities.push(("command to when the head turns", waits_s, real.latency.head_s, "latency.head_s"));
+    if real.settings.head.moves() && real.settings.head.yaw[0] < real.settings.head.yaw[1] {
+        let waits_s = head_waits_s(&mut laboratory, to_degrees(real.settings.head.yaw[1]))?;
+        quantities.push(("command to when the head turns", waits_s, real.settings.latency.head_s, "latency.head_s"));
     }
     let quantity = |(name, measured, late_s, path): (&str, f64, f32, &str)| {
         laboratory.quantity(name, "s", measured, f64::from(late_s), path)

@@ -26,8 +26,9 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
     let mut quantities = Vec::new();
-    if real.head.moves() {
-        let ([right, left], [up, down]) = (real.head.yaw.map(to_degrees), real.head.pitch.map(to_degrees));
+    if real.settings.head.moves() {
+        let ([right, left], [up, down]) =
+            (real.settings.head.yaw.map(to_degrees), real.settings.head.pitch.map(to_degrees));
         let turns = [
             ("head: to the left", [right, 0.0], [left, 0.0]),
             ("head: to the right", [left, 0.0], [right, 0.0]),
@@ -45,7 +46,7 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
             quantities.push(laboratory.quantity(name, "°", to_degrees(end).into(), real.into(), path));
             most_degps = most_degps.max(turn.most_degps);
         }
-        let speed = f64::from(to_degrees(real.head.max_speed));
+        let speed = f64::from(to_degrees(real.settings.head.max_speed));
         quantities.push(laboratory.quantity("head: speed of a joint", "°/s", most_degps, speed, "head.max_degps"));
     }
     if shows_its_width(&real) {
@@ -102,7 +103,7 @@ fn field_of_view_deg(laboratory: &mut Laboratory, real: &Scenario) -> Result<(f6
     /// The number of looks per bearing, because not every ball in view is detected.
     const LOOKS: usize = 3;
 
-    let cameras = &real.cameras;
+    let cameras = &real.settings.cameras;
     let Some(mount) = cameras.mounts.as_slice().first() else { return Ok((0.0, 0.0)) };
     let CameraIntrinsics { size, focal_length, .. } = cameras.intrinsics(mount);
     let diagonal_deg = |half_width: f32| to_degrees(2.0 * ops::atan(half_width * size.length() / size.x));

@@ -112,7 +112,7 @@ pub fn not_measured(model: &RobotModel) -> Result<Vec<&'static str>, TrialError>
     let reasons = [
         (!walking::walks(&real), "it does not walk: nothing is measured of its steps"),
         (!walking::turns(&real), "it does not turn: nothing is measured of its turns"),
-        (real.kicks.strongest().is_none(), "it has no kicks: nothing is measured of them"),
+        (real.settings.kicks.strongest().is_none(), "it has no kicks: nothing is measured of them"),
         (!sensing::has_cameras(&real), "it has no cameras: nothing is measured of what it sees"),
         (
             sensing::has_cameras(&real) && !sensing::sees_ahead(&real),
@@ -122,7 +122,7 @@ pub fn not_measured(model: &RobotModel) -> Result<Vec<&'static str>, TrialError>
             sensing::has_cameras(&real) && !looking::shows_its_width(&real),
             "its cameras do not show it a ball 7 m ahead while its head is level: how wide they see is not measured",
         ),
-        (!real.sonar.fitted, "it has no sonars: nothing is measured of them"),
+        (!real.settings.sonar.fitted, "it has no sonars: nothing is measured of them"),
     ];
     Ok(reasons.into_iter().filter_map(|(lacks, words)| lacks.then_some(words)).collect())
 }

@@ -48,7 +48,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         return Ok(Vec::new());
     }
     let cycles = CYCLES * repetitions.max(2);
-    let (pitch, noise) = (&real.field, real.vision.noise);
+    let (pitch, noise) = (&real.field, real.settings.vision.noise);
     let (end_m, touch_m) = (pitch.half_length(), pitch.half_width());
     let before_post = [end_m - AHEAD_M, pitch.goal.width_m / 2.0, 0.0];
     let posts = share_of_cycles(&mut laboratory, before_post, json!([]), cycles, |percepts| {

@@ -2,8 +2,6 @@
 
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::team::{PerTeam, RobotId, Team};
-use naoisis_sensing::sensing::fidelity::SensorFidelity;
-use naoisis_sensing::sensing::vision::VisionSettings;
 use naoisis_sensing::sensing::vision::image::accuracy::Conditions;
 use naoisis_sim::scenario::Scenario;
 
@@ -11,14 +9,14 @@ use naoisis_sim::scenario::Scenario;
 pub fn conditions(scenario: &Scenario) -> Conditions {
     let [own, other] = Team::BOTH.map(|team| scenario.robot(RobotId::new(team, 1)));
     let [own_body, other_body] = [&own, &other].map(|robot| scenario.body_of(robot));
-    let [yaw, pitch] = own.head;
-    let vision: VisionSettings = own.vision.as_ref().unwrap_or(&scenario.vision).clone();
+    let [yaw, pitch] = own.head_angles;
+    let settings = scenario.settings_of(&own);
     Conditions {
         pitch: scenario.field.clone(),
         ball_radius_m: scenario.ball.unwrap_or_default().radius_m,
         bodies: PerTeam::new(|team| if team == Team::Blue { own_body } else { other_body }),
-        head: own.head_limits.unwrap_or(scenario.head).reached_from(HeadAngles { yaw, pitch }),
-        cameras: own.cameras.unwrap_or(scenario.cameras),
-        vision: vision.with_fidelity(scenario.fidelity_of(&own).vision),
+        head: settings.head.reached_from(HeadAngles { yaw, pitch }),
+        cameras: settings.cameras,
+        vision: settings.vision,
     }
 }

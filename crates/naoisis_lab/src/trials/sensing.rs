@@ -158,7 +158,7 @@ const FARTHEST_BALL_M: f32 = 9.0;
 
 /// Whether the robots of a scenario have cameras.
 pub(super) fn has_cameras(scenario: &Scenario) -> bool {
-    !scenario.cameras.mounts.as_slice().is_empty()
+    !scenario.settings.cameras.mounts.as_slice().is_empty()
 }
 
 /// Whether the cameras can see the balls of these trials with the head straight ahead.
@@ -168,11 +168,11 @@ pub(super) fn sees_ahead(scenario: &Scenario) -> bool {
 
 /// Whether the cameras can see balls straight ahead at these distances, m, with the head straight ahead.
 pub(super) fn sees_at(scenario: &Scenario, distances_m: &[f32]) -> bool {
-    let limits = &scenario.head;
+    let limits = &scenario.settings.head;
     let at_rest = if limits.moves() { limits.nearest(HeadAngles::default()) } else { HeadAngles::default() };
     let head = HeadLimits { max_speed: 0.0, ..*limits }.reached_from(at_rest);
     let radius_m = scenario.ball.map_or(0.0, |ball| ball.radius_m);
-    let sees = |place| sees_ball(&scenario.cameras, &scenario.body, &head, place, radius_m);
+    let sees = |place| sees_ball(&scenario.settings.cameras, &scenario.settings.body, &head, place, radius_m);
     distances_m.iter().all(|distance_m| sees(Vec2::X * *distance_m))
 }
 
@@ -202,7 +202,7 @@ fn measure_age(laboratory: &mut Laboratory, real: &Scenario) -> Result<MeasuredQ
     laboratory.app.run_cycles(laboratory.cycles(1.0));
     let now_s = laboratory.app.world().resource::<CycleClock>().start_time_s();
     let age_s = now_s - laboratory.reading::<Percepts>().time_s;
-    let latency_s = real.latency.vision_s.into();
+    let latency_s = real.settings.latency.vision_s.into();
     Ok(laboratory.quantity("from an image to what is seen in it", "s", age_s, latency_s, "latency.vision_s"))
 }
 
@@ -212,7 +212,7 @@ fn measure_recognition(
     real: &Scenario,
     repetitions: u32,
 ) -> Result<[MeasuredQuantity; 2], TrialError> {
-    let ball = real.vision.noise.ball;
+    let ball = real.settings.vision.noise.ball;
     let half_distance_m = ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m).min(FARTHEST_BALL_M);
     let mut measure = |name, distance_m| {
         let looks = look(laboratory, distance_m, cycles_of(repetitions))?;
@@ -233,13 +233,13 @@ fn measure_angles(
     real: &Scenario,
     repetitions: u32,
 ) -> Result<[MeasuredQuantity; 3], TrialError> {
-    let noise = real.vision.noise;
+    let noise = real.settings.vision.noise;
     let radius_m = real.ball.map_or(0.0, |ball| ball.radius_m);
     let standing = angle_errors(laboratory, radius_m, json!("idle"), 1.6, repetitions)?;
     let walk = json!({ "script": [{ "from_s": 0.2, "until_s": 100, "walk": [0.005, 0, 0] }] });
     let walking = angle_errors(laboratory, radius_m, walk, 1.8, repetitions)?;
     // The errors of the gaze and that of the pixel add up.
-    let focal_length_px = CameraIntrinsics::from(&real.cameras).focal_length;
+    let focal_length_px = CameraIntrinsics::from(&real.settings.cameras).focal_length;
     let pixel_angle = noise.ball.pixel_sd / focal_length_px;
     let angle_sd = |moving_sd: f32| {
         let constant = ops::hypot(noise.gaze.bias_sd, ops::hypot(noise.head_angle_sd, pixel_angle));
@@ -284,13 +284,13 @@ fn measure_mistakes(
     /// Cycles per repetition in which about a hundred false balls appear.
     const FALSE_BALL_CYCLES: u32 = 80;
 
-    let noise = real.vision.noise;
+    let noise = real.settings.vision.noise;
     let life_s = noise.false_balls.life_s;
     let lives = false_balls(laboratory, life_s, FALSE_BALL_CYCLES * repetitions)?;
     let path = "vision.noise.false_balls";
     let false_ball = laboratory.quantity("a false ball stands for", "s", mean_of(&lives), life_s.into(), path);
     let mut quantities = vec![false_ball.if_seen(lives.len() as f64, "there was none in so few repetitions")];
-    if has_gap(&real.cameras) {
+    if has_gap(&real.settings.cameras) {
         let feet = without_feet(laboratory, cycles_of(repetitions))?;
         let bias = (noise.hidden_feet.bias / 2.0).into();
         let name = "robot without feet seems further away by";
@@ -313,6 +313,6 @@ fn measure_messages(
     laboratory.app.run_cycles(cycles_of(repetitions) as usize);
     let messages = laboratory.app.world().resource::<MessageStatistics>()[Team::Blue];
     let lost = share(messages.lost as usize, (messages.lost + messages.delivered) as usize);
-    let quantity = laboratory.quantity("messages lost", "", lost, real.messages.loss.into(), "messages.loss");
+    let quantity = laboratory.quantity("messages lost", "", lost, real.settings.messages.loss.into(), "messages.loss");
     Ok(quantity.if_seen(messages.lost as f64, "none was lost in so few repetitions"))
 }

@@ -77,16 +77,16 @@ fn farthest<E>(
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
-    if !real.sonar.fitted {
+    if !real.settings.sonar.fitted {
         return Ok(Vec::new());
     }
     let cycles = super::cycles_of(repetitions);
-    let (min_m, max_m) = (real.sonar.min_m, real.sonar.max_m);
+    let (min_m, max_m) = (real.settings.sonar.min_m, real.settings.sonar.max_m);
     // Well within the range of most sonars.
     let sonar_m = if (min_m + 0.1..max_m).contains(&0.5) { 0.5 } else { (min_m + max_m) / 2.0 };
     // A pole stands clear of the body.
-    let nearest_m = (real.body.torso.x_m[1] + 0.05).max(0.1);
-    let heading = real.sonar.heading;
+    let nearest_m = (real.settings.body.torso.x_m[1] + 0.05).max(0.1);
+    let heading = real.settings.sonar.heading;
     let echoes = sonar(&mut laboratory, [sonar_m, heading], PING_S, cycles)?;
     let often = sonar(&mut laboratory, [sonar_m, heading], real.cycle_s, cycles)?;
     // A reading that differs is a new one.
@@ -102,22 +102,22 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     })?;
     // As soon as its edge is in the cone, a pole is heard.
     let edge_deg = to_degrees(ops::asin(POLE_RADIUS_M / (sonar_m + POLE_RADIUS_M)));
-    let false_echoes = crosstalk(&mut laboratory, real.sonar.max_m, cycles)?;
+    let false_echoes = crosstalk(&mut laboratory, real.settings.sonar.max_m, cycles)?;
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
-    let sonar_sd_m = match real.sonar.noise {
+    let sonar_sd_m = match real.settings.sonar.noise {
         SonarNoise::Gaussian { sd_m } | SonarNoise::Outliers { sd_m, .. } => sd_m,
         SonarNoise::Uniform { half_width_m } => half_width_m / 3.0_f32.sqrt(),
         SonarNoise::None => 0.0,
     };
     Ok(vec![
-        quantity("sonar: farthest echo", "m", range_m, real.sonar.max_m, "sonar.max_m"),
+        quantity("sonar: farthest echo", "m", range_m, real.settings.sonar.max_m, "sonar.max_m"),
         quantity("sonar: spread", "m", deviation_of(&heard), sonar_sd_m, "sonar.noise"),
         quantity("sonar: distance heard of the true one", "", mean_of(&heard) / f64::from(sonar_m), 1.0, "sonar.noise"),
         quantity(
             "sonar: echoes missed",
             "",
             share(echoes.len() - heard.len(), echoes.len()),
-            real.sonar.miss_probability,
+            real.settings.sonar.miss_probability,
             "sonar.miss_probability",
         )
         .if_seen((echoes.len() - heard.len()) as f64, "none was missed in so few repetitions"),
@@ -125,21 +125,21 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             "sonar: half of its cone",
             "°",
             widest_deg - f64::from(edge_deg),
-            to_degrees(real.sonar.half_angle),
+            to_degrees(real.settings.sonar.half_angle),
             "sonar.half_angle_deg",
         ),
         quantity(
             "sonar: readings",
             "Hz",
             pings_hz,
-            real.sonar.rate_hz.unwrap_or(real.cycle_s.recip() as f32),
+            real.settings.sonar.rate_hz.unwrap_or(real.cycle_s.recip() as f32),
             "sonar.rate_hz",
         ),
         quantity(
             "sonar: false echoes of a robot that faces it",
             "",
             false_echoes,
-            real.sonar.crosstalk_probability,
+            real.settings.sonar.crosstalk_probability,
             "sonar.crosstalk_probability",
         )
         .if_seen(false_echoes, "there was none in so few repetitions"),

@@ -80,12 +80,12 @@ fn walk(laboratory: &mut Laboratory, step: [f32; 3], seed: u32) -> Result<Walk, 
 
 /// Whether the robots of a scenario can walk.
 pub(super) fn walks(scenario: &Scenario) -> bool {
-    scenario.motion.max_linear_mps > 0.0
+    scenario.settings.motion.max_linear_mps > 0.0
 }
 
 /// Whether the robots of a scenario can turn.
 pub(super) fn turns(scenario: &Scenario) -> bool {
-    scenario.motion.max_angular > 0.0
+    scenario.settings.motion.max_angular > 0.0
 }
 
 /// A measured quantity, and the setting of the model that it belongs to.
@@ -141,13 +141,13 @@ fn gait_of(motion: &MotionLimits) -> Gait {
 /// The time from a command to a step at the speed `full`, s: the latency, and the duration of slower steps before it.
 fn start_s(real: &Scenario, full: f32, acceleration: f32) -> f32 {
     // A robot without a gait reaches its speed at once.
-    let Some(gait) = real.motion.gait else { return real.latency.walk_s };
-    real.latency.walk_s + (ops::ceil(full / (acceleration * gait.step_s) - 1e-3).max(1.0) - 1.0) * gait.step_s
+    let Some(gait) = real.settings.motion.gait else { return real.settings.latency.walk_s };
+    real.settings.latency.walk_s + (ops::ceil(full / (acceleration * gait.step_s) - 1e-3).max(1.0) - 1.0) * gait.step_s
 }
 
 /// The quantities of walks.
 fn walk_rows(walks: &Walks, real: &Scenario) -> Vec<Row> {
-    let (motion, noise, gait) = (real.motion, real.odometry.noise, gait_of(&real.motion));
+    let (motion, noise, gait) = (real.settings.motion, real.settings.odometry.noise, gait_of(&real.settings.motion));
     let slip = gait.slip;
     let forward = &walks.forward;
     // For a displacement L, one part of the variances grows with L, another with the square of L.
@@ -219,7 +219,7 @@ fn walk_rows(walks: &Walks, real: &Scenario) -> Vec<Row> {
 
 /// The quantities of turns on the spot.
 fn turn_rows(turns: &[Walk], real: &Scenario) -> Vec<Row> {
-    let (motion, noise, gait) = (real.motion, real.odometry.noise, gait_of(&real.motion));
+    let (motion, noise, gait) = (real.settings.motion, real.settings.odometry.noise, gait_of(&real.settings.motion));
     // The variance grows with the angle, so an error divided by the root of the angle is that of a radian.
     let of_radian = |walk: &Walk, error: f64| error / walk.turns[1].abs().to_radians().sqrt();
     let turned = values(turns, |walk| of_radian(walk, walk.turns[0] - walk.turns[1]));

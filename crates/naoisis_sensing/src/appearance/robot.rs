@@ -5,6 +5,7 @@
 
 use bevy::math::{Vec2, Vec3};
 use bevy::prelude::Reflect;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Label;
@@ -23,7 +24,7 @@ mod number;
 pub type RobotPart = Part<Limb>;
 
 /// The design of robots.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RobotDesign {
     /// Close to the real robot, with a number on chest and back.

@@ -1,17 +1,21 @@
-//! Fidelity of sensors: perfect, exact or noisy, for each robot and sensor.
+//! Fidelity of sensors: a word for their source and their noise together.
 //!
-//! A scenario chooses it by a word, for all robots or for one, for all sensors or for each:
+//! Scenarios say these themselves: `source` is where the percepts of a sensor come from (`"vision": { "source": "image" }`), and the
+//! `realism` chooses the noise. The word `fidelity` of older files is still read and stands for both, for all robots or for one, for
+//! all sensors or for each:
 //!
 //! ```
 //! # use naoisis::prelude::*;
 //! # use naoisis::sensing::fidelity::Fidelity;
+//! # use naoisis::sensing::sonar::SonarNoise;
 //! let scenario = Scenario::from_json(
 //!     r#"{ "fidelity": "ideal",
 //!          "robots": [{ "number": 1 },
 //!                     { "number": 2, "pose": [1, 0, 0], "fidelity": { "sonar": "noisy", "odometry": "truth" } }] }"#,
 //! )?;
-//! assert_eq!(scenario.fidelity_of(&scenario.robots[1]).vision, Some(Fidelity::Ideal));
-//! assert_eq!(scenario.fidelity_of(&scenario.robots[1]).sonar, Some(Fidelity::Noisy));
+//! let own = scenario.settings_of(&scenario.robots[1]);
+//! assert_eq!(own.vision.fidelity(), Fidelity::Ideal);
+//! assert_ne!(own.sonar.noise, SonarNoise::None);
 //! # Ok::<(), naoisis::scenario::ScenarioError>(())
 //! ```
 //!
@@ -96,6 +100,18 @@ impl SensorFidelity for VisionSettings {
             Fidelity::Truth | Fidelity::Ideal => self.noise = VisionNoise::none(),
             Fidelity::Noisy if self.noise == VisionNoise::none() => self.noise = VisionNoise::default(),
             Fidelity::Noisy | Fidelity::Image => {}
+        }
+    }
+}
+
+impl VisionSettings {
+    /// The fidelity that these settings have.
+    pub fn fidelity(&self) -> Fidelity {
+        match self.source {
+            VisionSource::Truth => Fidelity::Truth,
+            VisionSource::Image => Fidelity::Image,
+            VisionSource::Geometric if self.noise == VisionNoise::none() => Fidelity::Ideal,
+            VisionSource::Geometric => Fidelity::Noisy,
         }
     }
 }

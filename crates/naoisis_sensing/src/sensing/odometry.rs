@@ -19,6 +19,7 @@
 //! and the play in its joints.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
@@ -52,20 +53,25 @@ pub struct Odometry(pub Pose);
 
 /// Errors of the odometry. In scenario files: `"none"`, `"default"`, or an object with a `preset` and the fields that differ
 /// from it.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OdometryNoise {
     /// Standard deviation of the place after 1 m, along and across the way, m. Grows with the root of the distance.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub translation_sd_m: f32,
     /// Standard deviation of the heading after 1 m, radians (degrees in files). Grows with the root of the distance.
     #[serde(rename = "heading_per_metre_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 360.0))]
     pub heading_per_metre_sd: f32,
     /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the root of the angle.
     #[serde(rename = "rotation_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 360.0))]
     pub rotation_sd: f32,
     /// The measured distance for a metre walked, m.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub translation_scale: f32,
     /// The measured angle for a turn of 1 radian, radians.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub rotation_scale: f32,
 }
 
@@ -111,7 +117,7 @@ impl OdometryNoise {
 }
 
 /// The source of a robot's odometry.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum OdometrySource {
@@ -128,7 +134,7 @@ pub enum OdometrySource {
 pub(crate) struct OdometryOrigin(Option<Pose>);
 
 /// The odometry of a robot.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[require(Odometry, OdometryOrigin)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]

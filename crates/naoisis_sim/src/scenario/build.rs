@@ -1,16 +1,16 @@
-//! From a tree of values to a scenario, with everything that is wrong with it: what is found wrong is taken out, and the rest
-//! is looked at as if that had been left to its default.
+//! From a tree of values to a scenario, in three passes of which each stops with its errors: fields and types, ranges of single values,
+//! values together.
 
 use serde_json::{Map, Value};
 use std::path::Path;
 
 use super::error::{ScenarioError, ScenarioErrorKind};
-use super::fault::{ScenarioFault, WrongPlace};
+use super::fault::ScenarioFault;
 use super::field_path::{FieldPath, Segment};
 use super::from_saved;
 use super::models::is_file;
 use super::presets;
-use super::shape::{self, ShapeFault};
+use super::shape;
 use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use super::validate::{LONGEST_LISTS, place_ball_beside_robots, too_long};
@@ -19,61 +19,61 @@ use super::validate::{LONGEST_LISTS, place_ball_beside_robots, too_long};
 /// be wrong: names that nobody has registered.
 ///
 /// # Errors
-/// All that is wrong, in the order of the text.
+/// All errors of the first pass that finds any, in the order of the text: of fields and types, of ranges, of values together.
 pub fn build(
     source: ScenarioSource,
     mut value: Value,
     names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
 ) -> Result<ScenarioFile, Vec<ScenarioError>> {
-    let mut wrong: Vec<WrongPlace> = Vec::new();
-    let mut errors: Vec<ScenarioError> = Vec::new();
+    if let Value::Object(root) = &mut value {
+        root.remove(SCHEMA);
+    }
     place_model_beside(&source, &mut value);
     // Without it nothing else can be judged.
     if let Err(fault) = from_saved::fill_in(&source, &mut value) {
         return Err(vec![source.error(&fault)]);
     }
-    for setting in &source.settings {
-        if let Err(error) = setting.lay_over(&mut value) {
-            errors.push(error);
-            wrong.push(WrongPlace { path: setting.path().clone(), is_name: false });
-        }
+    let of_settings: Vec<ScenarioError> =
+        source.settings.iter().filter_map(|setting| setting.lay_over(&mut value).err()).collect();
+    if !of_settings.is_empty() {
+        return Err(in_order(of_settings));
     }
-    let (scenario, mut findings) = scenario_of(value, wrong, names);
-    if let Some(scenario) = scenario
-        && findings.is_empty()
-        && errors.is_empty()
-    {
-        return Ok(ScenarioFile { scenario, source });
-    }
-    findings.truncate(ScenarioFile::MOST_ERRORS);
-    findings.sort_by_key(|finding| source.setting_of(&finding.fault.path).map(|(index, _)| index));
-    errors.extend(source.errors(&findings));
-    Err(in_order(errors))
+    let scenario = scenario_of(value, names).map_err(|mut findings| {
+        findings.truncate(ScenarioFile::MOST_ERRORS);
+        findings.sort_by_key(|finding| source.setting_of(&finding.fault.path).map(|(index, _)| index));
+        in_order(source.errors(&findings))
+    })?;
+    Ok(ScenarioFile { scenario, source })
 }
 
-/// The scenario of a tree of values, if there is any end of what is wrong with it, and that. `wrong` are the places that are known to be wrong
-/// already.
+/// The key by which files name their JSON Schema for editors.
+pub(super) const SCHEMA: &str = "$schema";
+
+/// The scenario of a tree of values.
+///
+/// # Errors
+/// What the first pass that finds anything finds.
 pub(super) fn scenario_of(
     mut value: Value,
-    mut wrong: Vec<WrongPlace>,
     names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
-) -> (Option<Scenario>, Vec<Finding>) {
+) -> Result<Scenario, Vec<Finding>> {
     let gives_ball_place = value.pointer("/ball/position_m").is_some();
     let mut findings: Vec<Finding> = Vec::new();
     if let Value::Object(root) = &mut value {
         let faults = cut_lists(root).into_iter().chain(presets::resolve(root));
         findings.extend(faults.map(Finding::from));
     }
-    let Some(mut scenario) = read_types(&mut value, &mut findings) else { return (None, findings) };
+    let scenario = read_types(&mut value, &mut findings);
+    let Some(mut scenario) = scenario.filter(|_| findings.is_empty()) else { return Err(findings) };
+    let faults = scenario.faults_of_values();
+    if !faults.is_empty() {
+        return Err(faults.into_iter().map(Finding::from).collect());
+    }
     if !gives_ball_place {
         place_ball_beside_robots(&mut scenario);
     }
-    wrong.extend(findings.iter().map(|finding| WrongPlace::from(&finding.fault)));
-    let is_given = |path: &FieldPath| value_at(&value, path.segments()).is_some();
-    let names = names(&scenario).into_iter().filter(|fault| !fault.may_come_of(&wrong, &is_given));
-    let faults = scenario.faults_besides(wrong.clone(), &is_given);
-    findings.extend(faults.into_iter().chain(names).map(Finding::from));
-    (Some(scenario), findings)
+    let faults: Vec<ScenarioFault> = scenario.faults_together().into_iter().chain(names(&scenario)).collect();
+    if faults.is_empty() { Ok(scenario) } else { Err(faults.into_iter().map(Finding::from).collect()) }
 }
 
 /// Errors in the order of the text, each once and not too many.
@@ -128,7 +128,7 @@ fn read_types(value: &mut Value, findings: &mut Vec<Finding>) -> Option<Scenario
     for _ in 0..ScenarioFile::MOST_ERRORS {
         let fault = match shape::read(value) {
             Ok(scenario) => return Some(scenario),
-            Err(fault) => shape_fault(&fault, &FieldPath::default()),
+            Err(fault) => ScenarioFault::of_shape(&fault, &FieldPath::default()),
         };
         let path = fault.path.clone();
         // A hole that was left by something taken out of it is no mistake of the file.
@@ -140,14 +140,6 @@ fn read_types(value: &mut Value, findings: &mut Vec<Finding>) -> Option<Scenario
         }
     }
     None
-}
-
-/// What is wrong with the shape of settings that scenarios have at `root`.
-pub fn shape_fault(fault: &ShapeFault, root: &FieldPath) -> ScenarioFault {
-    let (path, error) = (fault.path().within(root), fault.error());
-    let (message, expected) = error.words(path.last_part().as_deref());
-    let fault = ScenarioFault::new(path, message, expected);
-    if error.is_about_key() { fault.at_key() } else { fault }
 }
 
 /// Takes out what is at `path`, or what that is in. An element leaves an empty object, so that the others keep their places.
@@ -179,12 +171,5 @@ fn value_at_mut<'a>(root: &'a mut Value, segments: &[Segment]) -> Option<&'a mut
     segments.iter().try_fold(root, |value, segment| match segment {
         Segment::Field(name) => value.get_mut(name),
         Segment::Index(index) => value.get_mut(*index),
-    })
-}
-
-fn value_at<'a>(root: &'a Value, segments: &[Segment]) -> Option<&'a Value> {
-    segments.iter().try_fold(root, |value, segment| match segment {
-        Segment::Field(name) => value.get(name),
-        Segment::Index(index) => value.get(*index),
     })
 }

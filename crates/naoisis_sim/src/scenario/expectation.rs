@@ -3,7 +3,9 @@
 use bevy::prelude::*;
 use core::fmt;
 use core::str::FromStr;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use std::borrow::Cow;
 
 use super::wording::{nearest, one_of};
 use naoisis_core::events::MistakeKind;
@@ -328,6 +330,16 @@ impl fmt::Display for Expectation {
 impl Serialize for Expectation {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
+    }
+}
+
+impl JsonSchema for Expectation {
+    fn schema_name() -> Cow<'static, str> {
+        "Expectation".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "description": "What is expected, such as `blue.goals >= 1`." })
     }
 }
 

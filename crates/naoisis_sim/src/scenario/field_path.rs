@@ -71,12 +71,12 @@ impl FieldPath {
         }
     }
 
-    /// The part of the scenario that it is in: a setting, or an element of a list.
-    pub(super) fn part(&self) -> &[Segment] {
-        match self.segments() {
-            [_, Segment::Index(_), ..] => &self.0[..2],
-            segments => &segments[..segments.len().min(1)],
-        }
+    /// The name of the last field, whatever element of it is meant.
+    pub(super) fn last_name(&self) -> Option<&str> {
+        self.0.iter().rev().find_map(|segment| match segment {
+            Segment::Field(name) => Some(name.as_str()),
+            Segment::Index(_) => None,
+        })
     }
 
     /// The last field and what of it is meant, such as `pose[1]`; none for the whole scenario.

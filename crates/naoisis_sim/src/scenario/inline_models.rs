@@ -82,11 +82,14 @@ mod tests {
         );
         let scenario = scenario.unwrap();
         let k1 = RobotModel::named("booster_k1").unwrap().scenario().unwrap();
-        assert_eq!((scenario.model.as_str(), scenario.body), ("booster_k1", Body { height_m: 0.9, ..k1.body }));
-        assert_eq!((scenario.kicks.speed_sd, scenario.kicks.wind_up_s), (0.0, 0.1));
+        assert_eq!(
+            (scenario.model.as_str(), scenario.settings.body),
+            ("booster_k1", Body { height_m: 0.9, ..k1.settings.body })
+        );
+        assert_eq!((scenario.settings.kicks.speed_sd, scenario.settings.kicks.wind_up_s), (0.0, 0.1));
         let pink = scenario.teams.unwrap().robot(Team::Pink, 2);
-        assert_eq!((pink.model.as_deref(), pink.sonar.unwrap().max_m), (Some("nao_v6"), 0.5));
-        assert_eq!(pink.body, Some(Body::default()));
+        assert_eq!((pink.model.as_deref(), pink.own.sonar.unwrap().max_m), (Some("nao_v6"), 0.5));
+        assert_eq!(pink.own.body, Some(Body::default()));
     }
 
     #[test]

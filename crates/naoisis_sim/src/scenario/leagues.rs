@@ -145,7 +145,7 @@ mod tests {
         let league = read(json!({ "league": "spl2025" }));
         assert_eq!((league.field.length_m, league.rules.team_size, league.model.as_str()), (9.0, 7, "nao_v6"));
         assert_eq!(league.realism, Realisms::all(Realism::Realistic));
-        assert_eq!((league.ball.map(|ball| ball.radius_m), league.motion.max_linear_mps), (Some(0.05), 0.242));
+        assert_eq!((league.ball.map(|ball| ball.radius_m), league.settings.motion.max_linear_mps), (Some(0.05), 0.242));
         let own = read(json!({
             "league": "spl2025",
             "rules": { "team_size": 3 },
@@ -157,7 +157,10 @@ mod tests {
         assert_eq!(own.realism, Realisms { vision: Realism::Ideal, ..Realisms::all(Realism::Realistic) });
         let ball = own.ball.unwrap();
         assert_eq!((ball.radius_m, ball.position_m.x), (0.05, 1.0));
-        assert_eq!((own.cameras.width, own.cameras.diagonal_fov), (640, league.cameras.diagonal_fov));
+        assert_eq!(
+            (own.settings.cameras.width, own.settings.cameras.diagonal_fov),
+            (640, league.settings.cameras.diagonal_fov)
+        );
         // What names a preset of its own has nothing of the league's.
         let other = read(
             json!({ "league": "spl2025", "rules": { "preset": "naoisis" }, "ball": "naoisis", "realism": "paper" }),

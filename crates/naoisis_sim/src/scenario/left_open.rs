@@ -4,23 +4,14 @@ use serde_json::{Map, Value};
 
 use super::field_path::{FieldPath, Segment};
 use super::models::{RobotModel, has_a_trunk_of_its_own};
+use super::robot_settings::RobotSettings;
 use super::types::Scenario;
 use naoisis_core::kick_geometry::KickType;
 
-/// Where a model says how a real robot errs, of each part the fields that do: of some the part as a whole.
-const ERRORS: [(&str, &[&str]); 8] = [
-    ("motion", &["gait"]),
-    ("kicks", &["direction_sd_deg", "speed_sd"]),
-    ("vision", &["noise"]),
-    ("sonar", &["noise"]),
-    ("odometry", &["noise"]),
-    ("messages", &["loss"]),
-    ("falls", &[]),
-    ("latency", &[]),
-];
-
 /// The parts in which a robot that is no NAO has measures that it must say.
-const MEASURED: [&str; 4] = ["body", "head", "cameras", "motion"];
+fn measured() -> impl Iterator<Item = &'static str> {
+    RobotSettings::EXACT.iter().copied().chain(["motion"])
+}
 
 impl RobotModel {
     /// Whether what is at a place is a measure of the NAO's, as the file does not say it.
@@ -30,7 +21,7 @@ impl RobotModel {
             Segment::Index(_) => None,
         });
         let fields: Vec<&str> = fields.collect();
-        fields.first().is_some_and(|part| MEASURED.contains(part)) && !self.says(&fields.join("."))
+        fields.first().is_some_and(|part| measured().any(|measured| measured == *part)) && !self.says(&fields.join("."))
     }
 
     /// Where the file does not say how the robot errs, so that even a `realistic` match has the paper's there: paths of settings, such as
@@ -43,11 +34,12 @@ impl RobotModel {
             "sonar" => settings.get("sonar").and_then(|sonar| sonar.get("fitted")) == Some(&Value::Bool(false)),
             _ => false,
         };
-        let open = ERRORS.into_iter().filter(|(part, fields)| {
+        let open = RobotSettings::ERRORS.iter().filter(|(part, fields)| {
             let says = settings.get(*part).is_some_and(|part| fields.is_empty() || says_any(part, fields));
             !says && !lacks(part)
         });
-        open.map(|(part, fields)| fields.first().map_or(part.to_owned(), |field| format!("{part}.{field}"))).collect()
+        open.map(|(part, fields)| fields.first().map_or((*part).to_owned(), |field| format!("{part}.{field}")))
+            .collect()
     }
 
     /// The measures that a robot with a trunk of its own has of the NAO, as its file does not say them: paths of settings, such as
@@ -59,7 +51,7 @@ impl RobotModel {
         let own = self.all_settings();
         let nao = RobotModel::named(&Scenario::default().model).unwrap_or_else(|| self.clone()).settings;
         let mut paths = Vec::new();
-        for part in MEASURED {
+        for part in measured() {
             // Of a robot without cameras it is no matter how large their images are.
             if part == "cameras" && has_no_cameras(&own) {
                 continue;
@@ -138,13 +130,13 @@ mod tests {
     fn errors_that_a_file_does_not_give_are_named_and_those_of_what_there_is_not_are_none() {
         let torso = json!({ "torso": { "x_m": [-0.1, 0.1], "half_width_m": 0.2, "z_m": [0.0, 0.4] } });
         let blind = model(json!({ "body": torso }), json!({}));
-        let open = ["motion.gait", "odometry.noise", "messages.loss", "falls", "latency"];
+        let open = ["motion.gait", "odometry.noise", "falls", "latency", "messages.loss"];
         assert_eq!(blind.without_errors(), open);
         let own = json!({ "own": { "flap": { "speed_sd": 0.1 } } });
         let realistic = json!({ "kicks": own, "falls": {}, "motion": { "gait": { "step_s": 0.3 } } });
         assert_eq!(
             model(json!({ "body": torso }), realistic).without_errors(),
-            ["odometry.noise", "messages.loss", "latency"]
+            ["odometry.noise", "latency", "messages.loss"]
         );
     }
 

@@ -6,7 +6,7 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::build::{build, shape_fault};
+use super::build::build;
 use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
@@ -255,7 +255,7 @@ fn not_found(name: &str, path: &Path) -> ScenarioError {
 /// # Errors
 /// What is wrong with them, and where.
 pub fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
-    shape::read(value).map_err(|fault| shape_fault(&fault, path))
+    shape::read(value).map_err(|fault| ScenarioFault::of_shape(&fault, path))
 }
 
 impl LibraryScenario {

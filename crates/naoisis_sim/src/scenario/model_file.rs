@@ -5,15 +5,15 @@ use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::build::{in_order, scenario_of, shape_fault};
+use super::build::{SCHEMA, in_order, scenario_of};
 use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::models::{ModelError, RobotModel, is_file, leave_out_what_it_lacks};
-use super::presets::of_models;
 use super::read::read;
+use super::robot_settings::RobotSettings;
 use super::shape;
 use super::source::{Finding, ScenarioSource};
 use super::types::Scenario;
@@ -117,6 +117,7 @@ fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<S
         let fault = ScenarioFault::new(FieldPath::default(), "this is no model", an_object_with(&FIELDS));
         return Err(vec![source.error(&fault)]);
     };
+    fields.remove(SCHEMA);
     let name: String = take(&mut fields, "name", &mut findings);
     let description: String = take(&mut fields, "description", &mut findings);
     fields.entry("settings").or_insert_with(|| json!({}));
@@ -132,11 +133,15 @@ fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<S
     leave_out_what_it_lacks(&mut model);
     let mut real = None;
     // It must make sense as it always is, and as it really is.
-    for (settings, is_real) in [(model.settings.clone(), false), (model.all_settings(), true)] {
-        let mut settings = settings;
+    for (mut settings, is_real) in [(model.settings.clone(), false), (model.all_settings(), true)] {
         settings.insert("realism".to_owned(), json!("paper"));
-        let (scenario, found) = scenario_of(Value::Object(settings), Vec::new(), |_| Vec::new());
-        real = scenario;
+        let found = match scenario_of(Value::Object(settings), |_| Vec::new()) {
+            Ok(scenario) => {
+                real = Some(scenario);
+                continue;
+            }
+            Err(found) => found,
+        };
         findings.extend(found.into_iter().map(|mut finding| {
             if model.is_of_nao(&finding.fault.path) {
                 finding.fault.message.push_str(" (the NAO's, as the file does not say it)");
@@ -162,7 +167,7 @@ fn sources_of_nothing(model: &RobotModel, real: Option<&Scenario>) -> Vec<Scenar
     let real = real.and_then(|real| serde_json::to_value(real).ok());
     let mut known = BTreeSet::new();
     for values in [Some(own), nao, real].into_iter().flatten() {
-        for part in of_models().iter().chain(&REALISTIC_BESIDES) {
+        for part in RobotSettings::OF_MODEL.iter().chain(&REALISTIC_BESIDES) {
             if let Some(value) = values.get(part) {
                 collect_paths(part, value, &mut known);
             }
@@ -217,7 +222,7 @@ fn take<T: DeserializeOwned + Default>(
         }
         Some(value) => match shape::read(&value) {
             Ok(value) => return value,
-            Err(fault) => shape_fault(&fault, &FieldPath::from(name)),
+            Err(fault) => ScenarioFault::of_shape(&fault, &FieldPath::from(name)),
         },
     };
     findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
@@ -232,7 +237,7 @@ fn take_settings(
     findings: &mut Vec<Finding>,
 ) -> Map<String, Value> {
     let mut settings: Map<String, Value> = take(fields, part, findings);
-    let allowed: Vec<&str> = of_models().iter().chain(besides).copied().collect();
+    let allowed: Vec<&str> = RobotSettings::OF_MODEL.iter().chain(besides).copied().collect();
     settings.retain(|name, _| {
         let is_allowed = allowed.contains(&name.as_str());
         if !is_allowed {

@@ -2,8 +2,9 @@
 
 use serde_json::Value;
 
-use super::presets::of_models;
+use super::fidelity;
 use super::read::read;
+use super::robot_settings::RobotSettings;
 use super::source::ScenarioFile;
 use super::wording::all_of;
 use naoisis_core::team::Team;
@@ -36,8 +37,11 @@ impl ScenarioFile {
     fn unreached(&self) -> Vec<Unreached> {
         let Some(said) = self.values() else { return Vec::new() };
         let Ok(has) = serde_json::to_value(&self.scenario) else { return Vec::new() };
-        let given: Vec<&'static str> =
-            of_models().iter().copied().filter(|field| *field != "messages" && said.get(field).is_some()).collect();
+        let given: Vec<&'static str> = RobotSettings::OF_MODEL
+            .iter()
+            .copied()
+            .filter(|field| *field != "messages" && said.get(field).is_some())
+            .collect();
         let mut unreached: Vec<Unreached> = Vec::new();
         for holder in self.holders(&said, &has) {
             let settings: Vec<&'static str> =
@@ -55,7 +59,8 @@ impl ScenarioFile {
         unreached
     }
 
-    /// What is worth knowing of the scenario, a sentence each: which of its settings do not reach whom, whose model is their own.
+    /// What is worth knowing of the scenario, a sentence each: which of its settings do not reach whom, whose model is their own, and which
+    /// words are old.
     pub fn notes(&self) -> Vec<String> {
         /// So many robots are named.
         const MOST_NAMED: usize = 6;
@@ -69,7 +74,18 @@ impl ScenarioFile {
                 named.join(", ")
             )
         };
-        self.unreached().into_iter().map(note).collect()
+        self.unreached().into_iter().map(note).chain(self.old_word()).collect()
+    }
+
+    /// That the file says `fidelity`, if it does.
+    fn old_word(&self) -> Option<String> {
+        let said = self.values()?;
+        let of_teams = Team::BOTH.into_iter().filter_map(|team| said.get("teams")?.get(team.name()));
+        let of_robots = said.get("robots").and_then(Value::as_array).into_iter().flatten();
+        let says = of_teams.chain(of_robots).chain([&said]).any(|holder| holder.get(fidelity::FIELD).is_some());
+        let note = "`fidelity` is an old word: say where percepts come from by the `source` of `vision`, `sonar` and `odometry`, and how noisy \
+                    they are by `realism` or the sensor's `noise`";
+        says.then(|| note.to_owned())
     }
 
     /// What the text says, with what is laid over it.
@@ -150,7 +166,7 @@ mod tests {
         let header = file.scenario.resolved_json().unwrap();
         assert_eq!(notes(&header), [""; 0]);
         let changed = file.with(&["head.max_degps=10".parse().unwrap()]).unwrap();
-        assert_eq!(changed.unreached()[0].settings, ["motion", "kicks", "head"]);
+        assert_eq!(changed.unreached()[0].settings, ["head", "motion", "kicks"]);
     }
 
     #[test]
@@ -170,5 +186,18 @@ mod tests {
         }
         let words = "`cameras` of the scenario does not reach blue2, blue3, whose model";
         assert!(notes(&text(r#""cameras": { "width": 64 }"#))[0].starts_with(words));
+    }
+
+    #[test]
+    fn an_old_word_is_named_wherever_it_stands_and_says_what_it_said() {
+        let robots = |own: &str| format!(r#"{{ "rules": "free", "robots": [{{ "number": 1 {own} }}] }}"#);
+        assert_eq!(notes(&robots("")), [""; 0]);
+        let old = robots(r#", "fidelity": "ideal""#);
+        assert!(notes(&old)[0].starts_with("`fidelity` is an old word"), "{:?}", notes(&old));
+        let new =
+            robots(r#", "vision": { "noise": "none" }, "odometry": { "noise": "none" }, "sonar": { "noise": "none" }"#);
+        let [old, new] =
+            [old, new].map(|text| ScenarioFile::from_text(&text, Format::Json, "scenario").unwrap().scenario);
+        assert_eq!(old, new);
     }
 }

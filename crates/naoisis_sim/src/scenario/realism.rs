@@ -8,8 +8,8 @@
 //! )?;
 //! assert_eq!(scenario.realism, Realisms { kicks: Realism::Realistic, ..Realisms::all(Realism::Ideal) });
 //! // What the file says itself counts more than the word.
-//! assert_eq!(scenario.kicks.wind_up_s, 0.1);
-//! assert!(scenario.kicks.speed_sd > 0.0 && scenario.odometry.noise.translation_sd_m == 0.0);
+//! assert_eq!(scenario.settings.kicks.wind_up_s, 0.1);
+//! assert!(scenario.settings.kicks.speed_sd > 0.0 && scenario.settings.odometry.noise.translation_sd_m == 0.0);
 //! # Ok::<(), naoisis::scenario::ScenarioError>(())
 //! ```
 //!
@@ -24,14 +24,17 @@
 
 use bevy::prelude::*;
 use core::fmt;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 
+use super::robot_settings::robot_settings;
 use naoisis_sensing::sensing::fidelity::present;
 
 /// How much of a real robot a part of the simulation has.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Realism {
@@ -64,6 +67,22 @@ impl fmt::Display for Realism {
     }
 }
 
+macro_rules! realisms {
+    (
+        { $(#[$ball_documentation:meta])* $ball:ident }
+        exact $exact:tt
+        real { $($(#[$real_documentation:meta])* $real:ident: $real_type:ty [$($error:literal),*],)* }
+        messages { $(#[$messages_documentation:meta])* $messages:ident: $messages_type:ty [$($messages_error:literal),*], }
+        program $program:tt
+    ) => {
+        parts! {
+            $(#[$ball_documentation])* $ball,
+            $($(#[$real_documentation])* $real,)*
+            $(#[$messages_documentation])* $messages,
+        }
+    };
+}
+
 macro_rules! parts {
     ($($(#[$documentation:meta])* $part:ident,)*) => {
         /// The realism of each part. In files a word for all of them, or an object with words for some and `all` for the rest.
@@ -85,12 +104,14 @@ macro_rules! parts {
             }
         }
 
-        #[derive(Serialize, Deserialize)]
+        #[derive(Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         struct RealismFields {
+            /// All parts that are not given.
             #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
             all: Option<Realism>,
             $(
+                $(#[$documentation])*
                 #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
                 $part: Option<Realism>,
             )*
@@ -111,31 +132,15 @@ macro_rules! parts {
     };
 }
 
-parts! {
-    /// How robots walk.
-    motion,
-    /// How they kick.
-    kicks,
+robot_settings! { realisms {
     /// How the ball rolls, its size and its bounce.
-    ball,
-    /// What is seen.
-    vision,
-    /// What sonars measure.
-    sonar,
-    /// How exactly robots know their steps.
-    odometry,
-    /// How messages travel.
-    messages,
-    /// How they keep their balance.
-    falls,
-    /// How late it is what they see and do.
-    latency,
-}
+    ball
+} }
 
 impl Realisms {
     /// The word, if all parts have the same.
     pub fn word(&self) -> Option<Realism> {
-        (*self == Self::all(self.motion)).then_some(self.motion)
+        (*self == Self::all(self.ball)).then_some(self.ball)
     }
 }
 
@@ -150,6 +155,19 @@ impl fmt::Display for Realisms {
             write!(formatter, "{}{part} {realism}", if index > 0 { ", " } else { "" })?;
         }
         Ok(())
+    }
+}
+
+impl JsonSchema for Realisms {
+    fn schema_name() -> Cow<'static, str> {
+        "Realisms".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A word for all parts, or an object with words for some and `all` for the rest.",
+            "anyOf": [generator.subschema_for::<Realism>(), generator.subschema_for::<RealismFields>()],
+        })
     }
 }
 

@@ -8,9 +8,10 @@ use super::robot_spec::RobotSpec;
 use super::shape;
 use super::types::{BallSpec, Scenario};
 use naoisis_core::team::Team;
-use naoisis_sensing::sensing::odometry::OdometrySettings;
-use naoisis_sensing::sensing::sonar::SonarSettings;
-use naoisis_sensing::sensing::vision::VisionSettings;
+use naoisis_sensing::sensing::fidelity::{Fidelity, SensorFidelity};
+use naoisis_sensing::sensing::odometry::{OdometryNoise, OdometrySettings};
+use naoisis_sensing::sensing::sonar::{SonarNoise, SonarSettings};
+use naoisis_sensing::sensing::vision::{VisionNoise, VisionSettings};
 
 impl Scenario {
     /// The scenario with the settings that these words stand for, those of its model, in place of its own. A model that there is
@@ -28,27 +29,21 @@ impl Scenario {
             }
             None => ball,
         };
-        Scenario {
-            realism,
-            motion: real.motion,
-            kicks: real.kicks,
-            ball: self.ball.map(of_league),
-            vision: VisionSettings { noise: real.vision.noise, ..self.vision },
-            sonar: SonarSettings { source: self.sonar.source, ..real.sonar },
-            odometry: OdometrySettings { noise: real.odometry.noise, ..self.odometry },
-            messages: real.messages,
-            falls: real.falls,
-            latency: real.latency,
-            ..self
-        }
+        let mut settings = self.settings.clone();
+        settings.take_real(real.settings);
+        // A realism changes the errors of sensors, and neither where their readings come from nor what they look for.
+        settings.vision = VisionSettings { noise: settings.vision.noise, ..self.settings.vision };
+        settings.sonar.source = self.settings.sonar.source;
+        settings.odometry = OdometrySettings { noise: settings.odometry.noise, ..self.settings.odometry };
+        Scenario { realism, ball: self.ball.map(of_league), settings, messages: real.messages, ..self }
     }
 
     /// A robot that has another model than the scenario's, and nothing of its own.
     fn robot_of_model(&self, model: &str) -> RobotSpec {
         let mut root = Map::new();
         root.insert("realism".to_owned(), serde_json::to_value(self.realism).unwrap_or_default());
-        root.insert("cameras".to_owned(), serde_json::to_value(self.cameras).unwrap_or_default());
-        root.insert("vision".to_owned(), json!({ "source": self.vision.source }));
+        root.insert("cameras".to_owned(), serde_json::to_value(self.settings.cameras).unwrap_or_default());
+        root.insert("vision".to_owned(), json!({ "source": self.settings.vision.source }));
         root.insert("robots".to_owned(), json!([{ "model": model }]));
         presets::resolve(&mut root);
         let scenario: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
@@ -68,40 +63,55 @@ impl Scenario {
                 models.push((model.clone(), of_model));
             }
             let of_model = models.iter().find(|(name, _)| *name == model).map(|(_, of_model)| of_model);
-            of_model.is_some_and(|real| {
-                let settings = [robot.motion != real.motion, robot.sonar != real.sonar, robot.vision != real.vision];
-                settings.contains(&true) || robot.odometry != real.odometry || !robot.fidelity.is_unset()
-            })
+            of_model.is_some_and(|real| robot.own.really_differs(&real.own))
         };
         let mut of_teams = self.teams.iter().flat_map(|teams| Team::BOTH.map(|team| teams.robot(team, 1)));
         let any_has_own = self.robots.iter().any(&mut has_own) || of_teams.any(|robot| has_own(&robot));
-        let own = [
-            ("motion", self.motion != real.motion),
-            ("kicks", self.kicks != real.kicks),
-            ("ball", self.ball != real.ball),
-            ("vision", self.vision != real.vision),
-            ("sonar", self.sonar != real.sonar),
-            ("odometry", self.odometry != real.odometry),
-            ("messages", self.messages != real.messages),
-            ("falls", self.falls != real.falls),
-            ("latency", self.latency != real.latency),
-            ("fidelity", !self.fidelity.is_unset()),
-            ("single robots", any_has_own),
-        ];
-        let own: Vec<&str> = own.into_iter().filter_map(|(part, is_own)| is_own.then_some(part)).collect();
+        let mut own = if self.ball == real.ball { Vec::new() } else { vec!["ball"] };
+        own.extend(self.settings.real_differences(&real.settings));
+        if self.messages != real.messages && !own.contains(&"messages") {
+            own.push("messages");
+        }
+        own.extend(any_has_own.then_some("single robots"));
         let words = self.realism.to_string();
         if own.is_empty() { words } else { format!("{words} but for {}", own.join(", ")) }
+    }
+}
+
+impl Scenario {
+    /// Changes source and noise of the sensors of all robots to what `fidelity` stands for. Sensors without noise that are to have some
+    /// get that of the scenario's realism.
+    pub fn set_fidelity(&mut self, fidelity: Fidelity) {
+        let real = self.clone().with_realism(self.realism).settings;
+        let settings = &mut self.settings;
+        if matches!(fidelity, Fidelity::Noisy | Fidelity::Image) {
+            if settings.vision.noise == VisionNoise::none() {
+                settings.vision.noise = real.vision.noise;
+            }
+            if settings.sonar.noise == SonarNoise::None {
+                settings.sonar = SonarSettings { source: settings.sonar.source, ..real.sonar };
+            }
+            if settings.odometry.noise == OdometryNoise::none() {
+                settings.odometry.noise = real.odometry.noise;
+            }
+        }
+        settings.vision.set_fidelity(fidelity);
+        settings.sonar.set_fidelity(fidelity);
+        settings.odometry.set_fidelity(fidelity);
+        let of_teams = self.teams.iter_mut().flat_map(|teams| [&mut teams.robots.blue, &mut teams.robots.pink]);
+        for own in self.robots.iter_mut().map(|robot| &mut robot.own).chain(of_teams.map(|robots| &mut robots.own)) {
+            own.vision.iter_mut().for_each(|vision| vision.set_fidelity(fidelity));
+            own.sonar.iter_mut().for_each(|sonar| sonar.set_fidelity(fidelity));
+            own.odometry.iter_mut().for_each(|odometry| odometry.set_fidelity(fidelity));
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{Realism, ScenarioFile};
+    use crate::scenario::{Realism, RobotSettings, ScenarioFile};
     use naoisis_core::ball::Rolling;
-    use naoisis_sensing::sensing::odometry::OdometryNoise;
-    use naoisis_sensing::sensing::sonar::SonarNoise;
-    use naoisis_sensing::sensing::vision::VisionNoise;
 
     fn read(value: Value) -> Scenario {
         Scenario::from_json(&value.to_string()).unwrap()
@@ -111,8 +121,11 @@ mod tests {
     fn what_a_scenario_does_not_say_comes_of_its_realism_and_each_part_has_its_own() {
         assert_eq!(read(json!({ "realism": "paper" })), Scenario::default());
         let ideal = read(json!({ "realism": "ideal", "sonar": { "max_m": 0.5 } }));
-        assert_eq!((ideal.vision.noise, ideal.odometry.noise), (VisionNoise::none(), OdometryNoise::none()));
-        assert_eq!((ideal.sonar.noise, ideal.sonar.max_m), (SonarNoise::None, 0.5));
+        assert_eq!(
+            (ideal.settings.vision.noise, ideal.settings.odometry.noise),
+            (VisionNoise::none(), OdometryNoise::none())
+        );
+        assert_eq!((ideal.settings.sonar.noise, ideal.settings.sonar.max_m), (SonarNoise::None, 0.5));
         let real = read(json!({
             "realism": "realistic", "model": "nao_v6",
             "ball": { "position_m": [1, 0], "rolling": { "exponential_per_s": 1.0 } },
@@ -121,22 +134,26 @@ mod tests {
         }));
         let ball = real.ball.unwrap();
         assert_eq!((ball.radius_m, ball.rolling), (0.05, Rolling::ExponentialPerS(1.0)));
-        assert_eq!((real.motion.max_linear_mps, real.messages.loss), (0.242, 0.1));
-        assert_eq!((real.vision.noise.ball.pixel_sd, real.vision.noise.ball.miss_probability), (2.0, 0.1));
-        let own = real.robots[0].vision.as_ref().unwrap().noise;
-        assert_eq!((own.ball, own.head_angle_sd), (real.vision.noise.ball, 0.0));
-        let own = real.robots[1].sonar.as_ref().unwrap();
+        assert_eq!((real.settings.motion.max_linear_mps, real.messages.loss), (0.242, 0.1));
+        assert_eq!(
+            (real.settings.vision.noise.ball.pixel_sd, real.settings.vision.noise.ball.miss_probability),
+            (2.0, 0.1)
+        );
+        let own = real.robots[0].own.vision.as_ref().unwrap().noise;
+        assert_eq!((own.ball, own.head_angle_sd), (real.settings.vision.noise.ball, 0.0));
+        let own = real.robots[1].own.sonar.as_ref().unwrap();
         assert_eq!((own.noise, own.min_m), (SonarNoise::None, 0.2));
         let kicks = read(json!({ "realism": { "kicks": "realistic" }, "ball": null }));
-        let Scenario { kicks: settings, realism, .. } = Scenario::default();
-        assert_ne!(kicks.kicks, settings);
+        let Scenario { settings, realism, .. } = Scenario::default();
+        assert_ne!(kicks.settings.kicks, settings.kicks);
+        let others = RobotSettings { kicks: settings.kicks, ..kicks.settings.clone() };
         assert_eq!(
-            Scenario { kicks: settings, realism, ball: Some(BallSpec::default()), ..kicks },
+            Scenario { settings: others, realism, ball: Some(BallSpec::default()), ..kicks },
             Scenario::default()
         );
         let value = json!({ "realism": "realistic", "vision": { "noise": "none" }, "ball": "naoisis" });
         let own = read(value);
-        assert_eq!((own.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
+        assert_eq!((own.settings.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
         for word in [Realism::Ideal, Realism::Realistic, Realism::Paper] {
             let built = read(json!({ "model": "nao_v6" })).with_realism(Realisms::all(word));
             assert_eq!(built, read(json!({ "realism": word, "model": "nao_v6" })));
@@ -183,7 +200,7 @@ mod tests {
         let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;
         assert_eq!(
             renamed.realism_in_words(),
-            "ideal but for motion, kicks, ball, vision, sonar, odometry, messages, falls, latency"
+            "ideal but for ball, motion, kicks, vision, sonar, odometry, falls, latency, messages"
         );
     }
 }

@@ -2,90 +2,61 @@
 
 use bevy::prelude::*;
 use core::fmt;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 
+use super::robot_settings::{RobotPatch, patch_beside_fields, robot_settings};
 use naoisis_core::behaviour::script::ScriptEntry;
-use naoisis_core::communication::MessageLimits;
 use naoisis_core::geometry::{Pose, file_units};
-use naoisis_core::named_values::NamedValues;
-use naoisis_core::robot::body::Body;
-use naoisis_core::robot::falls::FallModel;
-use naoisis_core::robot::head::HeadLimits;
-use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::robot::latency::Latency;
-use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::{RobotId, Team};
-use naoisis_sensing::belief::localisation_method::LocalisationMethod;
-use naoisis_sensing::sensing::camera::CameraSettings;
-use naoisis_sensing::sensing::fidelity::FidelitySettings;
-use naoisis_sensing::sensing::odometry::OdometrySettings;
-use naoisis_sensing::sensing::sonar::SonarSettings;
-use naoisis_sensing::sensing::vision::VisionSettings;
 
-/// A robot at the start.
-#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+/// A robot at the start. In files the fields of `own` are beside the others.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(from = "RobotForm", into = "RobotForm")]
 pub struct RobotSpec {
     /// Its team.
     pub team: Team,
     /// The jersey number, from 1.
     pub number: u8,
     /// Where it stands: `[x m, y m, heading deg]` in files.
-    #[serde(with = "file_units::pose")]
     pub pose: Pose,
-    /// Yaw and pitch of the head, radians (degrees in files).
-    #[serde(rename = "head_deg", with = "file_units::degree_pair")]
-    pub head: [f32; 2],
+    /// Yaw and pitch of the head, radians (`head_deg`, degrees, in files).
+    pub head_angles: [f32; 2],
     /// What controls it.
     pub behaviour: BehaviourSpec,
     /// The [model](super::RobotModel) of this robot, if it is another than the scenario's.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<String>,
-    /// Its own body.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub body: Option<Body>,
-    /// Its own way of kicking.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub kicks: Option<KickSettings>,
-    /// Its own sense of balance.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub falls: Option<FallModel>,
-    /// Its own cameras.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cameras: Option<CameraSettings>,
-    /// How late it is what it sees and does.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub latency: Option<Latency>,
-    /// Its own way of walking.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion: Option<MotionLimits>,
-    /// Its own way of turning the head.
-    #[serde(rename = "head", skip_serializing_if = "Option::is_none")]
-    pub head_limits: Option<HeadLimits>,
-    /// How true its own sensors are.
-    #[serde(skip_serializing_if = "FidelitySettings::is_unset")]
-    pub fidelity: FidelitySettings,
-    /// Its own sonars.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sonar: Option<SonarSettings>,
-    /// What it recognises.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub vision: Option<VisionSettings>,
-    /// How it localises itself.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub localisation: Option<LocalisationMethod>,
-    /// How exactly it knows its steps.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub odometry: Option<OdometrySettings>,
-    /// How much it sends at most.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub messages: Option<MessageLimits>,
-    /// Its own settings of sensors that the program has registered.
-    #[serde(skip_serializing_if = "NamedValues::is_empty")]
-    pub sensors: NamedValues,
+    /// The settings that it has of its own.
+    pub own: RobotPatch,
 }
+
+robot_settings! { patch_beside_fields {
+    RobotSpec as
+    /// A [`RobotSpec`] as files have it.
+    RobotForm {
+        /// Its team.
+        team: Team,
+        /// The jersey number, from 1.
+        #[schemars(range(min = 1, max = 255))]
+        number: u8,
+        /// Where it stands: `[x m, y m, heading deg]`.
+        #[serde(with = "file_units::pose")]
+        #[schemars(with = "[f32; 3]")]
+        pose: Pose,
+        /// Yaw and pitch of the head, degrees.
+        #[serde(rename = "head_deg", with = "file_units::degree_pair")]
+        #[schemars(with = "[f32; 2]")]
+        head_angles: [f32; 2],
+        /// What controls it.
+        behaviour: BehaviourSpec,
+        /// The model of this robot, if it is another than the scenario's.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        model: Option<String>,
+    }
+} }
 
 impl RobotSpec {
     /// The robot's identity.
@@ -103,6 +74,29 @@ pub enum BehaviourSpec {
     Script(Vec<ScriptEntry>),
     /// A program of its own: the words of its command line, run in the folder of the scenario's file.
     Program(Vec<String>),
+}
+
+impl JsonSchema for BehaviourSpec {
+    fn schema_name() -> Cow<'static, str> {
+        "Behaviour".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let script = generator.subschema_for::<Vec<ScriptEntry>>();
+        json_schema!({
+            "description": "`idle`, the name of a behaviour, a script, or the words of a program's command line.",
+            "anyOf": [
+                { "type": "string" },
+                { "type": "object", "properties": { "script": script }, "required": ["script"], "additionalProperties": false },
+                {
+                    "type": "object",
+                    "properties": { "program": { "type": "array", "items": { "type": "string" } } },
+                    "required": ["program"],
+                    "additionalProperties": false,
+                },
+            ],
+        })
+    }
 }
 
 impl Default for BehaviourSpec {

@@ -9,6 +9,7 @@ use bevy::prelude::*;
 use bevy::reflect::serde::TypedReflectDeserializer;
 use bevy::reflect::{ReflectFromReflect, TypeRegistration, TypeRegistry};
 use core::fmt;
+use schemars::JsonSchema;
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -19,7 +20,7 @@ pub const EXTENSION: &str = "naoisis";
 /// The format's name in files.
 pub const FORMAT: &str = "naoisis-snapshot";
 /// The format's version in files.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 /// A larger file is no match: with the images of 22 robots, and their depths, it has half of that.
 pub const LARGEST_FILE_BYTES: u64 = 256 << 20;
 /// How hard the match is packed: more would be felt when a test is read, and save little.
@@ -47,7 +48,7 @@ pub enum SavedMatchError {
 }
 
 /// A saved match, packed.
-#[derive(Clone, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SavedMatch {
     /// The cycle that had just ended.

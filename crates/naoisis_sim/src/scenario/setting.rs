@@ -175,7 +175,7 @@ mod tests {
         let settings = ["messages.loss=0.1", "kicks.recovery_s=2", "robots.1.pose=[2, 1, 90]", "name=a word"];
         let scenario = set(text, &settings).unwrap().scenario;
         assert_eq!((scenario.messages.loss, scenario.messages.delay_cycles), (0.1, 3));
-        assert_eq!(scenario.kicks.recovery_s, 2.0);
+        assert_eq!(scenario.settings.kicks.recovery_s, 2.0);
         assert_eq!(scenario.robots[1].pose.position.to_array(), [2.0, 1.0]);
         assert_eq!(scenario.name, "a word");
     }
@@ -195,7 +195,7 @@ mod tests {
         let teams = scenario.teams.unwrap();
         assert_eq!((teams.blue.as_str(), teams.pink.as_str()), ("passers", "roles"));
         assert_eq!(teams.robots[Team::Blue].model.as_deref(), Some("booster_k1"));
-        assert_eq!(teams.robots[Team::Blue].body.as_ref().map(|body| body.height_m), Some(0.9));
+        assert_eq!(teams.robots[Team::Blue].own.body.as_ref().map(|body| body.height_m), Some(0.9));
         let realism = scenario.realism;
         assert_eq!((realism.motion, realism.kicks), (Realism::Realistic, Realism::Paper));
         let error = set(text, &["teams.blue.model=nope"]).unwrap_err().to_string();

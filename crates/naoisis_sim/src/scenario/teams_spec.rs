@@ -2,26 +2,15 @@
 
 use bevy::prelude::*;
 use core::fmt;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 
+use super::robot_settings::{RobotPatch, patch_beside_fields, robot_settings};
 use super::robot_spec::RobotSpec;
-use naoisis_core::communication::MessageLimits;
-use naoisis_core::named_values::NamedValues;
-use naoisis_core::robot::body::Body;
-use naoisis_core::robot::falls::FallModel;
-use naoisis_core::robot::head::HeadLimits;
-use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::robot::latency::Latency;
-use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::{PerTeam, Team};
-use naoisis_sensing::belief::localisation_method::LocalisationMethod;
-use naoisis_sensing::sensing::camera::CameraSettings;
-use naoisis_sensing::sensing::fidelity::FidelitySettings;
-use naoisis_sensing::sensing::odometry::OdometrySettings;
-use naoisis_sensing::sensing::sonar::SonarSettings;
-use naoisis_sensing::sensing::vision::VisionSettings;
 
 /// Two teams, by name; or as `exec:COMMAND`, a program that is started for each of their robots; or as `remote`, whose robots
 /// are decided for from outside.
@@ -34,8 +23,17 @@ pub struct TeamsSpec {
     pub blue: String,
     /// The pink team.
     pub pink: String,
-    /// What the robots of each have of their own. Neither their ids nor their places or behaviours.
-    pub robots: PerTeam<RobotSpec>,
+    /// What the robots of each have of their own.
+    pub robots: PerTeam<TeamRobots>,
+}
+
+/// What all robots of a team have of their own.
+#[derive(Clone, PartialEq, Debug, Default, Reflect)]
+pub struct TeamRobots {
+    /// Their [model](super::RobotModel), if it is another than the scenario's.
+    pub model: Option<String>,
+    /// Their own settings.
+    pub own: RobotPatch,
 }
 
 impl TeamsSpec {
@@ -63,7 +61,8 @@ impl TeamsSpec {
 
     /// A robot of a team, with what they all have of their own.
     pub fn robot(&self, team: Team, number: u8) -> RobotSpec {
-        RobotSpec { team, number, ..self.robots[team].clone() }
+        let TeamRobots { model, own } = self.robots[team].clone();
+        RobotSpec { team, number, model, own, ..default() }
     }
 }
 
@@ -74,76 +73,44 @@ impl Default for TeamsSpec {
 }
 
 /// A team as files have it.
+#[derive(Clone)]
 struct Entry {
     team: String,
-    robots: RobotSpec,
+    model: Option<String>,
+    own: RobotPatch,
 }
 
-macro_rules! entry_fields {
-    ($($(#[$attribute:meta])* $field:ident as $name:literal: $type:ty,)*) => {
-        /// An [`Entry`] that is an object: the fields that a robot could have, but for who it is, where it stands and what it does.
-        #[derive(Default, Serialize, Deserialize)]
-        #[serde(default, deny_unknown_fields)]
-        struct EntryFields {
-            team: String,
-            $($(#[$attribute])* #[serde(rename = $name)] $field: $type,)*
-        }
+robot_settings! { patch_beside_fields {
+    Entry as
+    /// An [`Entry`] that is an object.
+    EntryForm {
+        /// The name of the team.
+        team: String,
+        /// The model of its robots, if it is another than the scenario's.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        model: Option<String>,
+    }
+} }
 
-        impl From<EntryFields> for Entry {
-            fn from(fields: EntryFields) -> Self {
-                let EntryFields { team, $($field,)* } = fields;
-                Self { team, robots: RobotSpec { $($field,)* ..RobotSpec::default() } }
-            }
-        }
+impl JsonSchema for Entry {
+    fn schema_name() -> Cow<'static, str> {
+        "TeamEntry".into()
+    }
 
-        impl From<&Entry> for EntryFields {
-            fn from(entry: &Entry) -> Self {
-                let RobotSpec { $($field,)* .. } = entry.robots.clone();
-                Self { team: entry.team.clone(), $($field,)* }
-            }
-        }
-    };
-}
-
-entry_fields! {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    model as "model": Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    body as "body": Option<Body>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    kicks as "kicks": Option<KickSettings>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    falls as "falls": Option<FallModel>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    cameras as "cameras": Option<CameraSettings>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    latency as "latency": Option<Latency>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    motion as "motion": Option<MotionLimits>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    head_limits as "head": Option<HeadLimits>,
-    #[serde(skip_serializing_if = "FidelitySettings::is_unset")]
-    fidelity as "fidelity": FidelitySettings,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sonar as "sonar": Option<SonarSettings>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    vision as "vision": Option<VisionSettings>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    localisation as "localisation": Option<LocalisationMethod>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    odometry as "odometry": Option<OdometrySettings>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    messages as "messages": Option<MessageLimits>,
-    #[serde(skip_serializing_if = "NamedValues::is_empty")]
-    sensors as "sensors": NamedValues,
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "The name of a team, or an object with it as `team` and what its robots have of their own.",
+            "anyOf": [{ "type": "string" }, generator.subschema_for::<EntryForm>()],
+        })
+    }
 }
 
 impl Serialize for Entry {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if self.robots == RobotSpec::default() {
+        if self.model.is_none() && self.own.is_empty() {
             return serializer.serialize_str(&self.team);
         }
-        EntryFields::from(self).serialize(serializer)
+        EntryForm::from(self.clone()).serialize(serializer)
     }
 }
 
@@ -159,11 +126,11 @@ impl<'de> Deserialize<'de> for Entry {
             }
 
             fn visit_str<E: de::Error>(self, name: &str) -> Result<Entry, E> {
-                Ok(Entry { team: name.to_owned(), robots: RobotSpec::default() })
+                Ok(Entry { team: name.to_owned(), model: None, own: RobotPatch::default() })
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Entry, A::Error> {
-                EntryFields::deserialize(MapAccessDeserializer::new(map)).map(Entry::from)
+                EntryForm::deserialize(MapAccessDeserializer::new(map)).map(Entry::from)
             }
         }
 
@@ -172,7 +139,7 @@ impl<'de> Deserialize<'de> for Entry {
 }
 
 /// Both teams as files have them.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct Entries {
     blue: Entry,
@@ -187,8 +154,21 @@ impl Default for Entries {
 
 impl From<&TeamsSpec> for Entries {
     fn from(teams: &TeamsSpec) -> Self {
-        let entry = |team: Team| Entry { team: teams.name(team).to_owned(), robots: teams.robots[team].clone() };
+        let entry = |team: Team| {
+            let TeamRobots { model, own } = teams.robots[team].clone();
+            Entry { team: teams.name(team).to_owned(), model, own }
+        };
         Self { blue: entry(Team::Blue), pink: entry(Team::Pink) }
+    }
+}
+
+impl JsonSchema for TeamsSpec {
+    fn schema_name() -> Cow<'static, str> {
+        "Teams".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Entries::json_schema(generator)
     }
 }
 
@@ -201,6 +181,11 @@ impl Serialize for TeamsSpec {
 impl<'de> Deserialize<'de> for TeamsSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let Entries { blue, pink } = Entries::deserialize(deserializer)?;
-        Ok(Self { blue: blue.team, pink: pink.team, robots: PerTeam { blue: blue.robots, pink: pink.robots } })
+        let robots_of = |Entry { model, own, .. }: Entry| TeamRobots { model, own };
+        Ok(Self {
+            blue: blue.team.clone(),
+            pink: pink.team.clone(),
+            robots: PerTeam { blue: robots_of(blue), pink: robots_of(pink) },
+        })
     }
 }

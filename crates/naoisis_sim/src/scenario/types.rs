@@ -1,10 +1,13 @@
 //! The types of a scenario, as programs build them and files spell them.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::expectation::Expectation;
+use super::messages_form::MessagesForm;
 use super::realism::Realisms;
+use super::robot_settings::{RobotSettings, robot_settings};
 use super::robot_spec::RobotSpec;
 use super::saved_match::SavedMatch;
 use super::teams_spec::TeamsSpec;
@@ -12,26 +15,14 @@ use naoisis_core::ball::Rolling;
 use naoisis_core::communication::{MessageLimits, MessageSettings};
 use naoisis_core::game::{Rules, TimedIntervention};
 use naoisis_core::knowledge::Knowledge;
-use naoisis_core::named_values::NamedValues;
 use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::body::Body;
-use naoisis_core::robot::falls::FallModel;
-use naoisis_core::robot::head::HeadLimits;
-use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::robot::latency::Latency;
-use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::RobotId;
-use naoisis_sensing::belief::localisation_method::LocalisationMethod;
-use naoisis_sensing::sensing::camera::CameraSettings;
-use naoisis_sensing::sensing::fidelity::FidelitySettings;
-use naoisis_sensing::sensing::odometry::OdometrySettings;
-use naoisis_sensing::sensing::sonar::SonarSettings;
-use naoisis_sensing::sensing::vision::VisionSettings;
 
-/// Everything that a match starts from.
+/// Everything that a match starts from. In files the fields of `settings` are beside the others.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
-#[serde(default, deny_unknown_fields)]
+#[serde(from = "ScenarioForm", into = "ScenarioForm")]
 pub struct Scenario {
     /// A name for display.
     pub name: String,
@@ -40,7 +31,6 @@ pub struct Scenario {
     /// The saved match that it goes on from, with the chance of its seed, instead of beginning anew. In files it is the path of one. What is
     /// not given is as it was in that match; times are counted from its moment.
     #[reflect(default)]
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<SavedMatch>,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -49,7 +39,6 @@ pub struct Scenario {
     /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
     pub duration_s: Option<f32>,
     /// The [league](super::League) from which it has the settings that are not given here, if it is one's.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub league: Option<String>,
     /// The [model](super::RobotModel) of the robots.
     pub model: String,
@@ -61,35 +50,8 @@ pub struct Scenario {
     pub rules: Rules,
     /// The ball; none with `null`.
     pub ball: Option<BallSpec>,
-    /// The bodies of robots, unless they say otherwise.
-    pub body: Body,
-    /// How robots walk, unless they say otherwise.
-    pub motion: MotionLimits,
-    /// How robots kick.
-    pub kicks: KickSettings,
-    /// How well robots keep their balance.
-    pub falls: FallModel,
-    /// How robots turn their heads, unless they say otherwise.
-    pub head: HeadLimits,
-    /// How true the sensors are, in a word, unless a robot says otherwise.
-    #[serde(skip_serializing_if = "FidelitySettings::is_unset")]
-    pub fidelity: FidelitySettings,
-    /// The sonars, unless a robot says otherwise.
-    pub sonar: SonarSettings,
-    /// The cameras.
-    pub cameras: CameraSettings,
-    /// What robots recognise, unless they say otherwise.
-    pub vision: VisionSettings,
-    /// How exactly robots know their steps, unless they say otherwise.
-    pub odometry: OdometrySettings,
-    /// How robots with the built-in belief localise themselves, unless they say otherwise.
-    pub localisation: LocalisationMethod,
-    /// Settings of [sensors that the program has registered](crate::simulation::sensors), unless a robot says otherwise: what
-    /// they do not say has its default, and `null` takes a sensor away. Whether there are such is found when a match starts.
-    #[serde(skip_serializing_if = "NamedValues::is_empty")]
-    pub sensors: NamedValues,
-    /// How late it is what robots see and do.
-    pub latency: Latency,
+    /// The settings of robots, unless they have their own.
+    pub settings: RobotSettings,
     /// How messages travel.
     pub messages: MessageSettings,
     /// The robots, each with its place and its behaviour.
@@ -99,10 +61,8 @@ pub struct Scenario {
     /// Posts besides those of the goals.
     pub posts: Vec<PostSpec>,
     /// What the referee is made to do, and when.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub interventions: Vec<TimedIntervention>,
     /// What is expected of it: a test, for `naoisis check --play`.
-    #[serde(rename = "expect", skip_serializing_if = "Vec::is_empty")]
     pub expectations: Vec<Expectation>,
 }
 
@@ -121,19 +81,7 @@ impl Default for Scenario {
             field: Pitch::default(),
             rules: Rules::default(),
             ball: Some(BallSpec::default()),
-            body: Body::default(),
-            motion: MotionLimits::default(),
-            kicks: KickSettings::default(),
-            falls: FallModel::default(),
-            head: HeadLimits::default(),
-            fidelity: FidelitySettings::default(),
-            sonar: SonarSettings::default(),
-            cameras: CameraSettings::default(),
-            vision: VisionSettings::default(),
-            odometry: OdometrySettings::default(),
-            localisation: LocalisationMethod::default(),
-            sensors: NamedValues::default(),
-            latency: Latency::default(),
+            settings: RobotSettings::default(),
             messages: MessageSettings::default(),
             robots: Vec::new(),
             teams: None,
@@ -178,19 +126,19 @@ impl Scenario {
         listed.or_else(lined_up).unwrap_or_else(|| RobotSpec { team: id.team, number: id.number, ..default() })
     }
 
+    /// All settings of a robot: its own, and else those that all have.
+    pub fn settings_of(&self, robot: &RobotSpec) -> RobotSettings {
+        self.settings.patched(&robot.own)
+    }
+
     /// The body of a robot: its own, or else that which all have.
     pub fn body_of(&self, robot: &RobotSpec) -> Body {
-        robot.body.unwrap_or(self.body)
+        robot.own.body.unwrap_or(self.settings.body)
     }
 
     /// How much a robot may send at most: what it says itself, and else what all robots do; no more than the match allows.
     pub fn message_limits_of(&self, robot: &RobotSpec) -> MessageLimits {
-        self.messages.limits_with(&robot.messages.unwrap_or(self.messages.robots))
-    }
-
-    /// How true a robot's sensors are: as it says itself, and else as the scenario says for all.
-    pub fn fidelity_of(&self, robot: &RobotSpec) -> FidelitySettings {
-        robot.fidelity.or(self.fidelity)
+        self.messages.limits_with(&robot.own.messages.unwrap_or(self.settings.messages))
     }
 
     /// The cycle after which the match is over at the latest; none where the final whistle ends it.
@@ -200,19 +148,116 @@ impl Scenario {
     }
 }
 
+macro_rules! scenario_form {
+    (
+        { $($(#[$attribute:meta])* $field:ident: $field_type:ty,)* }
+        exact { $($(#[$exact_meta:meta])* $exact:ident: $exact_type:ty,)* }
+        real { $($(#[$real_meta:meta])* $real:ident: $real_type:ty [$($error:literal),*],)* }
+        messages { $(#[$messages_meta:meta])* $messages:ident: $messages_type:ty [$($messages_error:literal),*], }
+        program { $($(#[$program_meta:meta])* $program:ident: $program_type:ty,)* }
+    ) => {
+        /// A [`Scenario`] as files have it.
+        #[derive(Clone, Serialize, Deserialize, JsonSchema)]
+        #[serde(default, deny_unknown_fields)]
+        #[schemars(rename = "Scenario")]
+        pub(super) struct ScenarioForm {
+            $($(#[$attribute])* $field: $field_type,)*
+            $($(#[$exact_meta])* $exact: $exact_type,)*
+            $($(#[$real_meta])* $real: $real_type,)*
+            $($(#[$program_meta])* $program: $program_type,)*
+            /// How messages travel, and the most that robots send.
+            messages: MessagesForm,
+        }
+
+        impl From<ScenarioForm> for Scenario {
+            fn from(form: ScenarioForm) -> Self {
+                let (messages, limits) = form.messages.into();
+                let settings = RobotSettings {
+                    $($exact: form.$exact,)* $($real: form.$real,)* messages: limits, $($program: form.$program,)*
+                };
+                Self { $($field: form.$field,)* settings, messages }
+            }
+        }
+
+        impl From<Scenario> for ScenarioForm {
+            fn from(scenario: Scenario) -> Self {
+                let settings = scenario.settings;
+                Self {
+                    $($field: scenario.$field,)*
+                    $($exact: settings.$exact,)* $($real: settings.$real,)* $($program: settings.$program,)*
+                    messages: (scenario.messages, settings.messages).into(),
+                }
+            }
+        }
+    };
+}
+
+robot_settings! { scenario_form {
+    /// A name for display.
+    name: String,
+    /// What it shows, in a sentence.
+    description: String,
+    /// The saved match that it goes on from instead of beginning anew: the path of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from: Option<SavedMatch>,
+    /// Seed of all random numbers.
+    seed: u64,
+    /// Duration of a cycle, s.
+    #[schemars(range(min = 0.001, max = 1.0))]
+    cycle_s: f64,
+    /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1_000_000.0))]
+    duration_s: Option<f32>,
+    /// The league from which it has the settings that are not given here, if it is one's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    league: Option<String>,
+    /// The model of the robots.
+    model: String,
+    /// How much of a real robot there is in the settings that are not given here.
+    realism: Realisms,
+    /// The sizes of pitch and goals.
+    field: Pitch,
+    /// The rules that are played by.
+    rules: Rules,
+    /// The ball; none with `null`.
+    ball: Option<BallSpec>,
+    /// The robots, each with its place and its behaviour.
+    robots: Vec<RobotSpec>,
+    /// Two built-in teams lined up for a kick-off, instead of `robots`.
+    teams: Option<TeamsSpec>,
+    /// Posts besides those of the goals.
+    posts: Vec<PostSpec>,
+    /// What the referee is made to do, and when.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    interventions: Vec<TimedIntervention>,
+    /// What is expected of it: a test, for `naoisis check --play`.
+    #[serde(rename = "expect", skip_serializing_if = "Vec::is_empty")]
+    expectations: Vec<Expectation>,
+} }
+
+impl Default for ScenarioForm {
+    fn default() -> Self {
+        Scenario::default().into()
+    }
+}
+
 /// The ball at the start.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BallSpec {
     /// Centre, m, pitch frame.
+    #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
     /// Velocity, m/s, pitch frame.
+    #[schemars(with = "[f32; 2]")]
     pub velocity_mps: Vec2,
     /// Radius, m: 0.03 (paper, section 3.1).
+    #[schemars(range(min = 0.005, max = 0.5))]
     pub radius_m: f32,
     /// How it slows down.
     pub rolling: Rolling,
     /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: f32,
 }
 
@@ -229,14 +274,17 @@ impl Default for BallSpec {
 }
 
 /// An extra post: a vertical cylinder.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PostSpec {
     /// Centre on the ground, m, pitch frame.
+    #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
     /// Radius, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
     pub radius_m: f32,
     /// Height, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 10.0))]
     pub height_m: f32,
 }
 

@@ -104,7 +104,7 @@ fn go_on(world: &mut World, scenario: &Scenario, saved: &SavedMatch) -> Result<(
     check_same_bodies(&before, scenario, &robots.iter().map(RobotSpec::id).collect::<Vec<_>>())?;
     let snapshot = saved.bytes().and_then(|bytes| Snapshot::from_bytes(&bytes, world));
     let mut snapshot = snapshot.map_err(|error| of_saved(&error))?;
-    scenario.cameras.render.make_ready(world)?;
+    scenario.settings.cameras.render.make_ready(world)?;
     snapshot.forget_thoughts(&begin_afresh);
     snapshot.restore_with_chance(world, scenario.seed).map_err(|error| match error {
         SnapshotError::Cameras(fault) => fault,
@@ -135,7 +135,7 @@ fn check_beginning(before: &Scenario, scenario: &Scenario) -> Result<(), Scenari
         ("league", before.league == scenario.league),
         ("model", before.model == scenario.model),
         ("realism", before.realism == scenario.realism),
-        ("localisation", before.localisation == scenario.localisation),
+        ("localisation", before.settings.localisation == scenario.settings.localisation),
         ("interventions", before.interventions == scenario.interventions),
         ("robots", before.robots.iter().all(stands_where_it_did)),
         ("ball", ball(before) == ball(scenario)),

@@ -41,7 +41,7 @@ pub use match_commands::{MatchCommands, end_match, is_over};
 pub use parallel::play_in_order;
 pub use rules::{RuleApp, RuleRegistry};
 pub use sensors::{SensorApp, SensorRegistry};
-pub use settings::{CHANGEABLE, change_settings, is_changeable};
+pub use settings::{change_settings, changeable, is_changeable};
 pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
 pub use spawn::{MatchEntity, give_belief, resolved};

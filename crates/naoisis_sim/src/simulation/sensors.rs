@@ -251,10 +251,11 @@ impl SensorRegistry {
     /// What is wrong with what a scenario says of sensors: that there are none such, or that they have no such settings.
     pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
         let root = FieldPath::default();
-        let of_robots = scenario.robots.iter().enumerate().flat_map(|(index, robot)| {
-            self.faults_of(&robot.sensors, root.field("robots").index(index).field("sensors"))
-        });
-        self.faults_of(&scenario.sensors, root.field("sensors")).chain(of_robots).collect()
+        let own =
+            scenario.robots.iter().enumerate().filter_map(|(index, robot)| Some((index, robot.own.sensors.as_ref()?)));
+        let of_robots = own
+            .flat_map(|(index, sensors)| self.faults_of(sensors, root.field("robots").index(index).field("sensors")));
+        self.faults_of(&scenario.settings.sensors, root.field("sensors")).chain(of_robots).collect()
     }
 
     fn faults_of(&self, specs: &NamedValues, path: FieldPath) -> impl Iterator<Item = ScenarioFault> {
@@ -288,5 +289,5 @@ impl SensorRegistry {
 
 /// The robot's own settings of a sensor, and else the common ones, if the scenario says any.
 fn settings_of<'a>(name: &str, scenario: &'a Scenario, robot: &'a RobotSpec) -> Option<&'a Value> {
-    robot.sensors.get(name).or_else(|| scenario.sensors.get(name))
+    robot.own.sensors.as_ref().and_then(|own| own.get(name)).or_else(|| scenario.settings.sensors.get(name))
 }

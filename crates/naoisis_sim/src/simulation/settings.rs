@@ -4,89 +4,40 @@ use bevy::prelude::*;
 
 use super::names;
 use super::sensors::SensorRegistry;
-use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, Segment};
+use crate::scenario::{FieldPath, RobotSettings, Scenario, ScenarioFault, Segment};
 use naoisis_core::ball::BallPhysics;
-use naoisis_core::communication::MessageLimits;
 use naoisis_core::robot::Roster;
-use naoisis_core::robot::body::Body;
-use naoisis_core::robot::falls::FallModel;
-use naoisis_core::robot::head::HeadLimits;
-use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::robot::latency::Latency;
-use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::RobotId;
-use naoisis_sensing::sensing::camera::CameraSettings;
-use naoisis_sensing::sensing::fidelity::SensorFidelity;
-use naoisis_sensing::sensing::odometry::OdometrySettings;
-use naoisis_sensing::sensing::sonar::SonarSettings;
-use naoisis_sensing::sensing::vision::VisionSettings;
+
+/// The settings of robots with which a match begins, so that they cannot change in the middle of it.
+const FIXED: [&str; 2] = ["body", "localisation"];
+
+/// What of a scenario can change in the middle of its match, beside the settings of robots.
+const OF_THE_MATCH: [&str; 4] = ["rules", "ball.rolling", "ball.restitution", "duration_s"];
+
+/// The old word for the settings of sensors.
+const FIDELITY: &str = "fidelity";
 
 /// What of a scenario can change in the middle of its match.
-pub const CHANGEABLE: [&str; 16] = [
-    "messages",
-    "rules",
-    "motion",
-    "kicks",
-    "falls",
-    "head",
-    "sonar",
-    "cameras",
-    "vision",
-    "odometry",
-    "latency",
-    "fidelity",
-    "sensors",
-    "ball.rolling",
-    "ball.restitution",
-    "duration_s",
-];
+pub fn changeable() -> impl Iterator<Item = &'static str> {
+    of_robots().chain(OF_THE_MATCH)
+}
 
-/// Whether what is at a path of a scenario can change in the middle of its match: one of the [`CHANGEABLE`], of all robots, of a
+fn of_robots() -> impl Iterator<Item = &'static str> {
+    let settings = RobotSettings::OF_MODEL.iter().chain(RobotSettings::OF_PROGRAM).copied();
+    settings.filter(|setting| !FIXED.contains(setting)).chain([FIDELITY])
+}
+
+/// Whether what is at a path of a scenario can change in the middle of its match: one of the [`changeable`], of all robots, of a
 /// team's or of one.
 pub fn is_changeable(path: &FieldPath) -> bool {
     let is_within = |path: &[Segment], field: &str| path.starts_with(FieldPath::from(field).segments());
     let path = match path.segments() {
         [Segment::Field(list), Segment::Index(_), own @ ..] if list == "robots" => own,
         [Segment::Field(teams), Segment::Field(_), own @ ..] if teams == "teams" => own,
-        whole => return CHANGEABLE.iter().any(|field| is_within(whole, field)),
+        whole => return changeable().any(|field| is_within(whole, field)),
     };
-    let of_the_match = ["rules", "ball.rolling", "ball.restitution", "duration_s"];
-    CHANGEABLE.iter().any(|field| !of_the_match.contains(field) && is_within(path, field))
-}
-
-/// The settings of one robot: its own, and the scenario's for the rest.
-#[derive(Bundle, Clone, PartialEq, Debug)]
-pub(super) struct RobotSettings {
-    pub body: Body,
-    pub motion: MotionLimits,
-    pub head: HeadLimits,
-    pub kicks: KickSettings,
-    pub balance: FallModel,
-    pub sonar: SonarSettings,
-    pub cameras: CameraSettings,
-    pub vision: VisionSettings,
-    pub odometry: OdometrySettings,
-    pub latency: Latency,
-    pub messages: MessageLimits,
-}
-
-impl RobotSettings {
-    pub fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
-        let fidelity = scenario.fidelity_of(robot);
-        Self {
-            body: scenario.body_of(robot),
-            motion: robot.motion.unwrap_or(scenario.motion),
-            head: robot.head_limits.unwrap_or(scenario.head),
-            kicks: robot.kicks.unwrap_or(scenario.kicks),
-            balance: robot.falls.unwrap_or(scenario.falls),
-            sonar: robot.sonar.unwrap_or(scenario.sonar).with_fidelity(fidelity.sonar),
-            cameras: robot.cameras.unwrap_or(scenario.cameras),
-            vision: robot.vision.as_ref().unwrap_or(&scenario.vision).clone().with_fidelity(fidelity.vision),
-            odometry: robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry),
-            latency: robot.latency.unwrap_or(scenario.latency),
-            messages: robot.messages.unwrap_or(scenario.messages.robots),
-        }
-    }
+    of_robots().any(|field| is_within(path, field))
 }
 
 /// Goes on with the settings of another scenario: noise, losses, speeds, rules. What a match begins with (pitch, cycle,
@@ -103,7 +54,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
     if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
         return Err(fault);
     }
-    scenario.cameras.render.make_ready(world)?;
+    scenario.settings.cameras.render.make_ready(world)?;
     if old.messages != scenario.messages {
         world.insert_resource(scenario.messages.clone());
     }
@@ -113,21 +64,11 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
     let robots: Vec<(RobotId, Entity)> = world.resource::<Roster>().iter().collect();
     for (id, entity) in robots {
         let [old_robot, new_robot] = [&old, scenario].map(|scenario| scenario.robot(id));
-        let (before, after) = (RobotSettings::of(&old, &old_robot), RobotSettings::of(scenario, &new_robot));
         world.resource_scope(|world, sensors: Mut<SensorRegistry>| {
             sensors.change(&mut world.entity_mut(entity), [(&old, &old_robot), (scenario, &new_robot)]);
         });
-        let mut robot = world.entity_mut(entity);
-        change(&mut robot, before.motion, after.motion);
-        change(&mut robot, before.head, after.head);
-        change(&mut robot, before.kicks, after.kicks);
-        change(&mut robot, before.balance, after.balance);
-        change(&mut robot, before.sonar, after.sonar);
-        change(&mut robot, before.cameras, after.cameras);
-        change(&mut robot, before.vision, after.vision);
-        change(&mut robot, before.odometry, after.odometry);
-        change(&mut robot, before.latency, after.latency);
-        change(&mut robot, before.messages, after.messages);
+        let after = scenario.settings_of(&new_robot);
+        after.change(&old.settings_of(&old_robot), &mut world.entity_mut(entity));
     }
     if let (Some(before), Some(after)) = (&old.ball, &scenario.ball)
         && (before.rolling, before.restitution) != (after.rolling, after.restitution)
@@ -152,7 +93,7 @@ pub(super) fn check_same_match(old: &Scenario, scenario: &Scenario) -> Result<()
         ("robots", same_robots(old, scenario)),
         ("ball", old.ball.is_some() == scenario.ball.is_some()),
         ("posts", old.posts == scenario.posts),
-        ("body", old.body == scenario.body),
+        ("body", old.settings.body == scenario.settings.body),
     ];
     if let Some((field, _)) = fixed.iter().find(|(_, same)| !same) {
         let message = format!("`{field}` cannot change in the middle of a match");
@@ -179,12 +120,6 @@ pub(super) fn check_same_bodies(old: &Scenario, scenario: &Scenario, robots: &[R
         }
     }
     Ok(())
-}
-
-fn change<C: Component + PartialEq>(robot: &mut EntityWorldMut, before: C, after: C) {
-    if before != after {
-        robot.insert(after);
-    }
 }
 
 fn team_names(scenario: &Scenario) -> Option<[&str; 2]> {

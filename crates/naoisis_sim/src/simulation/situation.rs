@@ -33,7 +33,7 @@ pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
             robot.pose = if is_turned { pose.turned_half() } else { *pose };
         }
         if let Some(head) = world.get::<HeadAngles>(entity) {
-            robot.head = [head.yaw, head.pitch];
+            robot.head_angles = [head.yaw, head.pitch];
         }
         if let Some(penalty) = world.get::<Penalty>(entity).and_then(|penalty| penalty.0) {
             let duration_s = Some((penalty.cycles_left as f64 * clock.period_s) as f32);

@@ -4,7 +4,6 @@ use bevy::prelude::*;
 
 use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
-use super::settings::RobotSettings;
 use crate::scenario::wording::one_of;
 use crate::scenario::{BallSpec, BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault, TeamsSpec};
 use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
@@ -62,7 +61,7 @@ pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
 pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
-    scenario.cameras.render.make_ready(world)?;
+    scenario.settings.cameras.render.make_ready(world)?;
     despawn_match(world);
     world.insert_resource(scenario.field.clone());
     world.insert_resource(scenario.rules.clone());
@@ -187,11 +186,11 @@ fn spawn_ball(world: &mut World, scenario: &Scenario) {
 
 fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec) -> EntityWorldMut<'w> {
     let id = robot.id();
-    let [yaw, pitch] = robot.head;
+    let [yaw, pitch] = robot.head_angles;
     let mut entity = world.spawn((
         MatchEntity,
         id,
-        RobotSettings::of(scenario, robot),
+        scenario.settings_of(robot).components(),
         (robot.pose, PreviousPose(robot.pose), Velocity::default()),
         (WalkCommand::default(), ExecutedStep::default()),
         (HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
@@ -221,7 +220,7 @@ pub(super) fn give_behaviour(entity: &mut EntityWorldMut, scenario: &Scenario, r
             if entity.contains::<BehaviourRandom>() {
                 entity.insert(BehaviourRandom::new(scenario.seed, robot.id()));
             }
-            let localisation = robot.localisation.unwrap_or(scenario.localisation);
+            let localisation = robot.own.localisation.unwrap_or(scenario.settings.localisation);
             begin_belief(entity, robot.pose, localisation, ball_in(scenario));
         }
     }
@@ -250,8 +249,8 @@ fn ball_in(scenario: &Scenario) -> BallSpec {
 pub fn give_belief(world: &mut World, id: RobotId) -> bool {
     let Some(entity) = world.resource::<Roster>().get(id) else { return false };
     let scenario = world.resource::<Scenario>();
-    let own = scenario.robots.iter().find(|robot| robot.id() == id).and_then(|robot| robot.localisation);
-    let localisation = own.unwrap_or(scenario.localisation);
+    let own = scenario.robots.iter().find(|robot| robot.id() == id).and_then(|robot| robot.own.localisation);
+    let localisation = own.unwrap_or(scenario.settings.localisation);
     let ball = ball_in(scenario);
     let mut robot = world.entity_mut(entity);
     if !robot.contains::<SimpleBelief>() {

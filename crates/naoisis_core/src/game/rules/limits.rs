@@ -15,8 +15,6 @@ pub struct RulesError {
     pub message: String,
     /// The valid range.
     pub expected: String,
-    /// The field that the range depends on, if any.
-    pub limited_by: Option<&'static str>,
 }
 
 /// Longest duration in the rules, s.
@@ -44,7 +42,7 @@ impl Rules {
         limits.range("collision_speed_mps", self.collision_speed_mps, 0.0..=10.0, " m/s");
         limits.range("free_kick_distance_m", self.free_kick_distance_m, 0.0..=100.0, " m");
         limits.range("fall_from_mps", self.fall_from_mps, 0.0..=100.0, " m/s");
-        limits.fall_certain(self);
+        limits.range("fall_certain_mps", self.fall_certain_mps, self.fall_from_mps..=100.0, " m/s");
         limits.range("dive_reach_m", self.dive_reach_m, 0.0..=2.0, " m");
         limits.range("shoot_out_shots", self.shoot_out_shots, 1..=100, " shots");
         limits.range("sudden_death_shots", self.sudden_death_shots, 1..=100, " shots");
@@ -114,17 +112,8 @@ impl Limits {
         }
     }
 
-    /// Checks that `fall_certain_mps` is not below `fall_from_mps`.
-    fn fall_certain(&mut self, rules: &Rules) {
-        let known = self.errors.len();
-        self.range("fall_certain_mps", rules.fall_certain_mps, rules.fall_from_mps..=100.0, " m/s");
-        for error in &mut self.errors[known..] {
-            error.limited_by = Some("fall_from_mps");
-        }
-    }
-
     fn error(&mut self, field: &'static str, value: impl Display, expected: String) {
-        self.errors.push(RulesError { field, message: format!("`{field}` is {value}"), expected, limited_by: None });
+        self.errors.push(RulesError { field, message: format!("`{field}` is {value}"), expected });
     }
 }
 

@@ -1,38 +1,49 @@
 //! How often robots fall, and how they get up.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
 use crate::robot::posture::LyingOn;
 
 /// How often a robot falls, and how it gets up. By default only as the rules say.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct FallModel {
     /// Falls per minute of walking at full speed; proportional to the square of the speed.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub falls_per_min: f32,
     /// Falls per minute of contact with another robot.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub contact_falls_per_min: f32,
     /// Probability of a fall in a kick at full speed; proportional to the speed of the kick.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub kick_probability: f32,
     /// Falls in collisions with robots, instead of those of the rules.
     pub collisions: Option<CollisionFalls>,
     /// Probability of a fall on walking into a robot that lies, instead of that of other collisions.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub trip_probability: Option<f32>,
     /// Standard deviation of the natural logarithm of a robot's own factor of `falls_per_min` and `contact_falls_per_min`. The
     /// factor is drawn once per match, and 1 on average.
+    #[schemars(range(min = 0.0, max = 3.0))]
     pub spread: f32,
     /// Share of the falls after which the robot lies on its back.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub on_back_share: f32,
     /// Duration of getting up, s, instead of that of the rules.
+    #[schemars(range(min = 0.0, max = 600.0))]
     pub get_up_s: Option<f32>,
     /// Duration of getting up from the back, s, instead of `get_up_s`.
+    #[schemars(range(min = 0.0, max = 600.0))]
     pub get_up_from_back_s: Option<f32>,
     /// Probability that getting up fails.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub get_up_failure: f32,
     /// Probability that getting up fails for the reason that another robot touches this one at the end.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub get_up_failure_in_contact: f32,
 }
 
@@ -47,10 +58,11 @@ impl FallModel {
 }
 
 /// The probability of a fall in a collision, by its speed.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CollisionFalls {
     /// Greatest speed at which the robot never falls, m/s.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub from_mps: f32,
     /// Least speed at which it always falls, m/s. In between the probability grows linearly.
     pub certain_mps: f32,

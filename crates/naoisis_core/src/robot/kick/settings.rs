@@ -1,6 +1,7 @@
 //! The kicks of a robot: their distances, geometry, timing and accuracy.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -11,21 +12,25 @@ use crate::kick_geometry::{KickGeometry, KickName, KickType, Strike, strike_by};
 use crate::knowledge::Knowledge;
 
 /// One of a robot's kicks.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct KickModel {
     /// Distance that the ball rolls at speed 1, m; zero for a kick that the robot does not have.
+    #[schemars(range(min = 0.0, max = 50.0))]
     pub max_distance_m: f32,
     /// Least distance that the ball rolls, m. Weaker kicks are as strong as this.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 50.0))]
     pub min_distance_m: f32,
     /// The geometry of the kick; none: that of the paper's Table 2. Custom kicks must have one.
     pub region: Option<KickGeometry>,
     /// Time from the command until the foot strikes the ball, s; none: that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub wind_up_s: Option<f32>,
     /// Time from the strike until the robot can walk or kick again, s; none: that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub recovery_s: Option<f32>,
     /// Standard deviation of the direction, radians (degrees in files); none: that of [`KickSettings`].
     #[serde(
@@ -33,9 +38,11 @@ pub struct KickModel {
         with = "file_units::optional_degrees",
         skip_serializing_if = "Option::is_none"
     )]
+    #[schemars(with = "Option<f32>", range(min = 0.0, max = 180.0))]
     pub direction_sd: Option<f32>,
     /// Standard deviation of the launch speed, as a share of it; none: that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ", a share of the speed"))]
     pub speed_sd: Option<f32>,
     /// Whether the robot goes on walking in this kick: the swing is one of its steps.
     #[serde(skip_serializing_if = "is_false")]
@@ -120,7 +127,7 @@ impl<'de> Deserialize<'de> for CustomKicks {
 /// The kicks of a robot and their common parameters.
 ///
 /// Distances: rUNSWift's forward kick of 2010 reached 4.0 to 5.8 m at full power, its side kick 2 to 3 m.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct KickSettings {
@@ -134,20 +141,27 @@ pub struct KickSettings {
     pub right_side: KickModel,
     /// Custom kicks by name.
     #[serde(skip_serializing_if = "CustomKicks::is_empty")]
+    #[schemars(with = "BTreeMap<String, KickModel>")]
     pub own: CustomKicks,
     /// A side kick from the wrong side is a straight kick at this share of the speed (paper, section 3.2).
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub wrong_side_speed_factor: f32,
     /// Time from the command until the foot strikes the ball, s; for side kicks at least [`extension_s`](Self::extension_s).
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub wind_up_s: f32,
     /// Time in which the foot of a side kick extends to the front before it moves aside, s (paper, section 3.2): the first part of
     /// the wind-up. The extending foot strikes a ball that is on the wrong side.
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub extension_s: f32,
     /// Time from the strike until the robot can walk or kick again, s.
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub recovery_s: f32,
     /// Standard deviation of the direction, radians (degrees in files).
     #[serde(rename = "direction_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub direction_sd: f32,
     /// Standard deviation of the launch speed, as a share of it.
+    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ", a share of the speed"))]
     pub speed_sd: f32,
 }
 

@@ -3,6 +3,7 @@
 //! Blur of the lens and wrong exposure are part of the [noise](super::noise).
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::image::Image;
@@ -14,16 +15,19 @@ const WIDEST: f32 = 2.0;
 
 /// Lens and exposure. By default those of a pinhole camera with an instantaneous exposure, which the image vision assumes. Labels and depth
 /// are distorted as the colours are.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lens {
     /// Radial distortion, k1 and k2: a point at the slope r from the axis of a pinhole camera appears at r (1 + k1 r² + k2 r⁴). Negative for a
     /// barrel distortion, with which straight lines bend outwards.
+    #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub distortion: [f32; 2],
     /// Vignetting: the share of the level of each channel that is lost in the corners, and in proportion to the square of the distance from
     /// the middle elsewhere.
+    #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ", a share of the light"))]
     pub vignetting: f32,
     /// Exposure time, s: the image is blurred by the turn of the camera in this time.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub exposure_s: f32,
 }
 

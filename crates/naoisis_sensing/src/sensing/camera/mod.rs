@@ -18,6 +18,7 @@
 //! from 1.67 m on, the lower one from 0.34 to 1.24 m: neither sees the floor in between.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::appearance::robot::RobotDesign;
@@ -57,7 +58,7 @@ impl Plugin for CameraPlugin {
 }
 
 /// Whether camera images are rendered, and by which renderer.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CameraRendering {
@@ -201,7 +202,7 @@ impl CameraImages {
 }
 
 /// The cameras of a robot, and their images.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[require(CameraImages, LastLook)]
 #[serde(default, deny_unknown_fields)]
@@ -209,18 +210,23 @@ pub struct CameraSettings {
     /// Whether images are rendered.
     pub render: CameraRendering,
     /// Width of the image, pixels.
+    #[schemars(range(min = 1, max = 4096), extend("unit" = "pixels"))]
     pub width: u32,
     /// Height of the image, pixels.
+    #[schemars(range(min = 1, max = 4096), extend("unit" = "pixels"))]
     pub height: u32,
     /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1).
     #[serde(rename = "diagonal_fov_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 1.0, max = 170.0))]
     pub diagonal_fov: f32,
     /// The cameras.
     pub mounts: CameraMounts,
     /// The cameras that take images.
+    #[schemars(with = "String")]
     pub which: CameraChoice,
     /// Cycles from one image to the next, at least 1. A camera may have a number of its own; it has no image in cycles in which only others
     /// take one.
+    #[schemars(range(min = 1, max = 100_000))]
     pub every_cycles: u32,
     /// The design of robots in the images.
     pub design: RobotDesign,

@@ -3,6 +3,7 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 use rand::Rng;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
@@ -10,20 +11,26 @@ use super::image::Image;
 use naoisis_core::random::RandomStream;
 
 /// Light and noise of camera images. None by default.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImageNoise {
     /// The factor on all channels.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub brightness: f32,
     /// Standard deviation of the factor from image to image.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub brightness_sd: f32,
     /// Added to red, green and blue, of 255.
+    #[schemars(inner(range(min = -255.0, max = 255.0)), extend("unit" = ", of 255"))]
     pub colour_shift: [f32; 3],
     /// Standard deviation of each shift from image to image, of 255.
+    #[schemars(range(min = 0.0, max = 255.0), extend("unit" = ", of 255"))]
     pub colour_shift_sd: f32,
     /// Standard deviation of each channel of each pixel, of 255.
+    #[schemars(range(min = 0.0, max = 255.0), extend("unit" = ", of 255"))]
     pub pixel_sd: f32,
     /// Standard deviation of the blur, pixels.
+    #[schemars(range(min = 0.0, max = 8.0))]
     pub blur_px: f32,
 }
 

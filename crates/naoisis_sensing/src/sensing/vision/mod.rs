@@ -296,7 +296,7 @@ impl Percepts {
 }
 
 /// The source of a robot's percepts.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VisionSource {
@@ -310,7 +310,7 @@ pub enum VisionSource {
 }
 
 /// The vision of a robot.
-#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[require(Percepts, CameraSettings, GazeError, ActiveFalsePositives, ExecutedStep)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]

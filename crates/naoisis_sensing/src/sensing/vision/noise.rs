@@ -2,22 +2,27 @@
 
 use bevy::math::ops;
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use naoisis_core::geometry::{file_units, to_radians};
 use naoisis_core::random::RandomStream;
 
 /// The detection errors of one class of objects.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClassNoise {
     /// Standard deviation of the measured pixel along u and along v, pixels.
+    #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "pixels"))]
     pub pixel_sd: f32,
     /// Probability that an object in view is not detected in a cycle.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub miss_probability: f32,
     /// Probability of a false detection in a cycle, at a new random place each time. Used for balls, goal posts and robots only.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub false_positive_probability: f32,
     /// Greatest distance of detection, m; `None` for unlimited.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub max_distance_m: Option<f32>,
     /// How the detection probability falls off with distance and visible size; `None` for a constant probability.
     #[serde(default)]
@@ -27,12 +32,14 @@ pub struct ClassNoise {
 /// The fall-off of the detection probability with distance: at a distance d it is 1 / (1 + (d / `half_distance_m`)^`exponent`), without the
 /// [misses](ClassNoise::miss_probability). A partly visible object counts as a whole one of the same visible area further away: its
 /// distance is divided by the root of the visible share.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Falloff {
     /// The distance at which the detection probability is 1/2, m.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1000.0))]
     pub half_distance_m: f32,
     /// The steepness: at twice that distance the odds against a detection are 2 to the power of this.
+    #[schemars(range(min = 0.5, max = 100.0))]
     pub exponent: f32,
 }
 
@@ -84,41 +91,49 @@ fn power(base: f32, exponent: f32) -> f32 {
 
 /// The lasting error of the camera directions that follow from the measured joint angles: the body rocks, joints have play, and no robot
 /// is calibrated exactly. For yaw and pitch each; independent of the duration of a cycle.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GazeNoise {
     /// Standard deviation of the bias, which is constant in a match, radians (degrees in files).
     #[serde(rename = "bias_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub bias_sd: f32,
     /// Standard deviation of the drift while the robot stands, radians (degrees in files).
     #[serde(rename = "standing_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub standing_sd: f32,
     /// Standard deviation of the drift while the robot walks, radians (degrees in files).
     #[serde(rename = "walking_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub walking_sd: f32,
     /// The correlation time of the drift, s: after it the correlation is 1/e (a Gauss-Markov process of first order). Zero for an
     /// independent error in each cycle.
+    #[schemars(range(min = 0.0, max = 3600.0))]
     pub correlation_s: f32,
 }
 
 /// The rate of lasting false positives: places on the pitch at which a robot detects an object that is not there, in every image.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FalsePositives {
     /// Number that appear in a minute on the whole pitch; most of them are out of view.
+    #[schemars(range(min = 0.0, max = 600.0))]
     pub per_minute: f32,
     /// Mean duration, s; durations are distributed exponentially.
+    #[schemars(range(min = 0.0, max = 3600.0))]
     pub life_s: f32,
 }
 
 /// The error of the distance to a robot whose feet are hidden or below the image, as shares of the distance, if it is hidden up to its
 /// waistband; in proportion if less is hidden.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HiddenFeet {
     /// Mean: positive if the measured distance is too great.
+    #[schemars(range(min = -1.0, max = 10.0), extend("unit" = ", a share of the distance"))]
     pub bias: f32,
     /// Standard deviation, drawn in each cycle.
+    #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ", a share of the distance"))]
     pub sd: f32,
 }
 
@@ -160,7 +175,7 @@ impl ClassNoise {
 
 /// Errors of the geometric vision. In scenario files: `"none"`, `"default"`, or an object with a `preset` and the fields that
 /// differ from it.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionNoise {
     /// The ball.
@@ -180,6 +195,7 @@ pub struct VisionNoise {
     /// Standard deviation of the difference between the measured and the true camera directions, for yaw and pitch each, radians (degrees
     /// in files). Drawn in every cycle.
     #[serde(rename = "head_angle_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub head_angle_sd: f32,
     /// The part of that difference that lasts. It also applies to rendered images.
     pub gaze: GazeNoise,

@@ -6,6 +6,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::fault::ScenarioFault;
+use super::fidelity;
 use super::field_path::FieldPath;
 use super::inline_models;
 use super::layers::lay_over;
@@ -14,6 +15,7 @@ use super::message_limits;
 use super::preset::{Preset, presets};
 use super::realism::Realisms;
 use super::realism_settings;
+use super::robot_settings::RobotSettings;
 use super::shape;
 use super::types::BallSpec;
 use super::wording::{did_you_mean, one_of, quoted};
@@ -69,7 +71,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let mut faults = Vec::new();
     let path = FieldPath::default();
     leagues::lay_under(root, &mut faults);
-    inline_models::take_apart(root, of_models(), &mut faults);
+    inline_models::take_apart(root, RobotSettings::OF_MODEL, &mut faults);
     let mut real = realism_settings::settings_of(root, &mut faults);
     if root.get("ball").is_some_and(Value::is_null) {
         // Without a ball there is nothing to fill in.
@@ -104,33 +106,24 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     }
     let of_all =
         |field: &str| if field == "messages" { message_limits::common(root) } else { root.get(field).cloned() };
-    let common: Map<String, Value> =
-        OWN_SETTINGS.iter().filter_map(|&field| Some((field.to_owned(), of_all(field)?))).collect();
+    let of_robots = RobotSettings::OF_PROGRAM.iter().chain(RobotSettings::OF_MODEL);
+    let common: Map<String, Value> = of_robots.filter_map(|&field| Some((field.to_owned(), of_all(field)?))).collect();
     let realisms = realism_settings::realisms_of(root);
     for team in Team::BOTH {
         if let Some(Value::Object(robots)) = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name())) {
             resolve_robot(robots, &path.field("teams").field(team.name()), &common, realisms, &mut faults);
         }
     }
-    let Some(Value::Array(robots)) = root.get_mut("robots") else { return faults };
-    for (index, robot) in robots.iter_mut().enumerate() {
-        if let Value::Object(robot) = robot {
-            resolve_robot(robot, &path.field("robots").index(index), &common, realisms, &mut faults);
+    if let Some(Value::Array(robots)) = root.get_mut("robots") {
+        for (index, robot) in robots.iter_mut().enumerate() {
+            if let Value::Object(robot) = robot {
+                resolve_robot(robot, &path.field("robots").index(index), &common, realisms, &mut faults);
+            }
         }
+        number(robots);
     }
-    number(robots);
+    fidelity::translate(root, &mut faults);
     faults
-}
-
-/// Settings that a robot may have of its own.
-const OWN_SETTINGS: [&str; 12] = [
-    "sensors", "body", "motion", "kicks", "falls", "head", "sonar", "cameras", "vision", "odometry", "latency",
-    "messages",
-];
-
-/// Those that a model has: all but what only the program knows.
-pub(super) fn of_models() -> &'static [&'static str] {
-    &OWN_SETTINGS[1..]
 }
 
 /// Fills in what a robot, or all robots of a team, have of their own: as changes of the `common` settings, or of those of their
@@ -142,14 +135,14 @@ fn resolve_robot(
     realisms: Option<Realisms>,
     faults: &mut Vec<ScenarioFault>,
 ) {
-    let own_model = realism_settings::model_of(robot, path, of_models(), faults).zip(realisms);
+    let own_model = realism_settings::model_of(robot, path, RobotSettings::OF_MODEL, faults).zip(realisms);
     let of_model = own_model.map(|(model, realisms)| {
         let mut settings = realism_settings::settings_of_model(&model, realisms);
-        settings.retain(|field, _| of_models().contains(&field.as_str()));
+        settings.retain(|field, _| RobotSettings::OF_MODEL.contains(&field.as_str()));
         message_limits::keep_only(&mut settings);
         fill_in_noises(&mut settings, path, &Map::new(), faults);
         // What the model does not say is as in the paper, whatever the scenario's other robots have.
-        for &field in of_models() {
+        for &field in RobotSettings::OF_MODEL {
             // Limits that nobody has are not worth saying.
             if field == "messages" && !settings.contains_key(field) && !common.contains_key(field) {
                 continue;

@@ -85,12 +85,12 @@ fn a_body_is_changed_field_by_field_whoever_has_it() {
     let scenario = scenario.unwrap();
     let mut expected = Body::default();
     expected.torso.half_width_m = 0.2;
-    assert_eq!(scenario.body, expected);
-    let k1 = RobotModel::named("booster_k1").unwrap().scenario().unwrap().body;
+    assert_eq!(scenario.settings.body, expected);
+    let k1 = RobotModel::named("booster_k1").unwrap().scenario().unwrap().settings.body;
     let own = scenario.body_of(&scenario.teams.as_ref().unwrap().robot(Team::Pink, 1));
     assert_eq!(own, Body { height_m: 0.9, ..k1 });
     let robots = r#"{ "robots": [{ "body": { "base": { "half_width_m": 0.12 } } }] }"#;
-    assert_eq!(Scenario::from_json(robots).unwrap().robots[0].body.unwrap().torso, Body::default().torso);
+    assert_eq!(Scenario::from_json(robots).unwrap().robots[0].own.body.unwrap().torso, Body::default().torso);
 }
 
 /// What is the NAO's is the default of the types, and no default of another model: it is written down.
@@ -100,7 +100,9 @@ fn a_scenario_that_gives_another_robot_what_a_nao_has_comes_back_from_its_own_te
     assert_eq!(nao, Scenario::default());
     let k1 = Scenario::from_json(r#"{ "model": "booster_k1", "league": "hsl2026_middle" }"#).unwrap();
     let field = Pitch { corner_arc_radius_m: 0.0, ..k1.field.clone() };
-    let mixed = Scenario { field, body: nao.body, cameras: nao.cameras, sonar: nao.sonar, kicks: nao.kicks, ..k1 };
+    let RobotSettings { body, cameras, sonar, kicks, .. } = nao.settings;
+    let settings = RobotSettings { body, cameras, sonar, kicks, ..k1.settings.clone() };
+    let mixed = Scenario { field, settings, ..k1 };
     let again = Scenario::from_json(&serde_json::to_string(&mixed).unwrap()).unwrap();
     assert_eq!(again, mixed);
 }

@@ -1,6 +1,6 @@
 //! What robots are to do, and what is done to a match: behaviours, scripts, interventions.
 
-use super::{Checks, ScenarioFault};
+use super::Checks;
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::robot_spec::{BehaviourSpec, RobotSpec};
 use crate::scenario::types::Scenario;
@@ -17,7 +17,7 @@ impl Checks {
         match &robot.behaviour {
             BehaviourSpec::Named(name) if name.trim().is_empty() => {
                 let expected = "`idle`, the name of a behaviour, or a script";
-                self.value_fault(path.field("behaviour"), "`behaviour` has no name", expected);
+                self.fault(path.field("behaviour"), "`behaviour` has no name", expected);
             }
             BehaviourSpec::Named(_) => {}
             BehaviourSpec::Program(words) => {
@@ -25,16 +25,16 @@ impl Checks {
                     || words.iter().any(|word| word.contains('\0'))
                 {
                     let expected = "the words of a command line, such as [\"python3\", \"my_team.py\"]";
-                    self.value_fault(path.field("behaviour.program"), "`program` names no program", expected);
+                    self.fault(path.field("behaviour.program"), "`program` names no program", expected);
                 }
             }
             BehaviourSpec::Script(entries) => {
-                let kicks = robot.kicks.as_ref().unwrap_or(&scenario.kicks);
+                let kicks = robot.own.kicks.as_ref().unwrap_or(&scenario.settings.kicks);
                 for (index, entry) in entries.iter().enumerate() {
                     let entry_path = path.field("behaviour.script").index(index);
                     self.script_entry(&entry_path, entry);
                     if let Some(kick) = entry.kick {
-                        self.has_kick(path, &entry_path, kick.kick_type, kicks);
+                        self.has_kick(&entry_path, kick.kick_type, kicks);
                     }
                     self.text(&entry_path, entry, scenario.message_limits_of(robot).max_text_bytes);
                 }
@@ -43,7 +43,7 @@ impl Checks {
     }
 
     /// That a robot has the kick that an entry of its script commands.
-    fn has_kick(&mut self, robot: &FieldPath, entry: &FieldPath, kick: KickType, kicks: &KickSettings) {
+    fn has_kick(&mut self, entry: &FieldPath, kick: KickType, kicks: &KickSettings) {
         if kicks.get(kick).is_some() {
             return;
         }
@@ -52,23 +52,17 @@ impl Checks {
         let message = format!("this robot has no kick {}{}", quoted(kick.name()), did_you_mean(kick.name(), names()));
         let expected =
             if names().next().is_none() { "none: it has no kicks at all".to_owned() } else { one_of(names()) };
-        // What a robot does not say itself it has of all.
-        let kicks = [robot.field("kicks"), FieldPath::from("kicks")];
-        self.push(ScenarioFault::new(entry.field("kick.type"), message, expected).judged_with(kicks));
+        self.fault(entry.field("kick.type"), message, expected);
     }
 
     /// How far it commands is left to the run: what is too much is refused there.
     fn script_entry(&mut self, path: &FieldPath, entry: &ScriptEntry) {
-        if entry.from_s < 0.0 {
-            self.value_fault(path.field("from_s"), format!("`from_s` is {}", entry.from_s), "0 s or later");
-        }
         if let Some(until) = entry.until_s
             && until <= entry.from_s
         {
             let message = format!("`until_s` is {until}, and `from_s` {}", entry.from_s);
             let expected = "an end after the start, or none for a single cycle";
-            let fault = ScenarioFault::new(path.field("until_s"), message, expected);
-            self.push(fault.judged_with([path.field("from_s")]));
+            self.fault(path.field("until_s"), message, expected);
         }
         let acts = entry.walk.is_some() || entry.kick.is_some() || entry.head.is_some() || entry.posture.is_some();
         if !acts && entry.say.is_none() {
@@ -79,9 +73,6 @@ impl Checks {
 
     /// That an intervention is one that could be carried out when its time comes.
     pub(super) fn intervention(&mut self, path: &FieldPath, timed: &TimedIntervention, scenario: &Scenario) {
-        if timed.at_s < 0.0 {
-            self.value_fault(path.field("at_s"), format!("`at_s` is {}", timed.at_s), "0 s or later");
-        }
         let path = path.field("do");
         let carpet = scenario.field.carpet_half_extents();
         let (robot, place) = match timed.intervention {
@@ -93,11 +84,7 @@ impl Checks {
             Intervention::PlaceRobot { robot, pose } => {
                 (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))
             }
-            Intervention::Penalise { robot, duration_s, .. } => {
-                let duration = path.field("penalise.duration_s");
-                self.range(duration, duration_s.unwrap_or(0.0), 0.0..=1e5, " s");
-                (Some(("penalise.robot", robot)), None)
-            }
+            Intervention::Penalise { robot, .. } => (Some(("penalise.robot", robot)), None),
             Intervention::Return { robot } => (Some(("return.robot", robot)), None),
             Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => (None, None),
         };
@@ -105,16 +92,14 @@ impl Checks {
             && !scenario.has_robot(robot)
         {
             let message = format!("there is no robot {robot}");
-            let fault = ScenarioFault::new(path.field(field), message, "a robot of this scenario");
-            self.push(fault.judged_with(["robots", "teams", "rules"].map(|field| FieldPath::default().field(field))));
+            self.fault(path.field(field), message, "a robot of this scenario");
         }
         if let Some((field, place)) = place
             && !place.abs().cmple(carpet).all()
         {
             let message = format!("({}, {}) is outside the carpet", place.x, place.y);
             let expected = format!("within ±{} m and ±{} m", carpet.x, carpet.y);
-            let fault = ScenarioFault::new(path.field(field), message, expected);
-            self.push(fault.judged_with([FieldPath::default().field("field")]));
+            self.fault(path.field(field), message, expected);
         }
     }
 

@@ -1,8 +1,9 @@
-//! What types cannot say: that numbers are finite and within their ranges, and that nothing overlaps.
+//! What types cannot say: that numbers are finite and within their [ranges], that values agree, and that nothing overlaps.
 
 mod commands;
 mod numbers;
 mod placement;
+mod ranges;
 mod robots;
 mod settings;
 
@@ -10,20 +11,22 @@ pub use numbers::Numbers;
 pub(super) use placement::place_ball_beside_robots;
 use robots::SensorsAtBody;
 
-use core::fmt::Display;
-use core::ops::RangeInclusive;
-
 use super::expectation::Quantity;
-use super::fault::{ScenarioFault, WrongPlace};
+use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
+use super::robot_settings::{RobotPatch, RobotSettings, robot_settings};
 use super::robot_spec::RobotSpec;
 use super::types::Scenario;
+use naoisis_core::communication::MessageLimits;
 use naoisis_core::geometry::to_degrees;
+use naoisis_core::named_values::NamedValues;
+use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::Team;
+use naoisis_sensing::belief::localisation_method::LocalisationMethod;
 use naoisis_sensing::sensing::camera::CameraRendering;
-use naoisis_sensing::sensing::fidelity::Fidelity;
-use naoisis_sensing::sensing::vision::VisionSource;
+use naoisis_sensing::sensing::odometry::OdometrySettings;
+use naoisis_sensing::sensing::vision::{VisionSettings, VisionSource};
 
 impl Scenario {
     /// Checks what types cannot say. Names of behaviours and teams are not checked here: they are the program's.
@@ -34,49 +37,20 @@ impl Scenario {
         self.faults().into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// Everything that is wrong, numbers first, then places; of very many faults the first.
+    /// What is wrong: with single values, and only if that is nothing, with values together and with places; of very many faults the first.
     pub fn faults(&self) -> Vec<ScenarioFault> {
-        self.faults_besides(Vec::new(), &|_| true)
+        let faults = self.faults_of_values();
+        if faults.is_empty() { self.faults_together() } else { faults }
     }
 
-    /// As [`Scenario::faults`], but for what may only come of the places in its file that are known to be wrong. `is_given` tells
-    /// whether the file gives a value.
-    pub(super) fn faults_besides(
-        &self,
-        mut wrong: Vec<WrongPlace>,
-        is_given: &impl Fn(&FieldPath) -> bool,
-    ) -> Vec<ScenarioFault> {
-        let mut faults = self.faults_of_parts();
-        faults.retain(|fault| !fault.may_come_of(&wrong, is_given));
-        wrong.extend(faults.iter().map(WrongPlace::from));
-        faults.retain(|fault| !fault.may_come_of_others(&wrong));
-        let mut more = self.checked(|checks| {
-            checks.whole(self);
-            checks.placement(self);
-            // Whoever is to be lined up must have a sound pitch to stand on.
-            if wrong.is_empty() && checks.faults.is_empty() {
-                checks.room_at_kick_offs(self);
-            }
-        });
-        more.retain(|fault| !fault.may_come_of(&wrong, is_given));
-        faults.append(&mut more);
-        faults
-    }
-
-    /// What is wrong with its settings, whose numbers are finite, wherever robots, ball and posts are.
+    /// What is wrong with its settings, wherever robots, ball and posts are.
     pub fn faults_of_settings(&self) -> Vec<ScenarioFault> {
-        self.checked(|checks| {
-            checks.parts(self);
-            checks.whole(self);
-        })
+        let faults = self.faults_of_values();
+        if faults.is_empty() { checked(|checks| checks.together(self)) } else { faults }
     }
 
-    /// What is wrong with single settings, whatever is to be thought of them together.
-    fn faults_of_parts(&self) -> Vec<ScenarioFault> {
-        self.checked(|checks| checks.parts(self))
-    }
-
-    fn checked(&self, check: impl FnOnce(&mut Checks)) -> Vec<ScenarioFault> {
+    /// What is wrong with single values: numbers that are not finite or out of their ranges, lists that are too long.
+    pub(super) fn faults_of_values(&self) -> Vec<ScenarioFault> {
         let lengths = [self.robots.len(), self.posts.len(), self.interventions.len(), self.expectations.len()];
         let longer = LONGEST_LISTS.into_iter().zip(lengths).find(|((_, most), length)| length > most);
         if let Some(((field, most), length)) = longer {
@@ -86,14 +60,37 @@ impl Scenario {
         if let Err(fault) = Numbers::FINITE.check(self) {
             return vec![fault];
         }
-        let mut checks = Checks::default();
-        check(&mut checks);
-        checks.faults
+        let mut faults = ranges::faults(self);
+        let path = FieldPath::from("field");
+        faults.extend(
+            self.field
+                .errors()
+                .into_iter()
+                .map(|error| ScenarioFault::new(path.field(error.field), error.message, error.expected)),
+        );
+        faults.extend(checked(|checks| checks.rules(&FieldPath::from("rules"), &self.rules)));
+        faults.truncate(MOST_FAULTS);
+        faults
+    }
+
+    /// What is wrong with values together, each of which is sound, and with places.
+    pub(super) fn faults_together(&self) -> Vec<ScenarioFault> {
+        checked(|checks| {
+            checks.together(self);
+            checks.placement(self);
+            // Whoever is to be lined up must have a sound pitch to stand on.
+            if checks.faults.is_empty() {
+                checks.room_at_kick_offs(self);
+            }
+        })
     }
 }
 
-/// Durations of a cycle that can be, s.
-const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
+fn checked(check: impl FnOnce(&mut Checks)) -> Vec<ScenarioFault> {
+    let mut checks = Checks::default();
+    check(&mut checks);
+    checks.faults
+}
 
 /// The most posts that a scenario may have besides those of the goals.
 pub const MOST_POSTS: usize = 1000;
@@ -116,14 +113,37 @@ struct Checks {
     faults: Vec<ScenarioFault>,
 }
 
+/// Each setting of a robot is checked by the method of its name, for what takes several of its values to be said.
+macro_rules! checks_of_settings {
+    ({} $($group:ident { $($(#[$documentation:meta])* $setting:ident: $type:ty $([$($error:literal),*])?,)* })*) => {
+        impl Checks {
+            /// The settings of a robot at `path`.
+            fn settings(&mut self, path: &FieldPath, settings: &RobotSettings) {
+                $($(self.$setting(&path.field(stringify!($setting)), &settings.$setting);)*)*
+            }
+
+            /// The settings that a robot at `path` has of its own.
+            fn patch(&mut self, path: &FieldPath, patch: &RobotPatch) {
+                $($(if let Some(own) = &patch.$setting {
+                    self.$setting(&path.field(stringify!($setting)), own);
+                })*)*
+            }
+        }
+    };
+}
+robot_settings! { checks_of_settings {} }
+
 impl Checks {
+    /// What nothing can be wrong with but a range is in no other check.
+    fn latency(&mut self, _: &FieldPath, _: &Latency) {}
+    fn odometry(&mut self, _: &FieldPath, _: &OdometrySettings) {}
+    fn vision(&mut self, _: &FieldPath, _: &VisionSettings) {}
+    fn messages(&mut self, _: &FieldPath, _: &MessageLimits) {}
+    fn localisation(&mut self, _: &FieldPath, _: &LocalisationMethod) {}
+    fn sensors(&mut self, _: &FieldPath, _: &NamedValues) {}
+
     fn fault(&mut self, path: FieldPath, message: impl Into<String>, expected: impl Into<String>) {
         self.push(ScenarioFault::new(path, message, expected));
-    }
-
-    /// The fault of a value that is wrong whatever the others are.
-    fn value_fault(&mut self, path: FieldPath, message: impl Into<String>, expected: impl Into<String>) {
-        self.push(ScenarioFault::new(path, message, expected).by_itself());
     }
 
     fn push(&mut self, fault: ScenarioFault) {
@@ -132,35 +152,9 @@ impl Checks {
         }
     }
 
-    /// That a value is within a range.
-    fn range<T: PartialOrd + Display>(&mut self, path: FieldPath, value: T, range: RangeInclusive<T>, unit: &str) {
-        if !range.contains(&value) {
-            let name = path.name();
-            let expected = format!("{} to {}{unit}", range.start(), range.end());
-            self.value_fault(path, format!("`{name}` is {value}"), expected);
-        }
-    }
-
-    /// That a value is above nought and not beyond `most`.
-    fn positive(&mut self, path: FieldPath, value: f32, most: f32, unit: &str) {
-        if !(value > 0.0 && value <= most) {
-            let name = path.name();
-            self.value_fault(path, format!("`{name}` is {value}"), format!("more than 0, at most {most}{unit}"));
-        }
-    }
-
-    /// That an angle in radians is within a range of degrees.
-    fn degrees(&mut self, path: FieldPath, radians: f32, range: RangeInclusive<f32>, unit: &str) {
-        self.range(path, to_degrees(radians), range, unit);
-    }
-
-    fn probability(&mut self, path: FieldPath, value: f32) {
-        self.range(path, value, 0.0..=1.0, ", a probability");
-    }
-
     /// That robots that see by their images have some.
     fn image_source(&mut self, scenario: &Scenario) {
-        if scenario.cameras.render != CameraRendering::Off {
+        if scenario.settings.cameras.render != CameraRendering::Off {
             return;
         }
         let root = FieldPath::default();
@@ -168,10 +162,8 @@ impl Checks {
         let robots = (0..).zip(&scenario.robots).map(|(index, robot)| (root.field("robots").index(index), robot));
         let teams = scenario.teams.iter().map(|_| (root.clone(), &lined_up));
         for (path, robot) in robots.chain(teams) {
-            let word = scenario.fidelity_of(robot).vision;
-            let source = robot.vision.as_ref().unwrap_or(&scenario.vision).source;
-            let by_word = word.is_some_and(|word| word == Fidelity::Image);
-            if by_word || (word.is_none() && source == VisionSource::Image) {
+            let source = robot.own.vision.as_ref().unwrap_or(&scenario.settings.vision).source;
+            if source == VisionSource::Image {
                 let message = "`render` is off, but robots see by their images";
                 let fault = ScenarioFault::new(root.field("cameras").field("render"), message, "`software` or `auto`");
                 self.push(fault.related_to(path.field("vision")));
@@ -180,36 +172,22 @@ impl Checks {
         }
     }
 
-    /// What can be said of each setting by itself, or with its neighbours.
+    /// What takes more than one value to be said.
+    fn together(&mut self, scenario: &Scenario) {
+        self.parts(scenario);
+        self.whole(scenario);
+    }
+
+    /// What can be said of each part of the scenario with the settings of all robots.
     fn parts(&mut self, scenario: &Scenario) {
         let root = FieldPath::default();
-        self.range(root.field("cycle_s"), scenario.cycle_s, CYCLE_S, " s");
-        if let Some(duration) = scenario.duration_s {
-            self.positive(root.field("duration_s"), duration, 1e6, " s");
-        }
-        for error in scenario.field.errors() {
-            let path = root.field("field");
-            let limits = error.limited_by.map(|field| path.field(field));
-            self.push(ScenarioFault::new(path.field(error.field), error.message, error.expected).judged_with(limits));
-        }
-        self.rules(&root.field("rules"), &scenario.rules);
         if let Some(ball) = &scenario.ball {
-            self.ball(&root.field("ball"), ball);
+            self.ball_speed(root.field("ball.velocity_mps"), ball.velocity_mps);
         }
-        self.body(&root.field("body"), &scenario.body);
-        self.motion(&root.field("motion"), &scenario.motion);
-        self.turn(&root.field("motion"), &scenario.motion, scenario.cycle_s);
-        self.kicks(&root.field("kicks"), &scenario.kicks);
-        self.falls(&root.field("falls"), &scenario.falls);
-        self.latency(&root.field("latency"), scenario.latency);
-        self.head(&root.field("head"), &scenario.head);
-        self.sonar(&root.field("sonar"), &scenario.sonar);
-        self.odometry(&root.field("odometry"), &scenario.odometry);
-        self.cameras(&root.field("cameras"), &scenario.cameras);
-        self.vision(&root.field("vision"), &scenario.vision);
-        self.messages(&root.field("messages"), &scenario.messages);
-        let common = SensorsAtBody { body: &scenario.body, mounts: &scenario.cameras.mounts, sonar: &scenario.sonar };
-        self.sensors_at_body(&root, [&root.field("cameras"), &root.field("sonar")], common);
+        self.settings(&root, &scenario.settings);
+        self.turn(&root.field("motion"), &scenario.settings.motion, scenario.cycle_s);
+        let common = SensorsAtBody::of(&scenario.settings);
+        self.sensors_at_body([&root.field("cameras"), &root.field("sonar")], common);
         for (index, robot) in scenario.robots.iter().enumerate() {
             self.robot(&root.field("robots").index(index), robot, scenario);
         }
@@ -218,18 +196,13 @@ impl Checks {
             for (side, name) in [("blue", &teams.blue), ("pink", &teams.pink)] {
                 if name.trim().is_empty() {
                     let expected = "the name of a team, as `naoisis list teams` shows them";
-                    self.value_fault(path.field(side), format!("`{side}` has no name"), expected);
+                    self.fault(path.field(side), format!("`{side}` has no name"), expected);
                 }
             }
             for team in Team::BOTH {
                 // Numbers are given when they are lined up.
                 self.robot(&path.field(team.name()), &teams.robot(team, 1), scenario);
             }
-        }
-        for (index, post) in scenario.posts.iter().enumerate() {
-            let path = root.field("posts").index(index);
-            self.positive(path.field("radius_m"), post.radius_m, 1.0, " m");
-            self.positive(path.field("height_m"), post.height_m, 10.0, " m");
         }
     }
 
@@ -246,7 +219,7 @@ impl Checks {
                 && !scenario.has_robot(robot)
             {
                 let message = format!("there is no robot `{robot}` in the match");
-                self.value_fault(root.field("expect").index(index), message, "a robot of the match");
+                self.fault(root.field("expect").index(index), message, "a robot of the match");
             }
         }
         for (index, timed) in scenario.interventions.iter().enumerate() {
@@ -255,54 +228,18 @@ impl Checks {
     }
 
     fn robot(&mut self, path: &FieldPath, robot: &RobotSpec, scenario: &Scenario) {
-        if robot.number == 0 {
-            self.value_fault(path.field("number"), "`number` is 0", "a jersey number from 1 to 255");
-        }
-        if let Some(motion) = &robot.motion {
-            self.motion(&path.field("motion"), motion);
+        self.patch(path, &robot.own);
+        if let Some(motion) = &robot.own.motion {
             self.turn(&path.field("motion"), motion, scenario.cycle_s);
         }
-        if let Some(body) = &robot.body {
-            self.body(&path.field("body"), body);
+        let settings = scenario.settings_of(robot);
+        if robot.own.body.is_some() || robot.own.cameras.is_some() || robot.own.sonar.is_some() {
+            let sensors = SensorsAtBody::of(&settings);
+            self.sensors_at_body([&path.field("cameras"), &path.field("sonar")], sensors);
         }
-        if let Some(kicks) = &robot.kicks {
-            self.kicks(&path.field("kicks"), kicks);
-        }
-        if let Some(falls) = &robot.falls {
-            self.falls(&path.field("falls"), falls);
-        }
-        if let Some(latency) = robot.latency {
-            self.latency(&path.field("latency"), latency);
-        }
-        if let Some(cameras) = &robot.cameras {
-            self.cameras(&path.field("cameras"), cameras);
-        }
-        if let Some(head) = &robot.head_limits {
-            self.head(&path.field("head"), head);
-        }
-        if let Some(sonar) = &robot.sonar {
-            self.sonar(&path.field("sonar"), sonar);
-        }
-        if robot.body.is_some() || robot.cameras.is_some() || robot.sonar.is_some() {
-            let own = SensorsAtBody {
-                body: robot.body.as_ref().unwrap_or(&scenario.body),
-                mounts: &robot.cameras.as_ref().unwrap_or(&scenario.cameras).mounts,
-                sonar: robot.sonar.as_ref().unwrap_or(&scenario.sonar),
-            };
-            self.sensors_at_body(path, [&path.field("cameras"), &path.field("sonar")], own);
-        }
-        if let Some(odometry) = &robot.odometry {
-            self.odometry(&path.field("odometry"), odometry);
-        }
-        if let Some(vision) = &robot.vision {
-            self.vision(&path.field("vision"), vision);
-        }
-        if let Some(limits) = &robot.messages {
-            self.message_limits(&path.field("messages"), limits);
-        }
-        let limits = robot.head_limits.as_ref().unwrap_or(&scenario.head);
+        let limits = &settings.head;
         for (index, (angle, limit)) in
-            robot.head.into_iter().zip([limits.yaw, limits.pitch_at(robot.head[0])]).enumerate()
+            robot.head_angles.into_iter().zip([limits.yaw, limits.pitch_at(robot.head_angles[0])]).enumerate()
         {
             // Limits that exclude nought are kept at the start by turning the head there.
             if angle != 0.0 && !(limit[0]..=limit[1]).contains(&angle) {
@@ -321,8 +258,7 @@ impl Checks {
     /// That within a cycle a robot can turn by less than half a turn to either side.
     fn turn(&mut self, path: &FieldPath, motion: &MotionLimits, cycle_s: f64) {
         let turn_deg = f64::from(to_degrees(motion.max_angular)) * cycle_s;
-        // Of an impossible cycle enough is said.
-        if turn_deg >= 180.0 && CYCLE_S.contains(&cycle_s) {
+        if turn_deg >= 180.0 {
             let message = format!("with cycles of {cycle_s} s a robot could turn by {turn_deg:.0} degrees in one");
             self.fault(path.field("max_angular_degps"), message, "less than 180 degrees a cycle");
         }
@@ -342,8 +278,7 @@ impl Checks {
             let [one, other] = [first, second].map(|index| FieldPath::default().field("robots").index(index));
             let message = format!("there is a {} already: {one}", robots[second].id());
             let expected = "a number that no other robot of the team has";
-            let fault = ScenarioFault::new(other.field("number"), message, expected);
-            self.push(fault.judged_with([other.field("team"), one.field("number"), one.field("team")]));
+            self.fault(other.field("number"), message, expected);
         }
     }
 }

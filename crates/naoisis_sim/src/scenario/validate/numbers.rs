@@ -301,6 +301,7 @@ impl Serializer for Check {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::robot_settings::RobotSettings;
     use crate::scenario::robot_spec::{BehaviourSpec, RobotSpec};
     use crate::scenario::types::Scenario;
     use bevy::utils::default;
@@ -317,7 +318,8 @@ mod tests {
             "robots[0].behaviour.script[1].walk[2]"
         );
         let error_sd = MotionError { dtheta: f32::NAN, ..default() };
-        let scenario = Scenario { motion: MotionLimits { error_sd, ..default() }, ..default() };
+        let motion = MotionLimits { error_sd, ..default() };
+        let scenario = Scenario { settings: RobotSettings { motion, ..default() }, ..default() };
         assert_eq!(Numbers::FINITE.check(&scenario).unwrap_err().path.to_string(), "motion.error_sd.dtheta_deg");
         assert_eq!(Numbers::FINITE.check(&Scenario::default()), Ok(()));
     }

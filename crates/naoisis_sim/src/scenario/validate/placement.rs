@@ -26,26 +26,25 @@ impl Checks {
         let outside = |position: Vec2| position.abs().cmpgt(carpet).any();
 
         let robots = &scenario.robots;
-        let field = root.field("field");
         let pose_path = |index: usize| root.field("robots").index(index).field("pose");
         for (index, robot) in robots.iter().enumerate() {
             let fault = |message: String, expected: &str| ScenarioFault::new(pose_path(index), message, expected);
             if outside(robot.pose.position) {
                 let message = format!("{} at {} is outside the carpet", robot.id(), words(robot.pose.position));
-                self.push(fault(message, &on_carpet).judged_with([field.clone()]));
+                self.push(fault(message, &on_carpet));
             }
             for (other_index, other) in robots.iter().enumerate().take(index) {
                 if torsos_overlap(scenario, robot, other) {
                     let message = format!("{} and {} stand in one place", other.id(), robot.id());
                     let other = pose_path(other_index);
                     let fault = fault(message, "a place where the two have room");
-                    self.push(fault.related_to(other.clone()).judged_with([other]));
+                    self.push(fault.related_to(other.clone()));
                 }
             }
             for post in scenario.field.goal_posts() {
                 if torso_reaches(scenario, robot, post.position, post.radius) {
                     let message = format!("{} stands in the goal post at {}", robot.id(), words(post.position));
-                    self.push(fault(message, "a place clear of posts").judged_with([field.clone()]));
+                    self.push(fault(message, "a place clear of posts"));
                 }
             }
         }
@@ -54,38 +53,35 @@ impl Checks {
             let place = path.field("position_m");
             if outside(post.position_m) {
                 let message = format!("the post at {} is outside the carpet", words(post.position_m));
-                let fault = ScenarioFault::new(place.clone(), message, on_carpet.as_str());
-                self.push(fault.judged_with([field.clone()]));
+                self.fault(place.clone(), message, on_carpet.as_str());
             }
             for (robot_index, robot) in robots.iter().enumerate() {
                 if torso_reaches(scenario, robot, post.position_m, post.radius_m) {
                     let message = format!("{} stands in the post at {}", robot.id(), words(post.position_m));
                     let fault = ScenarioFault::new(pose_path(robot_index), message, "a place clear of posts");
-                    let post = [place.clone(), path.field("radius_m")];
-                    self.push(fault.related_to(place.clone()).judged_with(post));
+                    self.push(fault.related_to(place.clone()));
                 }
             }
         }
         let Some(ball) = &scenario.ball else { return };
-        let (path, radius) = (root.field("ball").field("position_m"), root.field("ball").field("radius_m"));
+        let path = root.field("ball.position_m");
         if outside(ball.position_m) {
             let message = format!("the ball at {} is outside the carpet", words(ball.position_m));
-            self.push(ScenarioFault::new(path.clone(), message, on_carpet.as_str()).judged_with([field.clone()]));
+            self.fault(path.clone(), message, on_carpet.as_str());
         }
         for (index, robot) in robots.iter().enumerate() {
             if holds_ball(scenario, robot, ball) {
                 let message = format!("the ball at {} is inside {}", words(ball.position_m), robot.id());
                 let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
                 let fault = ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index));
-                self.push(fault.judged_with([radius.clone(), pose_path(index)]));
+                self.push(fault);
             }
         }
         for (position, post_radius) in posts(scenario) {
             if position.distance(ball.position_m) < post_radius + ball.radius_m - TOLERANCE_M {
                 let message =
                     format!("the ball at {} is inside the post at {}", words(ball.position_m), words(position));
-                let fault = ScenarioFault::new(path.clone(), message, "a place clear of posts");
-                self.push(fault.judged_with([radius.clone(), field.clone(), root.field("posts")]));
+                self.fault(path.clone(), message, "a place clear of posts");
             }
         }
     }

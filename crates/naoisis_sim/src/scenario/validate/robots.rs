@@ -2,11 +2,11 @@
 
 use bevy::math::{Vec2, Vec3};
 
-use super::{Checks, ScenarioFault};
+use super::Checks;
 use crate::scenario::field_path::FieldPath;
+use crate::scenario::robot_settings::RobotSettings;
 use naoisis_core::camera_model::CameraMounts;
-use naoisis_core::geometry::to_degrees;
-use naoisis_core::kick_geometry::{KickDirection, KickGeometry, KickType};
+use naoisis_core::kick_geometry::{KickGeometry, KickType};
 use naoisis_core::robot::body::{Arms, Body, BodyBox, Legs};
 use naoisis_core::robot::kick::KickModel;
 use naoisis_sensing::sensing::sonar::SonarSettings;
@@ -29,73 +29,65 @@ pub(super) struct SensorsAtBody<'a> {
     pub sonar: &'a SonarSettings,
 }
 
+impl<'a> SensorsAtBody<'a> {
+    pub fn of(settings: &'a RobotSettings) -> Self {
+        Self { body: &settings.body, mounts: &settings.cameras.mounts, sonar: &settings.sonar }
+    }
+}
+
 impl Checks {
     pub(super) fn body(&mut self, path: &FieldPath, body: &Body) {
         self.body_box(&path.field("torso"), &body.torso);
         self.body_box(&path.field("base"), &body.base);
-        self.positive(path.field("height_m"), body.height_m, HIGHEST_M, " m");
-        self.positive(path.field("lying_height_m"), body.lying_height_m, HIGHEST_M, " m");
-        self.range(path.field("foot_y_m"), body.foot_y_m, 0.0..=WIDEST_M, " m");
         if body.neck_m.truncate().abs().max_element() > WIDEST_M || !(0.0..=body.height_m).contains(&body.neck_m.z) {
             let message = format!("the neck is at ({}, {}, {})", body.neck_m.x, body.neck_m.y, body.neck_m.z);
             let expected = format!("a place up to {} m high, the robot's height", body.height_m);
-            let fault = ScenarioFault::new(path.field("neck_m"), message, expected);
-            self.push(fault.judged_with([path.field("height_m")]));
+            self.fault(path.field("neck_m"), message, expected);
         }
         for (name, part) in [("torso", &body.torso), ("base", &body.base)] {
-            self.below_top(path, path.field(name).field("z_m").index(1), part.z_m[1], body);
+            self.below_top(path.field(name).field("z_m").index(1), part.z_m[1], body);
         }
         let lowest = body.torso.z_m[0].min(body.base.z_m[0]);
         if lowest > SAME_M {
             let message = format!("the lowest part of the robot is {lowest} m above the ground");
-            let fault =
-                ScenarioFault::new(path.field("base").field("z_m").index(0), message, "0 m: it stands on the ground");
-            self.push(fault.judged_with([path.field("torso").field("z_m")]));
+            self.fault(path.field("base").field("z_m").index(0), message, "0 m: it stands on the ground");
         }
         self.trunk_on_base(path, body);
-        self.below_top(path, path.field("lying_height_m"), body.lying_height_m, body);
+        self.below_top(path.field("lying_height_m"), body.lying_height_m, body);
         if body.foot_y_m > body.base.half_width_m + SAME_M {
             let message = format!("`foot_y_m` is {}", body.foot_y_m);
             let expected = format!("at most {} m, half the width of the base", body.base.half_width_m);
-            let fault = ScenarioFault::new(path.field("foot_y_m"), message, expected);
-            self.push(fault.judged_with([path.field("base").field("half_width_m")]));
+            self.fault(path.field("foot_y_m"), message, expected);
         }
         let band = path.field("waistband");
-        self.span(&band.field("z_m"), body.waistband.z_m, [0.0, HIGHEST_M]);
-        self.below_top(path, band.field("z_m").index(1), body.waistband.z_m[1], body);
+        self.span(&band.field("z_m"), body.waistband.z_m);
+        self.below_top(band.field("z_m").index(1), body.waistband.z_m[1], body);
         let half_size = body.waistband.half_size_m;
-        for (index, half) in [half_size.x, half_size.y].into_iter().enumerate() {
-            self.positive(band.field("half_size_m").index(index), half, WIDEST_M, " m");
+        if half_size.min_element() <= 0.0 || half_size.max_element() > WIDEST_M {
+            let message = format!("`half_size_m` is [{}, {}]", half_size.x, half_size.y);
+            self.fault(band.field("half_size_m"), message, format!("more than 0, at most {WIDEST_M} m each"));
         }
         if let Some(height_m) = body.look.number_z_m {
             let number = path.field("look").field("number_z_m");
-            self.range(number.clone(), height_m, 0.0..=HIGHEST_M, " m");
-            self.below_top(path, number, height_m, body);
+            self.below_top(number, height_m, body);
         }
         if let Some(Legs { hip_m, thigh_m, shank_m, ankle_m }) = body.legs {
             let legs = path.field("legs");
-            let lengths = [("thigh_m", thigh_m), ("shank_m", shank_m), ("ankle_m", ankle_m)];
-            for (name, length) in lengths {
-                self.positive(legs.field(name), length, HIGHEST_M, " m");
-            }
-            self.joint(path, &legs.field("hip_m"), hip_m, body);
+            self.joint(&legs.field("hip_m"), hip_m, body);
             let length = thigh_m + shank_m + ankle_m;
             if length > hip_m.z + SAME_M {
                 let message = format!("the legs are {length:.3} m long, and the hip is {} m high", hip_m.z);
                 let expected = "`thigh_m`, `shank_m` and `ankle_m` that add up to the hip's height at most";
-                let fault = ScenarioFault::new(legs.field("hip_m"), message, expected);
-                self.push(fault.judged_with(lengths.map(|(name, _)| legs.field(name))));
+                self.fault(legs.field("hip_m"), message, expected);
             } else if length < hip_m.z - SAME_M {
                 let message = format!("the hip is {} m high, and the legs are {length:.3} m long", hip_m.z);
                 let expected = "`thigh_m`, `shank_m` and `ankle_m` that reach from the hip to the ground";
-                let fault = ScenarioFault::new(legs.field("hip_m"), message, expected);
-                self.push(fault.judged_with(lengths.map(|(name, _)| legs.field(name))));
+                self.fault(legs.field("hip_m"), message, expected);
             }
         }
-        if let Some(Arms { shoulder_m, length_m }) = body.arms {
+        if let Some(Arms { shoulder_m, .. }) = body.arms {
             let arms = path.field("arms");
-            self.positive(arms.field("length_m"), length_m, HIGHEST_M, " m");
-            self.joint(path, &arms.field("shoulder_m"), shoulder_m, body);
+            self.joint(&arms.field("shoulder_m"), shoulder_m, body);
         }
     }
 
@@ -110,61 +102,49 @@ impl Checks {
         if over > SAME_M || under > SAME_M {
             let message = format!("there are {:.3} m between the torso and the base", over.max(under));
             let expected = format!("a torso that begins where the base ends, at {} m", base.z_m[1]);
-            let fault = ScenarioFault::new(torso_path.field("z_m"), message, expected);
-            self.push(fault.judged_with([path.field("base").field("z_m")]));
+            self.fault(torso_path.field("z_m"), message, expected);
         }
         if torso.x_m[0] >= base.x_m[1] || base.x_m[0] >= torso.x_m[1] {
             let message = format!("the torso is from {} to {} m, not above the base", torso.x_m[0], torso.x_m[1]);
             let expected = format!("a torso above the base, which is from {} to {} m", base.x_m[0], base.x_m[1]);
-            let fault = ScenarioFault::new(torso_path.field("x_m"), message, expected);
-            self.push(fault.judged_with([path.field("base").field("x_m")]));
+            self.fault(torso_path.field("x_m"), message, expected);
         }
         let (neck, most) = (body.neck_m.z, torso.z_m[1].max(base.z_m[1]) + LONGEST_NECK * body.height_m);
         if neck > most && neck <= body.height_m {
             let message = format!("the neck is {neck} m high, and the torso ends at {} m", torso.z_m[1]);
-            let fault =
-                ScenarioFault::new(path.field("neck_m"), message, format!("a neck on the torso, at most {most:.3} m"));
-            self.push(fault.judged_with([torso_path.field("z_m"), path.field("height_m")]));
+            self.fault(path.field("neck_m"), message, format!("a neck on the torso, at most {most:.3} m"));
         }
         let [depth, width] = [torso.x_m[0].abs().max(torso.x_m[1].abs()), body.drawn_half_width_m()];
         let Vec2 { x, y } = body.waistband.half_size_m;
         if x > 0.0 && y > 0.0 && x <= depth && y <= width {
             let message = format!("the waistband of ({x}, {y}) m is inside the trunk, where no camera sees it");
             let expected = format!("half sizes of more than {depth} m along x or {width:.3} m along y");
-            let fault = ScenarioFault::new(path.field("waistband").field("half_size_m"), message, expected);
-            self.push(fault.judged_with([torso_path.field("x_m"), torso_path.field("half_width_m")]));
+            self.fault(path.field("waistband").field("half_size_m"), message, expected);
         }
     }
 
     /// That a height is not above the top of a robot's head.
-    fn below_top(&mut self, body_path: &FieldPath, path: FieldPath, height_m: f32, body: &Body) {
+    fn below_top(&mut self, path: FieldPath, height_m: f32, body: &Body) {
         if height_m > body.height_m + SAME_M && body.height_m > 0.0 {
             let name = path.name();
             let expected = format!("at most {} m, the robot's `height_m`", body.height_m);
-            let fault = ScenarioFault::new(path, format!("`{name}` is {height_m}"), expected);
-            self.push(fault.judged_with([body_path.field("height_m")]));
+            self.fault(path, format!("`{name}` is {height_m}"), expected);
         }
     }
 
     /// That a joint is at the robot.
-    fn joint(&mut self, body_path: &FieldPath, path: &FieldPath, place: Vec3, body: &Body) {
+    fn joint(&mut self, path: &FieldPath, place: Vec3, body: &Body) {
         if place.truncate().abs().max_element() > WIDEST_M || !(0.0..=body.height_m + SAME_M).contains(&place.z) {
             let name = path.last_field().unwrap_or_default();
             let message = format!("`{name}` is ({}, {}, {})", place.x, place.y, place.z);
             let expected =
                 format!("a place at most {WIDEST_M} m aside and {} m high, the robot's `height_m`", body.height_m);
-            let fault = ScenarioFault::new(path.clone(), message, expected);
-            self.push(fault.judged_with([body_path.field("height_m")]));
+            self.fault(path.clone(), message, expected);
         }
     }
 
     /// That the cameras are at the robot that has them, on a mast at the farthest, and so is what its sonars hear with.
-    pub(super) fn sensors_at_body(
-        &mut self,
-        path: &FieldPath,
-        [cameras, sonar]: [&FieldPath; 2],
-        robot: SensorsAtBody,
-    ) {
+    pub(super) fn sensors_at_body(&mut self, [cameras, sonar]: [&FieldPath; 2], robot: SensorsAtBody) {
         let SensorsAtBody { body, mounts, sonar: settings } = robot;
         let reach_m = body.torso.reach().max(body.base.reach()) + MAST_M;
         let top_m = body.height_m + MAST_M;
@@ -175,29 +155,26 @@ impl Checks {
                 let expected =
                     format!("a place at most {reach_m:.2} m aside and {top_m:.2} m high: {MAST_M} m beyond its body");
                 let place = cameras.field("mounts").index(index).field("position_m");
-                self.push(ScenarioFault::new(place, message, expected).judged_with([path.field("body")]));
+                self.fault(place, message, expected);
             }
         }
         if settings.fitted && settings.height_m > top_m {
             let message = format!("`height_m` is {}", settings.height_m);
             let expected = format!("at most {top_m:.2} m: {MAST_M} m above the robot");
-            let fault = ScenarioFault::new(sonar.field("height_m"), message, expected);
-            self.push(fault.judged_with([path.field("body")]));
+            self.fault(sonar.field("height_m"), message, expected);
         }
     }
 
     fn body_box(&mut self, path: &FieldPath, part: &BodyBox) {
-        self.span(&path.field("x_m"), part.x_m, [-WIDEST_M, WIDEST_M]);
-        self.positive(path.field("half_width_m"), part.half_width_m, WIDEST_M, " m");
-        self.span(&path.field("z_m"), part.z_m, [0.0, HIGHEST_M]);
+        self.span(&path.field("x_m"), part.x_m);
+        self.span(&path.field("z_m"), part.z_m);
     }
 
-    /// That the second of two numbers is more than the first, both within limits, m.
-    fn span(&mut self, path: &FieldPath, [least, most]: [f32; 2], limits: [f32; 2]) {
-        if !(least < most && limits[0] <= least && most <= limits[1]) {
+    /// That the second of two numbers is more than the first.
+    fn span(&mut self, path: &FieldPath, [least, most]: [f32; 2]) {
+        if least >= most {
             let name = path.name();
-            let expected = format!("the lesser and then the greater, both from {} to {} m", limits[0], limits[1]);
-            self.value_fault(path.clone(), format!("`{name}` is [{least}, {most}]"), expected);
+            self.fault(path.clone(), format!("`{name}` is [{least}, {most}]"), "the lesser and then the greater");
         }
     }
 
@@ -206,35 +183,22 @@ impl Checks {
             let path = path.index(index);
             if mounts.order(mount.name) != index {
                 let message = format!("there is a camera `{}` already", mount.name);
-                self.value_fault(path.field("name"), message, "a name that no other camera of the robot has");
+                self.fault(path.field("name"), message, "a name that no other camera of the robot has");
             }
             let lens = mount.lens_m;
             if lens.truncate().abs().max_element() > WIDEST_M || !(0.0..=HIGHEST_M).contains(&lens.z) {
                 let message = format!("the camera is at ({}, {}, {})", lens.x, lens.y, lens.z);
-                self.value_fault(path.field("position_m"), message, format!("a place up to {HIGHEST_M} m high"));
-            }
-            let tilt_deg = to_degrees(mount.tilt());
-            self.range(path.field("tilt_deg"), tilt_deg, -90.0..=90.0, " degrees");
-            self.degrees(path.field("pan_deg"), mount.pan(), -180.0..=180.0, " degrees");
-            if let Some(fov) = mount.diagonal_fov {
-                self.degrees(path.field("diagonal_fov_deg"), fov, 1.0..=170.0, " degrees");
-            }
-            for (index, factor) in mount.distortion.into_iter().flatten().enumerate() {
-                self.range(path.field("distortion").index(index), factor, -1.0..=1.0, "");
-            }
-            if let Some(cycles) = mount.every_cycles {
-                self.range(path.field("every_cycles"), cycles, 1..=100_000, " cycles");
-            }
-            for (side, pixels) in mount.size.into_iter().flatten().enumerate() {
-                self.range(path.field("size").index(side), pixels, 1..=4096, " pixels");
+                self.fault(path.field("position_m"), message, format!("a place up to {HIGHEST_M} m high"));
             }
         }
     }
 
     pub(super) fn kick(&mut self, path: &FieldPath, kick_type: KickType, kick: &KickModel) {
-        // Nought of a kick that the robot does not have.
-        self.range(path.field("max_distance_m"), kick.max_distance_m, 0.0..=50.0, " m");
-        self.range(path.field("min_distance_m"), kick.min_distance_m, 0.0..=kick.max_distance_m.max(0.0), " m");
+        if kick.min_distance_m > kick.max_distance_m {
+            let message = format!("`min_distance_m` is {}", kick.min_distance_m);
+            let expected = format!("at most {} m, its `max_distance_m`", kick.max_distance_m);
+            self.fault(path.field("min_distance_m"), message, expected);
+        }
         match (&kick.region, kick_type) {
             (Some(region), _) => self.kick_region(&path.field("region"), region),
             (None, KickType::Custom(name)) => {
@@ -243,24 +207,15 @@ impl Checks {
             }
             (None, _) => {}
         }
-        for (name, time_s) in [("wind_up_s", kick.wind_up_s), ("recovery_s", kick.recovery_s)] {
-            self.range(path.field(name), time_s.unwrap_or(0.0), 0.0..=60.0, " s");
-        }
-        self.degrees(path.field("direction_sd_deg"), kick.direction_sd.unwrap_or(0.0), 0.0..=180.0, " degrees");
-        self.range(path.field("speed_sd"), kick.speed_sd.unwrap_or(0.0), 0.0..=10.0, ", a share of the speed");
     }
 
     fn kick_region(&mut self, path: &FieldPath, region: &KickGeometry) {
-        if let KickDirection::Chosen { most } = region.direction {
-            self.degrees(path.field("direction.chosen.most_deg"), most, 0.0..=90.0, " degrees");
-        }
-        self.span(&path.field("x_m"), region.x_m, [-WIDEST_M, 2.0 * WIDEST_M]);
-        self.span(&path.field("y_m"), region.y_m, [-WIDEST_M, WIDEST_M]);
+        self.span(&path.field("x_m"), region.x_m);
+        self.span(&path.field("y_m"), region.y_m);
         let Vec2 { x, y } = region.best_m;
         if !region.admits(region.best_m) {
             let expected = "a place in the rectangle of `x_m` and `y_m`";
-            let fault = ScenarioFault::new(path.field("best_m"), format!("`best_m` is ({x}, {y})"), expected);
-            self.push(fault.judged_with(["x_m", "y_m"].map(|field| path.field(field))));
+            self.fault(path.field("best_m"), format!("`best_m` is ({x}, {y})"), expected);
         }
     }
 }

@@ -16,7 +16,7 @@ use crate::simulation::invariants::{BallState, RobotState, broken_invariants};
 use crate::simulation::spawn::MatchEntity;
 use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use naoisis_core::behaviour::script::Script;
-use naoisis_core::communication::{MessageLimits, MessageSettings, MessageStatistics, MessagesInFlight};
+use naoisis_core::communication::{MessageSettings, MessageStatistics, MessagesInFlight};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::events::Contacts;
 use naoisis_core::game::{Game, Interventions, Penalty, Rules};
@@ -26,20 +26,15 @@ use naoisis_core::pitch::{Pitch, Post};
 use naoisis_core::random::RandomStreams;
 use naoisis_core::referee::RefereeMemory;
 use naoisis_core::robot::body::{Body, BodyBox};
-use naoisis_core::robot::falls::FallModel;
-use naoisis_core::robot::head::{HeadAngles, HeadLimits};
-use naoisis_core::robot::kick::{KickCommand, KickPhase, KickSettings};
-use naoisis_core::robot::latency::Latency;
+use naoisis_core::robot::head::HeadAngles;
+use naoisis_core::robot::kick::{KickCommand, KickPhase};
 use naoisis_core::robot::motion::{ExecutedStep, MotionLimits, WalkCommand};
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{PreviousPose, Velocity};
 use naoisis_core::team::{RobotId, Team};
+use naoisis_sensing::sensing::camera::CameraImages;
 use naoisis_sensing::sensing::camera::image::Image;
-use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings};
 use naoisis_sensing::sensing::latency::LatencyQueues;
-use naoisis_sensing::sensing::odometry::OdometrySettings;
-use naoisis_sensing::sensing::sonar::SonarSettings;
-use naoisis_sensing::sensing::vision::VisionSettings;
 
 /// No size, distance or speed of a match comes near this, m, s, or radians: squares of it can still be added up.
 const LARGEST_NUMBER: f32 = 1e9;
@@ -126,24 +121,16 @@ fn check_robot(
         return Err(parts.impossible(if id.number == 0 { "jersey numbers begin at 1" } else { "it is there twice" }));
     }
     seen.ids.push(id);
+    parts.need::<Body>()?;
+    parts.need::<MotionLimits>()?;
     let own = Scenario {
-        kicks: parts.copy_or::<KickSettings>(settings.kicks),
-        falls: parts.copy_or::<FallModel>(settings.falls),
-        latency: parts.copy_or::<Latency>(settings.latency),
-        cameras: parts.copy_or::<CameraSettings>(settings.cameras),
-        body: *parts.need::<Body>()?,
+        settings: settings.settings.with_components(parts.values),
         robots: vec![RobotSpec {
             team: id.team,
             number: id.number,
             behaviour: parts
                 .get::<Script>()
                 .map_or_else(BehaviourSpec::default, |Script(entries)| BehaviourSpec::Script(entries.clone())),
-            motion: Some(*parts.need::<MotionLimits>()?),
-            head_limits: parts.get::<HeadLimits>().copied(),
-            sonar: parts.get::<SonarSettings>().copied(),
-            vision: parts.get::<VisionSettings>().cloned(),
-            odometry: parts.get::<OdometrySettings>().copied(),
-            messages: parts.get::<MessageLimits>().copied(),
             ..RobotSpec::default()
         }],
         ..settings.clone()
@@ -280,10 +267,6 @@ impl<'a> Values<'a> {
 
     fn has<T: Reflect>(&self) -> bool {
         self.get::<T>().is_some()
-    }
-
-    fn copy_or<T: Reflect + Copy>(&self, other: T) -> T {
-        self.get().copied().unwrap_or(other)
     }
 
     fn need<T: Reflect + TypePath>(&self) -> Result<&'a T, SnapshotError> {

@@ -160,7 +160,7 @@ impl Snapshot {
         check::check(self, &registry)?;
         let scenario = self.resources.iter().find_map(|resource| resource.as_any().downcast_ref::<Scenario>());
         if let Some(scenario) = scenario {
-            scenario.cameras.render.make_ready(world).map_err(ScenarioFault::from)?;
+            scenario.settings.cameras.render.make_ready(world).map_err(ScenarioFault::from)?;
         }
         despawn_match(world);
         // What happened in the match that was there is no news in this one.

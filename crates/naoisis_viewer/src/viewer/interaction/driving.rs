@@ -279,7 +279,7 @@ pub(super) mod tests {
     fn the_kicks_of_a_model_have_keys_and_go_where_the_robot_looks() {
         let aimed = r#"{ "kicks": { "own": { "visual": { "region": { "x_m": [0.1, 0.3], "y_m": [-0.1, 0.1],
             "foot_m": [0.1, 0], "best_m": [0.2, 0], "direction": { "chosen": { "most_deg": 45 } } } } } } }"#;
-        let kicks = Scenario::from_json(aimed).unwrap().kicks;
+        let kicks = Scenario::from_json(aimed).unwrap().settings.kicks;
         let visual = DrivenKick::Own(0).request(&kicks, -0.4).unwrap();
         assert_eq!((visual.kick_type.name(), visual.direction), ("visual", -0.4));
         let straight = DrivenKick::OfPaper(KickType::LeftStraight);

@@ -15,7 +15,7 @@ use crate::viewer::timeline::Timeline;
 use naoisis_core::ball::Rolling;
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::team::Team;
-use naoisis_sensing::sensing::fidelity::{Fidelity, FidelitySettings};
+use naoisis_sensing::sensing::fidelity::Fidelity;
 use naoisis_sim::scenario::{Realism, Scenario, TeamsSpec};
 
 /// Shown instead of a team without robots.
@@ -167,7 +167,7 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
     Grid::new("settings").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
         let hint = "What robots perceive: perfectly, within their limits, or with noise";
         let label = ui.label("Sensors").on_hover_text(hint).id;
-        let now = scenario.fidelity.vision.unwrap_or_default();
+        let now = scenario.settings.vision.fidelity();
         let mut fidelity = now;
         let list = ComboBox::from_id_salt("fidelity").selected_text(fidelity_name(now));
         list.show_ui(ui, |ui| {
@@ -178,7 +178,7 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
         .response
         .labelled_by(label);
         if fidelity != now {
-            scenario.fidelity = FidelitySettings::all(fidelity);
+            scenario.set_fidelity(fidelity);
         }
     });
     let mut slider = |name: &str, hint: &str, slider: Slider| {
@@ -188,7 +188,7 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
     slider("Messages lost", "The share of messages that do not arrive", Slider::new(&mut messages.loss, 0.0..=1.0));
     let delay = Slider::new(&mut messages.delay_cycles, 1..=90).suffix(" cycles");
     slider("Message delay", "From sending to arrival", delay);
-    let motion = &mut scenario.motion;
+    let motion = &mut scenario.settings.motion;
     let speed = Slider::new(&mut motion.max_linear_mps, 0.05..=1.0).suffix(" m/s");
     slider("Walking speed", "The greatest walking speed, for robots without one of their own", speed);
     let mut turn_deg = motion.max_angular.to_degrees();

@@ -1,0 +1,88 @@
+//! The old word `fidelity` of files: what it stands for becomes `source`, `noise` and so on of the sensors.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
+use super::shape;
+use naoisis_core::team::Team;
+use naoisis_sensing::sensing::fidelity::{Fidelity, FidelitySettings, SensorFidelity};
+use naoisis_sensing::sensing::odometry::OdometrySettings;
+use naoisis_sensing::sensing::sonar::SonarSettings;
+use naoisis_sensing::sensing::vision::VisionSettings;
+
+/// The field of files.
+pub(super) const FIELD: &str = "fidelity";
+
+/// Replaces the `fidelity` of a scenario, its teams and its robots, whose presets are filled in, by the settings of sensors that it
+/// stands for. A wrong one is taken out, and becomes a fault.
+pub(super) fn translate(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) {
+    let path = FieldPath::default();
+    let of_all = take(root, &path, faults);
+    let common: Map<String, Value> =
+        ["vision", "sonar", "odometry"].iter().filter_map(|&sensor| root.get_key_value(sensor)).map(owned).collect();
+    for team in Team::BOTH {
+        let robots = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name()));
+        if let Some(Value::Object(robots)) = robots {
+            let own = take(robots, &path.field("teams").field(team.name()), faults);
+            translate_sensors(robots, own, of_all, &common);
+        }
+    }
+    if let Some(Value::Array(robots)) = root.get_mut("robots") {
+        for (index, robot) in robots.iter_mut().enumerate() {
+            if let Value::Object(robot) = robot {
+                let own = take(robot, &path.field("robots").index(index), faults);
+                translate_sensors(robot, own, of_all, &common);
+            }
+        }
+    }
+    translate_sensors(root, of_all, FidelitySettings::default(), &Map::new());
+}
+
+fn owned((name, value): (&String, &Value)) -> (String, Value) {
+    (name.clone(), value.clone())
+}
+
+/// Takes out what an object says, or nothing if it says nothing or nothing sound.
+fn take(holder: &mut Map<String, Value>, path: &FieldPath, faults: &mut Vec<ScenarioFault>) -> FidelitySettings {
+    let Some(value) = holder.remove(FIELD) else { return FidelitySettings::default() };
+    shape::read(&value).unwrap_or_else(|fault| {
+        faults.push(ScenarioFault::of_shape(&fault, &path.field(FIELD)));
+        FidelitySettings::default()
+    })
+}
+
+/// Changes the sensors of an object that says `own`: those that it has, and those that it changes of the `common` ones.
+fn translate_sensors(
+    holder: &mut Map<String, Value>,
+    own: FidelitySettings,
+    of_all: FidelitySettings,
+    common: &Map<String, Value>,
+) {
+    let FidelitySettings { vision, sonar, odometry } = own;
+    translate_sensor::<VisionSettings>(holder, "vision", [vision, of_all.vision], common);
+    translate_sensor::<SonarSettings>(holder, "sonar", [sonar, of_all.sonar], common);
+    translate_sensor::<OdometrySettings>(holder, "odometry", [odometry, of_all.odometry], common);
+}
+
+fn translate_sensor<Sensor: SensorFidelity + DeserializeOwned + Serialize>(
+    holder: &mut Map<String, Value>,
+    name: &str,
+    [own, of_all]: [Option<Fidelity>; 2],
+    common: &Map<String, Value>,
+) {
+    let Some(fidelity) = own.or(of_all) else { return };
+    // What has nothing of its own has what all have.
+    if own.is_none() && !holder.contains_key(name) {
+        return;
+    }
+    let nothing = Value::Object(Map::new());
+    let settings = holder.get(name).or_else(|| common.get(name)).unwrap_or(&nothing);
+    // Settings of the wrong shape are told when the types are read.
+    let Ok(sensor) = shape::read::<Sensor>(settings) else { return };
+    if let Ok(value) = serde_json::to_value(sensor.with_fidelity(fidelity)) {
+        holder.insert(name.to_owned(), value);
+    }
+}
