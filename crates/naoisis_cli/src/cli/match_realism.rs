@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use super::batch::progress_bar;
 use super::begin::scenario_file;
 use super::interrupt::Interrupt;
+use super::match_logs::CountedLogs;
 use super::match_realism_table::{definitions, table};
 use super::outputs::{Output, check_files};
 use super::teams::TeamArguments;
@@ -45,6 +46,12 @@ pub struct MatchRealismArguments {
     /// Figures of real matches that come before those of the program: a .ron or .json file, or a folder of them
     #[arg(long, value_name = "PATH", requires = "scenario")]
     real: Vec<PathBuf>,
+    /// Count real matches in the logs of the league's GameController, a .yaml file or a folder of them, and compare with these
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["robot", "repetitions"])]
+    pub logs: Option<PathBuf>,
+    /// Write what was counted in the logs as a file for --real
+    #[arg(long, value_name = "FILE", requires = "logs")]
+    write_real: Option<PathBuf>,
     /// Print what each quantity of whole matches is, and play nothing
     #[arg(long)]
     pub explain: bool,
@@ -63,7 +70,8 @@ impl MatchRealismArguments {
     /// Checks that no file is replaced, and reads the figures of `--real`.
     fn check(&self) -> Result<Vec<RealFigures>, String> {
         let output = |(option, path): (&'static str, &Option<PathBuf>)| Some(Output { option, path: path.clone()? });
-        let outputs: Vec<Output> = [("--json", &self.json)].into_iter().filter_map(output).collect();
+        let outputs: Vec<Output> =
+            [("--json", &self.json), ("--write-real", &self.write_real)].into_iter().filter_map(output).collect();
         let scenario = self.scenario.as_deref().unwrap_or_default();
         check_files(Path::new(scenario), &outputs, self.force)?;
         let mut own = Vec::new();
@@ -74,12 +82,44 @@ impl MatchRealismArguments {
     }
 }
 
-/// Plays the matches of `scenario` and prints the comparison.
-pub fn match_realism(program: Program, arguments: &MatchRealismArguments, scenario: &str) -> ExitCode {
-    let own = match arguments.check() {
+/// Counts the matches of `--logs`, plays those of `--match`, and prints them.
+pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> ExitCode {
+    let mut own = match arguments.check() {
         Ok(own) => own,
         Err(message) => return report::usage_error(&message),
     };
+    if let Some(path) = &arguments.logs {
+        let logs = match CountedLogs::read(path, arguments.quiet) {
+            Ok(logs) => logs,
+            Err(message) => return report::usage_error(&format!("--logs: {message}")),
+        };
+        if let Some(path) = &arguments.write_real
+            && let Err(problem) = logs.write_figures(path)
+        {
+            return report::failure(&format!("--write-real: {}: {problem}", path.display()));
+        }
+        if arguments.scenario.is_none() {
+            let mut printer = Printer::default();
+            if !arguments.quiet {
+                printer.print(&logs);
+            }
+            return printer.finish(ExitCode::SUCCESS);
+        }
+        own.insert(0, logs.figures());
+    }
+    match &arguments.scenario {
+        Some(scenario) => play_and_compare(program, arguments, scenario, &own),
+        None => ExitCode::SUCCESS,
+    }
+}
+
+/// Plays the matches of `scenario` and prints the comparison.
+fn play_and_compare(
+    program: Program,
+    arguments: &MatchRealismArguments,
+    scenario: &str,
+    own: &[RealFigures],
+) -> ExitCode {
     let file = match chosen(program, arguments, scenario) {
         Ok(file) => file,
         Err(status) => return status,
@@ -90,7 +130,7 @@ pub fn match_realism(program: Program, arguments: &MatchRealismArguments, scenar
         Err(message) => return report::failure(&message),
     };
     let (played, failed) = play(program, arguments, &file, &interrupt);
-    let comparison = Comparison::of(&played, Some(&own), &RealFigures::built_in(), &file.scenario.name);
+    let comparison = Comparison::of(&played, Some(own), &RealFigures::built_in(), &file.scenario.name);
     let what = what_was_played(arguments, &file, played.len());
     let mut printer = Printer::default();
     if !arguments.quiet && !played.is_empty() {

@@ -36,6 +36,14 @@ pub(super) fn table(comparison: &Comparison) -> String {
     text + LEGEND
 }
 
+/// Returns the rows that have a value, without real figures.
+pub(super) fn measured(comparison: &Comparison) -> String {
+    let rows = comparison.rows.iter().filter_map(|row| Some((name_and_unit(row), with_interval(row.estimate?))));
+    let rows: Vec<(String, String)> = rows.collect();
+    let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or_default();
+    rows.iter().fold(String::new(), |text, (name, value)| text + &format!("  {name:width$}  {value:>22}\n"))
+}
+
 /// Returns the definitions of quantities, a line each.
 pub(super) fn definitions(quantities: &[Quantity]) -> String {
     let mut text = String::new();

@@ -51,6 +51,7 @@ mod game_controller;
 mod interrupt;
 mod list;
 mod logs;
+mod match_logs;
 mod match_realism;
 mod match_realism_table;
 mod notes;

@@ -35,8 +35,8 @@ pub fn realism(program: Program, arguments: &RealismArguments) -> ExitCode {
     if arguments.matches.explain {
         return explain();
     }
-    if let Some(scenario) = &arguments.matches.scenario {
-        return match_realism(program, &arguments.matches, scenario);
+    if arguments.matches.scenario.is_some() || arguments.matches.logs.is_some() {
+        return match_realism(program, &arguments.matches);
     }
     let chosen: Vec<RobotModel> = match &arguments.robot {
         None => MODELS.iter().filter_map(|model| RobotModel::named(model.name)).collect(),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use naoisis_core::events::FallCause;
 use naoisis_core::game::{PenaltyReason, SetPlayKind};
 use naoisis_core::team::{PerTeam, Team};
+use naoisis_record::record::game_controller_log::PICK_UP;
 use naoisis_record::record::match_counts::MatchCounts;
 
 /// What was measured of one match, simulated or real.
@@ -97,9 +98,6 @@ pub enum PenaltyGroup {
     /// Others: stance, arms or hands, obstruction, interventions, rules of one's own.
     Other,
 }
-
-/// The name of the custom reason that stands for a request for pick-up in a real match.
-pub const PICK_UP: &str = "request_for_pick_up";
 
 impl PenaltyGroup {
     /// All of them, as printed.
