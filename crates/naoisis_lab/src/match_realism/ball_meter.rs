@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::measures::{FieldMeasures, NextTouch};
-use super::meter::MeteredCycle;
+use super::metered_cycle::MeteredCycle;
 use naoisis_core::events::{CollisionPartner, KickMiss, KickResult, MatchEvent};
 use naoisis_core::team::{PerTeam, RobotId};
 use naoisis_record::record::match_counts::Observed;

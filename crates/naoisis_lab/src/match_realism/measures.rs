@@ -28,7 +28,7 @@ pub struct MatchMeasures {
     pub penalties: BTreeMap<PenaltyGroup, u32>,
     /// Set plays of both teams.
     pub set_plays: BTreeMap<SetPlayKind, u32>,
-    /// Messages that each team sent. `None` if they were not counted.
+    /// Messages that each team sent in `ready`, `set` and `playing`. `None` if they were not counted.
     pub messages: Option<PerTeam<u32>>,
     /// What only those know who see robots and ball: `None` of a log of a GameController.
     pub field: Option<FieldMeasures>,

@@ -2,6 +2,7 @@
 
 use super::ball_meter::BallMeter;
 use super::measures::{FieldMeasures, MatchMeasures};
+use super::metered_cycle::MeteredCycle;
 use super::robot_meter::RobotMeter;
 use naoisis_core::game::GameState;
 use naoisis_core::team::{PerTeam, Team};
@@ -20,16 +21,6 @@ pub struct MatchMeter {
     last_cycle: Option<u64>,
 }
 
-/// A cycle of a match.
-#[derive(Clone, Copy)]
-pub(super) struct MeteredCycle<'a> {
-    pub record: &'a CycleRecord,
-    /// Whether the ball is in play after it.
-    pub is_playing: bool,
-    /// Its time, s; 0 where measuring begins.
-    pub duration_s: f64,
-}
-
 impl MatchMeter {
     /// Creates a meter for matches of `scenario`. The first record that it [reads](Self::look) is where measuring begins.
     pub fn new(scenario: &Scenario) -> Self {
@@ -44,8 +35,11 @@ impl MatchMeter {
         }
     }
 
-    /// Reads the next record.
+    /// Reads the next record. A shoot-out is not measured: the match is over before it.
     pub fn look(&mut self, record: &CycleRecord) {
+        if record.game.shoot_out.is_some() {
+            return;
+        }
         self.counts.look_at_record(record);
         let cycles = self.last_cycle.map_or(0, |last| record.cycle.saturating_sub(last));
         self.last_cycle = Some(record.cycle);
@@ -56,7 +50,8 @@ impl MatchMeter {
         };
         self.robots.look(cycle, &mut self.field);
         self.ball.look(cycle, &mut self.field);
-        for robot in &record.robots {
+        let is_counted = matches!(record.game.state, GameState::Ready | GameState::Set | GameState::Playing);
+        for robot in record.robots.iter().filter(|_| is_counted) {
             let says = robot.command.as_ref().is_some_and(|command| command.say.is_some());
             self.messages[robot.id.team] += u32::from(says);
         }
@@ -248,6 +243,18 @@ mod tests {
         }));
         assert_eq!(touched.first_touch_s.len(), 1);
         assert!((touched.first_touch_s[0] - 2.3).abs() < 1e-9, "{:?}", touched.first_touch_s);
+    }
+
+    #[test]
+    fn a_shoot_out_is_not_measured() {
+        use naoisis_sim::interface::cycle_record::ShootOutRecord;
+        let measures = measured(100, |record| {
+            let shoot_out = ShootOutRecord { team: Team::Blue, taken: default(), goals: default() };
+            record.game.shoot_out = (record.cycle >= 50).then_some(shoot_out);
+            record.events.extend((record.cycle == 60).then(|| kick(BLUE2, KickResult::Kicked)));
+        });
+        assert!((measures.play_s - 4.9).abs() < 1e-9, "{}", measures.play_s);
+        assert!(field(measures).kicks.is_empty());
     }
 
     #[test]

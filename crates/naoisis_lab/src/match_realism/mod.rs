@@ -28,6 +28,7 @@ mod comparison;
 mod estimates;
 mod measures;
 mod meter;
+mod metered_cycle;
 mod playing;
 mod quantities;
 mod real_figures;

@@ -29,7 +29,7 @@ pub enum MatchFailure {
     InvariantBroken(String),
 }
 
-/// Plays one match of `scenario` to its end in an app that `simulator` makes, and measures it.
+/// Plays one match of `scenario` to its end, without a shoot-out, in an app that `simulator` makes, and measures it.
 ///
 /// # Errors
 /// When it cannot be started, panics, or breaks an invariant.
@@ -63,7 +63,8 @@ fn play_to_the_end(world: &mut World, scenario: &Scenario) -> Result<MatchMeasur
         if let Some(message) = world.resource::<CycleEvents>().iter().find_map(is_broken) {
             return Err(MatchFailure::InvariantBroken(message));
         }
-        let is_over = world.resource::<Game>().state == GameState::Finished;
+        let game = world.resource::<Game>();
+        let is_over = game.state == GameState::Finished || game.shoot_out.is_some();
         if is_over || last_cycle.is_some_and(|last| world.resource::<CycleClock>().cycle >= last) {
             return Ok(meter.finish());
         }

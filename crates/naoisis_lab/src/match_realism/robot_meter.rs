@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::measures::FieldMeasures;
-use super::meter::MeteredCycle;
+use super::metered_cycle::MeteredCycle;
 use naoisis_core::events::{CollisionPartner, FallCause, MatchEvent};
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::team::{PerTeam, RobotId};

@@ -1,4 +1,4 @@
-//! The entries of a log, as they are written. Reading wants less of them: see [`reader`](super::reader).
+//! The entries of a log, as they are written. Reading wants [less of them](super::read_entries).
 
 use core::time::Duration;
 use serde::{Serialize, Serializer};

@@ -17,6 +17,7 @@
 
 mod dialect;
 mod entries;
+mod read_entries;
 mod reader;
 mod writer;
 

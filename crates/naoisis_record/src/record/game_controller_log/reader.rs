@@ -3,13 +3,13 @@
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use bevy::prelude::*;
-use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use super::dialect::{offence_of, set_play_of, state_of};
+use super::read_entries::{Action, Arguments, Data, Entry, LoggedAction, Sender, State, TimedEntry};
 use crate::record::match_counts::{MatchCounts, Observed, ObservedRobot};
 use naoisis_agents::game_controller::ReturnPacket;
 use naoisis_core::events::MatchEvent;
@@ -67,125 +67,6 @@ pub enum GameControllerLogError {
     /// It has no parameters of a match.
     #[error("{0}: the first entry is not `metadata`; expected the log of a whole match")]
     NoMetadata(PathBuf),
-}
-
-#[derive(Deserialize)]
-struct TimedEntry {
-    timestamp: Timestamp,
-    entry: Entry,
-}
-
-#[derive(Deserialize)]
-struct Timestamp {
-    secs: u64,
-    nanos: u32,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-enum Entry {
-    Metadata(Metadata),
-    Action(LoggedAction),
-    GameState(State),
-    StatusMessage(Data),
-    TeamMessage(Sender),
-    MonitorRequest(serde::de::IgnoredAny),
-    End,
-}
-
-#[derive(Deserialize)]
-struct Metadata {
-    #[serde(default)]
-    timestamp: String,
-    params: Params,
-}
-
-#[derive(Deserialize)]
-struct Params {
-    competition: Competition,
-    game: GameParams,
-}
-
-#[derive(Deserialize)]
-struct Competition {
-    name: String,
-}
-
-#[derive(Deserialize)]
-struct GameParams {
-    teams: Sides<TeamParams>,
-}
-
-#[derive(Deserialize)]
-struct TeamParams {
-    number: u8,
-}
-
-#[derive(Deserialize, Clone)]
-struct Sides<T> {
-    home: T,
-    away: T,
-}
-
-impl<T> Sides<T> {
-    fn of(&self, team: Team) -> &T {
-        match team {
-            Team::Blue => &self.home,
-            Team::Pink => &self.away,
-        }
-    }
-}
-
-#[derive(Deserialize)]
-struct LoggedAction {
-    source: String,
-    action: Action,
-}
-
-#[derive(Deserialize)]
-struct Action {
-    #[serde(rename = "type")]
-    kind: String,
-    args: Option<Arguments>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(rename_all = "camelCase", default)]
-struct Arguments {
-    side: Option<String>,
-    player: Option<u8>,
-    call: Option<String>,
-    set_play: Option<String>,
-    states: usize,
-}
-
-#[derive(Deserialize, Clone)]
-#[serde(rename_all = "camelCase")]
-struct State {
-    phase: String,
-    state: String,
-    teams: Sides<TeamState>,
-}
-
-#[derive(Deserialize, Clone)]
-struct TeamState {
-    score: u32,
-    players: Vec<Player>,
-}
-
-#[derive(Deserialize, Clone)]
-struct Player {
-    penalty: String,
-}
-
-#[derive(Deserialize)]
-struct Data {
-    data: String,
-}
-
-#[derive(Deserialize)]
-struct Sender {
-    team: u8,
 }
 
 impl GameControllerLog {
