@@ -37,7 +37,7 @@ pub struct MatchRealismArguments {
     seed: u64,
     #[command(flatten)]
     teams: TeamArguments,
-    /// Set a field of the scenario: duration_s=60
+    /// Set a field of the scenario: messages.loss=0.2
     #[arg(long, value_name = "PATH=VALUE", requires = "scenario")]
     set: Vec<Setting>,
     /// Number of threads [default: one per core]

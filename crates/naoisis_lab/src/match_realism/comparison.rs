@@ -227,7 +227,7 @@ mod tests {
         let own = figures(3.0, 3.0, 3.0, Certainty::Hard, Bound::Exact);
         let value = |row: ComparedRow| row.real.map(|real| real.figure.value);
         assert_eq!(value(goals(None, &[derived.clone(), hard.clone()], "spl2025")), Some(2.0));
-        assert_eq!(value(goals(Some(own), &[hard.clone()], "spl2025")), Some(3.0));
+        assert_eq!(value(goals(Some(own), std::slice::from_ref(&hard), "spl2025")), Some(3.0));
         assert_eq!(goals(None, &[derived], "spl2025").mark(), Mark::Derived);
         let other = goals(None, &[hard], "spl2010");
         assert_eq!((other.mark(), other.ratio(), other.is_off()), (Mark::Unknown, None, None));

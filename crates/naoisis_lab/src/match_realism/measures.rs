@@ -71,7 +71,7 @@ impl MatchMeasures {
     }
 }
 
-/// The penalties that GameControllers of the leagues distinguish.
+/// The penalties that a GameController of the leagues distinguishes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 #[non_exhaustive]
 pub enum PenaltyGroup {
@@ -186,8 +186,10 @@ pub struct FieldMeasures {
     pub field_player_distance_m: Option<f64>,
     /// Falls in play, by cause.
     pub falls: BTreeMap<FallCause, u32>,
-    /// Times from falls until the robot stood again, s.
-    pub get_up_s: Vec<f64>,
+    /// Times from falls until the robot stood again, s, of those that lay on the front.
+    pub get_up_front_s: Vec<f64>,
+    /// The same of those that lay on the back.
+    pub get_up_back_s: Vec<f64>,
     /// Contacts of team-mates in play.
     pub contacts_of_mates: u32,
     /// Contacts of opponents in play.

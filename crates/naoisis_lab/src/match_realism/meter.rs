@@ -94,7 +94,7 @@ mod tests {
     use naoisis_core::events::{CollisionPartner, CollisionType, FallCause, KickMiss, KickResult, MatchEvent};
     use naoisis_core::geometry::Pose;
     use naoisis_core::kick_geometry::KickType;
-    use naoisis_core::robot::posture::Posture;
+    use naoisis_core::robot::posture::{LyingOn, Posture};
     use naoisis_core::team::RobotId;
     use naoisis_sim::interface::cycle_record::{BallRecord, GameRecord, RobotRecord};
 
@@ -156,7 +156,7 @@ mod tests {
         let fall = MatchEvent::Fall { robot: BLUE2, cause: FallCause::Walking, speed_mps: 0.2, probability: 0.1 };
         let fell = field(measured(100, |record| {
             record.robots[0].posture =
-                if (10..60).contains(&record.cycle) { Posture::Fallen { cycles: 0 } } else { Posture::Upright };
+                if (10..60).contains(&record.cycle) { Posture::fallen(LyingOn::Back) } else { Posture::Upright };
             match record.cycle {
                 10 => record.events.push(fall.clone()),
                 60 => record.events.push(MatchEvent::GotUp { robot: BLUE2 }),
@@ -169,7 +169,8 @@ mod tests {
             }
         }));
         assert_eq!(fell.falls, [(FallCause::Walking, 1)].into());
-        assert!((fell.get_up_s[0] - 5.0).abs() < 1e-9 && fell.get_up_s.len() == 1);
+        assert!((fell.get_up_back_s[0] - 5.0).abs() < 1e-9 && fell.get_up_back_s.len() == 1);
+        assert!(fell.get_up_front_s.is_empty());
         assert!((fell.lying_s - 5.0).abs() < 1e-9 && (fell.robot_play_s - 2.0 * 8.9).abs() < 1e-9);
     }
 

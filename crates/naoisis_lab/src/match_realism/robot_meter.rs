@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::measures::FieldMeasures;
 use super::metered_cycle::MeteredCycle;
 use naoisis_core::events::{CollisionPartner, FallCause, MatchEvent};
-use naoisis_core::robot::posture::Posture;
+use naoisis_core::robot::posture::{LyingOn, Posture};
 use naoisis_core::team::{PerTeam, RobotId};
 use naoisis_sim::interface::cycle_record::RobotRecord;
 
@@ -24,8 +24,8 @@ const NEAR_BALL_M: f32 = 3.0;
 pub(super) struct RobotMeter {
     /// Where each robot's next step begins, while it is upright in play.
     steps_from: BTreeMap<RobotId, Vec2>,
-    /// When each robot that lies fell, s.
-    fell_at: BTreeMap<RobotId, f64>,
+    /// When each robot that lies fell, s, and the side of the body that is down.
+    fell_at: BTreeMap<RobotId, (f64, LyingOn)>,
     /// When a robot of the team last saw the ball in this play, s.
     ball_seen_at: PerTeam<Option<f64>>,
 }
@@ -36,6 +36,9 @@ impl RobotMeter {
             self.note(event, cycle, field);
         }
         for robot in &cycle.record.robots {
+            if let (Some(on), Some((_, side))) = (robot.posture.lying_on(), self.fell_at.get_mut(&robot.id)) {
+                *side = on;
+            }
             self.look_at(robot, cycle, field);
         }
         self.look_for_ball(cycle, field);
@@ -47,15 +50,19 @@ impl RobotMeter {
             MatchEvent::Fall { robot, cause, .. } => {
                 // Who falls again while getting up has been down since the first fall.
                 if *cause != FallCause::GettingUp {
-                    self.fell_at.insert(*robot, record.time_s);
+                    self.fell_at.insert(*robot, (record.time_s, LyingOn::default()));
                 }
                 if is_playing {
                     *field.falls.entry(*cause).or_default() += 1;
                 }
             }
             MatchEvent::GotUp { robot } => {
-                let since_s = self.fell_at.remove(robot).map(|fell_s| record.time_s - fell_s);
-                field.get_up_s.extend(since_s);
+                let Some((fell_s, on)) = self.fell_at.remove(robot) else { return };
+                let times = match on {
+                    LyingOn::Front => &mut field.get_up_front_s,
+                    LyingOn::Back => &mut field.get_up_back_s,
+                };
+                times.push(record.time_s - fell_s);
             }
             MatchEvent::Penalty { robot, .. } => {
                 self.fell_at.remove(robot);

@@ -70,7 +70,18 @@ pub(super) fn falls() -> Vec<Quantity> {
             ["falls_walking", "  in walking", "", "the same, of falls by loss of balance in walking"],
             FallCause::Walking,
         ),
-        of_cause(["falls_collision", "  in collisions", "", "the same, of falls in collisions"], FallCause::Collision),
+        of_cause(
+            ["falls_collision", "  in collisions", "", "the same, of falls when a contact with a robot begins"],
+            FallCause::Collision,
+        ),
+        of_cause(
+            ["falls_contact", "  in lasting contact", "", "the same, of falls in contact with a robot that lasts"],
+            FallCause::Contact,
+        ),
+        of_cause(
+            ["falls_tripping", "  over lying robots", "", "the same, of falls over a robot that lies"],
+            FallCause::Tripping,
+        ),
         of_cause(["falls_kick", "  in kicks", "", "the same, of falls in kicks"], FallCause::Kick),
         of_cause(
             ["falls_getting_up", "  in getting up", "", "the same, of attempts to get up that failed"],
@@ -95,12 +106,21 @@ pub(super) fn falls() -> Vec<Quantity> {
         ),
         mean_of(
             [
-                "getting_up",
-                "fallen until upright",
+                "getting_up_front",
+                "fallen until upright, front",
                 "s",
-                "mean time from a fall until the robot stands again, failed attempts included",
+                "mean time from a fall on the front until the robot stands, retries included",
             ],
-            |field| &field.get_up_s,
+            |field| &field.get_up_front_s,
+        ),
+        mean_of(
+            [
+                "getting_up_back",
+                "fallen until upright, back",
+                "s",
+                "mean time from a fall on the back until the robot stands, retries included",
+            ],
+            |field| &field.get_up_back_s,
         ),
     ]
 }

@@ -1,4 +1,4 @@
-//! The words of the GameControllers of both leagues.
+//! The words of the GameController in both leagues.
 
 use naoisis_core::game::{GameState, PenaltyReason, SetPlayKind};
 
