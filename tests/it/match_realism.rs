@@ -60,6 +60,7 @@ fn what_cannot_be_compared_is_refused() {
         (&["--logs", "no_log.yaml"], "no_log.yaml:1: "),
         (&["--logs", "."], "no_log.yaml:1: "),
         (&["--write-real", "a.ron"], "--logs"),
+        (&["--blue", "roles"], "expected --match beside them"),
     ] {
         let output = naoisis(folder.path(), &[&["realism"], arguments].concat());
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stderr));
@@ -121,7 +122,7 @@ fn off(scenario: &str, matches: usize) -> Vec<String> {
     let mut played = Vec::new();
     let keep = |_, measures: Result<MatchMeasures, _>| played.push(measures.unwrap());
     play_matches(&scenario, matches, 1, threads, headless_app, &AtomicBool::new(false), keep);
-    let comparison = Comparison::of(&played, None, &RealFigures::built_in(), &scenario.name);
+    let comparison = Comparison::of(&played, &RealFigures::built_in(), &scenario.name);
     let is_off = |key: &&str| comparison.row(key).and_then(|row| row.is_off()).unwrap_or(true);
     let words = |key: &str| {
         let row = comparison.row(key);

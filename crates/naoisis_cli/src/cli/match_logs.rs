@@ -35,7 +35,7 @@ impl CountedLogs {
         }
         let measures: Vec<MatchMeasures> =
             logs.iter().map(|log| MatchMeasures::of_counts(&log.counts, Some(log.messages))).collect();
-        let comparison = Comparison::of(&measures, None, &[], "");
+        let comparison = Comparison::of(&measures, &[], "");
         Ok(Self { folder: path.to_owned(), logs, comparison })
     }
 

@@ -16,7 +16,6 @@ use super::outputs::{Output, check_files};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
-use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::replace_file::replace_file;
 use naoisis_core::team::Team;
 use naoisis_lab::match_realism::{Comparison, MatchMeasures, RealFigures, play_matches, quantities};
@@ -26,7 +25,8 @@ use naoisis_sim::scenario::{ScenarioFile, Setting};
 /// Arguments of `naoisis realism` for whole matches.
 #[derive(Args, Debug, Clone)]
 pub struct MatchRealismArguments {
-    /// Play whole matches of this scenario instead, and compare them with real ones [default: spl2025]
+    /// Play whole matches of this scenario instead, passers against roles, and compare them with real ones [default:
+    /// spl2025]
     #[arg(long = "match", value_name = "LEAGUE", num_args = 0..=1, default_missing_value = "spl2025", conflicts_with_all = ["robot", "repetitions"])]
     pub scenario: Option<String>,
     /// Number of matches
@@ -58,6 +58,9 @@ pub struct MatchRealismArguments {
     /// Write the table as JSON
     #[arg(long, value_name = "FILE", requires = "scenario")]
     json: Option<PathBuf>,
+    /// Write the table as CSV
+    #[arg(long, value_name = "FILE", requires = "scenario")]
+    csv: Option<PathBuf>,
     /// Replace an existing file
     #[arg(long)]
     force: bool,
@@ -67,25 +70,38 @@ pub struct MatchRealismArguments {
 }
 
 impl MatchRealismArguments {
-    /// Checks that no file is replaced, and reads the figures of `--real`.
+    /// Whether they are of matches rather than of robots.
+    pub fn are_given(&self) -> bool {
+        self.scenario.is_some()
+            || self.logs.is_some()
+            || Team::BOTH.into_iter().any(|team| self.teams.of(team).is_some())
+    }
+
+    /// Checks that teams play and no file is replaced. Returns the real figures: those of `--real` before those of the program.
     fn check(&self) -> Result<Vec<RealFigures>, String> {
+        if self.scenario.is_none() && Team::BOTH.into_iter().any(|team| self.teams.of(team).is_some()) {
+            return Err("--blue, --pink: teams play matches only; expected --match beside them".to_owned());
+        }
         let output = |(option, path): (&'static str, &Option<PathBuf>)| Some(Output { option, path: path.clone()? });
-        let outputs: Vec<Output> =
-            [("--json", &self.json), ("--write-real", &self.write_real)].into_iter().filter_map(output).collect();
+        let outputs: Vec<Output> = [("--json", &self.json), ("--csv", &self.csv), ("--write-real", &self.write_real)]
+            .into_iter()
+            .filter_map(output)
+            .collect();
         let scenario = self.scenario.as_deref().unwrap_or_default();
         check_files(Path::new(scenario), &outputs, self.force)?;
-        let mut own = Vec::new();
+        let mut real = Vec::new();
         for path in &self.real {
-            own.extend(RealFigures::read(path).map_err(|error| format!("--real: {error}"))?);
+            real.extend(RealFigures::read(path).map_err(|error| format!("--real: {error}"))?);
         }
-        Ok(own)
+        real.extend(RealFigures::built_in());
+        Ok(real)
     }
 }
 
 /// Counts the matches of `--logs`, plays those of `--match`, and prints them.
 pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> ExitCode {
-    let mut own = match arguments.check() {
-        Ok(own) => own,
+    let mut real = match arguments.check() {
+        Ok(real) => real,
         Err(message) => return report::usage_error(&message),
     };
     if let Some(path) = &arguments.logs {
@@ -105,10 +121,10 @@ pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> Exi
             }
             return printer.finish(ExitCode::SUCCESS);
         }
-        own.insert(0, logs.figures());
+        real.insert(0, logs.figures());
     }
     match &arguments.scenario {
-        Some(scenario) => play_and_compare(program, arguments, scenario, &own),
+        Some(scenario) => play_and_compare(program, arguments, scenario, &real),
         None => ExitCode::SUCCESS,
     }
 }
@@ -118,7 +134,7 @@ fn play_and_compare(
     program: Program,
     arguments: &MatchRealismArguments,
     scenario: &str,
-    own: &[RealFigures],
+    real: &[RealFigures],
 ) -> ExitCode {
     let file = match chosen(program, arguments, scenario) {
         Ok(file) => file,
@@ -130,7 +146,7 @@ fn play_and_compare(
         Err(message) => return report::failure(&message),
     };
     let (played, failed) = play(program, arguments, &file, &interrupt);
-    let comparison = Comparison::of(&played, Some(own), &RealFigures::built_in(), &file.scenario.name);
+    let comparison = Comparison::of(&played, real, &file.scenario.name);
     let what = what_was_played(arguments, &file, played.len());
     let mut printer = Printer::default();
     if !arguments.quiet && !played.is_empty() {
@@ -143,7 +159,7 @@ fn play_and_compare(
         "matches": played.len(),
         "first_seed": arguments.seed,
     });
-    if let Err(message) = write_json(arguments, heading, &comparison) {
+    if let Err(message) = write_tables(arguments, heading, &comparison) {
         return report::failure(&message);
     }
     let status = if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS };
@@ -171,10 +187,9 @@ fn chosen(program: Program, arguments: &MatchRealismArguments, scenario: &str) -
         blue: Some(arguments.teams.blue.clone().unwrap_or_else(|| "passers".to_owned())),
         pink: Some(arguments.teams.pink.clone().unwrap_or_else(|| "roles".to_owned())),
     };
-    let registry = app.world().resource::<BehaviourRegistry>();
     for team in Team::BOTH {
         let name = teams.of(team).unwrap_or_default();
-        if name.starts_with("exec:") || registry.team(name).is_none() && name == "remote" {
+        if name.starts_with("exec:") || name == "remote" {
             return Err(report::usage_error(&format!(
                 "--{}: programs take no part here; expected the name of a team (see `naoisis list teams`)",
                 team.name()
@@ -235,14 +250,20 @@ fn what_was_played(arguments: &MatchRealismArguments, file: &ScenarioFile, playe
     text
 }
 
-/// Writes the file of `--json`: the heading, and the rows.
-fn write_json(arguments: &MatchRealismArguments, heading: Value, comparison: &Comparison) -> Result<(), String> {
-    let Some(path) = &arguments.json else { return Ok(()) };
-    let mut value = heading;
-    value["rows"] = comparison.to_json();
-    let written = replace_file(path, |mut file| {
-        serde_json::to_writer_pretty(&mut file, &value)?;
-        io::Write::write_all(&mut file, b"\n")
-    });
-    written.map_err(|problem| format!("--json: {}: {problem}", path.display()))
+/// Writes the files of `--json`, the heading and the rows, and `--csv`, the rows.
+fn write_tables(arguments: &MatchRealismArguments, heading: Value, comparison: &Comparison) -> Result<(), String> {
+    if let Some(path) = &arguments.json {
+        let mut value = heading;
+        value["rows"] = comparison.to_json();
+        let written = replace_file(path, |mut file| {
+            serde_json::to_writer_pretty(&mut file, &value)?;
+            io::Write::write_all(&mut file, b"\n")
+        });
+        written.map_err(|problem| format!("--json: {}: {problem}", path.display()))?;
+    }
+    if let Some(path) = &arguments.csv {
+        let written = replace_file(path, |file| comparison.write_csv(file));
+        written.map_err(|problem| format!("--csv: {}: {problem}", path.display()))?;
+    }
+    Ok(())
 }

@@ -114,7 +114,7 @@ mod tests {
     fn a_row_has_value_interval_real_figure_ratio_and_mark() {
         let mut drawn = MatchMeasures::default();
         drawn.goals = PerTeam { blue: 1, pink: 1 };
-        let comparison = Comparison::of(&[drawn.clone(), drawn], None, &RealFigures::built_in(), "spl2025");
+        let comparison = Comparison::of(&[drawn.clone(), drawn], &RealFigures::built_in(), "spl2025");
         let text = table(&comparison);
         let line = |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_default();
         let goals = line("goals a match");

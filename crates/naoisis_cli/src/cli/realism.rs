@@ -35,7 +35,7 @@ pub fn realism(program: Program, arguments: &RealismArguments) -> ExitCode {
     if arguments.matches.explain {
         return explain();
     }
-    if arguments.matches.scenario.is_some() || arguments.matches.logs.is_some() {
+    if arguments.matches.are_given() {
         return match_realism(program, &arguments.matches);
     }
     let chosen: Vec<RobotModel> = match &arguments.robot {

@@ -2,12 +2,32 @@
 
 use serde::Serialize;
 use serde_json::{Value, json};
+use std::io;
 
 use super::estimates::{IntervalKind, Quantity};
 use super::measures::MatchMeasures;
 use super::quantities::quantities;
 use super::real_figures::{Bound, Certainty, RealFigure, RealFigures};
 use naoisis_core::statistics::Estimate;
+
+/// The columns of the table in CSV.
+const CSV_COLUMNS: [&str; 15] = [
+    "key",
+    "name",
+    "unit",
+    "value",
+    "low",
+    "high",
+    "real",
+    "real_low",
+    "real_high",
+    "year",
+    "n",
+    "source",
+    "ratio",
+    "mark",
+    "is_off",
+];
 
 /// How sure the real figure of a row is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
@@ -120,20 +140,18 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares `matches` of the scenario of this name with `real` figures: those of `own`, in their order, before built-in ones, and
-    /// hard ones before derived ones.
-    pub fn of(matches: &[MatchMeasures], own: Option<&[RealFigures]>, real: &[RealFigures], scenario: &str) -> Self {
-        let figure = |key: &str, certainty: Certainty| {
-            let own = own.unwrap_or_default().iter().filter(|figures| figures.are_of(scenario));
-            let built_in = real.iter().filter(|figures| figures.are_of(scenario));
-            own.chain(built_in).find_map(|figures| {
-                let figure = figures.figures.get(key).filter(|figure| figure.certainty == certainty)?.clone();
+    /// Compares `matches` of the scenario of this name with `real` figures: of several of a quantity, with the first.
+    pub fn of(matches: &[MatchMeasures], real: &[RealFigures], scenario: &str) -> Self {
+        let figure = |key: &str| {
+            let mut of_scenario = real.iter().filter(|figures| figures.are_of(scenario));
+            of_scenario.find_map(|figures| {
+                let figure = figures.figures.get(key)?.clone();
                 Some(ComparedFigure { figure, name: figures.name.clone(), year: figures.year.clone() })
             })
         };
         let played: Vec<&MatchMeasures> = matches.iter().collect();
         let row = |quantity: Quantity| {
-            let real = figure(&quantity.key, Certainty::Hard).or_else(|| figure(&quantity.key, Certainty::Derived));
+            let real = figure(&quantity.key);
             ComparedRow::of(quantity, &played, real)
         };
         Self { rows: quantities(matches).into_iter().map(row).collect() }
@@ -154,6 +172,41 @@ impl Comparison {
             value
         };
         self.rows.iter().map(row).collect()
+    }
+
+    /// Writes the rows as CSV, a line each.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_csv(&self, writer: impl io::Write) -> io::Result<()> {
+        let mut table = csv::Writer::from_writer(writer);
+        table.write_record(CSV_COLUMNS)?;
+        let number = |value: Option<f64>| {
+            value.filter(|value| value.is_finite()).map_or_else(String::new, |value| value.to_string())
+        };
+        for row in &self.rows {
+            let real = row.real.as_ref();
+            let figure = real.map(|real| &real.figure);
+            let estimate = row.estimate;
+            table.write_record([
+                row.key.clone(),
+                row.name.trim().to_owned(),
+                row.unit.to_owned(),
+                number(estimate.map(|estimate| estimate.value)),
+                number(estimate.map(|estimate| estimate.low)),
+                number(estimate.map(|estimate| estimate.high)),
+                number(figure.map(|figure| figure.value)),
+                number(figure.and_then(|figure| figure.low)),
+                number(figure.and_then(|figure| figure.high)),
+                real.map_or_else(String::new, |real| real.year.clone()),
+                figure.and_then(|figure| figure.n).map_or_else(String::new, |n| n.to_string()),
+                figure.map_or_else(String::new, |figure| figure.source.clone()),
+                number(row.ratio()),
+                row.mark().sign().to_owned(),
+                row.is_off().map_or_else(String::new, |is_off| is_off.to_string()),
+            ])?;
+        }
+        table.flush()
     }
 
     /// The values as figures of real matches, for a file: `name`, `year` and `source` say of which. Quantities that were not measured
@@ -201,19 +254,17 @@ mod tests {
         [1, 2, 3, 1, 2, 3, 1, 3].map(of).into()
     }
 
-    fn goals(own: Option<RealFigures>, real: &[RealFigures], scenario: &str) -> ComparedRow {
-        let own: Vec<RealFigures> = own.into_iter().collect();
-        Comparison::of(&matches(), Some(&own), real, scenario).row("goals").unwrap().clone()
+    fn goals(real: &[RealFigures], scenario: &str) -> ComparedRow {
+        Comparison::of(&matches(), real, scenario).row("goals").unwrap().clone()
     }
 
     #[test]
     fn a_value_is_off_when_the_intervals_have_nothing_in_common() {
-        let exact =
-            |value, low, high| goals(None, &[figures(value, low, high, Certainty::Hard, Bound::Exact)], "spl2025");
+        let exact = |value, low, high| goals(&[figures(value, low, high, Certainty::Hard, Bound::Exact)], "spl2025");
         let [near, far] = [exact(3.5, 3.2, 3.9), exact(6.0, 5.5, 6.5)];
         assert_eq!((near.is_off(), near.mark(), near.mark().sign()), (Some(false), Mark::Hard, ""));
         assert_eq!((far.is_off(), far.ratio()), (Some(true), Some(0.5)));
-        let bound = |value, bound| goals(None, &[figures(value, value, value, Certainty::Hard, bound)], "spl2025");
+        let bound = |value, bound| goals(&[figures(value, value, value, Certainty::Hard, bound)], "spl2025");
         assert_eq!(bound(2.0, Bound::AtLeast).is_off(), Some(false));
         assert_eq!(bound(2.0, Bound::AtMost).is_off(), Some(true));
         assert_eq!(bound(9.0, Bound::AtLeast).is_off(), Some(true));
@@ -221,25 +272,29 @@ mod tests {
     }
 
     #[test]
-    fn a_figure_is_of_its_scenarios_hard_before_derived_and_ones_own_first() {
+    fn a_figure_is_of_its_scenarios_and_the_first_counts() {
         let derived = figures(1.0, 1.0, 1.0, Certainty::Derived, Bound::Exact);
         let hard = figures(2.0, 2.0, 2.0, Certainty::Hard, Bound::Exact);
-        let own = figures(3.0, 3.0, 3.0, Certainty::Hard, Bound::Exact);
         let value = |row: ComparedRow| row.real.map(|real| real.figure.value);
-        assert_eq!(value(goals(None, &[derived.clone(), hard.clone()], "spl2025")), Some(2.0));
-        assert_eq!(value(goals(Some(own), std::slice::from_ref(&hard), "spl2025")), Some(3.0));
-        assert_eq!(goals(None, &[derived], "spl2025").mark(), Mark::Derived);
-        let other = goals(None, &[hard], "spl2010");
+        assert_eq!(value(goals(&[hard.clone(), derived.clone()], "spl2025")), Some(2.0));
+        assert_eq!(goals(&[derived, hard.clone()], "spl2025").mark(), Mark::Derived);
+        let other = goals(&[hard], "spl2010");
         assert_eq!((other.mark(), other.ratio(), other.is_off()), (Mark::Unknown, None, None));
     }
 
     #[test]
     fn json_has_what_is_printed_and_what_is_written_is_compared_with() {
         let real = [figures(6.0, 5.5, 6.5, Certainty::Hard, Bound::Exact)];
-        let comparison = Comparison::of(&matches(), None, &real, "spl2025");
+        let comparison = Comparison::of(&matches(), &real, "spl2025");
         let json = comparison.to_json();
         assert_eq!((json[0]["key"].as_str(), json[0]["ratio"].as_f64()), (Some("goals"), Some(0.5)));
         assert_eq!((json[0]["real"]["year"].as_str(), json[0]["is_off"].as_bool()), (Some("2024"), Some(true)));
+        let mut table = Vec::new();
+        comparison.write_csv(&mut table).unwrap();
+        let table = String::from_utf8(table).unwrap();
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines.len(), comparison.rows.len() + 1);
+        assert!(lines[1].starts_with("goals,goals a match,,3,") && lines[1].ends_with(",0.5,,true"), "{}", lines[1]);
         let written = comparison.to_real_figures("mine", "2026", "counted by a test", 8);
         assert_eq!(written.figures["goals"].value, 3.0);
         assert!(!written.figures.contains_key("kicks"), "a quantity without a value");

@@ -16,7 +16,7 @@
 //! };
 //! let scenario = Scenario { duration_s: Some(5.0), ..Scenario::named("spl2025")? };
 //! let measures = [play_match(simulator, &scenario)?];
-//! let comparison = Comparison::of(&measures, None, &RealFigures::built_in(), "spl2025");
+//! let comparison = Comparison::of(&measures, &RealFigures::built_in(), "spl2025");
 //! let goals = comparison.row("goals").unwrap();
 //! assert_eq!(goals.estimate.unwrap().value, f64::from(measures[0].goals.blue + measures[0].goals.pink));
 //! assert_eq!(goals.real.as_ref().unwrap().year, "2022-2024");
