@@ -16,6 +16,7 @@
 //! 14. [Extending it](extending): a sensor, a rule, a team, a log format, a command.
 //! 15. [A match in your own app](own_app): schedules, start and end, events.
 //! 16. [Random numbers](random_numbers): of behaviours, sensors and programs.
+//! 17. [Matches beside real ones](real_matches): goals, falls, penalties and seventy other quantities, and logs of the GameController.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -74,6 +75,9 @@ pub mod python {}
 
 #[doc = include_str!("ros2.md")]
 pub mod ros2 {}
+
+#[doc = include_str!("real_matches.md")]
+pub mod real_matches {}
 
 #[doc = include_str!("robots.md")]
 pub mod robots {}

@@ -27,6 +27,7 @@ mod interventions;
 mod kicks;
 mod layers;
 mod localisation;
+mod match_realism;
 mod matches;
 mod model_files;
 mod models;

@@ -51,6 +51,9 @@ mod game_controller;
 mod interrupt;
 mod list;
 mod logs;
+mod match_logs;
+mod match_realism;
+mod match_realism_table;
 mod notes;
 mod outputs;
 mod pace;
@@ -105,8 +108,8 @@ enum Command {
     List(list::ListArguments),
     /// Show a robot model: its figures, and a sheet with pictures
     Robot(robot::RobotArguments),
-    /// Measure simulated robots and compare them with real ones
-    Realism(realism::RealismArguments),
+    /// Measure simulated robots, or whole matches, and compare them with real ones
+    Realism(Box<realism::RealismArguments>),
     /// Play on from one moment of a match many times, with other random numbers
     #[command(name = "whatif")]
     WhatIf(whatif::WhatIfArguments),
@@ -150,7 +153,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
         Some(Command::Robot(arguments)) => robot::robot(&arguments),
-        Some(Command::Realism(arguments)) => realism::realism(&arguments),
+        Some(Command::Realism(arguments)) => realism::realism(program, &arguments),
         Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
         Some(Command::Challenge(arguments)) => challenge::challenge(program, &arguments),
         Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),

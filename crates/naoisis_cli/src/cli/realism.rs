@@ -1,12 +1,13 @@
-//! `naoisis realism`: measures simulated robots and compares them with real ones.
+//! `naoisis realism`: measures simulated robots and compares them with real ones; or [whole matches](super::match_realism).
 
 use clap::Args;
 use core::fmt::Write;
 use std::process::ExitCode;
 
 use super::interrupt::Interrupt;
-use super::report;
+use super::match_realism::{MatchRealismArguments, explain, match_realism};
 use super::terminal::Printer;
+use super::{Program, report};
 use naoisis_lab::trials::{self, MeasuredQuantity};
 use naoisis_sim::scenario::{MODELS, ModelError, RobotModel};
 
@@ -25,10 +26,18 @@ pub struct RealismArguments {
     /// Repetitions of each walk and kick, each with another seed
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     repetitions: u32,
+    #[command(flatten)]
+    matches: MatchRealismArguments,
 }
 
-/// Measures the robots and prints the tables.
-pub fn realism(arguments: &RealismArguments) -> ExitCode {
+/// Measures the robots, or plays the matches, and prints the tables.
+pub fn realism(program: Program, arguments: &RealismArguments) -> ExitCode {
+    if arguments.matches.explain {
+        return explain();
+    }
+    if arguments.matches.are_given() {
+        return match_realism(program, &arguments.matches);
+    }
     let chosen: Vec<RobotModel> = match &arguments.robot {
         None => MODELS.iter().filter_map(|model| RobotModel::named(model.name)).collect(),
         Some(name) => match RobotModel::find(name) {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::team::Team;
 
 /// The kind of a set play, in which the ball belongs to one team.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SetPlayKind {
     /// Kick-off.

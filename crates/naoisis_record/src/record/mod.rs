@@ -13,6 +13,7 @@ mod error;
 pub mod film;
 pub mod formats;
 pub mod frames;
+pub mod game_controller_log;
 pub mod history;
 pub mod marks;
 pub mod match_counts;

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::formats::LogFormatApp;
+use super::game_controller_log::GameControllerLogRecorder;
 use super::recorder::{self, Recorders};
 use super::trace::TraceRecorder;
 use naoisis_core::cycle::{Cycle, CycleHalf, CycleSystems};
@@ -16,6 +17,11 @@ impl Plugin for RecordPlugin {
         let trace = "a line of JSON a cycle, compressed if its name ends in .zst";
         app.add_plugins(GatherPlugin)
             .add_log_format("trace", trace, TraceRecorder::create)
+            .add_log_format(
+                "gamecontroller",
+                "YAML as the league's GameController writes it",
+                GameControllerLogRecorder::create,
+            )
             // Recorders have the whole world to look at: they come when nobody else is at work.
             .configure_sets(
                 Cycle,

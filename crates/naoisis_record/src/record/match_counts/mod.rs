@@ -8,6 +8,7 @@
 //! | counted | definition | source |
 //! |---|---|---|
 //! | goal | counts for the team, own goals of the opponents included; a robot's goals are those that it touched last | Opta "Goal/Own Goal" |
+//! | goals in a half | the goals that were added to the score in it | |
 //! | own goal | a goal that counts for the other team | Opta "Goal/Own Goal" |
 //! | kick | a kick that struck the ball, in any state of the game | |
 //! | pass | a kick that another robot touched next, or that left the pitch, and that was no shot. A ball that the kicker touches again after 0.5 s is a dribble, and one that is stopped by the referee no pass | Opta "Pass": the attempted delivery of the ball from one player to another |
@@ -19,7 +20,10 @@
 //! | duel | in play, upright robots of both teams are within 0.5 m of the ball, until one team has none within 0.75 m. The team that touched the ball last during it has won; a duel without a touch, or that a dead ball ends, is not counted | Opta "Duel": a 50-50 contest between two players of opposing sides, one of whom wins |
 //! | ball in a half | time in play with the ball on that side of the halfway line | |
 //! | out | the ball left the pitch; of the team that touched it last | |
+//! | set play | a free kick or penalty kick that the team was given; kick-offs are not counted | |
 //! | fall, penalty, program lost | each such event, in any state of the game | |
+//! | share of `playing` | of the time in `ready`, `set` and `playing`, the share of `playing` | statistics of the league's GameController |
+//! | active robots | of the robots' time in `ready`, `set` and `playing`, the share without a penalty | the same |
 //! | distance | the way that the robot went in play, m, by its true speed; robots that are carried do not walk | FIFA "Total distance", in play |
 //! | ball seen | share of the time in which the robot recognised the ball | |
 //! | pose error | distance of the place where the robot believes itself to be from its true place at the end of the cycle, m; its mean, its median (a value a second), and the share of the time in which it is over 0.5 m and over 1 m | |
@@ -40,7 +44,7 @@ pub use observed::{MatchCounter, Observed, ObservedRobot};
 pub use robot_counts::{ErrorCounts, RobotCounts};
 
 use naoisis_core::events::{CollisionPartner, KickResult, MatchEvent};
-use naoisis_core::game::{GameState, Intervention, Score};
+use naoisis_core::game::{GameState, Intervention, Score, SetPlayKind};
 use naoisis_core::pitch::End;
 use naoisis_core::statistics::median;
 use naoisis_core::team::{PerTeam, RobotId, Team};
@@ -61,6 +65,10 @@ pub struct MatchCounts {
     pub goals: PerTeam<u32>,
     /// Goals of the team that count for the other team.
     pub own_goals: PerTeam<u32>,
+    /// The score when each half ended, or as it is in the half under way.
+    pub score_after_half: BTreeMap<u32, Score>,
+    /// Set plays that the team was given, by kind.
+    pub set_plays: PerTeam<BTreeMap<SetPlayKind, u32>>,
     /// Balls that left the pitch.
     pub outs: u32,
     /// Balls that left the pitch and that the team touched last.
@@ -73,6 +81,11 @@ pub struct MatchCounts {
     pub robots: BTreeMap<RobotId, RobotCounts>,
     period_s: f64,
     play_cycles: u64,
+    /// Cycles in `ready`, `set` and `playing`.
+    game_cycles: u64,
+    /// Cycles of robots in these states, and those of them without a penalty.
+    robot_cycles: PerTeam<u64>,
+    active_cycles: PerTeam<u64>,
     possession_cycles: PerTeam<u64>,
     ball_in_half_cycles: PerTeam<u64>,
     /// Pose errors of each team's robots, m: one a second.
@@ -99,6 +112,8 @@ impl MatchCounts {
         Self {
             goals: default(),
             own_goals: default(),
+            score_after_half: BTreeMap::new(),
+            set_plays: default(),
             outs: 0,
             outs_of: default(),
             duels_won: default(),
@@ -106,6 +121,9 @@ impl MatchCounts {
             robots: BTreeMap::new(),
             period_s: scenario.cycle_s,
             play_cycles: 0,
+            game_cycles: 0,
+            robot_cycles: default(),
+            active_cycles: default(),
             possession_cycles: default(),
             ball_in_half_cycles: default(),
             pose_errors_m: default(),
@@ -134,6 +152,7 @@ impl MatchCounts {
         };
         self.duration_s = cycle.time_s - began_s;
         self.goals = PerTeam::new(|team| cycle.score[team].saturating_sub(score[team]));
+        self.score_after_half.insert(cycle.half, self.goals);
         for event in cycle.events {
             self.count(event);
         }
@@ -142,8 +161,13 @@ impl MatchCounts {
         }
         if cycle.state != GameState::Playing {
             self.dead_ball();
+            if matches!(cycle.state, GameState::Ready | GameState::Set) {
+                self.game_cycles += cycles;
+                robots.for_each(|robot| self.count_active(&robot, cycles));
+            }
             return 0.0;
         }
+        self.game_cycles += cycles;
         self.play_cycles += cycles;
         if let Some(robot) = self.last_touch {
             self.possession_cycles[robot.team] += cycles;
@@ -154,7 +178,11 @@ impl MatchCounts {
             self.ball_in_half_cycles[team] += cycles;
         }
         let mut nearest_m = PerTeam { blue: f32::INFINITY, pink: f32::INFINITY };
-        for robot in robots.filter(|robot| !robot.is_penalised) {
+        for robot in robots {
+            self.count_active(&robot, cycles);
+            if robot.is_penalised {
+                continue;
+            }
             self.robots.entry(robot.id).or_default().play(&robot, cycle, cycles, self.period_s);
             if cycle.cycle.is_multiple_of(CYCLES_PER_POSE_ERROR)
                 && let Some(error_m) = robot_counts::pose_error_m(&robot, cycle)
@@ -168,6 +196,11 @@ impl MatchCounts {
         }
         self.count_duel(nearest_m.blue.max(nearest_m.pink));
         cycles as f64 * self.period_s
+    }
+
+    fn count_active(&mut self, robot: &ObservedRobot, cycles: u64) {
+        self.robot_cycles[robot.id.team] += cycles;
+        self.active_cycles[robot.id.team] += if robot.is_penalised { 0 } else { cycles };
     }
 
     fn robot(&mut self, id: RobotId) -> &mut RobotCounts {
@@ -195,9 +228,12 @@ impl MatchCounts {
                 }
                 self.dead_ball();
             }
+            MatchEvent::FreeKick { set_play, team, .. } => {
+                *self.set_plays[*team].entry(*set_play).or_default() += 1;
+                self.dead_ball();
+            }
             MatchEvent::KickOff { .. }
             | MatchEvent::DropBall { .. }
-            | MatchEvent::FreeKick { .. }
             | MatchEvent::ThrowIn { .. }
             | MatchEvent::Shot { .. }
             | MatchEvent::Intervention { intervention: Intervention::PlaceBall { .. } } => self.dead_ball(),
@@ -268,6 +304,23 @@ impl MatchCounts {
     /// The time in play, s.
     pub fn play_s(&self) -> f64 {
         self.play_cycles as f64 * self.period_s
+    }
+
+    /// The time in `ready`, `set` and `playing`, s.
+    pub fn game_s(&self) -> f64 {
+        self.game_cycles as f64 * self.period_s
+    }
+
+    /// The time of the robots of `team` in `ready`, `set` and `playing`, s, and how much of it was without a penalty.
+    pub fn robot_and_active_s(&self, team: Team) -> [f64; 2] {
+        [self.robot_cycles[team], self.active_cycles[team]].map(|cycles| cycles as f64 * self.period_s)
+    }
+
+    /// The goals of each team in `half`, from 1.
+    pub fn goals_in_half(&self, half: u32) -> Score {
+        let earlier = self.score_after_half.range(..half).next_back().map(|(_, score)| *score).unwrap_or_default();
+        let after = self.score_after_half.get(&half).copied().unwrap_or(earlier);
+        PerTeam::new(|team| after[team].saturating_sub(earlier[team]))
     }
 
     /// The share of `team` in the possession, from 0 to 1. `None` if no robot touched the ball.

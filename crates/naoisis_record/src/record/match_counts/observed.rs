@@ -27,6 +27,8 @@ pub struct Observed<'a> {
     pub time_s: f64,
     /// The state of the game after it.
     pub state: GameState,
+    /// The half after it, from 1.
+    pub half: u32,
     /// The score after it.
     pub score: Score,
     /// The end that the blue team defends.
@@ -53,6 +55,7 @@ impl<'a> From<&'a CycleRecord> for Observed<'a> {
             cycle: record.cycle,
             time_s: record.time_s,
             state: record.game.state,
+            half: record.game.half,
             score: record.game.score,
             blue_end: record.game.blue_end,
             ball_m: record.ball.map(|ball| ball.position_m.truncate()),
@@ -143,6 +146,7 @@ impl MatchCounter {
             cycle: clock.cycle,
             time_s: clock.end_time_s(),
             state: game.state,
+            half: game.half,
             score: game.score,
             blue_end: game.blue_end,
             ball_m: self.balls.iter(world).next().map(|ball| ball.position),

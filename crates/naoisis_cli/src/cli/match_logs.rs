@@ -1,0 +1,106 @@
+//! The logs of `naoisis realism --logs`, counted.
+
+use core::fmt::{self, Write as _};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::match_realism_table::measured;
+use super::report;
+use naoisis_core::replace_file::replace_file;
+use naoisis_lab::match_realism::{Comparison, MatchMeasures, RealFigures};
+use naoisis_record::record::game_controller_log::GameControllerLog;
+
+/// Real matches, counted in the logs of a GameController.
+pub(super) struct CountedLogs {
+    folder: PathBuf,
+    logs: Vec<GameControllerLog>,
+    comparison: Comparison,
+}
+
+impl CountedLogs {
+    /// Reads a log, or all `.yaml` files of a folder in the order of their names. A log that is cut off is noted.
+    ///
+    /// # Errors
+    /// When one cannot be read, or the folder has none.
+    pub fn read(path: &Path, quiet: bool) -> Result<Self, String> {
+        let files = files(path)?;
+        let mut logs = Vec::new();
+        for file in &files {
+            let log = GameControllerLog::read(file).map_err(|error| error.to_string())?;
+            if !log.is_complete && !quiet {
+                report::note(&format!("{}: the log is cut off: it is counted as far as it goes", file.display()));
+            }
+            logs.push(log);
+        }
+        let measures: Vec<MatchMeasures> =
+            logs.iter().map(|log| MatchMeasures::of_counts(&log.counts, Some(log.messages))).collect();
+        let comparison = Comparison::of(&measures, &[], "");
+        Ok(Self { folder: path.to_owned(), logs, comparison })
+    }
+
+    /// The values as figures of real matches.
+    pub fn figures(&self) -> RealFigures {
+        let count = self.logs.len();
+        let name = self.folder.file_name().unwrap_or_default().to_string_lossy();
+        let source = format!("{count} log{} of a GameController, {name}", if count == 1 { "" } else { "s" });
+        let matches = u32::try_from(count).unwrap_or(u32::MAX);
+        self.comparison.to_real_figures(&self.competitions(), &self.years(), &source, matches)
+    }
+
+    /// Writes the figures as a file for `--real`.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write_figures(&self, path: &Path) -> io::Result<()> {
+        let text = self.figures().to_ron().map_err(io::Error::other)?;
+        replace_file(path, |mut file| io::Write::write_all(&mut file, text.as_bytes()))
+    }
+
+    fn competitions(&self) -> String {
+        let mut names: Vec<&str> = self.logs.iter().map(|log| log.competition.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.join(", ")
+    }
+
+    /// The years of the matches, such as `2023-2024`.
+    fn years(&self) -> String {
+        let years = || self.logs.iter().filter_map(|log| log.date.get(..4));
+        match (years().min(), years().max()) {
+            (Some(first), Some(last)) if first != last => format!("{first}-{last}"),
+            (first, _) => first.unwrap_or("unknown").to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for CountedLogs {
+    fn fmt(&self, text: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for log in &self.logs {
+            let (goals, teams) = (log.counts.goals, log.team_numbers);
+            let date = log.date.get(..10).unwrap_or_default();
+            writeln!(
+                text,
+                "{date} {}: team {} against team {}, {}:{}",
+                log.competition, teams.blue, teams.pink, goals.blue, goals.pink
+            )?;
+        }
+        text.write_char('\n')?;
+        text.write_str(&measured(&self.comparison))
+    }
+}
+
+fn files(path: &Path) -> Result<Vec<PathBuf>, String> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let wrong = |error: io::Error| format!("{}: {error}", path.display());
+    let entries = fs::read_dir(path).map_err(wrong)?.collect::<io::Result<Vec<_>>>().map_err(wrong)?;
+    let mut files: Vec<PathBuf> = entries.iter().map(fs::DirEntry::path).collect();
+    files.retain(|file| file.extension().is_some_and(|extension| extension == "yaml"));
+    files.sort();
+    if files.is_empty() {
+        return Err(format!("{}: the folder has no .yaml file; expected logs of a GameController", path.display()));
+    }
+    Ok(files)
+}

@@ -1,0 +1,269 @@
+//! `naoisis realism --match`: plays whole matches and puts them beside real ones.
+
+use clap::Args;
+use core::fmt::Write as _;
+use serde_json::{Value, json};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use super::batch::progress_bar;
+use super::begin::scenario_file;
+use super::interrupt::Interrupt;
+use super::match_logs::CountedLogs;
+use super::match_realism_table::{definitions, table};
+use super::outputs::{Output, check_files};
+use super::teams::TeamArguments;
+use super::terminal::Printer;
+use super::{Program, report};
+use naoisis_core::replace_file::replace_file;
+use naoisis_core::team::Team;
+use naoisis_lab::match_realism::{Comparison, MatchMeasures, RealFigures, play_matches, quantities};
+use naoisis_sim::interface::gather::GatherPlugin;
+use naoisis_sim::scenario::{ScenarioFile, Setting};
+
+/// Arguments of `naoisis realism` for whole matches.
+#[derive(Args, Debug, Clone)]
+pub struct MatchRealismArguments {
+    /// Play whole matches of this scenario instead, passers against roles, and compare them with real ones [default:
+    /// spl2025]
+    #[arg(long = "match", value_name = "LEAGUE", num_args = 0..=1, default_missing_value = "spl2025", conflicts_with_all = ["robot", "repetitions"])]
+    pub scenario: Option<String>,
+    /// Number of matches
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "scenario")]
+    matches: u32,
+    /// Seed of the first match; each further match has the next seed
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "scenario")]
+    seed: u64,
+    #[command(flatten)]
+    teams: TeamArguments,
+    /// Set a field of the scenario: messages.loss=0.2
+    #[arg(long, value_name = "PATH=VALUE", requires = "scenario")]
+    set: Vec<Setting>,
+    /// Number of threads [default: one per core]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024), requires = "scenario")]
+    threads: Option<u16>,
+    /// Figures of real matches that come before those of the program: a .ron or .json file, or a folder of them
+    #[arg(long, value_name = "PATH", requires = "scenario")]
+    real: Vec<PathBuf>,
+    /// Count real matches in the logs of the league's GameController, a .yaml file or a folder of them, and compare with these
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["robot", "repetitions"])]
+    pub logs: Option<PathBuf>,
+    /// Write what was counted in the logs as a file for --real
+    #[arg(long, value_name = "FILE", requires = "logs")]
+    write_real: Option<PathBuf>,
+    /// Print what each quantity of whole matches is, and play nothing
+    #[arg(long)]
+    pub explain: bool,
+    /// Write the table as JSON
+    #[arg(long, value_name = "FILE", requires = "scenario")]
+    json: Option<PathBuf>,
+    /// Write the table as CSV
+    #[arg(long, value_name = "FILE", requires = "scenario")]
+    csv: Option<PathBuf>,
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+impl MatchRealismArguments {
+    /// Whether they are of matches rather than of robots.
+    pub fn are_given(&self) -> bool {
+        self.scenario.is_some()
+            || self.logs.is_some()
+            || Team::BOTH.into_iter().any(|team| self.teams.of(team).is_some())
+    }
+
+    /// Checks that teams play and no file is replaced. Returns the real figures: those of `--real` before those of the program.
+    fn check(&self) -> Result<Vec<RealFigures>, String> {
+        if self.scenario.is_none() && Team::BOTH.into_iter().any(|team| self.teams.of(team).is_some()) {
+            return Err("--blue, --pink: teams play matches only; expected --match beside them".to_owned());
+        }
+        let output = |(option, path): (&'static str, &Option<PathBuf>)| Some(Output { option, path: path.clone()? });
+        let outputs: Vec<Output> = [("--json", &self.json), ("--csv", &self.csv), ("--write-real", &self.write_real)]
+            .into_iter()
+            .filter_map(output)
+            .collect();
+        let scenario = self.scenario.as_deref().unwrap_or_default();
+        check_files(Path::new(scenario), &outputs, self.force)?;
+        let mut real = Vec::new();
+        for path in &self.real {
+            real.extend(RealFigures::read(path).map_err(|error| format!("--real: {error}"))?);
+        }
+        real.extend(RealFigures::built_in());
+        Ok(real)
+    }
+}
+
+/// Counts the matches of `--logs`, plays those of `--match`, and prints them.
+pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> ExitCode {
+    let mut real = match arguments.check() {
+        Ok(real) => real,
+        Err(message) => return report::usage_error(&message),
+    };
+    if let Some(path) = &arguments.logs {
+        let logs = match CountedLogs::read(path, arguments.quiet) {
+            Ok(logs) => logs,
+            Err(message) => return report::usage_error(&format!("--logs: {message}")),
+        };
+        if let Some(path) = &arguments.write_real
+            && let Err(problem) = logs.write_figures(path)
+        {
+            return report::failure(&format!("--write-real: {}: {problem}", path.display()));
+        }
+        if arguments.scenario.is_none() {
+            let mut printer = Printer::default();
+            if !arguments.quiet {
+                printer.print(&logs);
+            }
+            return printer.finish(ExitCode::SUCCESS);
+        }
+        real.insert(0, logs.figures());
+    }
+    match &arguments.scenario {
+        Some(scenario) => play_and_compare(program, arguments, scenario, &real),
+        None => ExitCode::SUCCESS,
+    }
+}
+
+/// Plays the matches of `scenario` and prints the comparison.
+fn play_and_compare(
+    program: Program,
+    arguments: &MatchRealismArguments,
+    scenario: &str,
+    real: &[RealFigures],
+) -> ExitCode {
+    let file = match chosen(program, arguments, scenario) {
+        Ok(file) => file,
+        Err(status) => return status,
+    };
+    let watched = Interrupt::watch(|| report::note("finishing the running matches; interrupt again to stop at once"));
+    let interrupt = match watched {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
+    };
+    let (played, failed) = play(program, arguments, &file, &interrupt);
+    let comparison = Comparison::of(&played, real, &file.scenario.name);
+    let what = what_was_played(arguments, &file, played.len());
+    let mut printer = Printer::default();
+    if !arguments.quiet && !played.is_empty() {
+        printer.print(format_args!("{what}\n{}", table(&comparison)));
+    }
+    let heading = json!({
+        "scenario": file.scenario.name,
+        "teams": file.scenario.teams,
+        "realism": file.scenario.realism_in_words(),
+        "matches": played.len(),
+        "first_seed": arguments.seed,
+    });
+    if let Err(message) = write_tables(arguments, heading, &comparison) {
+        return report::failure(&message);
+    }
+    let status = if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS };
+    interrupt.finish(printer.finish(status))
+}
+
+/// Prints what each quantity is.
+pub fn explain() -> ExitCode {
+    let mut printer = Printer::default();
+    printer.print(definitions(&quantities(&[])));
+    printer.finish(ExitCode::SUCCESS)
+}
+
+/// The scenario with realistic robots, the teams and the settings of the command line.
+///
+/// # Errors
+/// The exit status of an error, which has been reported.
+fn chosen(program: Program, arguments: &MatchRealismArguments, scenario: &str) -> Result<ScenarioFile, ExitCode> {
+    let realistic: Setting = "realism=realistic".parse().map_err(|_| ExitCode::FAILURE)?;
+    let settings: Vec<Setting> = [realistic].into_iter().chain(arguments.set.iter().cloned()).collect();
+    let file = scenario_file(scenario)?;
+    let mut file = file.check_with(&settings).map_err(|errors| report::scenario_errors(&errors))?;
+    let app = program.simulator();
+    let teams = TeamArguments {
+        blue: Some(arguments.teams.blue.clone().unwrap_or_else(|| "passers".to_owned())),
+        pink: Some(arguments.teams.pink.clone().unwrap_or_else(|| "roles".to_owned())),
+    };
+    for team in Team::BOTH {
+        let name = teams.of(team).unwrap_or_default();
+        if name.starts_with("exec:") || name == "remote" {
+            return Err(report::usage_error(&format!(
+                "--{}: programs take no part here; expected the name of a team (see `naoisis list teams`)",
+                team.name()
+            )));
+        }
+    }
+    teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    Ok(file)
+}
+
+/// Plays the matches and reports those that failed. Returns the measures of the others, and whether one failed.
+fn play(
+    program: Program,
+    arguments: &MatchRealismArguments,
+    file: &ScenarioFile,
+    interrupt: &Interrupt,
+) -> (Vec<MatchMeasures>, bool) {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let progress = progress_bar(arguments.matches as usize, 0, arguments.quiet);
+    let (mut played, mut failed) = (Vec::new(), false);
+    play_matches(
+        &file.scenario,
+        arguments.matches as usize,
+        arguments.seed,
+        arguments.threads.map_or(cores, usize::from),
+        || program.simulator_with(GatherPlugin),
+        interrupt.stop(),
+        |seed, measures| {
+            match measures {
+                Ok(measures) => played.push(measures),
+                Err(failure) => {
+                    failed = true;
+                    progress.suspend(|| report::note(&format!("the match with seed {seed}: {failure}")));
+                }
+            }
+            progress.inc(1);
+        },
+    );
+    progress.finish_and_clear();
+    (played, failed)
+}
+
+fn what_was_played(arguments: &MatchRealismArguments, file: &ScenarioFile, played: usize) -> String {
+    let scenario = &file.scenario;
+    let mut text = format!("{}, ", scenario.name);
+    if let Some(teams) = &scenario.teams {
+        let _ = write!(text, "{} (blue) against {} (pink), ", teams.name(Team::Blue), teams.name(Team::Pink));
+    }
+    let _ = write!(text, "{}: ", scenario.realism_in_words());
+    let last = arguments.seed.wrapping_add(played.saturating_sub(1) as u64);
+    let _ = match played {
+        1 => write!(text, "1 match, seed {}", arguments.seed),
+        _ => write!(text, "{played} matches, seeds {} to {last}", arguments.seed),
+    };
+    if played < arguments.matches as usize {
+        let _ = write!(text, " (of {} matches)", arguments.matches);
+    }
+    text
+}
+
+/// Writes the files of `--json`, the heading and the rows, and `--csv`, the rows.
+fn write_tables(arguments: &MatchRealismArguments, heading: Value, comparison: &Comparison) -> Result<(), String> {
+    if let Some(path) = &arguments.json {
+        let mut value = heading;
+        value["rows"] = comparison.to_json();
+        let written = replace_file(path, |mut file| {
+            serde_json::to_writer_pretty(&mut file, &value)?;
+            io::Write::write_all(&mut file, b"\n")
+        });
+        written.map_err(|problem| format!("--json: {}: {problem}", path.display()))?;
+    }
+    if let Some(path) = &arguments.csv {
+        let written = replace_file(path, |file| comparison.write_csv(file));
+        written.map_err(|problem| format!("--csv: {}: {problem}", path.display()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,302 @@
+//! Simulated and real figures side by side.
+
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::io;
+
+use super::estimates::{IntervalKind, Quantity};
+use super::measures::MatchMeasures;
+use super::quantities::quantities;
+use super::real_figures::{Bound, Certainty, RealFigure, RealFigures};
+use naoisis_core::statistics::Estimate;
+
+/// The columns of the table in CSV.
+const CSV_COLUMNS: [&str; 15] = [
+    "key",
+    "name",
+    "unit",
+    "value",
+    "low",
+    "high",
+    "real",
+    "real_low",
+    "real_high",
+    "year",
+    "n",
+    "source",
+    "ratio",
+    "mark",
+    "is_off",
+];
+
+/// How sure the real figure of a row is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mark {
+    /// It was counted in a primary source: no mark.
+    Hard,
+    /// It is of one match, or derived: `~`.
+    Derived,
+    /// There is none: `?`.
+    Unknown,
+}
+
+impl Mark {
+    /// The mark as printed.
+    pub fn sign(self) -> &'static str {
+        match self {
+            Mark::Hard => "",
+            Mark::Derived => "~",
+            Mark::Unknown => "?",
+        }
+    }
+}
+
+/// A real figure with the name and the year of its matches.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+#[non_exhaustive]
+pub struct ComparedFigure {
+    /// The figure.
+    #[serde(flatten)]
+    pub figure: RealFigure,
+    /// Which matches it is of.
+    pub name: String,
+    /// When these were played.
+    pub year: String,
+}
+
+/// A quantity of simulated matches beside that of real ones.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+#[non_exhaustive]
+pub struct ComparedRow {
+    /// The key of the quantity.
+    pub key: String,
+    /// Its name as printed.
+    pub name: String,
+    /// Its unit; empty for a number.
+    pub unit: &'static str,
+    /// What it is.
+    pub definition: String,
+    /// The value of the matches with its 95 % interval.
+    #[serde(serialize_with = "finite")]
+    pub estimate: Option<Estimate>,
+    /// How the interval is made.
+    pub interval: IntervalKind,
+    /// The real figure.
+    pub real: Option<ComparedFigure>,
+}
+
+/// Writes the ends of infinite intervals as `null`.
+fn finite<S: serde::Serializer>(estimate: &Option<Estimate>, serializer: S) -> Result<S::Ok, S::Error> {
+    let number = |value: f64| value.is_finite().then_some(value);
+    let value = estimate.map(
+        |Estimate { value, low, high }| json!({ "value": number(value), "low": number(low), "high": number(high) }),
+    );
+    value.serialize(serializer)
+}
+
+impl ComparedRow {
+    fn of(quantity: Quantity, matches: &[&MatchMeasures], real: Option<ComparedFigure>) -> Self {
+        let (estimate, interval) = (quantity.estimate(matches), quantity.interval());
+        let Quantity { key, name, unit, definition, .. } = quantity;
+        Self { key, name, unit, definition, estimate, interval, real }
+    }
+
+    /// How sure the real figure is.
+    pub fn mark(&self) -> Mark {
+        match self.real.as_ref().map(|real| real.figure.certainty) {
+            Some(Certainty::Hard) => Mark::Hard,
+            Some(Certainty::Derived) => Mark::Derived,
+            None => Mark::Unknown,
+        }
+    }
+
+    /// The simulated value divided by the real one. `None` without one of them, of a bound, and for a real value of 0.
+    pub fn ratio(&self) -> Option<f64> {
+        let real = &self.real.as_ref()?.figure;
+        let ratio = self.estimate?.value / real.value;
+        (real.bound == Bound::Exact && ratio.is_finite()).then_some(ratio)
+    }
+
+    /// Whether the simulated value is off: the two intervals have nothing in common, or the simulated one is beyond a bound. `None`
+    /// without one of the values, or where a real value has no interval.
+    pub fn is_off(&self) -> Option<bool> {
+        let real = &self.real.as_ref()?.figure;
+        let Estimate { low, high, .. } = self.estimate?;
+        match real.bound {
+            Bound::AtLeast => Some(high < real.value),
+            Bound::AtMost => Some(low > real.value),
+            Bound::Exact => Some(high < real.low? || low > real.high?),
+        }
+    }
+}
+
+/// Matches beside real ones.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct Comparison {
+    /// The rows, in the order of the quantities.
+    pub rows: Vec<ComparedRow>,
+}
+
+impl Comparison {
+    /// Compares `matches` of the scenario of this name with `real` figures: of several of a quantity, with the first.
+    pub fn of(matches: &[MatchMeasures], real: &[RealFigures], scenario: &str) -> Self {
+        let figure = |key: &str| {
+            let mut of_scenario = real.iter().filter(|figures| figures.are_of(scenario));
+            of_scenario.find_map(|figures| {
+                let figure = figures.figures.get(key)?.clone();
+                Some(ComparedFigure { figure, name: figures.name.clone(), year: figures.year.clone() })
+            })
+        };
+        let played: Vec<&MatchMeasures> = matches.iter().collect();
+        let row = |quantity: Quantity| {
+            let real = figure(&quantity.key);
+            ComparedRow::of(quantity, &played, real)
+        };
+        Self { rows: quantities(matches).into_iter().map(row).collect() }
+    }
+
+    /// The row of a quantity.
+    pub fn row(&self, key: &str) -> Option<&ComparedRow> {
+        self.rows.iter().find(|row| row.key == key)
+    }
+
+    /// The rows as JSON, with ratio, mark and verdict.
+    pub fn to_json(&self) -> Value {
+        let row = |row: &ComparedRow| {
+            let mut value = json!(row);
+            value["ratio"] = json!(row.ratio());
+            value["mark"] = json!(row.mark());
+            value["is_off"] = json!(row.is_off());
+            value
+        };
+        self.rows.iter().map(row).collect()
+    }
+
+    /// Writes the rows as CSV, a line each.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_csv(&self, writer: impl io::Write) -> io::Result<()> {
+        let mut table = csv::Writer::from_writer(writer);
+        table.write_record(CSV_COLUMNS)?;
+        let number = |value: Option<f64>| {
+            value.filter(|value| value.is_finite()).map_or_else(String::new, |value| value.to_string())
+        };
+        for row in &self.rows {
+            let real = row.real.as_ref();
+            let figure = real.map(|real| &real.figure);
+            let estimate = row.estimate;
+            table.write_record([
+                row.key.clone(),
+                row.name.trim().to_owned(),
+                row.unit.to_owned(),
+                number(estimate.map(|estimate| estimate.value)),
+                number(estimate.map(|estimate| estimate.low)),
+                number(estimate.map(|estimate| estimate.high)),
+                number(figure.map(|figure| figure.value)),
+                number(figure.and_then(|figure| figure.low)),
+                number(figure.and_then(|figure| figure.high)),
+                real.map_or_else(String::new, |real| real.year.clone()),
+                figure.and_then(|figure| figure.n).map_or_else(String::new, |n| n.to_string()),
+                figure.map_or_else(String::new, |figure| figure.source.clone()),
+                number(row.ratio()),
+                row.mark().sign().to_owned(),
+                row.is_off().map_or_else(String::new, |is_off| is_off.to_string()),
+            ])?;
+        }
+        table.flush()
+    }
+
+    /// The values as figures of real matches, for a file: `name`, `year` and `source` say of which. Quantities that were not measured
+    /// are left out.
+    pub fn to_real_figures(&self, name: &str, year: &str, source: &str, matches: u32) -> RealFigures {
+        let figure = |row: &ComparedRow| {
+            let Estimate { value, low, high } = row.estimate?;
+            let end = |end: f64| end.is_finite().then_some(end);
+            let figure = RealFigure {
+                value,
+                low: end(low),
+                high: end(high),
+                n: Some(matches),
+                of: "matches".to_owned(),
+                certainty: if matches > 1 { Certainty::Hard } else { Certainty::Derived },
+                bound: Bound::Exact,
+                source: source.to_owned(),
+            };
+            Some((row.key.clone(), figure))
+        };
+        let (name, year) = (name.to_owned(), year.to_owned());
+        RealFigures { name, year, scenarios: Vec::new(), figures: self.rows.iter().filter_map(figure).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::team::PerTeam;
+
+    fn figures(value: f64, low: f64, high: f64, certainty: Certainty, bound: Bound) -> RealFigures {
+        let (low, high) = (Some(low), Some(high));
+        let source = "a test".to_owned();
+        let figure = RealFigure { value, low, high, n: Some(9), of: "matches".to_owned(), certainty, bound, source };
+        RealFigures {
+            name: "real".to_owned(),
+            year: "2024".to_owned(),
+            scenarios: vec!["spl2025".to_owned()],
+            figures: [("goals".to_owned(), figure)].into(),
+        }
+    }
+
+    fn matches() -> Vec<MatchMeasures> {
+        let of = |blue| MatchMeasures { goals: PerTeam { blue, pink: 1 }, ..MatchMeasures::default() };
+        [1, 2, 3, 1, 2, 3, 1, 3].map(of).into()
+    }
+
+    fn goals(real: &[RealFigures], scenario: &str) -> ComparedRow {
+        Comparison::of(&matches(), real, scenario).row("goals").unwrap().clone()
+    }
+
+    #[test]
+    fn a_value_is_off_when_the_intervals_have_nothing_in_common() {
+        let exact = |value, low, high| goals(&[figures(value, low, high, Certainty::Hard, Bound::Exact)], "spl2025");
+        let [near, far] = [exact(3.5, 3.2, 3.9), exact(6.0, 5.5, 6.5)];
+        assert_eq!((near.is_off(), near.mark(), near.mark().sign()), (Some(false), Mark::Hard, ""));
+        assert_eq!((far.is_off(), far.ratio()), (Some(true), Some(0.5)));
+        let bound = |value, bound| goals(&[figures(value, value, value, Certainty::Hard, bound)], "spl2025");
+        assert_eq!(bound(2.0, Bound::AtLeast).is_off(), Some(false));
+        assert_eq!(bound(2.0, Bound::AtMost).is_off(), Some(true));
+        assert_eq!(bound(9.0, Bound::AtLeast).is_off(), Some(true));
+        assert_eq!(bound(9.0, Bound::AtMost).ratio(), None);
+    }
+
+    #[test]
+    fn a_figure_is_of_its_scenarios_and_the_first_counts() {
+        let derived = figures(1.0, 1.0, 1.0, Certainty::Derived, Bound::Exact);
+        let hard = figures(2.0, 2.0, 2.0, Certainty::Hard, Bound::Exact);
+        let value = |row: ComparedRow| row.real.map(|real| real.figure.value);
+        assert_eq!(value(goals(&[hard.clone(), derived.clone()], "spl2025")), Some(2.0));
+        assert_eq!(goals(&[derived, hard.clone()], "spl2025").mark(), Mark::Derived);
+        let other = goals(&[hard], "spl2010");
+        assert_eq!((other.mark(), other.ratio(), other.is_off()), (Mark::Unknown, None, None));
+    }
+
+    #[test]
+    fn json_has_what_is_printed_and_what_is_written_is_compared_with() {
+        let real = [figures(6.0, 5.5, 6.5, Certainty::Hard, Bound::Exact)];
+        let comparison = Comparison::of(&matches(), &real, "spl2025");
+        let json = comparison.to_json();
+        assert_eq!((json[0]["key"].as_str(), json[0]["ratio"].as_f64()), (Some("goals"), Some(0.5)));
+        assert_eq!((json[0]["real"]["year"].as_str(), json[0]["is_off"].as_bool()), (Some("2024"), Some(true)));
+        let mut table = Vec::new();
+        comparison.write_csv(&mut table).unwrap();
+        let table = String::from_utf8(table).unwrap();
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines.len(), comparison.rows.len() + 1);
+        assert!(lines[1].starts_with("goals,goals a match,,3,") && lines[1].ends_with(",0.5,,true"), "{}", lines[1]);
+        let written = comparison.to_real_figures("mine", "2026", "counted by a test", 8);
+        assert_eq!(written.figures["goals"].value, 3.0);
+        assert!(!written.figures.contains_key("kicks"), "a quantity without a value");
+    }
+}

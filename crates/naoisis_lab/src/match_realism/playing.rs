@@ -1,0 +1,140 @@
+//! Plays the matches that are measured.
+
+use bevy::prelude::*;
+use core::sync::atomic::AtomicBool;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use super::measures::MatchMeasures;
+use super::meter::MatchMeter;
+use naoisis_core::cycle::{CycleClock, run_cycle};
+use naoisis_core::events::{CycleEvents, MatchEvent};
+use naoisis_core::game::{Game, GameState};
+use naoisis_sensing::sensing::jobs::SensingThreads;
+use naoisis_sim::interface::gather::{CurrentRecord, GatherPlugin, gather_start};
+use naoisis_sim::scenario::{Scenario, ScenarioFault};
+use naoisis_sim::simulation::{MatchApp, play_in_order};
+
+/// Why a match has no measures.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MatchFailure {
+    /// It cannot be started.
+    #[error("it cannot be started: {0}")]
+    Start(#[from] ScenarioFault),
+    /// It panicked.
+    #[error("it panicked: {0}")]
+    Panicked(String),
+    /// An invariant of the simulation was broken.
+    #[error("it broke an invariant: {0}")]
+    InvariantBroken(String),
+}
+
+/// Plays one match of `scenario` to its end, without a shoot-out, in an app that `simulator` makes, and measures it.
+///
+/// # Errors
+/// When it cannot be started, panics, or breaks an invariant.
+pub fn play_match(simulator: impl Fn() -> App, scenario: &Scenario) -> Result<MatchMeasures, MatchFailure> {
+    let played = catch_unwind(AssertUnwindSafe(|| {
+        let mut app = simulator();
+        if !app.is_plugin_added::<GatherPlugin>() {
+            app.add_plugins(GatherPlugin);
+        }
+        // The matches have the cores.
+        app.insert_resource(SensingThreads(1));
+        play_to_the_end(app.start_match(scenario)?.world_mut(), scenario)
+    }));
+    played.unwrap_or_else(|payload| {
+        let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+        Err(MatchFailure::Panicked(text.unwrap_or_else(|| "without a message".to_owned())))
+    })
+}
+
+fn play_to_the_end(world: &mut World, scenario: &Scenario) -> Result<MatchMeasures, MatchFailure> {
+    gather_start(world);
+    let mut meter = MatchMeter::new(scenario);
+    let last_cycle = scenario.last_cycle();
+    loop {
+        meter.look(&world.resource::<CurrentRecord>().record);
+        let is_broken = |event: &MatchEvent| match event {
+            MatchEvent::InvariantBroken { message } => Some(message.clone()),
+            _ => None,
+        };
+        if let Some(message) = world.resource::<CycleEvents>().iter().find_map(is_broken) {
+            return Err(MatchFailure::InvariantBroken(message));
+        }
+        let game = world.resource::<Game>();
+        let is_over = game.state == GameState::Finished || game.shoot_out.is_some();
+        if is_over || last_cycle.is_some_and(|last| world.resource::<CycleClock>().cycle >= last) {
+            return Ok(meter.finish());
+        }
+        run_cycle(world);
+    }
+}
+
+/// Plays `matches` of `scenario` on `threads` threads with seeds from `first_seed` on, and hands each seed with its measures to `finished`
+/// in the order of the seeds. When `stop` becomes true, the matches under way are finished and no others begin.
+pub fn play_matches(
+    scenario: &Scenario,
+    matches: usize,
+    first_seed: u64,
+    threads: usize,
+    simulator: impl Fn() -> App + Sync,
+    stop: &AtomicBool,
+    mut finished: impl FnMut(u64, Result<MatchMeasures, MatchFailure>),
+) {
+    let play = |(): &mut (), index: usize| {
+        let seed = first_seed.wrapping_add(index as u64);
+        (seed, play_match(&simulator, &Scenario { seed, ..scenario.clone() }))
+    };
+    let Ok(()) = play_in_order(
+        0..matches,
+        threads,
+        stop,
+        || (),
+        play,
+        |(seed, measures)| {
+            finished(seed, measures);
+            Ok::<(), core::convert::Infallible>(())
+        },
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::simulation::NaoisisPlugins;
+
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }
+
+    fn measured(threads: usize) -> Vec<(u64, MatchMeasures)> {
+        let scenario = Scenario { duration_s: Some(30.0), ..Scenario::named("match3v3").unwrap() };
+        let mut played = Vec::new();
+        let keep = |seed, measures: Result<MatchMeasures, _>| played.push((seed, measures.unwrap()));
+        play_matches(&scenario, 3, 5, threads, simulator, &AtomicBool::new(false), keep);
+        played
+    }
+
+    #[test]
+    fn measures_are_the_same_for_any_number_of_threads() {
+        let played = measured(1);
+        assert_eq!(played.iter().map(|(seed, _)| *seed).collect::<Vec<_>>(), [5, 6, 7]);
+        let field = played[0].1.field.as_ref().unwrap();
+        assert!(field.walked_m > 5.0 && field.robot_play_s > 60.0 && field.ball_seen.is_some(), "{field:?}");
+        assert_eq!(measured(3), played);
+    }
+
+    #[test]
+    fn a_match_that_cannot_start_or_panics_says_so() {
+        let teams = r#"{ "teams": { "blue": "nobody", "pink": "roles" } }"#;
+        let unknown = play_match(simulator, &Scenario::from_json(teams).unwrap()).unwrap_err();
+        assert!(unknown.to_string().starts_with("it cannot be started: "), "{unknown}");
+        let panics = || -> App { panic!("out of chalk") };
+        let panicked = play_match(panics, &Scenario::default()).unwrap_err();
+        assert_eq!(panicked.to_string(), "it panicked: out of chalk");
+    }
+}

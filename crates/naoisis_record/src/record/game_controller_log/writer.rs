@@ -1,0 +1,373 @@
+//! Writes the log of a simulated match.
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use bevy::prelude::*;
+use core::time::Duration;
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use super::dialect::Dialect;
+use super::entries::{
+    Action, Cards, Entry, Metadata, PlayerState, Sides, State, StatusMessage, TeamMessage, TeamState, TimedEntry, Timer,
+};
+use crate::record::output_file::OutputFile;
+use crate::record::recorder::{MatchEnd, RecordError, Recorder};
+use naoisis_agents::game_controller::{Division, ReturnPacket};
+use naoisis_core::communication::StatusReport;
+use naoisis_core::events::MatchEvent;
+use naoisis_core::game::{GameState, PenaltyReason, Rules, SetPlayKind};
+use naoisis_core::pitch::End;
+use naoisis_core::team::{RobotId, Team};
+use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_sim::scenario::Scenario;
+
+/// The number of players of a team that a log has, present or not.
+const PLAYERS: u8 = 20;
+/// Cycles between the status messages of a robot: two seconds. A robot without one for four seconds would count as absent.
+const CYCLES_PER_STATUS: u64 = 60;
+
+/// Writes a match as a log of the league's GameController, which the league's programs read.
+pub struct GameControllerLogRecorder {
+    output: OutputFile,
+    writer: BufWriter<File>,
+    error: Option<io::Error>,
+    dialect: Dialect,
+    rules: Rules,
+    penalties: [u32; 2],
+    /// The state of the game in the last state that was written.
+    written: GameState,
+}
+
+impl GameControllerLogRecorder {
+    /// A log into a file, which replaces any that is there when the match is over.
+    ///
+    /// # Errors
+    /// When the file cannot be made.
+    pub fn create(path: &Path) -> Result<Self, RecordError> {
+        let output = OutputFile::create(path)?;
+        let writer = BufWriter::new(output.writer()?);
+        let (dialect, rules) = (Dialect::default(), Rules::default());
+        Ok(Self { output, writer, error: None, dialect, rules, penalties: [0; 2], written: GameState::default() })
+    }
+
+    fn write(&mut self, time_s: f64, entry: Entry) {
+        if self.error.is_some() {
+            return;
+        }
+        let entry = TimedEntry { timestamp: Duration::from_secs_f64(time_s.max(0.0)), entry };
+        let written = serde_norway::to_string(&[entry]).map_err(io::Error::other);
+        self.error = written.and_then(|text| self.writer.write_all(text.as_bytes())).err();
+    }
+
+    /// Writes the messages of the robots.
+    fn write_messages(&mut self, record: &CycleRecord) {
+        for robot in &record.robots {
+            let (team, player) = (number_of(robot.id.team), robot.id.number);
+            let host = format!("10.0.{team}.{player}");
+            if (record.cycle + 3 * u64::from(player)).is_multiple_of(CYCLES_PER_STATUS) {
+                let report = status_report(robot, record.time_s);
+                let bytes = ReturnPacket { player, team, report }.to_bytes();
+                let data = BASE64_STANDARD.encode(bytes);
+                self.write(record.time_s, Entry::StatusMessage(StatusMessage { host: host.clone(), data }));
+            }
+            let Some(say) = robot.command.as_ref().and_then(|command| command.say.as_ref()) else { continue };
+            let data = BASE64_STANDARD.encode(vec![0; say.size_bytes()]);
+            self.write(record.time_s, Entry::TeamMessage(TeamMessage { team, host, data }));
+            let arguments = json!({ "side": side(robot.id.team), "illegal": false });
+            let action = action("network", "teamMessage", arguments);
+            self.write(record.time_s, Entry::Action(action));
+        }
+    }
+
+    fn write_state(&mut self, record: &CycleRecord) {
+        self.written = record.game.state;
+        let state = self.state(record);
+        self.write(record.time_s, Entry::GameState(Box::new(state)));
+    }
+
+    fn state(&self, record: &CycleRecord) -> State {
+        let game = &record.game;
+        let phase = match (game.shoot_out, game.half) {
+            (Some(_), _) => "penaltyShootout",
+            (None, 0 | 1) => "firstHalf",
+            (None, _) => "secondHalf",
+        };
+        State {
+            sides: sides(game.blue_end),
+            phase,
+            state: self.dialect.state(game.state),
+            stopped: (self.dialect == Dialect::Humanoid).then_some(false),
+            set_play: self.dialect.set_play(game.set_play.map(|set_play| set_play.kind)),
+            kicking_side: game.kicking_team.map(side),
+            primary_timer: Timer::of(game.time_left_s, "mainTimer", "overflow"),
+            secondary_timer: Timer::of(game.secondary_time_left_s, "always", "clip"),
+            timeout_rewind_timer: Timer::Stopped,
+            teams: Sides { home: self.team(record, Team::Blue), away: self.team(record, Team::Pink) },
+        }
+    }
+
+    fn team(&self, record: &CycleRecord, team: Team) -> TeamState {
+        let cards = || (self.dialect == Dialect::Humanoid).then(Cards::default);
+        let mut players =
+            vec![PlayerState { penalty: "substitute", penalty_timer: Timer::Stopped, cards: cards() }; PLAYERS.into()];
+        for robot in record.robots.iter().filter(|robot| robot.id.team == team) {
+            let Some(player) = players.get_mut(usize::from(robot.id.number).wrapping_sub(1)) else { continue };
+            player.penalty = robot.penalised.map_or("noPenalty", |penalty| self.dialect.penalty(penalty.reason)[1]);
+            let left_s = robot.penalised.map(|penalty| penalty.time_left_s);
+            player.penalty_timer = Timer::of(left_s, "readyOrPlaying", "clip");
+        }
+        let shoot_out = record.game.shoot_out;
+        TeamState {
+            goalkeeper: Some(RobotId::GOALKEEPER),
+            score: record.game.score[team],
+            penalty_counter: self.penalties[team as usize],
+            timeout_budget: 1,
+            message_budget: record.game.messages_left.map_or_else(|| message_budget(&self.rules), |left| left[team]),
+            illegal_communication: false,
+            fallback_mode: (self.dialect == Dialect::StandardPlatform).then_some(false),
+            penalty_shot: shoot_out.map_or(0, |shoot_out| shoot_out.taken[team]),
+            penalty_shot_mask: 0,
+            players,
+        }
+    }
+}
+
+impl Recorder for GameControllerLogRecorder {
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
+        self.dialect = Dialect::of_league(scenario.league.as_deref());
+        self.rules = scenario.rules.clone();
+        let params = parameters(scenario, record, self.dialect);
+        let (creator, timestamp) = ("naoisis", "1970-01-01T00:00:00Z");
+        self.write(record.time_s, Entry::Metadata(Metadata { creator, version: 1, timestamp, params }));
+        self.write_state(record);
+    }
+
+    fn record(&mut self, record: &CycleRecord, _: &mut World) {
+        self.write_messages(record);
+        for action in actions(record, self.dialect) {
+            self.write(record.time_s, Entry::Action(action));
+            self.write_state(record);
+        }
+        if record.game.state != self.written {
+            self.write_state(record);
+        }
+        for event in &record.events {
+            if let MatchEvent::Penalty { robot, reason, .. } = event {
+                self.penalties[robot.team as usize] += u32::from(reason.is_infraction());
+            }
+        }
+    }
+
+    fn has_failed(&self) -> bool {
+        self.error.is_some()
+    }
+
+    fn finish(mut self: Box<Self>, _: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
+        self.write_state(last);
+        self.write(last.time_s, Entry::End);
+        let Self { output, mut writer, error, .. } = *self;
+        let written = error.map_or_else(|| writer.flush(), Err);
+        output.close(written).map(|()| None)
+    }
+}
+
+/// Returns the actions of the referee in a cycle.
+fn actions(record: &CycleRecord, dialect: Dialect) -> Vec<Action> {
+    // The Humanoid Soccer League has no call for a push with its free kick.
+    let foul = foul(&record.events).filter(|_| dialect == Dialect::StandardPlatform);
+    let mut uncalled = foul;
+    let mut actions = Vec::new();
+    for event in &record.events {
+        match event {
+            MatchEvent::Penalty { robot, reason, .. } => {
+                let is_foul =
+                    |(_, team): &mut (SetPlayKind, Team)| *reason == PenaltyReason::Pushing && *team != robot.team;
+                let call = match uncalled.take_if(is_foul) {
+                    Some((SetPlayKind::PenaltyKick, _)) => "penaltyKick",
+                    Some(_) => "foul",
+                    None => dialect.penalty(*reason)[0],
+                };
+                let arguments = json!({ "side": side(robot.team), "player": robot.number, "call": call });
+                actions.push(action("user", "penalize", arguments));
+            }
+            MatchEvent::FreeKick { set_play, team, .. } if foul != Some((*set_play, *team)) => {
+                let arguments = json!({ "side": side(*team), "setPlay": dialect.set_play(Some(*set_play)) });
+                actions.push(action("user", "startSetPlay", arguments));
+            }
+            MatchEvent::HalfBegins { half } if *half > 1 => {
+                actions.push(action("user", "finishHalf", Value::Null));
+                actions.push(action("timer", "switchHalf", Value::Null));
+            }
+            MatchEvent::StateChanged { state } => actions.extend(change(*state, record, dialect)),
+            _ => actions.extend(simple_action(event, record)),
+        }
+    }
+    actions
+}
+
+/// Returns the action that brings the game into `state`.
+fn change(state: GameState, record: &CycleRecord, dialect: Dialect) -> Option<Action> {
+    // After a goal the kick-off follows by itself, and a penalty kick has a `ready` of its own.
+    let follows =
+        record.events.iter().any(|event| matches!(event, MatchEvent::Goal { .. })) || record.game.set_play.is_some();
+    Some(match state {
+        GameState::Standby if dialect == Dialect::StandardPlatform => action("user", "waitForReady", Value::Null),
+        GameState::Ready if !follows => {
+            let team = record.game.kicking_team.map(side);
+            action("user", "startSetPlay", json!({ "side": team, "setPlay": "kickOff" }))
+        }
+        GameState::Set => action("user", "waitForSetPlay", Value::Null),
+        GameState::Playing => action("user", "freeSetPlay", Value::Null),
+        _ => return None,
+    })
+}
+
+/// Returns the action of an event that is one for itself.
+fn simple_action(event: &MatchEvent, record: &CycleRecord) -> Option<Action> {
+    Some(match event {
+        MatchEvent::Goal { team, .. } => action("user", "goal", json!({ "side": side(*team) })),
+        MatchEvent::PenaltyOver { robot, .. } => {
+            let arguments = json!({ "side": side(robot.team), "player": robot.number, "force": false });
+            action("user", "unpenalize", arguments)
+        }
+        MatchEvent::FreeKickOver { taken, .. } => {
+            action(if *taken { "user" } else { "timer" }, "finishSetPlay", Value::Null)
+        }
+        MatchEvent::FinalWhistle => action("user", "finishHalf", Value::Null),
+        MatchEvent::GameStuck { robot: None, .. } => action("user", "globalGameStuck", Value::Null),
+        MatchEvent::ShootOutBegins => {
+            action("user", "startPenaltyShootout", json!({ "sides": sides(record.game.blue_end) }))
+        }
+        _ => return None,
+    })
+}
+
+/// The free kick or penalty kick that a push brings to the opponents, as one call with the penalty.
+fn foul(events: &[MatchEvent]) -> Option<(SetPlayKind, Team)> {
+    events.iter().find_map(|event| match event {
+        MatchEvent::FreeKick { set_play, team, .. }
+            if matches!(set_play, SetPlayKind::PushingFreeKick | SetPlayKind::PenaltyKick) =>
+        {
+            let is_cause = |event: &MatchEvent| {
+                matches!(event, MatchEvent::Penalty { robot, reason: PenaltyReason::Pushing, .. } if robot.team != *team)
+            };
+            events.iter().any(is_cause).then_some((*set_play, *team))
+        }
+        _ => None,
+    })
+}
+
+fn action(source: &'static str, kind: &str, arguments: Value) -> Action {
+    Action { source, action: json!({ "type": kind, "args": arguments }) }
+}
+
+fn side(team: Team) -> &'static str {
+    match team {
+        Team::Blue => "home",
+        Team::Pink => "away",
+    }
+}
+
+fn sides(blue_end: End) -> &'static str {
+    if blue_end == End::NegativeX { "homeDefendsLeftGoal" } else { "homeDefendsRightGoal" }
+}
+
+/// The number of a team in the league.
+fn number_of(team: Team) -> u8 {
+    team as u8 + 1
+}
+
+fn message_budget(rules: &Rules) -> u32 {
+    rules.message_budget.unwrap_or(u16::MAX.into())
+}
+
+/// What a robot reports of itself: what its program has reported, or else what it believes.
+fn status_report(robot: &RobotRecord, time_s: f64) -> StatusReport {
+    robot.reported.unwrap_or_else(|| {
+        let belief = robot.belief.clone().unwrap_or_default();
+        let ball = belief.ball.as_ref().map(|ball| belief.pose.inverse_transform_point(ball.position_m));
+        StatusReport {
+            time_s,
+            fallen: !robot.posture.is_upright(),
+            pose: belief.pose,
+            ball_age_s: ball.map(|_| 0.0),
+            ball_m: ball,
+        }
+    })
+}
+
+/// The parameters of the match.
+fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Value {
+    let rules = &scenario.rules;
+    let time = |time_s: f32| json!(Duration::from_secs_f32(time_s.max(0.0)));
+    let penalty = |name: &&'static str| {
+        let is_none = matches!(*name, "noPenalty" | "substitute");
+        let duration = time(if is_none { 0.0 } else { rules.penalty_s });
+        ((*name).to_owned(), json!({ "duration": duration, "incremental": !is_none }))
+    };
+    let set_play = |name: &&'static str| {
+        let [duration_s, ready_s] = match *name {
+            "noSetPlay" => [0.0, 0.0],
+            "kickOff" => [10.0, rules.ready_s],
+            "penaltyKick" => [rules.penalty_kick_s, rules.penalty_kick_ready_s],
+            _ => [30.0, 0.0],
+        };
+        ((*name).to_owned(), json!({ "duration": time(duration_s), "readyDuration": time(ready_s) }))
+    };
+    let largest = Team::BOTH.map(|team| record.robots.iter().filter(|robot| robot.id.team == team).count());
+    let mut competition = json!({
+        "name": scenario.league.as_deref().unwrap_or(&scenario.name),
+        "playersPerTeam": largest[0].max(largest[1]),
+        "penalties": dialect.penalties().iter().map(penalty).collect::<serde_json::Map<_, _>>(),
+        "penaltyDurationIncrement": time(0.0),
+        "setPlays": dialect.set_plays().iter().map(set_play).collect::<serde_json::Map<_, _>>(),
+        "halfDuration": time(rules.half_s),
+        "halfTimeBreakDuration": time(0.0),
+        "timeoutDuration": time(300.0),
+        "timeoutsPerTeam": 1,
+        "refereeTimeoutDuration": time(600.0),
+        "messagesPerTeam": message_budget(rules),
+        "messagesPerTeamPerExtraMinute": 0,
+        "mercyRuleScoreDifference": 10,
+        "penaltyShots": 3,
+        "suddenDeathPenaltyShots": 3,
+        "penaltyShotDuration": time(30.0),
+    });
+    let own = match dialect {
+        Dialect::StandardPlatform => json!({
+            "challengeMode": null,
+            "playersPerTeamFallbackMode": null,
+            "delayAfterGoal": time(0.0),
+            "delayAfterPlaying": time(0.0),
+            "delayAfterReady": time(rules.standby_s),
+            "hideKickingSide": false,
+        }),
+        Dialect::Humanoid => json!({
+            "division": match Division::on(&scenario.field) {
+                Division::Small => "small",
+                Division::Middle => "middle",
+                Division::Large => "large",
+            },
+            "extraHalfDuration": null,
+            "delayAfterPlaying": null,
+        }),
+    };
+    if let (Some(competition), Value::Object(own)) = (competition.as_object_mut(), own) {
+        competition.extend(own);
+    }
+    let team = |team: Team, colours: [&str; 2]| json!({ "number": number_of(team), "fieldPlayerColor": colours[0], "goalkeeperColor": colours[1] });
+    let mut game = json!({
+        "teams": { "home": team(Team::Blue, ["blue", "white"]), "away": team(Team::Pink, ["red", "black"]) },
+        "kickOffSide": "home",
+        "sideMapping": sides(record.game.blue_end),
+        "test": { "noDelay": true, "penaltyShootout": false },
+    });
+    if dialect == Dialect::StandardPlatform {
+        game["long"] = json!(!rules.clock_runs_in_stoppages);
+        game["test"]["unpenalize"] = json!(false);
+    }
+    json!({ "competition": competition, "game": game })
+}
