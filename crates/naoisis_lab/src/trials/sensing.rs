@@ -313,6 +313,6 @@ fn measure_messages(
     laboratory.app.run_cycles(cycles_of(repetitions) as usize);
     let messages = laboratory.app.world().resource::<MessageStatistics>()[Team::Blue];
     let lost = share(messages.lost as usize, (messages.lost + messages.delivered) as usize);
-    let quantity = laboratory.quantity("messages lost", "", lost, real.settings.messages.loss.into(), "messages.loss");
+    let quantity = laboratory.quantity("messages lost", "", lost, real.messages.loss.into(), "messages.loss");
     Ok(quantity.if_seen(messages.lost as f64, "none was lost in so few repetitions"))
 }
