@@ -248,7 +248,7 @@ fn matches_by_the_rule_book_of_2025() {
 #[test]
 fn matches_by_the_rules_of_the_humanoid_league() {
     let kinds = check_all("hsl2026");
-    assert_happened(&kinds, &["ball_out", "free_kick", "penalty", "penalty_over", "caution", "fall"]);
+    assert_happened(&kinds, &["ball_out", "free_kick", "penalty", "penalty_over", "fall"]);
 }
 
 #[test]

@@ -33,7 +33,9 @@ pub struct CollisionPlugin;
 
 impl Plugin for CollisionPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Cycle, collide.in_set(CycleSystems::Collide));
+        app.init_resource::<Contacts>()
+            .register_type::<Contacts>()
+            .add_systems(Cycle, collide.in_set(CycleSystems::Collide));
     }
 }
 

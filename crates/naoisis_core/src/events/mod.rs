@@ -60,8 +60,6 @@ impl Plugin for EventsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<CycleEvents>()
             .register_type::<CycleEvents>()
-            .init_resource::<Contacts>()
-            .register_type::<Contacts>()
             .add_message::<StampedEvent>()
             .add_systems(
                 Cycle,
