@@ -118,8 +118,11 @@ mod tests {
         };
         situation.belief.team_mates = vec![mate(-1.0)];
         assert!(place(&situation.player()).unwrap().position.x > 0.0);
-        situation.belief.team_mates = vec![mate(0.5)];
+        situation.belief.team_mates = vec![mate(1.0)];
         assert!(place(&situation.player()).unwrap().position.x < 0.0);
+        // About as near as number 3: the lower number takes it.
+        situation.belief.team_mates = vec![mate(0.3)];
+        assert!(place(&situation.player()).unwrap().position.x > 0.0);
         situation.id.number = 1;
         assert_eq!(place(&situation.player()).unwrap().position, Vec2::new(-3.0, 0.0));
     }
