@@ -71,7 +71,7 @@ fn what_cannot_change_in_the_middle_of_a_match_is_refused_by_name() {
     ] {
         let output = naoisis(folder.path(), &["whatif", "m.naoisis", "--times", "1", "--until", "1", "--set", setting]);
         let (path, _) = setting.split_once('=').unwrap();
-        let words = format!("--set {setting}: `{path}` cannot change in the middle of a match; expected `messages`");
+        let words = format!("--set {setting}: `{path}` cannot change in the middle of a match; expected `head`");
         assert!(output.status.code() == Some(2) && text(&output.stderr).contains(&words), "{}", text(&output.stderr));
     }
     // A team's own speed can, and its body cannot.
