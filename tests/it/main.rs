@@ -19,6 +19,7 @@ mod determinism;
 mod event_messages;
 mod exit_status;
 mod expectations;
+mod falls;
 mod figures;
 mod game_controller;
 mod golden;

@@ -138,15 +138,11 @@ fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
         let walk = player.walk_to(place, -outwards, &player.obstacles());
         return Decision { walk, target: Some(place), ..decision };
     }
-    let braked = braked(player, decision.walk, ball.position_m, distance);
-    if braked.translation() != decision.walk.translation() && braked.translation() != Vec2::ZERO {
-        return Decision { walk: braked, ..decision };
-    }
     if leads_into(player, &decision.walk, ball.position_m, distance) {
         let facing = (ball.position_m - player.position()).normalize_or(Vec2::X);
         return Decision { walk: player.walk_to(player.position(), facing, &default()), ..decision };
     }
-    decision
+    Decision { walk: braked(player, decision.walk, ball.position_m, distance), ..decision }
 }
 
 /// Keeps a field player out of its own penalty area where only the keeper may be in it, and makes it leave.

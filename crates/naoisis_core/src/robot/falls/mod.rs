@@ -14,7 +14,9 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub mod settings;
+mod settings;
+
+pub use settings::{CollisionFalls, FallModel};
 
 use super::Roster;
 use super::kick::KickPhase;
@@ -29,7 +31,6 @@ use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::robot::body::Body;
 use crate::team::RobotId;
-pub use settings::{CollisionFalls, FallModel};
 
 /// Executes posture commands in [`ActSystems::Body`]. Robots fall after the collisions and before the referee.
 pub struct FallsPlugin;
@@ -80,6 +81,13 @@ pub struct FallSystems;
 /// The probability that an event with `rate_per_min` happens within `period` seconds (a Poisson process).
 fn probability_within(rate_per_min: f32, period: f32) -> f32 {
     1.0 - ops::exp(-rate_per_min / 60.0 * period)
+}
+
+/// The probability of a fall in a collision at `speed_mps`: that of the robot, or of the rules.
+fn in_collision(balance: &FallModel, rules: &Rules, speed_mps: f32) -> f32 {
+    let of_rules = CollisionFalls { from_mps: rules.fall_from_mps, certain_mps: rules.fall_certain_mps };
+    let falls = balance.collisions.or(rules.falls.then_some(of_rules));
+    falls.map_or(0.0, |falls| falls.probability(speed_mps))
 }
 
 /// The probability that at least one of two independent events happens.
@@ -219,17 +227,8 @@ fn fall(
             }
             FallCause::Contact => probability_within(balance.contact_falls_per_min * factor, clock.period()),
             FallCause::Kick => balance.kick_probability * danger,
-            FallCause::Tripping if balance.trip_probability.is_some() => balance.trip_probability.unwrap_or_default(),
-            FallCause::Collision | FallCause::Tripping | FallCause::GettingUp => {
-                match (balance.collisions, rules.falls) {
-                    (Some(falls), _) => falls.probability(danger),
-                    (None, true) => {
-                        CollisionFalls { from_mps: rules.fall_from_mps, certain_mps: rules.fall_certain_mps }
-                            .probability(danger)
-                    }
-                    (None, false) => 0.0,
-                }
-            }
+            FallCause::Tripping => balance.trip_probability.unwrap_or_else(|| in_collision(balance, &rules, danger)),
+            FallCause::Collision | FallCause::GettingUp => in_collision(balance, &rules, danger),
         };
         if !streams.balance.chance(probability) {
             continue;
