@@ -55,9 +55,11 @@ pub fn go_for(
     meeting_place: Vec2,
     pick: impl FnOnce(BallAtFeet, bool) -> Option<KickRequest>,
 ) -> Decision {
-    if player.is_kick_pending(memory) {
-        // A player that has not stopped makes a kick in walking.
-        let walks = player.body == BodyStatus::Walking;
+    let kicks_in_walking = player.kicks.types().any(|kick| player.kicks.is_in_walk(kick));
+    let kicks_now = kicks_in_walking && player.body == BodyStatus::Kicking;
+    if kicks_now || player.is_kick_pending(memory) {
+        // A player that has not stopped makes a kick in walking, and goes straight on until the foot meets the ball.
+        let walks = kicks_now || player.body == BodyStatus::Walking;
         let walk = if walks { straight_on(player) } else { WalkCommand::default() };
         return Decision { walk, intention: "kick", ..default() };
     }
