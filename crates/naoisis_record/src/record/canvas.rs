@@ -2,8 +2,8 @@
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use bevy::math::Vec2;
-use fast_image_resize::images::{Image as Pixels, ImageRef};
-use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
+use resize::{Pixel, Type};
+use rgb::FromSlice;
 use std::sync::LazyLock;
 use tiny_skia::{FillRule, LineCap, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
@@ -256,11 +256,12 @@ fn resized(image: &Image, [width, height]: [u32; 2]) -> Option<Image> {
     if width.max(height) > MOST_PIXELS {
         return None;
     }
-    let source = ImageRef::new(image.width, image.height, &image.rgb, PixelType::U8x3).ok()?;
-    let mut target = Pixels::new(width, height, PixelType::U8x3);
-    let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Mitchell));
-    Resizer::new().resize(&source, &mut target, &options).ok()?;
-    Some(Image { width, height, rgb: target.into_vec(), ..Image::default() })
+    let mut rgb = vec![0_u8; width as usize * height as usize * 3];
+    let sides = [image.width, image.height, width, height].map(|side| side as usize);
+    let [from_width, from_height, to_width, to_height] = sides;
+    let mut resizer = resize::new(from_width, from_height, to_width, to_height, Pixel::RGB8, Type::Mitchell).ok()?;
+    resizer.resize(image.rgb.as_rgb(), rgb.as_mut_slice().as_rgb_mut()).ok()?;
+    Some(Image { width, height, rgb, ..Image::default() })
 }
 
 fn skia(Colour([red, green, blue]): Colour, cover: f32) -> tiny_skia::Color {
