@@ -9,6 +9,7 @@ use bevy::math::{Vec2, ops};
 use core::f32::consts::PI;
 use core::ops::RangeInclusive;
 use naoisis::ball::Rolling;
+use naoisis::ball::flight::FlightPhysics;
 use naoisis::behaviour::script::ScriptEntry;
 use naoisis::belief::localisation_method::LocalisationMethod;
 use naoisis::communication::{MessageSettings, TeamMessage};
@@ -89,15 +90,25 @@ fn ball() -> impl Strategy<Value = Option<BallSpec>> {
         within(1e-6..=1000.0).prop_map(Rolling::ExponentialPerS),
         within(1e-6..=1000.0).prop_map(Rolling::ConstantMps2),
     ];
+    let flight = (within(0.0..=10.0), within(0.0..=1.0), within(0.0..=10.0)).prop_map(
+        |(drag_per_m, ground_restitution, ground_friction)| FlightPhysics {
+            drag_per_m,
+            ground_restitution,
+            ground_friction,
+        },
+    );
     let ball = (
         place(1.0),
         mostly(Vec2::ZERO, (-3.1f32..3.1, within(0.0..=99.9)).prop_map(|(turn, speed)| Vec2::from_angle(turn) * speed)),
         within(0.005..=0.5),
         mostly(Rolling::default(), rolling),
         mostly(0.4, within(0.0..=1.0)),
+        mostly([0.0; 2], [within(0.0..=2.0), within(-3.0..=5.0)]),
+        mostly(FlightPhysics::default(), flight),
     );
-    let ball = ball.prop_map(|(position_m, velocity_mps, radius_m, rolling, restitution)| {
-        Some(BallSpec { position_m, velocity_mps, radius_m, rolling, restitution })
+    let ball = ball.prop_map(|(place, velocity, radius_m, rolling, restitution, [height_m, climb_mps], flight)| {
+        let (position_m, velocity_mps) = (place.extend(height_m), velocity.extend(climb_mps));
+        Some(BallSpec { position_m, velocity_mps, radius_m, rolling, restitution, flight })
     });
     prop_oneof![9 => ball, 1 => Just(None)]
 }

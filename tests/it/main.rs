@@ -21,6 +21,7 @@ mod exit_status;
 mod expectations;
 mod falls;
 mod figures;
+mod flight;
 mod game_controller;
 mod golden;
 mod images;

@@ -64,7 +64,7 @@ fn scenario(preset: &str, seed: u64) -> Scenario {
     }
     if let Some(ball) = &mut scenario.ball {
         let turn = seed as f32 * 2.399_963;
-        ball.velocity_mps = Vec2::new(ops::cos(turn), ops::sin(turn)) * (0.5 + (seed % 7) as f32 * 0.3);
+        ball.velocity_mps = (Vec2::new(ops::cos(turn), ops::sin(turn)) * (0.5 + (seed % 7) as f32 * 0.3)).extend(0.0);
     }
     scenario
 }

@@ -38,7 +38,7 @@ fn random_scene(dice: &mut RandomStream) -> Scene {
     let mut scene = Scene::empty(Pitch::default());
     let looker = Pose::new(between(-2.5, 2.0), between(-1.8, 1.8), between(-3.1, 3.1));
     let ahead = |distance: f32, angle: f32| looker.position + distance * Vec2::from_angle(looker.heading + angle);
-    scene.ball = Some(SceneBall { position: ahead(between(0.25, 2.5), between(-0.4, 0.4)), radius: 0.03 });
+    scene.ball = Some(SceneBall::on_ground(ahead(between(0.25, 2.5), between(-0.4, 0.4)), 0.03));
     for number in 0..5u8 {
         let team = if number % 2 == 0 { Team::Blue } else { Team::Pink };
         let pose = match number {

@@ -156,7 +156,7 @@ impl Situation {
         for _ in 0..MOST_TRIES {
             let mut tried = scenario.clone();
             if let (Some(area), Some(ball)) = (self.ball, &mut tried.ball) {
-                ball.position_m = Vec2::new(draw(area.x_m, &mut stream), draw(area.y_m, &mut stream));
+                ball.position_m = Vec2::new(draw(area.x_m, &mut stream), draw(area.y_m, &mut stream)).extend(0.0);
             }
             for robot in &mut tried.robots {
                 let Some(place) = self.robots.get(&robot.id()) else { continue };

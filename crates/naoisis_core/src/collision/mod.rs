@@ -10,9 +10,11 @@ use bevy::prelude::*;
 pub mod ball;
 pub mod ball_obstacle;
 mod bodies;
+mod flight;
 pub mod footprints;
 pub mod robots;
 
+use crate::ball::flight::BallFlight;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS, RollingBall};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CollisionPartner, CollisionType, Contacts, CycleEvents, MatchEvent};
@@ -26,6 +28,7 @@ use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::RobotId;
 use ball::{BallContact, roll_ball};
 use ball_obstacle::BallObstacle;
+use flight::{Solid, fly_ball, solids_of_goals, solids_of_robot};
 use robots::{Cylinder, RobotBody, RobotContact, SeparationWorkspace, Touched, hold_back_from_end, resolve_robots};
 
 /// Collisions of robots, posts and ball, in [`CycleSystems::Collide`].
@@ -58,6 +61,7 @@ struct Scratch {
     bodies: Vec<RobotBody>,
     cylinders: Vec<Cylinder>,
     obstacles: Vec<BallObstacle>,
+    solids: Vec<Solid>,
     workspace: SeparationWorkspace,
     robot_contacts: Vec<RobotContact>,
     ball_contacts: Vec<BallContact>,
@@ -91,7 +95,7 @@ fn collide(
     rules: Res<Rules>,
     mut robots: Query<CollidingRobot, With<RobotId>>,
     mut balls: Query<
-        (&mut Pose, &PreviousPose, &BallPhysics, &mut BallVelocity, &mut BallPath),
+        (&mut Pose, &PreviousPose, &BallPhysics, &mut BallVelocity, &mut BallFlight, &mut BallPath),
         (With<Ball>, Without<RobotId>),
     >,
 ) {
@@ -99,7 +103,16 @@ fn collide(
     let duration = clock.period();
     scratch.gather(&roster, &posts, robots.as_readonly(), rules.dive_reach_m, duration);
     resolve_robots(&mut scratch.bodies, &scratch.cylinders, &mut scratch.workspace, &mut scratch.robot_contacts);
-    for (mut pose, previous, physics, mut velocity, mut path) in &mut balls {
+    for (mut pose, previous, physics, mut velocity, mut flight, mut path) in &mut balls {
+        if path.start_flight.is_airborne() {
+            let start = physics.flying_ball(previous.0.position, path.start_velocity, path.start_flight);
+            scratch.set_solids(&pitch, &posts, robots.as_readonly());
+            let BallPath { corners, heights_m, .. } = &mut *path;
+            let end = fly_ball(start, &scratch.solids, duration, &mut scratch.ball_contacts, corners, heights_m);
+            (pose.position, velocity.0) = (end.position.truncate(), end.velocity.truncate());
+            *flight = end.flight();
+            continue;
+        }
         let start = physics.rolling_ball(previous.0.position, path.start_velocity);
         scratch.set_obstacles(&pitch);
         let rolled = roll_ball(start, &scratch.obstacles, duration, &mut scratch.ball_contacts, &mut path.corners);
@@ -200,6 +213,39 @@ impl Scratch {
                 radius,
             }));
         }
+    }
+
+    /// Collects the obstacles of a flying ball: robots, the strips that dives block, posts, crossbars and nets.
+    fn set_solids(
+        &mut self,
+        pitch: &Pitch,
+        posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
+        robots: Query<CollidingRobotReadOnly, With<RobotId>>,
+    ) {
+        self.solids.clear();
+        for (index, (entity, moved)) in self.entities.iter().zip(&self.bodies).enumerate() {
+            let Ok(robot) = robots.get(*entity) else { continue };
+            let body = robot.bounds.in_posture(*robot.posture);
+            let is_low = body.height_m < robot.bounds.height_m;
+            self.solids.extend(solids_of_robot(index, &body, [moved.start, moved.end], is_low));
+        }
+        self.solids.extend(self.strips.iter().enumerate().map(|(strip, (body, middle, shape))| {
+            let pose = self.bodies[*body].end.compose(*middle);
+            let outline = BallObstacle::Base { start: pose, end: pose, base: *shape };
+            Solid::prism(self.bodies.len() + strip, outline, shape.z_m)
+        }));
+        let no_robot = self.bodies.len() + self.strips.len();
+        let first_post = self.solids.len();
+        self.solids.extend(posts.iter().map(|(pose, post)| {
+            let outline = BallObstacle::Cylinder { centre: pose.position, radius: post.radius };
+            Solid::prism(no_robot, outline, [0.0, post.height])
+        }));
+        // Posts have no ids; they are ordered by position.
+        self.solids[first_post..].sort_by(|a, b| {
+            let [(a, _), (b, _)] = [a, b].map(|solid| solid.outline.bounds());
+            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
+        });
+        self.solids.extend(solids_of_goals(no_robot, pitch));
     }
 
     /// The index of the body of an obstacle; none for posts and bars.

@@ -11,7 +11,7 @@ use crate::pitch::{End, Pitch};
 /// A boundary that the ball crossed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Boundary {
-    /// The goal line between the posts of the goal at this end. The ball rolls, so it is always under the bar.
+    /// The goal line between the posts of the goal at this end, and under the bar.
     Goal(End),
     /// The goal line at this end, outside the goal.
     GoalLine(End),
@@ -31,32 +31,35 @@ pub struct Crossing {
 /// The first crossing of a boundary by the whole ball in this cycle, if any.
 pub fn crossing(ball: &BallSnapshot, pitch: &Pitch) -> Option<Crossing> {
     let limit = pitch.outer_half_extents() + ball.radius;
-    let start = *ball.path.first().unwrap_or(&ball.position);
+    let vertex = |index: usize| {
+        let place = ball.path.get(index).copied().unwrap_or(ball.position);
+        place.extend(ball.radius + ball.heights_m.get(index).or(ball.heights_m.last()).copied().unwrap_or(0.0))
+    };
+    let start = vertex(0);
     if let Some(boundary) = beyond(start, limit, pitch) {
-        return Some(Crossing { boundary, position: start });
+        return Some(Crossing { boundary, position: start.truncate() });
     }
-    let corners = ball.path.iter().copied().chain([ball.position]);
-    ball.path.iter().copied().zip(corners.skip(1)).find_map(|(from, to)| leaving(from, to, limit, pitch))
+    (0..ball.path.len()).find_map(|index| leaving(vertex(index), vertex(index + 1), limit, pitch))
 }
 
-/// Which boundary a place lies beyond: in the goal, or outside the limits given for the ball's centre.
-fn beyond(point: Vec2, limit: Vec2, pitch: &Pitch) -> Option<Boundary> {
+/// Which boundary a place of the ball's centre lies beyond: in the goal, or outside the limits given for it.
+fn beyond(point: Vec3, limit: Vec2, pitch: &Pitch) -> Option<Boundary> {
     let end = if point.x > 0.0 { End::PositiveX } else { End::NegativeX };
     if point.x.abs() > limit.x {
-        let in_goal = is_between_posts(point.y, pitch) && point.x.abs() <= pitch.goal_post_x() + pitch.goal.depth_m;
+        let in_goal = is_in_goal_mouth(point, pitch) && point.x.abs() <= pitch.goal_post_x() + pitch.goal.depth_m;
         return Some(if in_goal { Boundary::Goal(end) } else { Boundary::GoalLine(end) });
     }
     (point.y.abs() > limit.y).then_some(Boundary::SideLine)
 }
 
 /// The ball's centre cannot come nearer to the line between the posts' centres than their radius, nor can a ball
-/// outside the net, so that line divides what passed between the posts from what passed beside them.
-fn is_between_posts(y: f32, pitch: &Pitch) -> bool {
-    y.abs() < pitch.goal.width_m / 2.0
+/// outside the net, so that line divides what passed between the posts from what passed beside them. The same is true of the crossbar.
+fn is_in_goal_mouth(point: Vec3, pitch: &Pitch) -> bool {
+    point.y.abs() < pitch.goal.width_m / 2.0 && point.z < pitch.goal.height_m - pitch.goal.bar_diameter_m / 2.0
 }
 
 /// Where a straight way from a place on the pitch first leaves the limits.
-fn leaving(from: Vec2, to: Vec2, limit: Vec2, pitch: &Pitch) -> Option<Crossing> {
+fn leaving(from: Vec3, to: Vec3, limit: Vec2, pitch: &Pitch) -> Option<Crossing> {
     beyond(to, limit, pitch)?;
     let way = to - from;
     let share = |from: f32, way: f32, limit: f32| match way {
@@ -70,9 +73,9 @@ fn leaving(from: Vec2, to: Vec2, limit: Vec2, pitch: &Pitch) -> Option<Crossing>
         Boundary::SideLine
     } else {
         let end = if way.x > 0.0 { End::PositiveX } else { End::NegativeX };
-        if is_between_posts(position.y, pitch) { Boundary::Goal(end) } else { Boundary::GoalLine(end) }
+        if is_in_goal_mouth(position, pitch) { Boundary::Goal(end) } else { Boundary::GoalLine(end) }
     };
-    Some(Crossing { boundary, position })
+    Some(Crossing { boundary, position: position.truncate() })
 }
 
 #[cfg(test)]
@@ -89,7 +92,8 @@ mod tests {
     fn crossed(path: &[[f32; 2]]) -> Option<Crossing> {
         let path: Vec<Vec2> = path.iter().copied().map(Vec2::from).collect();
         let position = path[path.len() - 1];
-        crossing(&BallSnapshot { path: &path, position, velocity: Vec2::ZERO, radius: RADIUS }, &Pitch::default())
+        let ball = BallSnapshot { path: &path, heights_m: &[], position, velocity: Vec2::ZERO, radius: RADIUS };
+        crossing(&ball, &Pitch::default())
     }
 
     fn boundary(path: &[[f32; 2]]) -> Option<Boundary> {
@@ -127,5 +131,23 @@ mod tests {
     fn a_ball_that_lies_in_the_goal_has_been_scored_and_one_behind_it_has_not() {
         assert_eq!(boundary(&[[3.2, 0.3], [3.2, 0.3]]), Some(Boundary::Goal(End::PositiveX)));
         assert_eq!(boundary(&[[3.5, 0.3], [3.5, 0.3]]), Some(Boundary::GoalLine(End::PositiveX)));
+    }
+
+    #[test]
+    fn over_the_crossbar_it_is_out_and_under_it_a_goal() {
+        let at_height = |height_m: f32| {
+            let path = [Vec2::new(2.9, 0.0), Vec2::new(3.3, 0.0)];
+            let ball = BallSnapshot {
+                path: &path,
+                heights_m: &[height_m; 2],
+                position: path[1],
+                velocity: Vec2::ZERO,
+                radius: RADIUS,
+            };
+            crossing(&ball, &Pitch::default()).map(|crossing| crossing.boundary)
+        };
+        let goal_height_m = Pitch::default().goal.height_m;
+        assert_eq!(at_height(goal_height_m - 0.1), Some(Boundary::Goal(End::PositiveX)));
+        assert_eq!(at_height(goal_height_m), Some(Boundary::GoalLine(End::PositiveX)));
     }
 }

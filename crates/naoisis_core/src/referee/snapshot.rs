@@ -86,6 +86,8 @@ pub struct Disc {
 pub struct BallSnapshot<'a> {
     /// The vertices of its path in the cycle, m: the first is its position at the start, the last at the end.
     pub path: &'a [Vec2],
+    /// The heights at these vertices, m above a ball on the ground; empty if it was on the ground all the time.
+    pub heights_m: &'a [f32],
     /// Its position, m, pitch frame.
     pub position: Vec2,
     /// Its velocity, m/s, pitch frame.

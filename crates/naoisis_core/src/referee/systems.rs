@@ -11,6 +11,7 @@ use super::memory::RefereeMemory;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::status::{GameStatus, SetPlayStatus};
 use super::touch::touches_of_cycle;
+use crate::ball::flight::BallFlight;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::communication::{MessageLimits, MessageSettings, MessageStatistics};
 use crate::cycle::CycleClock;
@@ -117,6 +118,7 @@ pub(super) struct JudgedBall {
     pose: &'static mut Pose,
     previous: &'static mut PreviousPose,
     velocity: &'static mut BallVelocity,
+    flight: &'static mut BallFlight,
     physics: &'static BallPhysics,
     path: &'static BallPath,
 }
@@ -185,6 +187,7 @@ pub(super) fn officiate(
         game: &game,
         ball: ball.as_ref().map(|ball| BallSnapshot {
             path: &ball.path.corners,
+            heights_m: &ball.path.heights_m,
             position: ball.pose.position,
             velocity: ball.velocity.0,
             radius: ball.physics.radius_m,
@@ -212,6 +215,7 @@ pub(super) fn officiate(
         ball.pose.position = place;
         ball.previous.0 = *ball.pose;
         ball.velocity.0 = decisions.ball_velocity;
+        *ball.flight = BallFlight::default();
     }
     for ((before, after), entity) in scratch.robots.iter().zip(&decisions.robots).zip(&scratch.entities) {
         if (before.pose != after.pose || before.penalty != after.penalty)

@@ -93,6 +93,7 @@ impl MatchFixture {
     pub fn snapshot(&self) -> MatchSnapshot<'_> {
         let ball = self.path.last().map(|position| BallSnapshot {
             path: &self.path,
+            heights_m: &[],
             position: *position,
             velocity: (*position - self.path[0]) / self.clock.period(),
             radius: 0.03,

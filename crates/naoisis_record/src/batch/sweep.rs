@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn settings_that_make_sense_with_others_only_are_no_mistake() {
         let sweep = sweep(&["messages.delay_cycles=2,3", "ball.position_m=[1,1]"], &[]);
-        assert_eq!(sweep.scenario(1).unwrap().ball.unwrap().position_m.to_array(), [1.0, 1.0]);
+        assert_eq!(sweep.scenario(1).unwrap().ball.unwrap().place_m().to_array(), [1.0, 1.0]);
         let text = r#"{ "robots": [{}], "ball": { "position_m": [1, 0] } }"#;
         let file = ScenarioFile::from_text(text, naoisis_sim::scenario::Format::Json, "one").unwrap();
         // The ball would be in the robot where the file has that, and is not where the sweep puts it.

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 
 use super::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use super::stride::Stride;
+use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::ball::{Ball, BallPhysics};
 use naoisis_core::game::Penalty;
 use naoisis_core::geometry::Pose;
@@ -32,7 +33,7 @@ pub struct MatchScene<'w, 's> {
         ),
     >,
     posts: Query<'w, 's, (&'static Post, &'static Pose)>,
-    balls: Query<'w, 's, (&'static Pose, &'static BallPhysics), With<Ball>>,
+    balls: Query<'w, 's, (&'static Pose, &'static BallPhysics, Option<&'static BallFlight>), With<Ball>>,
 }
 
 impl MatchScene<'_, '_> {
@@ -55,7 +56,11 @@ impl MatchScene<'_, '_> {
             a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
         });
         let ball = self.balls.iter().next();
-        scene.ball = ball.map(|(pose, physics)| SceneBall { position: pose.position, radius: physics.radius_m });
+        scene.ball = ball.map(|(pose, physics, flight)| SceneBall {
+            position: pose.position,
+            radius: physics.radius_m,
+            height: flight.map_or(0.0, |flight| flight.height_m),
+        });
     }
 }
 

@@ -71,12 +71,19 @@ pub struct SceneBall {
     pub position: Vec2,
     /// Its radius, m.
     pub radius: f32,
+    /// Height of its lowest point above the ground, m.
+    pub height: f32,
 }
 
 impl SceneBall {
+    /// A ball on the ground.
+    pub fn on_ground(position: Vec2, radius: f32) -> SceneBall {
+        SceneBall { position, radius, height: 0.0 }
+    }
+
     /// Its centre, m.
     pub fn centre(&self) -> Vec3 {
-        self.position.extend(self.radius)
+        self.position.extend(self.radius + self.height)
     }
 }
 

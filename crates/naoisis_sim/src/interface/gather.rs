@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
 use super::vocabulary::{Commanded, Perceived, RobotCommand};
 use crate::simulation::sensors::ReadingsAreRecorded;
+use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::ball::{Ball, BallPhysics, BallVelocity};
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::behaviour::reasons::Reasons;
@@ -91,7 +92,7 @@ pub struct RecordedMatch<'w, 's> {
     roster: Res<'w, Roster>,
     game: Res<'w, Game>,
     rules: Res<'w, Rules>,
-    balls: Query<'w, 's, (&'static Pose, &'static BallVelocity, &'static BallPhysics), With<Ball>>,
+    balls: Query<'w, 's, (&'static Pose, &'static BallVelocity, &'static BallFlight, &'static BallPhysics), With<Ball>>,
     robots: Query<'w, 's, RecordedRobot>,
     ticks: SystemChangeTick,
 }
@@ -112,9 +113,9 @@ impl RecordedMatch<'_, '_> {
                 refused.refuse(*command, *reason);
             }
         }
-        let ball = self.balls.iter().next().map(|(pose, velocity, physics)| BallRecord {
-            position_m: pose.position.extend(physics.radius_m),
-            velocity_mps: velocity.0.extend(0.0),
+        let ball = self.balls.iter().next().map(|(pose, velocity, flight, physics)| BallRecord {
+            position_m: pose.position.extend(physics.radius_m + flight.height_m),
+            velocity_mps: velocity.0.extend(flight.climb_mps),
         });
         let robot = |(id, entity)| self.robot(id, entity, commands.remove(&id));
         current.record = CycleRecord {

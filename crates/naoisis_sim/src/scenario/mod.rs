@@ -34,6 +34,7 @@ mod model_file;
 mod models;
 mod notes;
 mod outline;
+mod plane_or_space;
 mod preset;
 mod presets;
 mod read;

@@ -24,9 +24,7 @@ impl Scenario {
         presets::resolve(&mut root);
         let real: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
         let of_league = |ball: BallSpec| match real.ball {
-            Some(BallSpec { radius_m, rolling, restitution, .. }) => {
-                BallSpec { radius_m, rolling, restitution, ..ball }
-            }
+            Some(of_league) => ball.with_physics(of_league.physics()),
             None => ball,
         };
         let mut settings = self.settings.clone();

@@ -20,7 +20,7 @@ pub const EXTENSION: &str = "naoisis";
 /// The format's name in files.
 pub const FORMAT: &str = "naoisis-snapshot";
 /// The format's version in files.
-pub const VERSION: u32 = 8;
+pub const VERSION: u32 = 9;
 /// A larger file is no match: with the images of 22 robots, and their depths, it has half of that.
 pub const LARGEST_FILE_BYTES: u64 = 256 << 20;
 /// How hard the match is packed: more would be felt when a test is read, and save little.

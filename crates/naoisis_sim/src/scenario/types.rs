@@ -11,7 +11,8 @@ use super::robot_settings::{RobotSettings, robot_settings};
 use super::robot_spec::RobotSpec;
 use super::saved_match::SavedMatch;
 use super::teams_spec::TeamsSpec;
-use naoisis_core::ball::Rolling;
+use naoisis_core::ball::flight::{BallFlight, FlightPhysics};
+use naoisis_core::ball::{BallPhysics, Rolling};
 use naoisis_core::communication::{MessageLimits, MessageSettings};
 use naoisis_core::game::{Rules, TimedIntervention};
 use naoisis_core::knowledge::Knowledge;
@@ -245,12 +246,15 @@ impl Default for ScenarioForm {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BallSpec {
-    /// Centre, m, pitch frame.
-    #[schemars(with = "[f32; 2]")]
-    pub position_m: Vec2,
-    /// Velocity, m/s, pitch frame.
-    #[schemars(with = "[f32; 2]")]
-    pub velocity_mps: Vec2,
+    /// Centre, m, pitch frame. Two numbers are a place on the ground; a third is the height of the centre. A ball that is lower than its radius
+    /// lies on the ground.
+    #[serde(with = "super::plane_or_space")]
+    #[schemars(with = "Vec<f32>", extend("minItems" = 2, "maxItems" = 3))]
+    pub position_m: Vec3,
+    /// Velocity, m/s, pitch frame. A third number is the vertical velocity, positive upwards.
+    #[serde(with = "super::plane_or_space")]
+    #[schemars(with = "Vec<f32>", extend("minItems" = 2, "maxItems" = 3))]
+    pub velocity_mps: Vec3,
     /// Radius, m: 0.03 (paper, section 3.1).
     #[schemars(range(min = 0.005, max = 0.5))]
     pub radius_m: f32,
@@ -259,17 +263,39 @@ pub struct BallSpec {
     /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: f32,
+    /// How it flies.
+    pub flight: FlightPhysics,
 }
 
 impl Default for BallSpec {
     fn default() -> Self {
-        Self {
-            position_m: Vec2::ZERO,
-            velocity_mps: Vec2::ZERO,
-            radius_m: 0.03,
-            rolling: Rolling::default(),
-            restitution: 0.4,
-        }
+        let BallPhysics { radius_m, rolling, restitution, flight } = BallPhysics::default();
+        Self { position_m: Vec3::ZERO, velocity_mps: Vec3::ZERO, radius_m, rolling, restitution, flight }
+    }
+}
+
+impl BallSpec {
+    /// Its place on the ground, m, pitch frame.
+    pub fn place_m(&self) -> Vec2 {
+        self.position_m.truncate()
+    }
+
+    /// Its height and climb at the start.
+    pub fn start_flight(&self) -> BallFlight {
+        BallFlight { height_m: (self.position_m.z - self.radius_m).max(0.0), climb_mps: self.velocity_mps.z }
+    }
+
+    /// Its physical parameters.
+    pub fn physics(&self) -> BallPhysics {
+        let Self { radius_m, rolling, restitution, flight, .. } = *self;
+        BallPhysics { radius_m, rolling, restitution, flight }
+    }
+
+    /// The same ball at the same place with other physical parameters.
+    #[must_use]
+    pub fn with_physics(self, physics: BallPhysics) -> BallSpec {
+        let BallPhysics { radius_m, rolling, restitution, flight } = physics;
+        BallSpec { radius_m, rolling, restitution, flight, ..self }
     }
 }
 

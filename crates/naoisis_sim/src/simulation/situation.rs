@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::spawn::resolved;
 use crate::scenario::{Scenario, ScenarioFault};
+use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::ball::{Ball, BallVelocity};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, Intervention, Interventions, Penalty, Score, TimedIntervention};
@@ -45,10 +46,12 @@ pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
     }
     scenario.interventions =
         interventions.into_iter().map(|intervention| TimedIntervention { at_s: 0.0, intervention }).collect();
-    let mut balls = world.query_filtered::<(&Pose, &BallVelocity), With<Ball>>();
-    if let (Some(ball), Some((pose, velocity))) = (&mut scenario.ball, balls.iter(world).next()) {
+    let mut balls = world.query_filtered::<(&Pose, &BallVelocity, &BallFlight), With<Ball>>();
+    if let (Some(ball), Some((pose, velocity, flight))) = (&mut scenario.ball, balls.iter(world).next()) {
         let sign = if is_turned { -1.0 } else { 1.0 };
-        (ball.position_m, ball.velocity_mps) = (sign * pose.position, sign * velocity.0);
+        let height_m = if flight.is_airborne() { ball.radius_m + flight.height_m } else { 0.0 };
+        ball.position_m = (sign * pose.position).extend(height_m);
+        ball.velocity_mps = (sign * velocity.0).extend(flight.climb_mps);
     }
     for &asked in &world.resource::<Interventions>().queue {
         carry_out(&mut scenario, if is_turned { turned(asked) } else { asked });
@@ -67,7 +70,7 @@ fn carry_out(scenario: &mut Scenario, asked: Intervention) {
         }
         Intervention::PlaceBall { position_m, velocity_mps } => {
             if let Some(ball) = &mut scenario.ball {
-                (ball.position_m, ball.velocity_mps) = (position_m, velocity_mps);
+                (ball.position_m, ball.velocity_mps) = (position_m.extend(0.0), velocity_mps.extend(0.0));
             }
         }
         intervention => scenario.interventions.push(TimedIntervention { at_s: 0.0, intervention }),

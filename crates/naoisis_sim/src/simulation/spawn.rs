@@ -6,7 +6,7 @@ use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
 use crate::scenario::wording::one_of;
 use crate::scenario::{BallSpec, BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault, TeamsSpec};
-use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use naoisis_core::ball::{Ball, BallPath, BallVelocity};
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::behaviour::script::Script;
 use naoisis_core::behaviour::{BehaviourRegistry, Program, REMOTE};
@@ -104,7 +104,7 @@ pub(super) fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotS
     let mut robots = scenario.robots.clone();
     if let Some(teams) = &scenario.teams {
         let game = Game::at_start(&scenario.rules, &clock_of(scenario));
-        let mut line_up = scenario.line_up(&game, game.kick_off(), scenario.ball.map(|ball| ball.position_m));
+        let mut line_up = scenario.line_up(&game, game.kick_off(), scenario.ball.map(|ball| ball.place_m()));
         robots.extend(team_of(scenario, registry, Team::Blue, teams, &mut line_up)?);
         robots.extend(team_of(scenario, registry, Team::Pink, teams, &mut line_up)?);
     }
@@ -172,14 +172,15 @@ fn spawn_posts(world: &mut World, scenario: &Scenario) {
 
 fn spawn_ball(world: &mut World, scenario: &Scenario) {
     let Some(ball) = scenario.ball else { return };
-    let pose = Pose { position: ball.position_m, heading: 0.0 };
+    let pose = Pose { position: ball.place_m(), heading: 0.0 };
     world.spawn((
         MatchEntity,
         Ball,
         pose,
         PreviousPose(pose),
-        BallVelocity(ball.velocity_mps),
-        BallPhysics { radius_m: ball.radius_m, rolling: ball.rolling, restitution: ball.restitution },
+        BallVelocity(ball.velocity_mps.truncate()),
+        ball.start_flight(),
+        ball.physics(),
         BallPath::default(),
     ));
 }

@@ -155,10 +155,10 @@ impl SensedScene {
             let standing = SceneRobot::standing(robot.id, robot.pose, body);
             SceneRobot { head: robot.head, stride: *stride, ..standing.in_posture(robot.posture) }
         }));
-        self.scene.ball = record.ball.map(|ball| SceneBall {
-            position: ball.position_m.truncate(),
-            // Its centre is as high as it is large.
-            radius: ball.position_m.z,
+        let known_m = self.scene.ball.map(|ball| ball.radius);
+        self.scene.ball = record.ball.map(|ball| {
+            let radius = known_m.unwrap_or(ball.position_m.z);
+            SceneBall { position: ball.position_m.truncate(), radius, height: ball.position_m.z - radius }
         });
     }
 }

@@ -10,6 +10,7 @@ use core::f32::consts::FRAC_PI_2;
 
 use super::palette;
 use super::shared::DisplayFraction;
+use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::Penalty;
 use naoisis_core::geometry::{Pose, angle_of, wrap_angle};
@@ -102,11 +103,13 @@ fn enter_stage(added: On<Add, MatchEntity>, poses: Query<&Pose>, root: Res<Pitch
 fn place_entities(
     fraction: Res<DisplayFraction>,
     clock: Res<CycleClock>,
-    mut entities: Query<(&Pose, Option<&PreviousPose>, &mut Transform), With<MatchEntity>>,
+    mut entities: Query<(&Pose, Option<&PreviousPose>, Option<&BallFlight>, &mut Transform), With<MatchEntity>>,
 ) {
-    for (pose, previous, mut transform) in &mut entities {
+    for (pose, previous, flight, mut transform) in &mut entities {
         let shown = previous.map_or(*pose, |previous| between(previous.0, *pose, fraction.0, clock.period()));
-        transform.set_if_neq(transform_of(shown));
+        let mut place = transform_of(shown);
+        place.translation.z = flight.map_or(0.0, |flight| flight.height_m);
+        transform.set_if_neq(place);
     }
 }
 

@@ -8,6 +8,7 @@ use bevy::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::ball::flight::{BallFlight, launch};
 use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
@@ -60,6 +61,9 @@ impl KickRequest {
 fn is_ahead(direction: &f32) -> bool {
     *direction == 0.0
 }
+
+/// Greatest height of the ball's lowest point at which a foot strikes it, m.
+const HIGHEST_BALL_M: f32 = 0.1;
 
 fn full_speed() -> f32 {
     1.0
@@ -172,10 +176,10 @@ fn swing_legs(
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
     mut robots: Query<(&RobotId, &Pose, &KickSettings, &mut KickPhase, &mut RandomStreams)>,
-    mut ball: Query<(&Pose, &BallPhysics, &mut BallVelocity), (With<Ball>, Without<RobotId>)>,
+    mut ball: Query<(&Pose, &BallPhysics, &mut BallVelocity, &mut BallFlight), (With<Ball>, Without<RobotId>)>,
 ) {
     // Several robots may strike the ball in the same cycle: it then gets the sum of what each would have given it.
-    let mut struck: Option<Vec2> = None;
+    let mut struck: Option<Vec3> = None;
     for entity in roster.entities() {
         let Ok((id, pose, settings, mut phase, mut streams)) = robots.get_mut(entity) else { continue };
         let KickPhase::WindUp { request, cycles_left, in_walk } = *phase else {
@@ -190,10 +194,13 @@ fn swing_legs(
             continue;
         }
         let ball_in_robot = ball.single().ok().map(|(place, ..)| pose.inverse_transform_point(place.position));
-        let strike = ball_in_robot.and_then(|ball| settings.strike(request.kick_type, ball, request.direction));
+        let is_low = ball.single().is_ok_and(|(.., flight)| flight.height_m <= HIGHEST_BALL_M);
+        let strike = ball_in_robot
+            .filter(|_| is_low)
+            .and_then(|ball| settings.strike(request.kick_type, ball, request.direction));
         // On the wrong side it is the extending foot that strikes, and not the one that moves aside.
         let strike = strike.filter(|strike| if strike.reduced { is_extended } else { cycles_left == 0 });
-        let (Some(strike), Ok((_, physics, _))) = (strike, ball.single()) else {
+        let (Some(strike), Ok((_, physics, ..))) = (strike, ball.single()) else {
             if cycles_left == 0 {
                 let reason = if ball_in_robot.is_some() { KickMiss::OutOfReach } else { KickMiss::NoBall };
                 events.push(missed(*id, request, reason));
@@ -210,7 +217,8 @@ fn swing_legs(
                 + angle_of(strike.direction)
                 + streams.kick.gaussian(settings.direction_sd_of(strike.range_of)),
         );
-        *struck.get_or_insert_default() += unit(direction) * speed;
+        let (along, up) = launch(speed, settings.elevation_of(strike.range_of));
+        *struck.get_or_insert_default() += (unit(direction) * along).extend(up);
         events.push(MatchEvent::Kick {
             robot: *id,
             kick_type: request.kick_type,
@@ -221,8 +229,9 @@ fn swing_legs(
             launch_speed_mps: Some(speed),
         });
     }
-    if let (Some(velocity), Ok((_, _, mut ball_velocity))) = (struck, ball.single_mut()) {
-        ball_velocity.0 = velocity;
+    if let (Some(velocity), Ok((.., mut ball_velocity, mut flight))) = (struck, ball.single_mut()) {
+        ball_velocity.0 = velocity.truncate();
+        flight.climb_mps = velocity.z;
     }
 }
 

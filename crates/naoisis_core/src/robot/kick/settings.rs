@@ -44,6 +44,11 @@ pub struct KickModel {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ", a share of the speed"))]
     pub speed_sd: Option<f32>,
+    /// Angle above the ground at which the ball leaves, radians (degrees in files). A ball that is raised starts as fast as one
+    /// that rolls the same distance, and flies part of its way.
+    #[serde(rename = "elevation_deg", with = "file_units::degrees", skip_serializing_if = "is_zero")]
+    #[schemars(with = "f32", range(min = 0.0, max = 80.0))]
+    pub elevation: f32,
     /// Whether the robot goes on walking in this kick: the swing is one of its steps.
     #[serde(skip_serializing_if = "is_false")]
     pub in_walk: bool,
@@ -68,6 +73,7 @@ impl KickModel {
             recovery_s: None,
             direction_sd: None,
             speed_sd: None,
+            elevation: 0.0,
             in_walk: false,
         }
     }
@@ -249,6 +255,11 @@ impl KickSettings {
     /// Whether the robot goes on walking in a kick of this type.
     pub fn is_in_walk(&self, kick_type: KickType) -> bool {
         self.get(kick_type).is_some_and(|kick| kick.in_walk)
+    }
+
+    /// Angle above the ground at which the ball leaves in a kick of this type, radians.
+    pub fn elevation_of(&self, kick_type: KickType) -> f32 {
+        self.get(kick_type).map_or(0.0, |kick| kick.elevation)
     }
 
     /// Standard deviation of a kick's direction, radians.

@@ -132,7 +132,7 @@ impl ActiveFalsePositives {
         for place in &self.places {
             match place.semblance {
                 Semblance::Ball if percepts.ball.is_none() => {
-                    percepts.ball = observer.see_ball(SceneBall { position: place.position, radius });
+                    percepts.ball = observer.see_ball(SceneBall::on_ground(place.position, radius));
                 }
                 Semblance::Ball => {}
                 Semblance::Robot(team) => {

@@ -87,7 +87,7 @@ impl Observer<'_> {
             return None;
         }
         let threshold = self.may_detect(class, place)?;
-        let centre = place.extend(ball.radius);
+        let centre = place.extend(ball.radius + ball.height);
         let target = self.judge(Target::Other, place, ball.radius);
         let points = |view: &CameraView| {
             let across = across_sight(view, place) * ball.radius;

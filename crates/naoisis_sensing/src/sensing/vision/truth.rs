@@ -32,7 +32,7 @@ pub(super) fn know_everything(
     };
     percepts.ball = scene.ball.map(|ball| {
         let position_m = pose.inverse_transform_point(ball.position);
-        let (camera, pixel) = pixel_of(position_m.extend(ball.radius));
+        let (camera, pixel) = pixel_of(position_m.extend(ball.radius + ball.height));
         BallPercept { camera, pixel, position_m }
     });
     percepts.goal_posts.extend(scene.posts.iter().filter_map(|post| {

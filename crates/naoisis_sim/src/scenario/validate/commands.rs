@@ -77,7 +77,7 @@ impl Checks {
         let carpet = scenario.field.carpet_half_extents();
         let (robot, place) = match timed.intervention {
             Intervention::PlaceBall { position_m, velocity_mps } => {
-                self.ball_speed(path.field("place_ball.velocity_mps"), velocity_mps);
+                self.ball_speed(path.field("place_ball.velocity_mps"), velocity_mps.extend(0.0));
                 (None, Some(("place_ball.position_m", position_m)))
             }
             Intervention::DropBall { position_m } => (None, Some(("drop_ball.position_m", position_m))),

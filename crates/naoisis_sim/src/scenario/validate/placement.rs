@@ -65,22 +65,22 @@ impl Checks {
         }
         let Some(ball) = &scenario.ball else { return };
         let path = root.field("ball.position_m");
-        if outside(ball.position_m) {
-            let message = format!("the ball at {} is outside the carpet", words(ball.position_m));
+        let place_m = ball.place_m();
+        if outside(place_m) {
+            let message = format!("the ball at {} is outside the carpet", words(place_m));
             self.fault(path.clone(), message, on_carpet.as_str());
         }
         for (index, robot) in robots.iter().enumerate() {
             if holds_ball(scenario, robot, ball) {
-                let message = format!("the ball at {} is inside {}", words(ball.position_m), robot.id());
+                let message = format!("the ball at {} is inside {}", words(place_m), robot.id());
                 let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
                 let fault = ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index));
                 self.push(fault);
             }
         }
         for (position, post_radius) in posts(scenario) {
-            if position.distance(ball.position_m) < post_radius + ball.radius_m - TOLERANCE_M {
-                let message =
-                    format!("the ball at {} is inside the post at {}", words(ball.position_m), words(position));
+            if position.distance(place_m) < post_radius + ball.radius_m - TOLERANCE_M {
+                let message = format!("the ball at {} is inside the post at {}", words(place_m), words(position));
                 self.fault(path.clone(), message, "a place clear of posts");
             }
         }
@@ -101,7 +101,7 @@ impl Checks {
                 .flat_map(|team| numbers.clone().map(move |number| RobotId::new(team, number)))
                 .collect();
             // Who is lined up at the start stands clear of the ball wherever that is.
-            balls.extend(scenario.ball.map(|ball| ball.position_m));
+            balls.extend(scenario.ball.map(|ball| ball.place_m()));
         }
         robots.sort();
         let kick_offs =
@@ -180,7 +180,7 @@ pub fn place_ball_beside_robots(scenario: &mut Scenario) {
     if let Some(place) = places.find(|&place| is_free(place))
         && let Some(ball) = &mut scenario.ball
     {
-        ball.position_m = place;
+        ball.position_m = place.extend(ball.position_m.z);
     }
 }
 
@@ -203,7 +203,7 @@ fn torso_reaches(scenario: &Scenario, robot: &RobotSpec, centre: Vec2, radius: f
 /// Whether a ball lies where a robot stands. Beside its feet there is room for one below its arms.
 fn holds_ball(scenario: &Scenario, robot: &RobotSpec, ball: &BallSpec) -> bool {
     let base = scenario.body_of(robot).base.footprint(robot.pose);
-    torso_reaches(scenario, robot, ball.position_m, ball.radius_m) && reaches(base, ball.position_m, ball.radius_m)
+    torso_reaches(scenario, robot, ball.place_m(), ball.radius_m) && reaches(base, ball.place_m(), ball.radius_m)
 }
 
 fn reaches(footprint: Footprint, centre: Vec2, radius: f32) -> bool {
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn a_ball_lies_below_an_arm_and_not_in_a_foot() {
         let holds = |x: f32, y: f32| {
-            let ball = BallSpec { position_m: Vec2::new(x, y), ..BallSpec::default() };
+            let ball = BallSpec { position_m: Vec3::new(x, y, 0.0), ..BallSpec::default() };
             holds_ball(&Scenario::default(), &RobotSpec::default(), &ball)
         };
         // The feet are 20 cm wide, and from arm to arm it is 30 cm; the ball's radius is 3 cm.

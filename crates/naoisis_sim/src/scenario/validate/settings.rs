@@ -1,6 +1,6 @@
 //! What takes several values of a setting to be said.
 
-use bevy::math::Vec2;
+use bevy::math::Vec3;
 
 use super::Checks;
 use crate::scenario::field_path::FieldPath;
@@ -22,7 +22,7 @@ impl Checks {
         }
     }
 
-    pub(super) fn ball_speed(&mut self, path: FieldPath, velocity_mps: Vec2) {
+    pub(super) fn ball_speed(&mut self, path: FieldPath, velocity_mps: Vec3) {
         if velocity_mps.length() > FASTEST_MPS {
             let message = format!("the ball's speed is {} m/s", velocity_mps.length());
             self.fault(path, message, format!("a speed of at most {FASTEST_MPS} m/s"));

@@ -14,6 +14,7 @@ use super::{EntityState, Snapshot, SnapshotError, is_of_the_program};
 use crate::scenario::{BallSpec, BehaviourSpec, Numbers, RobotSpec, Scenario, ScenarioFault};
 use crate::simulation::invariants::{BallState, RobotState, broken_invariants};
 use crate::simulation::spawn::MatchEntity;
+use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use naoisis_core::behaviour::script::Script;
 use naoisis_core::communication::{MessageSettings, MessageStatistics, MessagesInFlight};
@@ -185,13 +186,17 @@ fn check_ball(
     if seen.ball.is_some() {
         return Err(parts.impossible("it is there twice"));
     }
-    let BallPhysics { radius_m, rolling, restitution } = *parts.need::<BallPhysics>()?;
-    let ball = Some(BallSpec { radius_m, rolling, restitution, ..BallSpec::default() });
+    let physics = *parts.need::<BallPhysics>()?;
+    let ball = Some(BallSpec::default().with_physics(physics));
     parts.check_settings(&Scenario { ball, ..settings.clone() })?;
     parts.need::<PreviousPose>()?;
     parts.need::<BallPath>()?;
+    let flight = *parts.need::<BallFlight>()?;
+    if !(flight.height_m >= 0.0) {
+        return Err(parts.wrong::<BallFlight>("it is below the ground"));
+    }
     let (position, velocity) = (parts.need::<Pose>()?.position, parts.need::<BallVelocity>()?.0);
-    seen.ball = Some(BallState { position, previous: position, velocity, radius: radius_m });
+    seen.ball = Some(BallState { position, previous: position, velocity, radius: physics.radius_m });
     Ok(())
 }
 

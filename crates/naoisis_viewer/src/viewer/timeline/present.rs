@@ -2,7 +2,8 @@
 
 use bevy::prelude::*;
 
-use naoisis_core::ball::{Ball, BallVelocity};
+use naoisis_core::ball::flight::BallFlight;
+use naoisis_core::ball::{Ball, BallPhysics, BallVelocity};
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::communication::Inbox;
 use naoisis_core::cycle::CycleClock;
@@ -57,6 +58,7 @@ struct BallBundle {
     pose: Pose,
     previous: PreviousPose,
     velocity: BallVelocity,
+    flight: BallFlight,
 }
 
 impl Present {
@@ -66,9 +68,10 @@ impl Present {
         let robots = roster.into_iter();
         let robots =
             robots.map(|robot| (robot, robot_state(world, robot), world.get::<Belief>(robot).cloned())).collect();
-        let mut balls = world.query_filtered::<(Entity, &Pose, &PreviousPose, &BallVelocity), With<Ball>>();
-        let ball = balls.iter(world).next().map(|(entity, pose, previous, velocity)| {
-            (entity, BallBundle { pose: *pose, previous: *previous, velocity: *velocity })
+        let mut balls =
+            world.query_filtered::<(Entity, &Pose, &PreviousPose, &BallVelocity, &BallFlight), With<Ball>>();
+        let ball = balls.iter(world).next().map(|(entity, pose, previous, velocity, flight)| {
+            (entity, BallBundle { pose: *pose, previous: *previous, velocity: *velocity, flight: *flight })
         });
         Present {
             clock: *world.resource(),
@@ -153,12 +156,23 @@ pub(super) fn put_record(
         put_game(world, &record.game, &clock);
     }
     world.insert_resource(CycleEvents(record.events));
-    let mut balls = world.query_filtered::<(&mut Pose, &mut PreviousPose, &mut BallVelocity), With<Ball>>();
-    if let (Some(ball), Some((mut pose, mut was, mut velocity))) = (record.ball, balls.iter_mut(world).next()) {
+    type Parts = (
+        &'static mut Pose,
+        &'static mut PreviousPose,
+        &'static mut BallVelocity,
+        &'static mut BallFlight,
+        &'static BallPhysics,
+    );
+    let mut balls = world.query_filtered::<Parts, With<Ball>>();
+    if let (Some(ball), Some((mut pose, mut was, mut velocity, mut flight, physics))) =
+        (record.ball, balls.iter_mut(world).next())
+    {
         pose.position = ball.position_m.truncate();
         let earlier = previous.and_then(|previous| previous.ball);
         was.0 = Pose { position: earlier.unwrap_or(ball).position_m.truncate(), heading: pose.heading };
         velocity.0 = ball.velocity_mps.truncate();
+        let height_m = (ball.position_m.z - physics.radius_m).max(0.0);
+        *flight = BallFlight { height_m, climb_mps: ball.velocity_mps.z };
     }
     for robot in record.robots {
         let Some(entity) = world.resource::<Roster>().get(robot.id) else { continue };

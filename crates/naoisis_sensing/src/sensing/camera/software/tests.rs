@@ -22,7 +22,7 @@ fn scene() -> Scene {
         let standing = SceneRobot::standing(RobotId::new(team, 3), Pose::new(x, y, heading), Body::default());
         scene.robots.push(SceneRobot { head, stride, ..standing });
     }
-    scene.ball = Some(SceneBall { position: Vec2::new(0.1, -0.3), radius: 0.03 });
+    scene.ball = Some(SceneBall::on_ground(Vec2::new(0.1, -0.3), 0.03));
     scene
 }
 
@@ -168,7 +168,7 @@ fn busy_scene(dice: &mut RandomStream, pitch: &Pitch) -> Scene {
         scene.robots.push(body.in_posture(posture));
     }
     if between(0.0, 1.0) < 0.7 {
-        scene.ball = Some(SceneBall { position: Vec2::new(between(1.0, 3.2), between(-1.0, 1.0)), radius: 0.05 });
+        scene.ball = Some(SceneBall::on_ground(Vec2::new(between(1.0, 3.2), between(-1.0, 1.0)), 0.05));
     }
     scene
 }

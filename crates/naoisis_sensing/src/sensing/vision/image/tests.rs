@@ -58,7 +58,7 @@ fn the_ball_is_found_where_it_is() {
         (Vec2::new(0.8, -0.2), 0.0, CameraName::BOTTOM),
         (Vec2::new(0.2, 0.05), 25.0, CameraName::BOTTOM),
     ] {
-        let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
+        let scene = Scene { ball: Some(SceneBall::on_ground(place, 0.03)), ..pitch() };
         let (pixels, ball) = look(&scene, [0.0, 0.0, 0.0], pitch_deg, camera).ball.unwrap();
         assert!(ball.position_m.distance(place) < 0.02 * place.length(), "{place}: {ball:?}");
         // The disc's area: pi (f r / d)².
@@ -70,14 +70,14 @@ fn the_ball_is_found_where_it_is() {
 fn half_a_ball_at_the_edge_of_the_image_is_still_found_where_it_is() {
     // Looking ahead, the lower camera's image ends at x = 0.339 m on the ground (half of 36.8° and 40° below the horizon).
     let place = Vec2::new(0.345, 0.0);
-    let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
+    let scene = Scene { ball: Some(SceneBall::on_ground(place, 0.03)), ..pitch() };
     let (_, ball) = look(&scene, [0.0, 0.0, 0.0], 0.0, CameraName::BOTTOM).ball.unwrap();
     assert!(ball.position_m.distance(place) < 0.02, "{ball:?}");
 }
 
 #[test]
 fn an_orange_thing_of_the_wrong_size_is_no_ball() {
-    let scene = Scene { ball: Some(SceneBall { position: Vec2::new(1.9, 0.0), radius: 0.15 }), ..pitch() };
+    let scene = Scene { ball: Some(SceneBall::on_ground(Vec2::new(1.9, 0.0), 0.15)), ..pitch() };
     assert_eq!(look(&scene, [0.0, 0.0, 0.0], 0.0, CameraName::TOP).ball, None);
     assert_eq!(look(&pitch(), [0.0, 0.0, 0.0], 0.0, CameraName::TOP).ball, None);
 }

@@ -1,4 +1,6 @@
-//! The ball: how it rolls.
+//! The ball: how it rolls and flies.
+
+pub mod flight;
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -8,13 +10,15 @@ use serde::{Deserialize, Serialize};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
+use flight::{BallFlight, FlightPhysics};
 
-/// Rolls the ball in [`CycleSystems::RollBall`] without collisions, which are resolved in [`CycleSystems::Collide`].
+/// Moves the ball in [`CycleSystems::RollBall`] without collisions, which are resolved in [`CycleSystems::Collide`].
 pub struct BallPlugin;
 
 impl Plugin for BallPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Ball>()
+            .register_type::<BallFlight>()
             .register_type::<BallPhysics>()
             .register_type::<BallVelocity>()
             .register_type::<BallPath>()
@@ -27,12 +31,12 @@ impl Plugin for BallPlugin {
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Ball;
 
-/// The ball's velocity, m/s, pitch frame.
+/// The ball's velocity along the ground, m/s, pitch frame.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallVelocity(pub Vec2);
 
-/// Physical parameters of the ball: its size, and how it rolls and bounces.
+/// Physical parameters of the ball: its size, and how it rolls, bounces and flies.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 pub struct BallPhysics {
@@ -42,11 +46,13 @@ pub struct BallPhysics {
     pub rolling: Rolling,
     /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
     pub restitution: f32,
+    /// How it flies.
+    pub flight: FlightPhysics,
 }
 
 impl Default for BallPhysics {
     fn default() -> Self {
-        Self { radius_m: 0.03, rolling: Rolling::default(), restitution: 0.4 }
+        Self { radius_m: 0.03, rolling: Rolling::default(), restitution: 0.4, flight: FlightPhysics::default() }
     }
 }
 
@@ -58,6 +64,10 @@ pub struct BallPath {
     pub start_velocity: Vec2,
     /// The vertices of the path, m: the position at the start of the cycle, at every bounce, and at the end.
     pub corners: Vec<Vec2>,
+    /// Height and climb at the start of the cycle, after any kick.
+    pub start_flight: BallFlight,
+    /// The heights at the vertices, m above a ball on the ground; empty if it was on the ground all the time.
+    pub heights_m: Vec<f32>,
 }
 
 /// Greatest speed with which a ball may be placed, m/s.
@@ -179,14 +189,27 @@ impl BallPhysics {
     }
 }
 
-fn roll(clock: Res<CycleClock>, mut balls: Query<(&mut Pose, &BallPhysics, &mut BallVelocity, &mut BallPath)>) {
-    for (mut pose, physics, mut velocity, mut path) in &mut balls {
+fn roll(
+    clock: Res<CycleClock>,
+    mut balls: Query<(&mut Pose, &BallPhysics, &mut BallVelocity, &mut BallFlight, &mut BallPath)>,
+) {
+    for (mut pose, physics, mut velocity, mut flight, mut path) in &mut balls {
         path.start_velocity = velocity.0;
+        path.start_flight = *flight;
         path.corners.clear();
+        path.heights_m.clear();
         path.corners.push(pose.position);
-        let end = physics.rolling_ball(pose.position, velocity.0).after(clock.period());
-        pose.position = end.position;
-        velocity.0 = end.velocity;
+        if flight.is_airborne() {
+            let mut ball = physics.flying_ball(pose.position, velocity.0, *flight);
+            ball.advance(clock.period());
+            path.heights_m.extend([flight.height_m, ball.position.z]);
+            (pose.position, velocity.0) = (ball.position.truncate(), ball.velocity.truncate());
+            *flight = ball.flight();
+        } else {
+            let end = physics.rolling_ball(pose.position, velocity.0).after(clock.period());
+            pose.position = end.position;
+            velocity.0 = end.velocity;
+        }
         path.corners.push(pose.position);
     }
 }
