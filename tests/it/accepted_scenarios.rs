@@ -104,13 +104,13 @@ fn ball() -> impl Strategy<Value = Option<BallSpec>> {
         mostly(Rolling::default(), rolling),
         mostly(0.4, within(0.0..=1.0)),
         mostly([0.0; 2], [within(0.0..=2.0), within(-3.0..=5.0)]),
-        mostly(FlightPhysics::default(), flight),
+        mostly(FlightPhysics::default(), flight).boxed(),
     );
     let ball = ball.prop_map(|(place, velocity, radius_m, rolling, restitution, [height_m, climb_mps], flight)| {
         let (position_m, velocity_mps) = (place.extend(height_m), velocity.extend(climb_mps));
         Some(BallSpec { position_m, velocity_mps, radius_m, rolling, restitution, flight })
     });
-    prop_oneof![9 => ball, 1 => Just(None)]
+    prop_oneof![9 => ball, 1 => Just(None)].boxed()
 }
 
 fn motion() -> impl Strategy<Value = MotionLimits> {
