@@ -21,6 +21,7 @@ mod field_path;
 mod file_schema;
 mod format;
 mod from_saved;
+mod handicap;
 mod inline_models;
 mod layers;
 mod leagues;

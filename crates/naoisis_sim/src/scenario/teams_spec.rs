@@ -34,6 +34,8 @@ pub struct TeamRobots {
     pub model: Option<String>,
     /// Their own settings.
     pub own: RobotPatch,
+    /// How much weaker they are than their settings, 0 to 0.9: slower by this share, with more falls and poorer eyes.
+    pub handicap: f32,
 }
 
 impl TeamsSpec {
@@ -61,7 +63,7 @@ impl TeamsSpec {
 
     /// A robot of a team, with what they all have of their own.
     pub fn robot(&self, team: Team, number: u8) -> RobotSpec {
-        let TeamRobots { model, own } = self.robots[team].clone();
+        let TeamRobots { model, own, .. } = self.robots[team].clone();
         RobotSpec { team, number, model, own, ..default() }
     }
 }
@@ -77,7 +79,12 @@ impl Default for TeamsSpec {
 struct Entry {
     team: String,
     model: Option<String>,
+    handicap: f32,
     own: RobotPatch,
+}
+
+fn is_none(handicap: &f32) -> bool {
+    *handicap == 0.0
 }
 
 robot_settings! { patch_beside_fields {
@@ -89,6 +96,11 @@ robot_settings! { patch_beside_fields {
         /// The model of its robots, if it is another than the scenario's.
         #[serde(skip_serializing_if = "Option::is_none")]
         model: Option<String>,
+        /// How much weaker its robots are than their settings: they walk and turn slower by this share, fall more often by the factor
+        /// 1 / (1 - handicap), and miss this share of what they would detect.
+        #[serde(default, skip_serializing_if = "is_none")]
+        #[schemars(range(min = 0.0, max = 0.9))]
+        handicap: f32,
     }
 } }
 
@@ -107,7 +119,7 @@ impl JsonSchema for Entry {
 
 impl Serialize for Entry {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if self.model.is_none() && self.own.is_empty() {
+        if self.model.is_none() && self.own.is_empty() && is_none(&self.handicap) {
             return serializer.serialize_str(&self.team);
         }
         EntryForm::from(self.clone()).serialize(serializer)
@@ -126,7 +138,7 @@ impl<'de> Deserialize<'de> for Entry {
             }
 
             fn visit_str<E: de::Error>(self, name: &str) -> Result<Entry, E> {
-                Ok(Entry { team: name.to_owned(), model: None, own: RobotPatch::default() })
+                Ok(Entry { team: name.to_owned(), model: None, handicap: 0.0, own: RobotPatch::default() })
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Entry, A::Error> {
@@ -155,8 +167,8 @@ impl Default for Entries {
 impl From<&TeamsSpec> for Entries {
     fn from(teams: &TeamsSpec) -> Self {
         let entry = |team: Team| {
-            let TeamRobots { model, own } = teams.robots[team].clone();
-            Entry { team: teams.name(team).to_owned(), model, own }
+            let TeamRobots { model, own, handicap } = teams.robots[team].clone();
+            Entry { team: teams.name(team).to_owned(), model, handicap, own }
         };
         Self { blue: entry(Team::Blue), pink: entry(Team::Pink) }
     }
@@ -181,7 +193,7 @@ impl Serialize for TeamsSpec {
 impl<'de> Deserialize<'de> for TeamsSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let Entries { blue, pink } = Entries::deserialize(deserializer)?;
-        let robots_of = |Entry { model, own, .. }: Entry| TeamRobots { model, own };
+        let robots_of = |Entry { model, own, handicap, .. }: Entry| TeamRobots { model, own, handicap };
         Ok(Self {
             blue: blue.team.clone(),
             pink: pink.team.clone(),

@@ -127,9 +127,10 @@ impl Scenario {
         listed.or_else(lined_up).unwrap_or_else(|| RobotSpec { team: id.team, number: id.number, ..default() })
     }
 
-    /// All settings of a robot: its own, and else those that all have.
+    /// All settings of a robot: its own, and else those that all have, with the handicap of its team.
     pub fn settings_of(&self, robot: &RobotSpec) -> RobotSettings {
-        self.settings.patched(&robot.own)
+        let handicap = self.teams.as_ref().map_or(0.0, |teams| teams.robots[robot.team].handicap);
+        self.settings.patched(&robot.own).with_handicap(handicap)
     }
 
     /// The body of a robot: its own, or else that which all have.

@@ -1,0 +1,88 @@
+//! Teams that are weaker than their behaviour: slower, less steady, and with poorer eyes.
+
+use super::robot_settings::RobotSettings;
+use naoisis_sensing::sensing::vision::ClassNoise;
+
+/// The greatest handicap of a team.
+pub(super) const GREATEST_HANDICAP: f32 = 0.9;
+
+impl RobotSettings {
+    /// The settings of a robot with a `handicap` between 0 (none) and 0.9: it walks and turns slower by this share, falls and fails to get up more often by
+    /// 1 / (1 - `handicap`), and detects the share 1 - `handicap` of what it would detect.
+    #[must_use]
+    pub(super) fn with_handicap(mut self, handicap: f32) -> RobotSettings {
+        if handicap <= 0.0 {
+            return self;
+        }
+        let left = 1.0 - handicap.min(GREATEST_HANDICAP);
+        let motion = &mut self.motion;
+        motion.max_linear_mps *= left;
+        motion.max_angular *= left;
+        if let Some(gait) = &mut motion.gait {
+            gait.backward_mps *= left;
+            gait.sideways_mps *= left;
+            gait.least_mps *= left;
+            gait.least_angular *= left;
+        }
+        let falls = &mut self.falls;
+        falls.falls_per_min /= left;
+        falls.contact_falls_per_min /= left;
+        for probability in
+            [&mut falls.kick_probability, &mut falls.get_up_failure, &mut falls.get_up_failure_in_contact]
+        {
+            *probability = (*probability / left).min(1.0);
+        }
+        if let Some(probability) = &mut falls.trip_probability {
+            *probability = (*probability / left).min(1.0);
+        }
+        let noise = &mut self.vision.noise;
+        let classes: [&mut ClassNoise; 7] = [
+            &mut noise.ball,
+            &mut noise.goal_posts,
+            &mut noise.robots,
+            &mut noise.lines,
+            &mut noise.junctions,
+            &mut noise.penalty_crosses,
+            &mut noise.centre_circle,
+        ];
+        for class in classes {
+            class.miss_probability = 1.0 - (1.0 - class.miss_probability) * left;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::Scenario;
+    use approx::assert_abs_diff_eq;
+    use naoisis_core::team::{RobotId, Team};
+
+    fn teams(blue: &str) -> Result<Scenario, String> {
+        let text = format!(r#"{{ "league": "spl2025", "teams": {{ "blue": {blue}, "pink": "roles" }} }}"#);
+        Scenario::from_json(&text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_team_with_a_handicap_is_slower_falls_more_and_sees_less() {
+        let scenario = teams(r#"{ "team": "roles", "handicap": 0.25 }"#).unwrap();
+        let [blue, pink] = Team::BOTH.map(|team| scenario.settings_of(&scenario.robot(RobotId::new(team, 2))));
+        assert_abs_diff_eq!(blue.motion.max_linear_mps, 0.75 * pink.motion.max_linear_mps, epsilon = 1e-6);
+        assert_abs_diff_eq!(blue.falls.falls_per_min, pink.falls.falls_per_min / 0.75, epsilon = 1e-4);
+        let [few, many] = [&blue, &pink].map(|settings| 1.0 - settings.vision.noise.ball.miss_probability);
+        assert_abs_diff_eq!(few, 0.75 * many, epsilon = 1e-6);
+        // It is written as it was read, and is none by default.
+        let written = serde_json::to_string(&scenario).unwrap();
+        assert!(written.contains(r#""handicap":0.25"#), "{written}");
+        assert_eq!(Scenario::from_json(&written).unwrap(), scenario);
+        assert!(!serde_json::to_string(&teams(r#""roles""#).unwrap()).unwrap().contains("handicap"));
+    }
+
+    #[test]
+    fn a_handicap_beyond_its_range_is_refused() {
+        for wrong in ["-0.1", "0.95", "1"] {
+            let problem = teams(&format!(r#"{{ "team": "roles", "handicap": {wrong} }}"#)).unwrap_err();
+            assert!(problem.contains("teams.blue.handicap"), "{problem}");
+        }
+    }
+}
