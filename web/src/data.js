@@ -94,8 +94,8 @@ class Match {
     });
     this.reasons = this.robots.map(({ index }) => reasons.filter((entry) => entry[1] === index));
     // Where the lists of each robot begin, sample by sample.
-    this.starts = this.robots.map(({ id }) => Object.fromEntries(["b", "o", "m", "p", "v", "t", "g"].map((name) => [name, starts(this.get(`${id}.${name}`), name)])));
-    this.lines = this.robots.map(({ id }) => starts(this.get(`${id}.tk`).map((kind) => Number(kind === LINE)), "t"));
+    this.starts = this.robots.map(({ id }) => Object.fromEntries(["b", "o", "m", "p", "v", "t", "l", "g"].map((name) => [name, starts(this.get(`${id}.${name}`), name)])));
+    this.lines = this.robots.map(({ id }) => starts(this.get(`${id}.lk`).map((kind) => Number(kind === LINE)), "l"));
   }
 
   /** The sample of the truth at a time, and how far it is to the next, 0 to 1. */
@@ -145,8 +145,10 @@ class Match {
     const at = before(this.senses, timeS / this.cycleS + 0.01);
     if (at < 0 || !this.senses.length) return null;
     const of = (name, row) => this.get(`${id}.${name}`)[row];
-    const [from, to] = [(name) => this.starts[index][name][at], (name) => this.starts[index][name][at + 1]];
-    const rows = (name) => Array.from({ length: to(name) - from(name) }, (_, row) => from(name) + row);
+    const rows = (name, sample = at) => {
+      const [from, to] = [sample, sample + 1].map((sample) => this.starts[index][name][sample]);
+      return Array.from({ length: to - from }, (_, row) => from + row);
+    };
     const ellipse = (name, row) => ({ a: axis(of(`${name}a`, row)), b: axis(of(`${name}b`, row)), turn: radians(15 * of(`${name}c`, row)) });
     const mind = { timeS: this.senses[at] * this.cycleS, mates: [], opponents: [], things: [], words: "" };
     for (const row of rows("b")) mind.pose = { x: of("bx", row) * 0.005, y: of("by", row) * 0.005, heading: radians(of("bh", row) / 2), ellipse: ellipse("b", row) };
@@ -154,12 +156,13 @@ class Match {
     for (const row of rows("m")) mind.mates.push({ x: of("mx", row) * 0.05, y: of("my", row) * 0.05 });
     for (const row of rows("p")) mind.opponents.push({ x: of("px", row) * 0.05, y: of("py", row) * 0.05, ellipse: ellipse("p", row) });
     for (const row of rows("v")) mind.seenBall = { x: of("vx", row) * 0.02, y: of("vy", row) * 0.02 };
-    for (const row of rows("t")) {
-      const thing = { kind: of("tk", row), x: of("tx", row) * 0.08, y: of("ty", row) * 0.08 };
-      if (thing.kind === LINE) {
-        const end = this.lines[index][row];
-        Object.assign(thing, { endX: of("ex", end) * 0.08, endY: of("ey", end) * 0.08 });
-      }
+    // A list that was left out is that of the sample before.
+    const seen = (name) => rows(name, at > 0 && of(name, at) < 0 ? at - 1 : at);
+    for (const row of seen("t")) mind.things.push({ kind: of("tk", row), x: of("tx", row) * 0.08, y: of("ty", row) * 0.08 });
+    for (const row of seen("l")) {
+      const thing = { kind: of("lk", row), x: of("lx", row) * 0.08, y: of("ly", row) * 0.08 };
+      const end = this.lines[index][row];
+      if (thing.kind === LINE) Object.assign(thing, { endX: of("ex", end) * 0.08, endY: of("ey", end) * 0.08 });
       mind.things.push(thing);
     }
     for (const row of rows("g")) mind.target = { x: of("gx", row) * 0.02, y: of("gy", row) * 0.02, words: this.strings[of("g", at) - 1] ?? "" };
@@ -174,9 +177,9 @@ class Match {
 
 /** Where the rows of each sample begin: flags count once, lists as often as they say. */
 function starts(counts, name) {
-  const isList = name === "m" || name === "p" || name === "t";
+  const isList = ["m", "p", "t", "l"].includes(name);
   const all = new Int32Array(counts.length + 1);
-  for (const [index, count] of counts.entries()) all[index + 1] = all[index] + (isList ? count : Math.min(1, count));
+  for (const [index, count] of counts.entries()) all[index + 1] = all[index] + Math.max(0, isList ? count : Math.min(1, count));
   return all;
 }
 

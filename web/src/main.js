@@ -3,7 +3,7 @@ import { before, readMatch } from "./data.js";
 import { Stage } from "./scene.js";
 import { View } from "./view.js";
 import { drawMind } from "./overlays.js";
-import { el, minutes } from "./dom.js";
+import { minutes } from "./dom.js";
 import { drawStrip, placeMarks } from "./timeline.js";
 import { EventPanel } from "./events.js";
 import { RobotPanel } from "./robots.js";
@@ -251,8 +251,7 @@ class Page {
     $("score").setAttribute("aria-label", `Score ${game.blue} to ${game.pink}`);
     $("clock").textContent = game.leftS === null ? minutes(timeS) : minutes(game.leftS);
     const second = game.secondS === null ? "" : ` ${Math.ceil(game.secondS)} s`;
-    $("phase").textContent = game.state === "finished" ? "finished" : `half ${game.half}, ${game.state}${second}`;
-    $("board").dataset.blue = game.blueEnd ? "right" : "left";
+    $("phase").textContent = game.state === "finished" ? "finished" : `half ${game.half}, ${game.state}${second}; blue plays ${game.blueEnd ? "←" : "→"}`;
     $("time").textContent = minutes(timeS, 1);
     $("seek").value = timeS;
     $("seek").setAttribute("aria-valuetext", `${minutes(timeS)}, half ${game.half}, score ${game.blue} to ${game.pink}`);
@@ -288,10 +287,11 @@ class Page {
       if (!mount) return;
       stage.place(moment, robot);
       stage.draw(stage.eyes, box, 0xabc7e3);
+      Object.assign($("eyes-frame").style, { width: `${box[2]}px`, height: `${box[3]}px` });
       $("eyes-label").textContent = `what ${match.robots[robot].id} can see: ${mount.name}`;
     };
-    $("eyes-label").hidden = robot === null;
-    $("eyes-label").dataset.large = isEyes;
+    $("eyes-frame").hidden = robot === null;
+    $("eyes-frame").dataset.large = isEyes;
     if (isEyes) eyes([0, 0, width, height]);
     else {
       stage.place(moment);

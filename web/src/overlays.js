@@ -13,6 +13,7 @@ export function drawMind(stage, { match, robot: index, timeS, shows }, moment) {
     marks.add("ring", { x: robot.x, y: robot.y, a: 0.2, colour: other === index ? 0xffffff : TEAM[team] });
     if (other === index) marks.add("ring", { x: robot.x, y: robot.y, a: 0.25, colour: TEAM[team] });
   });
+  if (moment.ball) marks.add("ring", { ...moment.ball, z: 0.012, a: Math.max(0.1, 1.8 * match.head.ball_radius_m), colour: 0xffffff });
   if (index === null) return;
   const mind = match.mind(index, timeS);
   if (!mind) return;

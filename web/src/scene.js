@@ -12,7 +12,7 @@ export const TEAM = { blue: 0x1f5fe0, pink: 0xf0508f };
 const GOALS = { yellow: 0xfaca30, blue: 0x007db6, white: 0xeeeeee };
 /** Layer 0 is the world; people alone see what is in PEOPLE, and robots' eyes see EYES as well. */
 const [PEOPLE, EYES] = [1, 2];
-const MOST_PARTS = 1200;
+const [MOST_PARTS, MOST_MARKS] = [1200, 2048];
 const rgb = ([red, green, blue]) => new Color().setRGB(red / 255, green / 255, blue / 255, SRGBColorSpace);
 
 export class Stage {
@@ -234,10 +234,10 @@ function* partsOf(body, robot, teamColour) {
   const hip = legs ? legs.hip_m[2] : torso.z_m[0];
   const chest = [hip + 0.28 * (neck[2] - hip), neck[2] - 0.02];
   const swing = 0.35 * Math.sin(robot.stride ?? 0) * (robot.pace ?? 0);
-  yield { shape: "box", size: [depth * 1.15, width, chest[1] - chest[0]], at: [middle, 0, (chest[0] + chest[1]) / 2], colour: shell };
-  // The band in the team's colour goes round the waist.
-  yield { shape: "box", size: [depth * 1.05, width * 0.86, 0.42 * (neck[2] - hip)], at: [middle, 0, hip + 0.2 * (neck[2] - hip)], colour: team };
-  yield { shape: "box", size: [0.03, width * 0.5, 0.3 * (chest[1] - chest[0])], at: [middle + depth * 0.58, 0, chest[0] + 0.62 * (chest[1] - chest[0])], colour: team };
+  // A jersey in the team's colour, with light plates on chest and back.
+  yield { shape: "box", size: [depth * 1.15, width, chest[1] - chest[0]], at: [middle, 0, (chest[0] + chest[1]) / 2], colour: team };
+  yield { shape: "box", size: [depth * 1.05, width * 0.86, 0.42 * (neck[2] - hip)], at: [middle, 0, hip + 0.2 * (neck[2] - hip)], colour: shell };
+  yield { shape: "box", size: [depth * 1.3, width * 0.42, 0.3 * (chest[1] - chest[0])], at: [middle, 0, chest[0] + 0.62 * (chest[1] - chest[0])], colour: shell };
   const headTurn = new Euler(0, robot.pitch, robot.yaw, "ZYX");
   const tall = height - neck[2];
   const around = (x, y, z) => new Vector3(x, y, z).applyEuler(headTurn).add(new Vector3(...neck)).toArray();
@@ -315,7 +315,7 @@ class Marks {
   }
 
   set(geometry, opacity) {
-    const mesh = new InstancedMesh(geometry, new MeshBasicMaterial({ transparent: true, opacity, side: DoubleSide, depthWrite: false }), 256);
+    const mesh = new InstancedMesh(geometry, new MeshBasicMaterial({ transparent: true, opacity, side: DoubleSide, depthWrite: false }), MOST_MARKS);
     mesh.count = 0;
     mesh.frustumCulled = false;
     mesh.renderOrder = 2;
@@ -330,7 +330,7 @@ class Marks {
 
   add(name, { x, y, z = 0.012, turn = 0, a, b = a, colour }) {
     const mesh = this.sets[name];
-    if (mesh.count >= 256) return;
+    if (mesh.count >= MOST_MARKS) return;
     const pose = new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), turn);
     mesh.setMatrixAt(mesh.count, new Matrix4().compose(new Vector3(x, y, z), pose, new Vector3(a, b, 1)));
     mesh.setColorAt(mesh.count, new Color(colour));
@@ -344,9 +344,13 @@ class Marks {
     this.add("bar", { x: from.x, y: from.y, z, turn: Math.atan2(dy, dx), a: Math.hypot(dx, dy), b: width, colour });
   }
 
-  ellipse({ x, y, ellipse }, colour) {
-    const { a, b, turn } = ellipse;
+  ellipse({ x, y, ellipse: { a, b, turn } }, colour) {
     this.add("disc", { x, y, turn, a, b, colour });
-    this.add("ring", { x, y, turn, a, b, colour });
+    const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
+    const at = (step) => {
+      const [along, across] = [a * Math.cos((step * Math.PI) / 16), b * Math.sin((step * Math.PI) / 16)];
+      return { x: x + along * cos - across * sin, y: y + along * sin + across * cos };
+    };
+    for (let step = 0; step < 32; step++) this.line(at(step), at(step + 1), 0.014, colour, 0.013);
   }
 }

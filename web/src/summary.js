@@ -12,7 +12,7 @@ export function showMatch(box, match) {
   if (match.kicks.length) parts.push(el("h3", {}, "Passes and shots"), passes(match));
   if (end?.heat) {
     parts.push(el("h3", {}, "Where they were"));
-    parts.push(el("div", { className: "maps" }, ...end.heat.maps.map(([words, colour, cells]) => heatMap(head.pitch, end.heat, words, colour, cells))));
+    parts.push(el("div", { className: "maps" }, ...end.heat.maps.map(([words, cells]) => heatMap(head.pitch, end.heat, words, cells))));
   }
   if (end) parts.push(table("Robots", end.robot_columns ?? [], end.robots ?? []));
   const facts = [["scenario", head.name || "without a name"], ["seed", head.seed], ["realism", head.realism], ["pitch", `${head.pitch.length_m} x ${head.pitch.width_m} m`], ["played", `${minutes(match.endS - match.startS)} min`]];
@@ -43,7 +43,7 @@ function plan(pitch, label, ...marks) {
   return svg("svg", { viewBox: `${-x - edge} ${-y - edge} ${2 * (x + edge)} ${2 * (y + edge)}`, role: "img", "aria-label": label, class: "plan" }, lines, ...marks);
 }
 
-function heatMap(pitch, { columns, rows }, words, colour, cells) {
+function heatMap(pitch, { columns, rows }, words, cells) {
   const most = Math.max(1, ...cells);
   const [width, height] = [pitch.length_m / columns, pitch.width_m / rows];
   const rects = cells.flatMap((time, index) => {
@@ -52,7 +52,7 @@ function heatMap(pitch, { columns, rows }, words, colour, cells) {
     // The eye tells shares of the longest time apart better by their roots.
     return svg("rect", { x: column * width - pitch.length_m / 2, y: pitch.width_m / 2 - (row + 1) * height, width: width * 1.02, height: height * 1.02, opacity: Math.sqrt(time / most).toFixed(3) });
   });
-  return el("figure", {}, plan(pitch, `Heat map of ${words}`, svg("g", { class: `heat ${colour}` }, ...rects)), el("figcaption", {}, words));
+  return el("figure", {}, plan(pitch, `Heat map of ${words}`, svg("g", { class: `heat ${words === "blue" || words === "pink" ? words : ""}` }, ...rects)), el("figcaption", {}, words));
 }
 
 function passes(match) {

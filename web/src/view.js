@@ -60,7 +60,7 @@ export class View {
   }
 
   pan(dx, dy) {
-    const scale = (this.distance() * Math.tan((this.camera.fov * Math.PI) / 360) * 2) / this.canvas.clientHeight;
+    const scale = (this.far * Math.tan((this.camera.fov * Math.PI) / 360) * 2) / this.canvas.clientHeight;
     const { turn } = this.wish;
     const most = this.stage.half;
     const clamp = (value, limit) => Math.min(limit, Math.max(-limit, value));
@@ -74,14 +74,35 @@ export class View {
     this.changed();
   }
 
-  /** The distance from which the pitch fills the picture. */
-  distance(at = this.now) {
-    const { half, size } = this.stage;
-    const tangent = Math.tan((this.camera.fov * Math.PI) / 360);
-    const wide = half.x * 1.02 / (tangent * (size.width / size.height));
-    const deep = (half.y * 1.06) / tangent;
-    const high = Math.sin(at.height);
-    return at.zoom * (Math.max(wide + half.y * Math.cos(at.height) * 0.75, deep * high + half.y * Math.cos(at.height) * 0.6));
+  /** Sets the camera as far away as shows the whole pitch, times the zoom, with the pitch in the middle of the picture. */
+  aim({ x, y, turn, height, zoom }) {
+    const { camera, stage } = this;
+    const { half, size } = stage;
+    const way = new Vector3(Math.cos(height) * Math.cos(turn), Math.sin(height), -Math.cos(height) * Math.sin(turn));
+    camera.aspect = size.width / size.height;
+    const corners = [-1, 1].flatMap((side) => [-1, 1].flatMap((end) => [0, 0.5].map((up) => new Vector3(side * half.x, up, end * half.y))));
+    const look = (far, centre) => {
+      [camera.near, camera.far] = [far / 100, far * 4 + 20];
+      camera.position.copy(way).multiplyScalar(far).add(centre);
+      camera.lookAt(centre);
+      camera.updateProjectionMatrix();
+      camera.updateMatrixWorld();
+    };
+    let far = 2 * half.x;
+    let middle = 0;
+    for (let round = 0; round < 5; round++) {
+      look(far, new Vector3());
+      const seen = corners.map((corner) => corner.clone().project(camera));
+      const [low, high] = [Math.min(...seen.map(({ y }) => y)), Math.max(...seen.map(({ y }) => y))];
+      const wide = Math.max(...seen.map(({ x }) => Math.abs(x)));
+      middle = (low + high) / 2;
+      // Room for the board above.
+      far *= Math.max(wide / 0.985, (high - low) / 1.84);
+    }
+    this.far = far * zoom;
+    look(this.far, new Vector3(x, 0, -y));
+    camera.projectionMatrix.elements[9] += (middle + 0.05) * Math.min(1, zoom);
+    camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
   }
 
   /** Moves the camera towards where it is wanted. Returns whether it is still on its way. */
@@ -96,18 +117,7 @@ export class View {
     }
     this.lastMs = isGoing ? nowMs : null;
     this.moment = moment;
-    const { x, y, turn, height } = this.now;
-    const far = this.distance();
-    const { camera } = this;
-    camera.aspect = this.stage.size.width / this.stage.size.height;
-    camera.near = far / 100;
-    camera.far = far * 4 + 20;
-    // Three's y is up: the pitch's x, z, -y.
-    const [cos, sin] = [Math.cos(height), Math.sin(height)];
-    camera.position.set(x + far * cos * Math.cos(turn), far * sin, -(y + far * cos * Math.sin(turn)));
-    camera.up.set(0, 1, 0);
-    camera.lookAt(x, 0, -y);
-    camera.updateProjectionMatrix();
+    this.aim(this.now);
     return isGoing;
   }
 
