@@ -31,7 +31,8 @@ fn a_page_is_the_same_in_every_run_and_changes_no_trace() {
     let page = read(&one, "p.html");
     assert!(page == read(&other, "p.html"));
     assert!(page.starts_with(TEMPLATE.as_bytes()));
-    let output = naoisis(other.path(), &["run", "match3v3", "--duration", "5", "--quiet", "--trace", "alone.jsonl.zst"]);
+    let output =
+        naoisis(other.path(), &["run", "match3v3", "--duration", "5", "--quiet", "--trace", "alone.jsonl.zst"]);
     assert!(output.status.success());
     assert!(read(&one, TRACE) == read(&other, "alone.jsonl.zst"));
 }
@@ -48,10 +49,11 @@ fn a_trace_becomes_what_the_ending_says() {
     let output = naoisis(folder, &["replay", TRACE, "r.html"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(fs::read(folder.join("r.html")).unwrap() == fs::read(folder.join("c.html")).unwrap());
+    let (status, words) = convert(folder, "nowhere/c.html");
+    assert!(status == Some(1) && words.starts_with("error: nowhere/c.html: No such file or directory"), "{words}");
     for (file, said) in [
         ("c.html", "error: convert: c.html: the file exists already; expected another name, or --force to replace it"),
         ("c.gif", "error: c.gif: no format has this ending; expected one of .html, .jsonl, .jsonl.zst"),
-        ("nowhere/c.html", "error: nowhere/c.html: No such file or directory"),
         (TRACE, "error: convert: t.jsonl.zst: this would replace t.jsonl.zst, which the command reads"),
     ] {
         let (status, words) = convert(folder, file);
@@ -74,6 +76,10 @@ fn a_trace_that_breaks_off_is_converted_as_far_as_it_goes() {
     fs::write(folder.join("head.jsonl"), [header, b"\n"].concat()).unwrap();
     let output = naoisis(folder, &["convert", "head.jsonl", "head.html"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("head.jsonl: the trace has no cycle after its header"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("head.jsonl: the trace has no cycle after its header"),
+        "{}",
+        text(&output.stderr)
+    );
     assert!(!folder.join("head.html").exists());
 }

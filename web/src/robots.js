@@ -4,6 +4,8 @@ import { el } from "./dom.js";
 
 const SHOWN = [["belief", "Belief, with ellipses of 95 %"], ["sight", "What it sees"], ["wish", "What it wants"]];
 const cm = (metres) => (metres < 1 ? `${Math.round(100 * metres)} cm` : `${metres.toFixed(2)} m`);
+/** Whole degrees within (-180, 180]. */
+const degrees = (angle) => 180 - ((((540 - Math.round((angle * 180) / Math.PI)) % 360) + 360) % 360);
 const place = ({ x, y }) => `${x.toFixed(2)}, ${y.toFixed(2)} m`;
 
 export class RobotPanel {
@@ -52,7 +54,7 @@ export class RobotPanel {
     const mind = match.mind(index, timeS);
     const ball = match.ball(at);
     const rows = [["robot", `${robot.id}, ${robot.model}`]];
-    rows.push(["is at", `${place(now)}, ${Math.round((now.heading * 180) / Math.PI) % 360}°`]);
+    rows.push(["is at", `${place(now)}, ${degrees(now.heading)}°`]);
     if (now.isPenalised) rows.push(["serves", "a penalty"]);
     if (now.posture) rows.push(["posture", POSTURES[now.posture] ?? ""]);
     if (mind?.pose) rows.push(["believes to be at", `${place(mind.pose)}: ${cm(Math.hypot(mind.pose.x - now.x, mind.pose.y - now.y))} off`]);

@@ -20,7 +20,7 @@ export class View {
   /** Around the pitch: a turn about the vertical, a height above the ground, and a distance that is a share of what shows all. */
   reset() {
     const isAbove = this.mode === "above";
-    this.wish = { x: 0, y: 0, turn: -Math.PI / 2, height: isAbove ? Math.PI / 2 - 1e-3 : 0.62, zoom: 1 };
+    this.wish = { x: 0, y: 0, turn: -Math.PI / 2, height: isAbove ? Math.PI / 2 - 1e-3 : 0.78, zoom: 1 };
     this.changed();
   }
 

@@ -38,14 +38,7 @@ pub fn convert(program: Program<'_>, ConvertArguments { trace, file, force }: &C
     if let Err(message) = check_files(trace, &outputs, *force) {
         return report::usage_error(&message);
     }
-    match write(trace, format, file) {
-        Ok((said, status)) => {
-            let mut printer = Printer::default();
-            printer.print(said);
-            printer.finish(status)
-        }
-        Err(message) => report::usage_error(&message),
-    }
+    write(trace, format, file)
 }
 
 fn unknown_ending(file: &Path, formats: &LogFormats) -> String {
@@ -53,25 +46,36 @@ fn unknown_ending(file: &Path, formats: &LogFormats) -> String {
     format!("{}: no format has this ending; expected one of {}", file.display(), endings.join(", "))
 }
 
-fn write(trace: &Path, format: &LogFormat, file: &Path) -> Result<(String, ExitCode), String> {
-    let interrupt = Interrupt::watch(|| {})?;
-    let mut reader = TraceReader::open(trace).map_err(|error| error.to_string())?;
-    let recorder = format.create(file).map_err(|error| error.to_string())?;
+fn write(trace: &Path, format: &LogFormat, file: &Path) -> ExitCode {
+    let interrupt = match Interrupt::watch(|| {}) {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
+    };
+    let mut reader = match TraceReader::open(trace) {
+        Ok(reader) => reader,
+        Err(error) => return report::usage_error(&error.to_string()),
+    };
     let progress = ProgressBar::new_spinner().with_message(format!("converting {}", trace.display()));
     if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {
         progress.set_style(style);
     }
-    let converted = convert_trace(&mut reader, recorder, |time_s| {
+    let create = || format.create(file);
+    let converted = convert_trace(&mut reader, create, |time_s| {
         progress.set_position(time_s as u64);
         if interrupt.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     progress.finish_and_clear();
-    let said = converted.map_err(|error| match error {
-        ConvertError::Empty => format!("{}: {error}", trace.display()),
-        _ => error.to_string(),
-    })?;
-    if reader.ending() == Ending::BrokenOff {
-        report::note("the trace is incomplete: it is converted as far as it goes");
+    match converted {
+        Ok(said) => {
+            if reader.ending() == Ending::BrokenOff {
+                report::note("the trace is incomplete: it is converted as far as it goes");
+            }
+            let mut printer = Printer::default();
+            printer.print(said.unwrap_or_default());
+            printer.finish(interrupt.finish(ExitCode::SUCCESS))
+        }
+        Err(ConvertError::Record(error)) => report::failure(&error.to_string()),
+        Err(ConvertError::Trace(error)) => report::usage_error(&error.to_string()),
+        Err(error) => report::usage_error(&format!("{}: {error}", trace.display())),
     }
-    Ok((said.unwrap_or_default(), interrupt.finish(ExitCode::SUCCESS)))
 }

@@ -21,18 +21,19 @@ pub enum ConvertError {
     Empty,
 }
 
-/// Gives all cycles of the trace to `recorder`, and returns what it has to say. A trace that breaks off ends as an interrupted match.
-/// `told` is called after each cycle with its time, s; if it returns `Break`, the match ends there.
+/// Gives all cycles of the trace to the recorder that `create` makes, and returns what it has to say. A trace that breaks off ends as an
+/// interrupted match. `told` is called after each cycle with its time, s; if it returns `Break`, the match ends there.
 ///
 /// # Errors
 /// What is wrong with the trace, and where, or why the recorder cannot write.
 pub fn convert(
     reader: &mut TraceReader,
-    mut recorder: Box<dyn Recorder>,
+    create: impl FnOnce() -> Result<Box<dyn Recorder>, RecordError>,
     mut told: impl FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Option<String>, ConvertError> {
     let scenario = reader.scenario().clone();
     let mut last = reader.next_cycle()?.ok_or(ConvertError::Empty)?;
+    let mut recorder = create()?;
     let mut world = World::new();
     recorder.start(&scenario, &last, &mut world);
     while let Some(record) = reader.next_cycle()? {

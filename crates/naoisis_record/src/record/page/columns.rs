@@ -19,14 +19,14 @@ const PLAIN: [&str; 17] =
 /// Larger numbers do not fit the 32 bits that a browser shifts.
 const LARGEST: f64 = (1 << 29) as f64;
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Column {
     bytes: Vec<u8>,
     last: i32,
 }
 
 /// The columns of a part of a match.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Columns(BTreeMap<(&'static str, About), Column>);
 
 impl Columns {

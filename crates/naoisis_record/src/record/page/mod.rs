@@ -46,6 +46,7 @@ use bevy::prelude::*;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 pub use writer::PageWriter;
 
@@ -59,11 +60,35 @@ use naoisis_sim::scenario::Scenario;
 /// The page without a match, as `web/build.js` makes it.
 pub const TEMPLATE: &str = include_str!("page.html");
 
+/// A page that is being made: what is complete, and what makes the rest.
+#[derive(Default)]
+struct Page {
+    text: String,
+    writer: Option<PageWriter>,
+}
+
+/// The page of a match that goes on, while a [`PageRecorder`] writes it, and afterwards.
+#[derive(Clone, Default)]
+pub struct PageSoFar(Arc<Mutex<Page>>);
+
+impl PageSoFar {
+    /// The page up to now. It breaks off if the match is not over.
+    pub fn html(&self) -> String {
+        let page = self.page();
+        let rest = page.writer.clone().map(PageWriter::break_off);
+        page.text.clone() + &rest.unwrap_or_default()
+    }
+
+    fn page(&self) -> MutexGuard<'_, Page> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 /// A page that is being written.
 pub struct PageRecorder {
     output: OutputFile,
     file: File,
-    writer: Option<PageWriter>,
+    page: PageSoFar,
     error: Option<io::Error>,
 }
 
@@ -75,10 +100,16 @@ impl PageRecorder {
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let output = OutputFile::create(path)?;
         let file = output.writer()?;
-        Ok(Self { output, file, writer: None, error: None })
+        Ok(Self { output, file, page: PageSoFar::default(), error: None })
+    }
+
+    /// The page while it is being written.
+    pub fn so_far(&self) -> PageSoFar {
+        self.page.clone()
     }
 
     fn write(&mut self, text: &str) {
+        self.page.page().text += text;
         if self.error.is_none() {
             self.error = self.file.write_all(text.as_bytes()).err();
         }
@@ -89,12 +120,12 @@ impl Recorder for PageRecorder {
     fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
         ask_for_reasons(world);
         let (writer, text) = PageWriter::begin(scenario, record);
-        self.writer = Some(writer);
+        self.page.page().writer = Some(writer);
         self.write(&text);
     }
 
     fn record(&mut self, record: &CycleRecord, _: &mut World) {
-        let part = self.writer.as_mut().and_then(|writer| writer.record(record));
+        let part = self.page.page().writer.as_mut().and_then(|writer| writer.record(record));
         if let Some(part) = part {
             self.write(&part);
         }
@@ -105,7 +136,8 @@ impl Recorder for PageRecorder {
     }
 
     fn finish(mut self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
-        let text = self.writer.take().map(|writer| writer.finish(end, last)).unwrap_or_default();
+        let writer = self.page.page().writer.take();
+        let text = writer.map(|writer| writer.finish(end, last)).unwrap_or_default();
         self.write(&text);
         let Self { output, error, .. } = *self;
         let (path, is_file) = (output.path().to_owned(), output.is_file());

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 /// The list of all words so far. Place 0 has none.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Strings {
     places: BTreeMap<String, i32>,
     /// Those that no part has yet.

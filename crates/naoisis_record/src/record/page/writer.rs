@@ -33,6 +33,7 @@ const REASONS_EVERY_S: f64 = 2.0;
 const UNKNOWN_LENGTH_S: f64 = 1200.0;
 
 /// The page of a match that goes on.
+#[derive(Clone)]
 pub struct PageWriter {
     cycle_s: f64,
     robots: Vec<RobotId>,
@@ -107,20 +108,12 @@ impl PageWriter {
         }
         let open = self.kick_follower.finish();
         self.add_kicks(open, last);
-        self.break_off_with(Some(end))
+        self.part() + &block(&end_of(end, &self.summary), &Columns::default())
     }
 
     /// The rest of the page of a match whose end is not known.
-    pub fn break_off(self) -> String {
-        self.break_off_with(None)
-    }
-
-    fn break_off_with(mut self, end: Option<&MatchEnd>) -> String {
-        let mut text = self.part();
-        if let Some(end) = end {
-            text += &block(&end_of(end, &self.summary), &Columns::default());
-        }
-        text
+    pub fn break_off(mut self) -> String {
+        self.part()
     }
 
     fn add(&mut self, record: &CycleRecord) {
