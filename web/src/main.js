@@ -288,7 +288,7 @@ class Page {
       stage.place(moment, robot);
       stage.draw(stage.eyes, box, 0xabc7e3);
       Object.assign($("eyes-frame").style, { width: `${box[2]}px`, height: `${box[3]}px` });
-      $("eyes-label").textContent = `what ${match.robots[robot].id} can see: ${mount.name}`;
+      $("eyes-label").textContent = `${match.robots[robot].id} sees: ${mount.name}`;
     };
     $("eyes-frame").hidden = robot === null;
     $("eyes-frame").dataset.large = isEyes;

@@ -8,7 +8,7 @@
 //! | block | when | what it has |
 //! |---|---|---|
 //! | `match` | at the start | name, seed, pitch, robots with bodies and cameras |
-//! | `part` | every two minutes of the match | columns, events with reasons, kicks, reasons of decisions, new words |
+//! | `part` | after 7.5 s of the match, then after twice as long each time, at last every two minutes | columns, events with reasons, kicks, reasons of decisions, new words |
 //! | `end` | at the end | score, tables and heat maps |
 //!
 //! A page whose program is killed has all parts that were written; the page says that it breaks off. A column has whole numbers, as

@@ -23,8 +23,10 @@ use naoisis_sim::scenario::Scenario;
 /// Samples of the truth a second, and of everything else.
 const TRUTH_HZ: f64 = 30.0;
 const SENSE_HZ: f64 = 10.0;
-/// The length of a part, s of the match: what a killed program loses at most.
-const PART_S: f64 = 120.0;
+/// The length of a part, s of the match: what a killed program loses at most. The first is short, and each twice as long as the one
+/// before.
+const FIRST_PART_S: f64 = 7.5;
+const LONGEST_PART_S: f64 = 120.0;
 /// The most bytes of a page.
 const BUDGET_BYTES: f64 = 2.9e6;
 /// Reasons of a decision are written when the choice changes, and this often, s.
@@ -52,6 +54,7 @@ pub struct PageWriter {
     due: [u64; 2],
     last_cycle: Option<u64>,
     part_begins_s: f64,
+    part_length_s: f64,
     thinning: Thinning,
     written_bytes: usize,
     began_s: f64,
@@ -80,6 +83,7 @@ impl PageWriter {
             due: [0; 2],
             last_cycle: None,
             part_begins_s: record.time_s,
+            part_length_s: FIRST_PART_S,
             thinning: Thinning::default(),
             written_bytes: text.len(),
             began_s: record.time_s,
@@ -91,10 +95,11 @@ impl PageWriter {
 
     /// Adds the next cycle, and returns a part of the page when one is full.
     pub fn record(&mut self, record: &CycleRecord) -> Option<String> {
-        let is_full = record.time_s - self.part_begins_s >= PART_S;
+        let is_full = record.time_s - self.part_begins_s >= self.part_length_s;
         let part = is_full.then(|| self.part());
         if is_full {
             self.part_begins_s = record.time_s;
+            self.part_length_s = (2.0 * self.part_length_s).min(LONGEST_PART_S);
             self.thin(record.time_s);
         }
         self.add(record);
@@ -236,6 +241,10 @@ impl PageWriter {
     /// Leaves out more from `time_s` on, if the page would grow too large as it does now.
     fn thin(&mut self, time_s: f64) {
         let (gone_s, rest_s) = (time_s - self.began_s, self.began_s + self.length_s - time_s);
+        // Short parts tell little: they pack less well.
+        if gone_s < LONGEST_PART_S {
+            return;
+        }
         let written = (self.written_bytes - TEMPLATE.len()) as f64;
         if self.written_bytes as f64 + written / gone_s * rest_s.max(0.0) > BUDGET_BYTES {
             self.thinning = self.thinning.next();
