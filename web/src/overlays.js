@@ -5,22 +5,23 @@ import { words } from "./textures.js";
 const [BELIEF, SIGHT, WISH, OTHER] = [0xffe14d, 0x4de1ff, 0xff9f2e, 0xffffff];
 
 export function drawMind(stage, { match, robot: index, timeS, shows }, moment) {
-  const { marks } = stage;
+  const { marks, scale } = stage;
+  const wide = 0.5 + 0.5 * scale;
   marks.clear();
   stage.words.visible = false;
   moment.robots.forEach((robot, other) => {
     const { team } = match.robots[other];
-    marks.add("ring", { x: robot.x, y: robot.y, a: 0.2, colour: other === index ? 0xffffff : TEAM[team] });
-    if (other === index) marks.add("ring", { x: robot.x, y: robot.y, a: 0.25, colour: TEAM[team] });
+    marks.add("ring", { x: robot.x, y: robot.y, a: 0.2 * wide, colour: other === index ? 0xffffff : TEAM[team] });
+    if (other === index) marks.add("ring", { x: robot.x, y: robot.y, a: 0.25 * wide, colour: TEAM[team] });
   });
-  if (moment.ball) marks.add("ring", { ...moment.ball, z: 0.012, a: Math.max(0.1, 1.8 * match.head.ball_radius_m), colour: 0xffffff });
+  if (moment.ball) marks.add("ring", { ...moment.ball, z: 0.012, a: Math.max(0.1 * scale, 1.8 * match.head.ball_radius_m), colour: 0xffffff });
   if (index === null) return;
   const mind = match.mind(index, timeS);
   if (!mind) return;
   if (shows.sight) drawSight(marks, mind, moment.robots[index]);
   if (shows.belief) drawBelief(marks, mind);
   if (shows.wish && mind.target) {
-    marks.line(moment.robots[index], mind.target, 0.025, WISH);
+    marks.line(moment.robots[index], mind.target, 0.025 * scale, WISH);
     marks.add("ring", { ...mind.target, a: 0.09, colour: WISH });
     const text = mind.target.words || mind.intention;
     stage.words.visible = Boolean(text);
@@ -30,7 +31,7 @@ export function drawMind(stage, { match, robot: index, timeS, shows }, moment) {
       stage.words.material.needsUpdate = true;
       stage.words.text = text;
     }
-    stage.words.scale.set(0.9, 0.17, 1);
+    stage.words.scale.set(0.9 * scale, 0.17 * scale, 1);
     stage.words.position.set(mind.target.x, mind.target.y, 0.2);
   }
 }

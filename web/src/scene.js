@@ -30,6 +30,8 @@ export class Stage {
     this.scene.add(this.root);
     const { pitch } = match.head;
     this.half = { x: pitch.length_m / 2 + pitch.border_m, y: pitch.width_m / 2 + pitch.border_m };
+    // On a larger pitch marks are larger, too.
+    this.scale = Math.max(1, this.half.x / 4.2);
     this.camera = new PerspectiveCamera(35, 1, 0.05, 200);
     this.camera.layers.enable(PEOPLE);
     this.camera.layers.enable(EYES);
@@ -39,7 +41,7 @@ export class Stage {
     this.pitch(pitch);
     this.parts = { box: this.pool(new RoundedBoxGeometry(1, 1, 1, 2, 0.18)), ball: this.pool(new SphereGeometry(0.5, 24, 16)), rod: this.pool(limb()) };
     this.marks = new Marks(this.root);
-    this.badges = match.robots.map((robot) => this.label(badge(robot.team, robot.number), 0.2));
+    this.badges = match.robots.map((robot) => this.label(badge(robot.team, robot.number), 0.2 * this.scale));
     this.words = this.label(null, 0.3);
     const radius = match.head.ball_radius_m;
     this.ball = new Mesh(new SphereGeometry(radius, 32, 24), new MeshStandardMaterial({ map: ballSkin(radius < 0.04), roughness: 0.5 }));
@@ -142,7 +144,7 @@ export class Stage {
       const { body, team } = this.match.robots[index];
       if (index !== hidden) for (const part of partsOf(body, robot, TEAM[team])) this.part(part, robot);
       const height = robot.posture === 0 ? body.height_m : 0.3;
-      this.badges[index].position.set(robot.x, robot.y, height + 0.17);
+      this.badges[index].position.set(robot.x, robot.y, height + 0.15 * this.scale);
       this.badges[index].material.opacity = robot.isPenalised ? 0.35 : 1;
     });
     for (const mesh of Object.values(this.parts)) {

@@ -119,7 +119,10 @@ impl PageRecorder {
 impl Recorder for PageRecorder {
     fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
         ask_for_reasons(world);
-        let (writer, text) = PageWriter::begin(scenario, record);
+        // A scenario that is resolved lists the robots, and has no names of teams any more.
+        let teams = world.get_resource::<Scenario>().and_then(|played| played.teams.clone());
+        let named = Scenario { teams: scenario.teams.clone().or(teams), ..scenario.clone() };
+        let (writer, text) = PageWriter::begin(&named, record);
         self.page.page().writer = Some(writer);
         self.write(&text);
     }
