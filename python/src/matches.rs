@@ -7,6 +7,7 @@ use naoisis::game::{Game, GameState};
 use naoisis::interface::gather::gather_on_demand;
 use naoisis::record::beliefs::BeliefRecorder;
 use naoisis::record::match_renderer::view_of_field;
+use naoisis::record::page::{PageRecorder, PageSoFar};
 use naoisis::record::picture_recorder::PictureRecorder;
 use naoisis::record::recorder::{self, EndReason, Recorder, Recorders};
 use naoisis::record::trace::TraceRecorder;
@@ -302,6 +303,7 @@ impl Match {
         trace: Option<PathBuf>,
         beliefs: Option<PathBuf>,
         video: Option<PathBuf>,
+        html: Option<PathBuf>,
     ) -> PyResult<()> {
         self.with(py, |played| {
             if played.world.contains_resource::<Recorders>() {
@@ -320,9 +322,19 @@ impl Match {
             if let Some(path) = beliefs {
                 recorders.push(Box::new(BeliefRecorder::create(&path).map_err(failed)?));
             }
+            if let Some(path) = html {
+                let recorder = PageRecorder::create(&path).map_err(failed)?;
+                played.page = Some(recorder.so_far());
+                recorders.push(Box::new(recorder));
+            }
             recorder::start(&mut played.world, recorders);
             Ok(())
         })
+    }
+
+    /// The page of the match up to now, if one is or was recorded.
+    fn page(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        self.with(py, |played| Ok(played.page.as_ref().map(PageSoFar::html)))
     }
 
     /// Ends what is being recorded. What the records have to say.

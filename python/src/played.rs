@@ -10,6 +10,7 @@ use naoisis::game::{Game, GameState};
 use naoisis::interface::cycle_record::CycleRecord;
 use naoisis::interface::gather::{CurrentRecord, record_now};
 use naoisis::record::match_renderer::MatchRenderer;
+use naoisis::record::page::PageSoFar;
 use naoisis::record::recorder::Recorders;
 use naoisis::robot::Roster;
 use naoisis::scenario::Scenario;
@@ -35,13 +36,15 @@ pub struct Played {
     seen: Option<u64>,
     /// What has happened since the last call began, and when, s.
     pub events: Vec<(f64, MatchEvent)>,
+    /// The page of it that is being recorded, or was.
+    pub page: Option<PageSoFar>,
     /// The panic that ended it.
     pub panic: Option<String>,
 }
 
 impl Played {
     pub fn new(world: World) -> Self {
-        Self { world, renderer: MatchRenderer::default(), seen: None, events: Vec::new(), panic: None }
+        Self { world, renderer: MatchRenderer::default(), seen: None, events: Vec::new(), page: None, panic: None }
     }
 
     /// Cycles that are over: of the one under way robots have perceived, and nothing else has happened in it.

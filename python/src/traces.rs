@@ -4,6 +4,7 @@ use naoisis::belief::Belief;
 use naoisis::geometry::{Pose, to_degrees};
 use naoisis::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis::interface::fields::Fields;
+use naoisis::record::page;
 use naoisis::record::read::{Ending, TraceReader};
 use naoisis::team::RobotId;
 use numpy::{PyArray1, PyArrayMethods};
@@ -240,4 +241,11 @@ impl TraceLines {
         let record = reader.next_cycle().map_err(|error| trace_error(py, &error))?;
         record.map(|record| to_python(py, &record, Digits::Lean)).transpose()
     }
+}
+
+/// The page of a trace, for a browser.
+#[pyfunction]
+pub fn page_of_trace(py: Python<'_>, path: PathBuf) -> PyResult<String> {
+    let page = py.detach(|| page::page_of_trace(&mut TraceReader::open(&path)?));
+    page.map_err(|error| trace_error(py, &error))
 }

@@ -206,3 +206,33 @@ def test_the_command_comes_with_the_package():
     assert "match3v3" in listed.stdout
     wrong = subprocess.run(["naoisis", "run", "no_such"], capture_output=True, text=True)
     assert wrong.returncode == 2 and "there is no built-in scenario of this name" in wrong.stderr
+
+
+def test_a_notebook_shows_the_match_as_it_was_recorded(tmp_path):
+    """Up to now, in a frame that reaches nothing of the notebook; the file is whole after `close`."""
+    path = tmp_path / "match.html"
+    match = naoisis.Match("match3v3", seed=3, set={"duration_s": 3})
+    assert "record(html=" in match._repr_html_() and "data:image/png;base64," in match._repr_html_()
+    match.record(html=path)
+    match.run(1.0)
+    shown = match._repr_html_()
+    assert shown.startswith("<iframe") and 'sandbox="allow-scripts"' in shown and "<script" not in shown
+    match.run()
+    match.close()
+    page = path.read_text()
+    assert page.startswith("<!doctype html>")
+    assert match._match.page() == page
+
+
+def test_a_trace_is_shown_as_a_page(tmp_path):
+    trace, path = tmp_path / "t.jsonl.zst", tmp_path / "t.html"
+    match = naoisis.Match("match3v3", seed=3, set={"duration_s": 1})
+    with match:
+        match.record(trace=trace)
+        match.run()
+    page = naoisis.show(trace)
+    assert page._repr_html_().startswith("<iframe") and "MB" in repr(page)
+    page.save(path)
+    assert path.read_text() == page.html
+    with pytest.raises(naoisis.TraceError, match="expected a trace"):
+        naoisis.show(tmp_path / "nowhere.jsonl")

@@ -17,6 +17,7 @@
 //! 15. [A match in your own app](own_app): schedules, start and end, events.
 //! 16. [Random numbers](random_numbers): of behaviours, sensors and programs.
 //! 17. [Matches beside real ones](real_matches): goals, falls, penalties and seventy other quantities, and logs of the GameController.
+//! 18. [A web page](web_page): a match that plays in a browser, in one file.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -51,6 +52,9 @@ pub mod beliefs {}
 
 #[doc = include_str!("watching.md")]
 pub mod watching {}
+
+#[doc = include_str!("web_page.md")]
+pub mod web_page {}
 
 #[doc = include_str!("pictures.md")]
 pub mod pictures {}

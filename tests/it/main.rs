@@ -38,6 +38,7 @@ mod outputs;
 mod own_app;
 mod own_program;
 mod own_rules;
+mod pages;
 mod pairs;
 mod programs;
 mod public_api;

@@ -18,6 +18,7 @@ from naoisis import environments
 from naoisis._batch import Batch, batch
 from naoisis._match import Match
 from naoisis._naoisis import LABELS, Environments, __version__, challenges
+from naoisis._pages import Page, show
 from naoisis._traces import Trace, read_beliefs, read_trace, trace_lines
 from naoisis.environments import MatchEnv, VectorEnv, vector_env
 from naoisis.errors import MatchError, NaoisisError, ScenarioError, SnapshotError, TraceError
@@ -29,6 +30,7 @@ __all__ = [
     "MatchEnv",
     "MatchError",
     "NaoisisError",
+    "Page",
     "ScenarioError",
     "SnapshotError",
     "Trace",
@@ -40,6 +42,7 @@ __all__ = [
     "read_beliefs",
     "read_trace",
     "rewards",
+    "show",
     "tasks",
     "trace_lines",
     "vector_env",

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import base64
 import os
 from collections.abc import Iterable, Mapping
+from html import escape
 from typing import Any
 
 import numpy as np
 
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, control_of, count_of, match_of, seconds_of
+from naoisis._pages import frame_of
 from naoisis._pictures import png
 from naoisis.errors import MatchError
 
@@ -216,6 +219,7 @@ class Match:
         trace: str | os.PathLike[str] | None = None,
         beliefs: str | os.PathLike[str] | None = None,
         video: str | os.PathLike[str] | None = None,
+        html: str | os.PathLike[str] | None = None,
     ) -> None:
         """Records the match from now on, until :meth:`close`, which must be called.
 
@@ -223,8 +227,9 @@ class Match:
             trace: One line of JSON per cycle, ``.jsonl``; compressed as ``.jsonl.zst``.
             beliefs: A table of the errors of beliefs, ``.csv``.
             video: A video of the field, ``.mp4``.
+            html: A page that plays the match in a browser, ``.html``. A notebook then shows the match up to now.
         """
-        self._match.record(*(None if path is None else os.fspath(path) for path in (trace, beliefs, video)))
+        self._match.record(*(None if path is None else os.fspath(path) for path in (trace, beliefs, video, html)))
 
     def close(self) -> list[str]:
         """Ends the recordings, and returns their messages, such as a summary of the beliefs."""
@@ -240,6 +245,14 @@ class Match:
         score = self.score
         end = ", over" if self.finished else ""
         return f"<naoisis.Match: {self.time_s:.2f} s, blue {score['blue']} : {score['pink']} pink{end}>"
+
+    def _repr_html_(self) -> str:
+        page = self._match.page()
+        if page is not None:
+            return frame_of(page)
+        picture = base64.b64encode(self._repr_png_()).decode()
+        hint = "To see the match played here, call <code>record(html=&quot;match.html&quot;)</code> before it is played."
+        return f'<img alt="The field now" src="data:image/png;base64,{picture}"><p>{escape(repr(self))}. {hint}</p>'
 
     def _repr_png_(self) -> bytes:
         return png(self.field_image(640, 360))

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use super::outputs::{Output, STANDARD_OUTPUT};
 use super::recording::Recording;
-use naoisis_record::record::formats::LogFormats;
+use naoisis_record::record::formats::{LogFormat, LogFormats};
 use naoisis_record::record::recorder::Recorder;
 
 /// The arguments for logs.
@@ -16,6 +16,17 @@ pub struct LogArguments {
     /// Write a log in this format (see `naoisis list logs`)
     #[arg(long, value_name = "FORMAT=FILE")]
     pub log: Vec<Log>,
+    /// Write a page that plays the match in a browser: one file, without a network
+    #[arg(long, value_name = "FILE.html")]
+    pub html: Option<PathBuf>,
+}
+
+impl LogArguments {
+    /// All logs, each with its option.
+    fn all(&self) -> impl Iterator<Item = (&'static str, Log)> + '_ {
+        let page = self.html.as_ref().map(|path| ("--html", Log { format: "html".to_owned(), path: path.clone() }));
+        self.log.iter().map(|log| ("--log", log.clone())).chain(page)
+    }
 }
 
 /// A format and a file.
@@ -40,30 +51,34 @@ impl FromStr for Log {
 
 impl Recording for LogArguments {
     fn check(&self) -> Result<(), String> {
-        match self.log.iter().find(|log| log.path.as_os_str() == STANDARD_OUTPUT) {
-            Some(_) => Err("--log: only --trace goes to standard output; expected a file".to_owned()),
-            None => Ok(()),
+        if let Some((option, _)) = self.all().find(|(_, log)| log.path.as_os_str() == STANDARD_OUTPUT) {
+            return Err(format!("{option}: only --trace goes to standard output; expected a file"));
+        }
+        match &self.html {
+            Some(path) if path.extension().is_none_or(|extension| extension != "html") => {
+                Err(format!("--html: {}: expected a name that ends in .html", path.display()))
+            }
+            _ => Ok(()),
         }
     }
 
     fn outputs(&self) -> Vec<Output> {
-        self.log.iter().map(|log| Output { option: "--log", path: log.path.clone() }).collect()
+        self.all().map(|(option, log)| Output { option, path: log.path }).collect()
     }
 
     fn open(&self, world: &World, _: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
         let formats = world.resource::<LogFormats>();
-        let known = |log: &Log| formats.get(&log.format).map(|format| (format, log.path.clone()));
         // Before a file is made, all formats are known.
         let mut logs = Vec::new();
-        for log in &self.log {
-            logs.push(known(log).ok_or_else(|| {
+        for (option, log) in self.all() {
+            let format = formats.get(&log.format).ok_or_else(|| {
                 let names: Vec<String> = formats.iter().map(|(name, _)| format!("`{name}`")).collect();
                 format!("--log: there is no log format `{}`; expected one of {}", log.format, names.join(", "))
-            })?);
+            })?;
+            logs.push((option, format, log.path));
         }
-        let open = |(format, path): (_, PathBuf)| {
-            let format: &naoisis_record::record::formats::LogFormat = format;
-            format.create(&path).map_err(|error| format!("--log: {error}"))
+        let open = |(option, format, path): (_, &LogFormat, PathBuf)| {
+            format.create(&path).map_err(|error| format!("{option}: {error}"))
         };
         logs.into_iter().map(open).collect()
     }

@@ -45,6 +45,7 @@ mod calibrate;
 mod challenge;
 mod check;
 mod check_program;
+mod convert;
 mod expect;
 mod figures;
 mod game_controller;
@@ -98,6 +99,8 @@ enum Command {
     Schema(schema::SchemaArguments),
     /// Watch a recorded match, from its trace
     Replay(replay::ReplayArguments),
+    /// Write a trace in another format, such as a page for a browser
+    Convert(convert::ConvertArguments),
     /// Play many matches with different seeds, on all cores
     Batch(batch::BatchArguments),
     /// Check scenario files, robot models, and programs that are to play
@@ -148,6 +151,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Serve(arguments)) => serve::serve(program, &arguments),
         Some(Command::Schema(arguments)) => schema::print_schema(&arguments),
         Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
+        Some(Command::Convert(arguments)) => convert::convert(program, &arguments),
         Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
         Some(Command::Check(arguments)) => check::check(program, &arguments),
         Some(Command::Figures(arguments)) => figures::figures(&arguments),

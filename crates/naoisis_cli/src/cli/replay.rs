@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::convert::{ConvertArguments, convert};
 use super::play::display;
 use super::terminal::Printer;
 use super::window::WindowArguments;
@@ -21,6 +22,8 @@ use naoisis_record::record::recorder::EndReason;
 pub struct ReplayArguments {
     /// A trace, as `naoisis run --trace` writes it (.jsonl or .jsonl.zst)
     pub trace: PathBuf,
+    /// Write this file instead, as `naoisis convert` does
+    pub file: Option<PathBuf>,
     /// The window.
     #[command(flatten)]
     pub window: WindowArguments,
@@ -30,8 +33,10 @@ pub struct ReplayArguments {
 const BROKEN_OFF: &str = "the trace is incomplete: it is shown as far as it goes";
 
 /// Runs the command. Without a display, the trace is read and summarised.
-#[cfg_attr(not(feature = "viewer"), expect(unused_variables, reason = "only a window has the program's own in it"))]
 pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
+    if let Some(file) = arguments.file.clone() {
+        return convert(program, &ConvertArguments { trace: arguments.trace.clone(), file, force: false });
+    }
     // A long one takes a while.
     let progress = ProgressBar::new_spinner().with_message(format!("reading {}", arguments.trace.display()));
     if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {

@@ -54,6 +54,8 @@ type Create = Box<dyn Fn(&Path) -> Result<Box<dyn Recorder>, RecordError> + Send
 pub struct LogFormat {
     /// What it is, in a few words.
     pub description: String,
+    /// How the names of its files end, for which `naoisis convert` writes it from a trace.
+    pub endings: &'static [&'static str],
     create: Create,
 }
 
@@ -77,6 +79,15 @@ impl LogFormats {
         self.0.iter().map(|(name, format)| (name.as_str(), format))
     }
 
+    /// The format of files whose names end as `path` does: of several the one with the longest ending.
+    pub fn of_file(&self, path: &Path) -> Option<&LogFormat> {
+        let name = path.file_name()?.to_str()?;
+        let ending = |format: &&LogFormat| {
+            format.endings.iter().filter(|ending| name.ends_with(**ending)).map(|ending| ending.len()).max()
+        };
+        self.0.values().filter(|format| ending(format).is_some()).max_by_key(ending)
+    }
+
     /// The format of this name.
     pub fn get(&self, name: &str) -> Option<&LogFormat> {
         self.0.get(name)
@@ -92,6 +103,10 @@ pub trait LogFormatApp {
         description: &str,
         create: impl Fn(&Path) -> Result<R, RecordError> + Send + Sync + 'static,
     ) -> &mut Self;
+
+    /// Says how the names of the files of a log format end. `naoisis convert` can then write it from a trace, so its recorder must
+    /// need nothing but the records: the world that it gets has no match.
+    fn name_endings(&mut self, name: &str, endings: &'static [&'static str]) -> &mut Self;
 }
 
 impl LogFormatApp for App {
@@ -102,8 +117,15 @@ impl LogFormatApp for App {
         create: impl Fn(&Path) -> Result<R, RecordError> + Send + Sync + 'static,
     ) -> &mut Self {
         let create: Create = Box::new(move |path| Ok(Box::new(create(path)?)));
-        let format = LogFormat { description: description.to_owned(), create };
+        let format = LogFormat { description: description.to_owned(), endings: &[], create };
         self.world_mut().get_resource_or_init::<LogFormats>().0.insert(name.to_owned(), format);
+        self
+    }
+
+    fn name_endings(&mut self, name: &str, endings: &'static [&'static str]) -> &mut Self {
+        if let Some(format) = self.world_mut().get_resource_or_init::<LogFormats>().0.get_mut(name) {
+            format.endings = endings;
+        }
         self
     }
 }

@@ -1,5 +1,5 @@
 //! Everything that is written of a match, and how traces are read: traces, [counts](match_counts), summaries, mistakes, beliefs
-//! against the truth, pictures and films.
+//! against the truth, [pages](page), pictures and films.
 //!
 //! All of it is made from one [record of each cycle](naoisis_sim::interface::cycle_record::CycleRecord), which is
 //! [gathered](naoisis_sim::interface::gather) once and handed to every [`Recorder`](recorder::Recorder).
@@ -8,6 +8,7 @@ pub mod axis;
 pub mod beliefs;
 pub mod canvas;
 mod colour_description;
+pub mod convert;
 pub mod encoder;
 mod error;
 pub mod film;
@@ -24,6 +25,7 @@ pub mod mistake_recorder;
 pub mod mistakes;
 pub mod output_file;
 pub mod overlay;
+pub mod page;
 pub mod picture;
 pub mod picture_recorder;
 mod plugin;

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::formats::LogFormatApp;
 use super::game_controller_log::GameControllerLogRecorder;
+use super::page::PageRecorder;
 use super::recorder::{self, Recorders};
 use super::trace::TraceRecorder;
 use naoisis_core::cycle::{Cycle, CycleHalf, CycleSystems};
@@ -17,6 +18,9 @@ impl Plugin for RecordPlugin {
         let trace = "a line of JSON a cycle, compressed if its name ends in .zst";
         app.add_plugins(GatherPlugin)
             .add_log_format("trace", trace, TraceRecorder::create)
+            .add_log_format("html", "a page that plays the match in a browser, in one file", PageRecorder::create)
+            .name_endings("trace", &[".jsonl", ".jsonl.zst"])
+            .name_endings("html", &[".html"])
             .add_log_format(
                 "gamecontroller",
                 "YAML as the league's GameController writes it",

@@ -90,6 +90,7 @@ pub struct TraceReader {
     /// The number of the last cycle, and its time, s.
     last: Option<(u64, f64)>,
     ending: Ending,
+    end: Option<MatchEnd>,
 }
 
 impl TraceReader {
@@ -123,6 +124,7 @@ impl TraceReader {
             scenario: Scenario::default(),
             last: None,
             ending: Ending::NotYet,
+            end: None,
         };
         let expected = "a trace, which begins with its header";
         if !trace.next_line()? {
@@ -177,6 +179,11 @@ impl TraceReader {
         self.ending
     }
 
+    /// The end of the match. `None` before it is read, and if the trace breaks off.
+    pub fn end(&self) -> Option<MatchEnd> {
+        self.end
+    }
+
     /// Reads the next cycle. `None` after the last.
     ///
     /// # Errors
@@ -194,6 +201,7 @@ impl TraceReader {
             "end" => {
                 let end: MatchEnd = self.parse("the last line of a trace")?;
                 self.ending = Ending::Proper(end.reason);
+                self.end = Some(end);
                 return Ok(None);
             }
             other => {

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
 use super::shortest_float::ShortestFloats;
-use naoisis_core::behaviour::reasons::ask_for_reasons;
+use naoisis_core::behaviour::reasons::{Reasons, ask_for_reasons};
 use naoisis_core::events::MatchEvent;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
@@ -54,6 +54,8 @@ pub struct TraceRecorder {
     /// What happened in the cycles since the last line.
     events: Vec<MatchEvent>,
     last_cycle: Option<u64>,
+    /// Whether robots' reasons are written: they may be there for another recorder.
+    has_reasons: bool,
     /// Its file, if it has one of its own.
     output: Option<OutputFile>,
     error: Option<io::Error>,
@@ -84,7 +86,7 @@ impl TraceRecorder {
     fn new(name: PathBuf, sink: Sink) -> Self {
         let (line, events) = (Vec::new(), Vec::new());
         let (every, fields) = (1, Fields::default());
-        Self { name, sink, every, fields, line, events, last_cycle: None, output: None, error: None }
+        Self { name, sink, every, fields, line, events, last_cycle: None, has_reasons: true, output: None, error: None }
     }
 
     /// Writes a line only every few cycles, and of the first and the last one. Events in between are in the next line.
@@ -101,13 +103,16 @@ impl TraceRecorder {
 
     fn write_record(&mut self, record: &CycleRecord) {
         self.last_cycle = Some(record.cycle);
-        if self.events.is_empty() {
-            self.write_line(record);
-        } else {
-            let mut events = core::mem::take(&mut self.events);
-            events.extend_from_slice(&record.events);
-            self.write_line(&CycleRecord { events, ..record.clone() });
+        let has_reasons = record.robots.iter().any(|robot| robot.reasons.is_some());
+        if self.events.is_empty() && (self.has_reasons || !has_reasons) {
+            return self.write_line(record);
         }
+        let mut record = record.clone();
+        record.events.splice(..0, self.events.drain(..));
+        if !self.has_reasons {
+            record.robots.iter_mut().for_each(|robot| robot.reasons = None);
+        }
+        self.write_line(&record);
     }
 
     fn write_line(&mut self, record: &CycleRecord) {
@@ -152,6 +157,7 @@ impl Recorder for TraceRecorder {
         if self.fields.names().iter().any(|name| name.starts_with("robots.reasons")) {
             ask_for_reasons(world);
         }
+        self.has_reasons = world.query::<&Reasons>().iter(world).next().is_some();
         let (every, fields) = (self.every, self.fields.clone());
         self.write(&Header {
             line_type: "header",

@@ -1,0 +1,53 @@
+//! A trace written again in another format, by any [recorder](Recorder) that needs nothing but the records.
+
+use bevy::prelude::*;
+use core::ops::ControlFlow;
+
+use super::read::{TraceError, TraceReader};
+use super::recorder::{EndReason, MatchEnd, RecordError, Recorder};
+
+/// Why a trace is not converted.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConvertError {
+    /// The trace cannot be read.
+    #[error(transparent)]
+    Trace(#[from] TraceError),
+    /// The other file cannot be written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The trace has only its header.
+    #[error("the trace has no cycle after its header; expected at least one")]
+    Empty,
+}
+
+/// Gives all cycles of the trace to the recorder that `create` makes, and returns what it has to say. A trace that breaks off ends as an
+/// interrupted match. `told` is called after each cycle with its time, s; if it returns `Break`, the match ends there.
+///
+/// # Errors
+/// What is wrong with the trace, and where, or why the recorder cannot write.
+pub fn convert(
+    reader: &mut TraceReader,
+    create: impl FnOnce() -> Result<Box<dyn Recorder>, RecordError>,
+    mut told: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Option<String>, ConvertError> {
+    let scenario = reader.scenario().clone();
+    let mut last = reader.next_cycle()?.ok_or(ConvertError::Empty)?;
+    let mut recorder = create()?;
+    let mut world = World::new();
+    recorder.start(&scenario, &last, &mut world);
+    while let Some(record) = reader.next_cycle()? {
+        recorder.record(&record, &mut world);
+        last = record;
+        if recorder.has_failed() || told(last.time_s).is_break() {
+            break;
+        }
+    }
+    let end = reader.end().unwrap_or_else(|| MatchEnd {
+        reason: EndReason::Interrupted,
+        score: last.game.score,
+        cycles: last.cycle,
+        ..default()
+    });
+    Ok(recorder.finish(&end, &last)?)
+}

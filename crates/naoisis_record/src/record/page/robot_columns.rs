@@ -1,0 +1,207 @@
+//! What a robot saw, believed and wanted, as columns.
+
+use bevy::math::{Vec2, ops};
+
+use super::columns::{About, Columns};
+use super::strings::Strings;
+use naoisis_core::behaviour::drawings::{DrawnShape, Frame};
+use naoisis_core::geometry::{Pose, to_degrees};
+use naoisis_core::pitch::End;
+use naoisis_core::robot::posture::{LyingOn, Posture};
+use naoisis_core::team::Team;
+use naoisis_sensing::belief::covariance::half_axes_95;
+use naoisis_sensing::belief::{Belief, PlaceCovariance, point_pitch_from_team};
+use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
+use naoisis_sim::interface::cycle_record::RobotRecord;
+
+/// Steps of poses: m and degrees.
+pub(super) const POSE_M: f64 = 0.005;
+pub(super) const HEADING_DEG: f64 = 0.5;
+/// Steps of head angles, degrees.
+const HEAD_DEG: f64 = 2.0;
+/// Steps of places of the ball and of targets, of other robots, and of what was seen, m.
+const BALL_M: f64 = 0.02;
+const ROBOT_M: f64 = 0.05;
+const SEEN_M: f64 = 0.08;
+/// Steps of half axes of ellipses: of the logarithm of their length in cm; and of their direction, degrees.
+const AXIS_LOGARITHM: f32 = 0.15;
+const AXIS_DEG: f64 = 15.0;
+const LONGEST_AXIS: f32 = 50.0;
+/// Steps of walks: m/s and degrees/s.
+const WALK_MPS: f64 = 0.05;
+const TURN_DEGPS: f64 = 10.0;
+/// What was seen further away is not drawn, m.
+const FARTHEST_M: f32 = 20.0;
+/// In a list that is left out of this sample: the page shows the one before.
+const LEFT_OUT: i32 = -1;
+
+/// How much of what robots saw is left out.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub(super) enum Thinning {
+    /// Nothing.
+    #[default]
+    None,
+    /// Landmarks in every other sample.
+    Landmarks,
+    /// Everything but the ball in every other sample.
+    Everything,
+    /// All landmarks, and other robots and posts in every other sample.
+    NoLandmarks,
+}
+
+impl Thinning {
+    pub(super) fn next(self) -> Self {
+        match self {
+            Self::None => Self::Landmarks,
+            Self::Landmarks => Self::Everything,
+            Self::Everything | Self::NoLandmarks => Self::NoLandmarks,
+        }
+    }
+
+    /// What the page says of it.
+    pub(super) fn words(self) -> Option<&'static str> {
+        match self {
+            Self::None => None,
+            Self::Landmarks => Some("the lines that robots saw are there 5 times a second"),
+            Self::Everything => Some("what robots saw, but for the ball, is there 5 times a second"),
+            Self::NoLandmarks => {
+                Some("the lines that robots saw are left out, and other robots and posts are there 5 times a second")
+            }
+        }
+    }
+}
+
+/// Adds where the robot truly is.
+pub(super) fn add_truth(columns: &mut Columns, robot: &RobotRecord) {
+    let about = About::Robot(robot.id);
+    columns.add(about, "x", f64::from(robot.pose.position.x), POSE_M);
+    columns.add(about, "y", f64::from(robot.pose.position.y), POSE_M);
+    columns.add_heading(about, "h", f64::from(to_degrees(robot.pose.heading)), HEADING_DEG);
+    columns.add(about, "yaw", f64::from(to_degrees(robot.head.yaw)), HEAD_DEG);
+    columns.add(about, "pitch", f64::from(to_degrees(robot.head.pitch)), HEAD_DEG);
+    let posture = match robot.posture {
+        Posture::Upright => 0,
+        Posture::Fallen { on: LyingOn::Front, .. } => 1,
+        Posture::Fallen { on: LyingOn::Back, .. } => 2,
+        Posture::GettingUp { .. } => 3,
+        Posture::Diving { .. } => 4,
+    };
+    columns.push(about, "s", posture + 8 * i32::from(robot.penalised.is_some()));
+}
+
+/// Adds what the robot saw, from where it was when it sensed.
+pub(super) fn add_percepts(
+    columns: &mut Columns,
+    robot: &RobotRecord,
+    sensed: Pose,
+    thinning: Thinning,
+    is_even: bool,
+) {
+    let about = About::Robot(robot.id);
+    let Percepts { ball, goal_posts, robots, landmarks, .. } = &robot.percepts;
+    let far = Vec2::splat(FARTHEST_M);
+    let place = |seen: Vec2| sensed.transform_point(seen.clamp(-far, far));
+    columns.push(about, "v", i32::from(ball.is_some()));
+    if let Some(ball) = ball {
+        add_place(columns, about, ["vx", "vy"], place(ball.position_m), BALL_M);
+    }
+    if is_even || thinning < Thinning::Everything {
+        columns.push(about, "t", (goal_posts.len() + robots.len()) as i32);
+        let posts = goal_posts.iter().map(|post| (0, post.position_m));
+        let kind = |team| if team == Team::Blue { 1 } else { 2 };
+        for (kind, seen) in posts.chain(robots.iter().map(|robot| (kind(robot.team), robot.position_m))) {
+            columns.push(about, "tk", kind);
+            add_place(columns, about, ["tx", "ty"], place(seen), SEEN_M);
+        }
+    } else {
+        columns.push(about, "t", LEFT_OUT);
+    }
+    if thinning == Thinning::NoLandmarks {
+        columns.push(about, "l", 0);
+    } else if is_even || thinning == Thinning::None {
+        columns.push(about, "l", landmarks.len() as i32);
+        for landmark in landmarks {
+            let kind = match landmark.kind {
+                LandmarkKind::Line { .. } => 4,
+                LandmarkKind::Junction { .. } => 5,
+                LandmarkKind::PenaltyCross => 6,
+                LandmarkKind::CentreCircle => 7,
+                LandmarkKind::CornerArc => 8,
+            };
+            columns.push(about, "lk", kind);
+            add_place(columns, about, ["lx", "ly"], place(landmark.position_m), SEEN_M);
+            if let LandmarkKind::Line { end_position_m, .. } = landmark.kind {
+                add_place(columns, about, ["ex", "ey"], place(end_position_m), SEEN_M);
+            }
+        }
+    } else {
+        columns.push(about, "l", LEFT_OUT);
+    }
+}
+
+/// Adds what the robot believed; its team defends `own_end`.
+pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: End) {
+    let about = About::Robot(robot.id);
+    columns.push(about, "b", i32::from(robot.belief.is_some()));
+    let Some(belief) = &robot.belief else { return };
+    let Belief { pose_covariance: [xx, xy, yy, ..], ball, team_mates, opponents, .. } = belief;
+    let pose = belief.pose_in_pitch(own_end);
+    let place = |place| point_pitch_from_team(place, own_end);
+    add_place(columns, about, ["bx", "by"], pose.position, POSE_M);
+    columns.add_heading(about, "bh", f64::from(to_degrees(pose.heading)), HEADING_DEG);
+    add_ellipse(columns, about, ["ba", "bb", "bc"], [*xx, *xy, *yy]);
+    let source = ball.map_or(0, |ball| 1 + i32::from(ball.heard_from.is_some()));
+    columns.push(about, "o", source);
+    if let Some(ball) = ball {
+        add_place(columns, about, ["ox", "oy"], place(ball.position_m), BALL_M);
+        add_ellipse(columns, about, ["oa", "ob", "oc"], ball.position_covariance);
+    }
+    columns.push(about, "m", team_mates.len() as i32);
+    for mate in team_mates {
+        add_place(columns, about, ["mx", "my"], place(mate.position_m), ROBOT_M);
+    }
+    columns.push(about, "p", opponents.len() as i32);
+    for opponent in opponents {
+        add_place(columns, about, ["px", "py"], place(opponent.position_m), ROBOT_M);
+        add_ellipse(columns, about, ["pa", "pb", "pc"], opponent.covariance);
+    }
+}
+
+/// Adds what the robot wanted: its intention, its walk, and the target that its behaviour draws.
+pub(super) fn add_wish(columns: &mut Columns, strings: &mut Strings, robot: &RobotRecord, own_end: End, cycle_s: f64) {
+    let about = About::Robot(robot.id);
+    let command = robot.command.as_ref();
+    let say = command.and_then(|command| command.say.as_ref());
+    columns.push(about, "i", strings.place(say.and_then(|say| say.intention.as_deref()).unwrap_or_default()));
+    let walk = command.and_then(|command| command.walk).unwrap_or_default();
+    columns.add(about, "wx", f64::from(walk.dx) / cycle_s, WALK_MPS);
+    columns.add(about, "wy", f64::from(walk.dy) / cycle_s, WALK_MPS);
+    columns.add(about, "wt", f64::from(to_degrees(walk.dtheta)) / cycle_s, TURN_DEGPS);
+    let target = robot.drawings.iter().find_map(|drawing| match &drawing.shape {
+        DrawnShape::Target { position_m, words } => Some((drawing.frame, *position_m, words)),
+        _ => None,
+    });
+    // The place of its words in the strings, from 1.
+    columns.push(about, "g", target.map_or(0, |(_, _, words)| 1 + strings.place(words)));
+    if let Some((frame, place, _)) = target {
+        let place = match frame {
+            Frame::Team => point_pitch_from_team(place, own_end),
+            Frame::Robot => robot.pose.transform_point(place),
+        };
+        add_place(columns, about, ["gx", "gy"], place, BALL_M);
+    }
+}
+
+fn add_place(columns: &mut Columns, about: About, [x, y]: [&'static str; 2], place: Vec2, unit: f64) {
+    columns.add(about, x, f64::from(place.x), unit);
+    columns.add(about, y, f64::from(place.y), unit);
+}
+
+/// Adds the ellipse of 95 %: half axes and the direction of the longer one.
+fn add_ellipse(columns: &mut Columns, about: About, names: [&'static str; 3], covariance: PlaceCovariance) {
+    let [long, short] = half_axes_95(covariance).unwrap_or_default();
+    let logarithm = |axis: Vec2| (ops::ln((100.0 * axis.length()).max(1.0)) / AXIS_LOGARITHM).round().min(LONGEST_AXIS);
+    columns.push(about, names[0], logarithm(long) as i32);
+    columns.push(about, names[1], logarithm(short) as i32);
+    columns.add(about, names[2], f64::from(to_degrees(ops::atan2(long.y, long.x))), AXIS_DEG);
+}

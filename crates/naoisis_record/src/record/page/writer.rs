@@ -1,0 +1,262 @@
+//! Makes the page of a match from its records, piece by piece.
+
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+use super::TEMPLATE;
+use super::block::block;
+use super::columns::{About, Columns};
+use super::described::{end_of, event_of, match_of};
+use super::robot_columns::{POSE_M, Thinning, add_belief, add_percepts, add_truth, add_wish};
+use super::strings::Strings;
+use crate::record::match_counts::Observed;
+use crate::record::match_counts::kicks::{KickEnd, KickFollower, KickOutcome, StruckKick};
+use crate::record::match_summary::MatchSummary;
+use crate::record::recorder::MatchEnd;
+use naoisis_core::game::PenaltyReason;
+use naoisis_core::geometry::Pose;
+use naoisis_core::pitch::End;
+use naoisis_core::team::RobotId;
+use naoisis_sim::interface::cycle_record::{CycleRecord, PenaltyRecord, RobotRecord};
+use naoisis_sim::scenario::Scenario;
+
+/// Samples of the truth a second, and of everything else.
+const TRUTH_HZ: f64 = 30.0;
+const SENSE_HZ: f64 = 10.0;
+/// The length of a part, s of the match: what a killed program loses at most. The first is short, and each twice as long as the one
+/// before.
+const FIRST_PART_S: f64 = 7.5;
+const LONGEST_PART_S: f64 = 120.0;
+/// The most bytes of a page.
+const BUDGET_BYTES: f64 = 2.9e6;
+/// Reasons of a decision are written when the choice changes, and this often, s.
+const REASONS_EVERY_S: f64 = 2.0;
+/// A match without a clock is taken for this long, s.
+const UNKNOWN_LENGTH_S: f64 = 1200.0;
+
+/// The page of a match that goes on.
+#[derive(Clone)]
+pub struct PageWriter {
+    cycle_s: f64,
+    robots: Vec<RobotId>,
+    summary: MatchSummary,
+    kick_follower: KickFollower,
+    columns: Columns,
+    strings: Strings,
+    events: Vec<Value>,
+    kicks: Vec<Value>,
+    reasons: Vec<Value>,
+    /// The choice and the time, s, of each robot's reasons that were written last.
+    decided: BTreeMap<RobotId, (Option<usize>, f64)>,
+    /// The truth at the end of the cycle before, where robots sensed.
+    sensed: BTreeMap<RobotId, Pose>,
+    /// The cycles of the next samples of the truth and of the rest, from which on one is due.
+    due: [u64; 2],
+    last_cycle: Option<u64>,
+    part_begins_s: f64,
+    part_length_s: f64,
+    thinning: Thinning,
+    written_bytes: usize,
+    began_s: f64,
+    length_s: f64,
+}
+
+impl PageWriter {
+    /// Begins the page of a match of `scenario` that stands as `record` says, and returns its beginning.
+    pub fn begin(scenario: &Scenario, record: &CycleRecord) -> (Self, String) {
+        let robots: Vec<RobotId> = record.robots.iter().map(|robot| robot.id).collect();
+        let text = format!("{TEMPLATE}{}", block(&match_of(scenario, &robots), &Columns::default()));
+        let rules = &scenario.rules;
+        let played_s = rules.clock.then(|| f64::from(rules.half_s) * f64::from(rules.halves));
+        let mut writer = Self {
+            cycle_s: scenario.cycle_s,
+            robots,
+            summary: MatchSummary::new(scenario),
+            kick_follower: KickFollower::new(scenario),
+            columns: Columns::default(),
+            strings: Strings::default(),
+            events: Vec::new(),
+            kicks: Vec::new(),
+            reasons: Vec::new(),
+            decided: BTreeMap::new(),
+            sensed: BTreeMap::new(),
+            due: [0; 2],
+            last_cycle: None,
+            part_begins_s: record.time_s,
+            part_length_s: FIRST_PART_S,
+            thinning: Thinning::default(),
+            written_bytes: text.len(),
+            began_s: record.time_s,
+            length_s: scenario.duration_s.map(f64::from).or(played_s).unwrap_or(UNKNOWN_LENGTH_S),
+        };
+        writer.add(record);
+        (writer, text)
+    }
+
+    /// Adds the next cycle, and returns a part of the page when one is full.
+    pub fn record(&mut self, record: &CycleRecord) -> Option<String> {
+        let is_full = record.time_s - self.part_begins_s >= self.part_length_s;
+        let part = is_full.then(|| self.part());
+        if is_full {
+            self.part_begins_s = record.time_s;
+            self.part_length_s = (2.0 * self.part_length_s).min(LONGEST_PART_S);
+            self.thin(record.time_s);
+        }
+        self.add(record);
+        part
+    }
+
+    /// The rest of the page, with the end of the match after its `last` cycle.
+    pub fn finish(mut self, end: &MatchEnd, last: &CycleRecord) -> String {
+        if self.last_cycle.is_some_and(|written| written < last.cycle) {
+            self.add_truth(last);
+        }
+        let open = self.kick_follower.finish();
+        self.add_kicks(open, last);
+        self.part() + &block(&end_of(end, &self.summary), &Columns::default())
+    }
+
+    /// The rest of the page of a match whose end is not known.
+    pub fn break_off(mut self) -> String {
+        self.part()
+    }
+
+    fn add(&mut self, record: &CycleRecord) {
+        self.summary.look(record);
+        self.events.extend(record.events.iter().filter_map(|event| event_of(record.cycle, record.time_s, event)));
+        let kicks = self.kick_follower.look(&Observed::from(record));
+        self.add_kicks(kicks, record);
+        if self.is_due(0, record.cycle, TRUTH_HZ) {
+            self.add_truth(record);
+        }
+        if self.is_due(1, record.cycle, SENSE_HZ) {
+            self.add_senses(record);
+        }
+        self.sensed = record.robots.iter().map(|robot| (robot.id, robot.pose)).collect();
+    }
+
+    /// Whether a sample is due in this cycle.
+    fn is_due(&mut self, which: usize, cycle: u64, rate_hz: f64) -> bool {
+        let every = (1.0 / (rate_hz * self.cycle_s)).round().max(1.0) as u64;
+        let is_due = self.last_cycle.is_none() || cycle >= self.due[which];
+        if is_due {
+            self.due[which] = (cycle / every + 1) * every;
+        }
+        is_due
+    }
+
+    fn add_truth(&mut self, record: &CycleRecord) {
+        self.last_cycle = Some(record.cycle);
+        let CycleRecord { cycle, ball, game, .. } = record;
+        let columns = &mut self.columns;
+        let mut whole = |quantity, value: i32| columns.push(About::Match, quantity, value);
+        let tenths = |time_s: Option<f64>| time_s.map_or(-1, |time_s| (10.0 * time_s).round() as i32);
+        whole("cycle", i32::try_from(*cycle).unwrap_or(i32::MAX));
+        whole("state", game.state as i32);
+        whole("half", game.half as i32);
+        whole("blue", game.score.blue as i32);
+        whole("pink", game.score.pink as i32);
+        whole("left", tenths(game.time_left_s));
+        whole("second", tenths(game.secondary_time_left_s));
+        whole("blue_end", i32::from(game.blue_end == End::PositiveX));
+        let place = ball.map(|ball| ball.position_m).unwrap_or_default();
+        columns.push(About::Ball, "in", i32::from(ball.is_some()));
+        for (quantity, value) in ["x", "y", "z"].into_iter().zip(place.to_array()) {
+            columns.add(About::Ball, quantity, f64::from(value), POSE_M);
+        }
+        for id in &self.robots {
+            add_truth(&mut self.columns, &robot_in(record, *id));
+        }
+    }
+
+    fn add_senses(&mut self, record: &CycleRecord) {
+        let sample = i32::try_from(record.cycle).unwrap_or(i32::MAX);
+        self.columns.push(About::Match, "sense", sample);
+        let every = (1.0 / (SENSE_HZ * self.cycle_s)).round().max(1.0) as u64;
+        let is_even = (record.cycle / every).is_multiple_of(2);
+        for (index, id) in self.robots.iter().enumerate() {
+            let robot = robot_in(record, *id);
+            let own_end = record.game.own_end(id.team);
+            let sensed = self.sensed.get(id).copied().unwrap_or(robot.pose);
+            add_percepts(&mut self.columns, &robot, sensed, self.thinning, is_even);
+            add_belief(&mut self.columns, &robot, own_end);
+            add_wish(&mut self.columns, &mut self.strings, &robot, own_end, self.cycle_s);
+            let Some(reasons) = robot.reasons.as_ref().filter(|reasons| !reasons.options.is_empty()) else { continue };
+            let is_old = |&(chosen, at_s): &(Option<usize>, f64)| {
+                chosen != reasons.chosen || record.time_s - at_s >= REASONS_EVERY_S
+            };
+            if self.decided.get(id).is_none_or(is_old) {
+                self.decided.insert(*id, (reasons.chosen, record.time_s));
+                let hundredths = |value: f32| (100.0 * f64::from(value)).round() / 100.0;
+                let options: Vec<_> = reasons
+                    .options
+                    .iter()
+                    .map(|option| (&option.name, hundredths(option.value), &option.why))
+                    .collect();
+                self.reasons.push(json!([record.cycle, index, reasons.chosen, options]));
+            }
+        }
+    }
+
+    fn add_kicks(&mut self, ended: impl IntoIterator<Item = (StruckKick, KickEnd)>, record: &CycleRecord) {
+        let cm = |value: f32| (100.0 * f64::from(value)).round() / 100.0;
+        for (kick, end) in ended {
+            let what = match kick.outcome(end, self.kick_follower.pitch()) {
+                KickOutcome::PassCompleted => "pass",
+                KickOutcome::PassFailed { .. } => "lost",
+                KickOutcome::ShotOnTarget { .. } => "shot on target",
+                KickOutcome::ShotOffTarget => "shot",
+                KickOutcome::Neither => continue,
+            };
+            let Some(ball) = record.ball else { continue };
+            let from = kick.position_m;
+            let to = ball.position_m;
+            let cycle = (kick.time_s / self.cycle_s).round() as u64;
+            self.kicks.push(json!([cycle, kick.robot, cm(from.x), cm(from.y), cm(to.x), cm(to.y), what]));
+        }
+    }
+
+    /// Takes what there is as a block.
+    fn part(&mut self) -> String {
+        if self.columns.is_empty() {
+            return String::new();
+        }
+        let left_out = self.thinning.words().map(|words| {
+            let at = self.part_begins_s.round() as u64;
+            format!("To keep the page small, {words}, from {}:{:02} on.", at / 60, at % 60)
+        });
+        let json = json!({
+            "part": 1,
+            "strings": self.strings.take_new(),
+            "events": core::mem::take(&mut self.events),
+            "kicks": core::mem::take(&mut self.kicks),
+            "reasons": core::mem::take(&mut self.reasons),
+            "left_out": left_out,
+        });
+        let text = block(&json, &core::mem::take(&mut self.columns));
+        self.written_bytes += text.len();
+        text
+    }
+
+    /// Leaves out more from `time_s` on, if the page would grow too large as it does now.
+    fn thin(&mut self, time_s: f64) {
+        let (gone_s, rest_s) = (time_s - self.began_s, self.began_s + self.length_s - time_s);
+        // Short parts tell little: they pack less well.
+        if gone_s < LONGEST_PART_S {
+            return;
+        }
+        let written = (self.written_bytes - TEMPLATE.len()) as f64;
+        if self.written_bytes as f64 + written / gone_s * rest_s.max(0.0) > BUDGET_BYTES {
+            self.thinning = self.thinning.next();
+        }
+    }
+}
+
+/// The robot in the record; one that is not there counts as taken off.
+fn robot_in(record: &CycleRecord, id: RobotId) -> std::borrow::Cow<'_, RobotRecord> {
+    use std::borrow::Cow;
+    record.robot(id).map(Cow::Borrowed).unwrap_or_else(|| {
+        let penalised = Some(PenaltyRecord { reason: PenaltyReason::Manual, time_left_s: 0.0 });
+        Cow::Owned(RobotRecord { penalised, ..RobotRecord::new(id) })
+    })
+}
