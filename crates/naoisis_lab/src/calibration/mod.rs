@@ -22,6 +22,7 @@ mod walks;
 pub use images::calibrate_by_images;
 pub use log::{COLUMNS, Kick, LogError, LogErrorKind, LoggedSighting, Motion, RobotLog, Thing, Walk};
 pub use model_file::model_file;
+pub(crate) use model_file::ron_text;
 
 /// A fitted figure of a model.
 #[derive(Clone, PartialEq, Debug)]
