@@ -33,7 +33,7 @@ fn assert_pixel(view: CameraView, point: [f32; 3], pixel: [f32; 2]) {
 fn the_focal_length_follows_from_the_diagonal() {
     // Half of the diagonal of 320 x 240 is 200 px; 200 / tan 29° = 360.81.
     let intrinsics = intrinsics();
-    assert_abs_diff_eq!(intrinsics.focal_length, 360.81, epsilon = 0.005);
+    assert_abs_diff_eq!(intrinsics.focal.x, 360.81, epsilon = 0.005);
     assert_abs_diff_eq!(ops::cos(BOTTOM_TILT), BOTTOM_TILT_UNIT.x, epsilon = 1e-7);
     assert_abs_diff_eq!(ops::sin(BOTTOM_TILT), BOTTOM_TILT_UNIT.y, epsilon = 1e-7);
     assert_abs_diff_eq!(BOTTOM_TILT, to_radians(40.0), epsilon = 1e-7);

@@ -4,6 +4,7 @@ use bevy::math::{DMat3, DVec3};
 
 use super::log::{LoggedSighting, Motion, Thing};
 use super::{Calibration, basis, between_robots, groups, mean, variance, wrap_degrees};
+use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::statistics::{Estimate, jackknife};
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::{ClassNoise, VisionNoise};
@@ -83,8 +84,7 @@ fn class_of(noise: &VisionNoise, thing: Thing) -> &ClassNoise {
 
 /// The focal length in pixels: pixels per radian at the centre of the image.
 pub(super) fn focal_length(cameras: &CameraSettings) -> f64 {
-    let diagonal = libm::hypot(f64::from(cameras.width), f64::from(cameras.height));
-    diagonal / 2.0 / libm::tan(f64::from(cameras.diagonal_fov) / 2.0)
+    f64::from(CameraIntrinsics::from(cameras).focal.x)
 }
 
 /// Fits bias, spread and correlation of the camera direction.

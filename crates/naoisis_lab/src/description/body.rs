@@ -40,21 +40,21 @@ impl<'a> Standing<'a> {
     pub fn new(tree: &'a Tree, limbs: &'a Limbs, posture: &Posture, file: &'a str) -> Option<Standing<'a>> {
         let places = tree.places(posture);
         let feet = limbs.legs.as_ref().map(|legs| legs.sides.each_ref().map(|leg| leg.foot));
-        let groups = |links: &[usize]| -> Vec<usize> { links.iter().flat_map(|link| tree.rigid_group(*link)).collect() };
+        let groups =
+            |links: &[usize]| -> Vec<usize> { links.iter().flat_map(|link| tree.rigid_group(*link)).collect() };
         let everything: Vec<usize> = (0..tree.links.len()).collect();
         let soles = feet.and_then(|feet| tree.bounds(&groups(&feet), &places));
         let ground = match (soles, &limbs.legs) {
             (Some([least, _]), _) => least.z,
             // A foot without shapes is a tenth as high as the leg is long.
-            (None, Some(Legs { sides: [leg, _], .. })) => {
+            (None, Some(Legs { sides: [leg, _] })) => {
                 let ankle = places[leg.foot].translation.z;
                 ankle - 0.1 * (point_of(tree, &places, leg.hip).z - ankle)
             }
             (None, None) => tree.bounds(&everything, &places)?[0].z,
         };
-        let middle = feet.map_or(DVec3::ZERO, |[left, right]| {
-            (places[left].translation + places[right].translation) / 2.0
-        });
+        let middle =
+            feet.map_or(DVec3::ZERO, |[left, right]| (places[left].translation + places[right].translation) / 2.0);
         let robot_from_root = DAffine3::from_translation(DVec3::new(-middle.x, -middle.y, -ground));
         let places = places.into_iter().map(|place| robot_from_root * place).collect();
         Some(Standing { tree, limbs, places, file })
@@ -96,10 +96,14 @@ impl<'a> Standing<'a> {
         let (base, foot_y_m) = self.base(figures, hip_m, trunk);
         let shoulder = self.arms(figures);
         self.torso(figures, trunk, &trunk_source, hip_m, shoulder);
-        figures.found("body.foot_y_m", metres(foot_y_m), match legs {
-            Some(legs) => format!("{}, link {}", self.file, self.tree.links[legs.sides[0].foot].name),
-            None => format!("{}, the width of the lowest part", self.file),
-        });
+        figures.found(
+            "body.foot_y_m",
+            metres(foot_y_m),
+            match legs {
+                Some(legs) => format!("{}, link {}", self.file, self.tree.links[legs.sides[0].foot].name),
+                None => format!("{}, the width of the lowest part", self.file),
+            },
+        );
         self.legs(figures, hip_m);
         let torso_top = trunk[1].z.max(hip_m + 0.05);
         let neck_m = self.neck(figures, torso_top);
@@ -124,7 +128,9 @@ impl<'a> Standing<'a> {
         if let Some(found) = self.group_bounds(0).filter(|[least, most]| (*most - *least).min_element() > 0.01) {
             return (found, Ok(self.shape_source(0)));
         }
-        figures.lacking.push("the trunk has no shapes that can be read: its box is that of the joints at it".to_owned());
+        figures
+            .lacking
+            .push("the trunk has no shapes that can be read: its box is that of the joints at it".to_owned());
         let group = self.tree.rigid_group(0);
         let at_trunk = |index: &JointIndex| self.tree.links[index.link].parent.is_some_and(|of| group.contains(&of));
         let joints = self.tree.joints().map(|(index, _)| index).filter(at_trunk).map(|index| self.point(index));
@@ -170,20 +176,32 @@ impl<'a> Standing<'a> {
     fn base(&self, figures: &mut Figures, hip_m: f64, trunk: [DVec3; 2]) -> ([DVec3; 2], f64) {
         let legs = self.limbs.legs.as_ref();
         let (found, foot_y_m, source) = match legs {
-            Some(Legs { sides: [left, right], .. }) => {
+            Some(Legs { sides: [left, right] }) => {
                 let [left, right] = [left.foot, right.foot];
                 let foot_y_m = (self.places[left].translation.y - self.places[right].translation.y) / 2.0;
                 let bounds = [left, right].map(|foot| self.group_bounds(foot));
                 let around = match bounds {
-                    [Some([one, one_most]), Some([other, other_most])] => Some([one.min(other), one_most.max(other_most)]),
+                    [Some([one, one_most]), Some([other, other_most])] => {
+                        Some([one.min(other), one_most.max(other_most)])
+                    }
                     _ => None,
                 };
                 (around, foot_y_m, self.shape_source(left))
             }
             None => {
-                let lowest: Vec<DVec3> = self.tree.links.iter().enumerate().flat_map(|(link, _)| {
-                    self.tree.bounds(&[link], &self.places).into_iter().filter(|[least, _]| least.z < hip_m).flatten()
-                }).collect();
+                let lowest: Vec<DVec3> = self
+                    .tree
+                    .links
+                    .iter()
+                    .enumerate()
+                    .flat_map(|(link, _)| {
+                        self.tree
+                            .bounds(&[link], &self.places)
+                            .into_iter()
+                            .filter(|[least, _]| least.z < hip_m)
+                            .flatten()
+                    })
+                    .collect();
                 let around = bounds(lowest);
                 let half_width = around.map_or(trunk[1].y, |[least, most]| least.y.abs().max(most.y));
                 (around, 0.8 * half_width, format!("{}, the shapes below the trunk", self.file))
@@ -206,7 +224,7 @@ impl<'a> Standing<'a> {
     }
 
     fn legs(&self, figures: &mut Figures, hip_m: f64) {
-        let Some(Legs { sides: [leg, _], .. }) = &self.limbs.legs else {
+        let Some(Legs { sides: [leg, _] }) = &self.limbs.legs else {
             figures.found("body.legs", Value::Null, format!("{}: it has no legs with knees", self.file));
             return;
         };
@@ -234,14 +252,18 @@ impl<'a> Standing<'a> {
         let shoulder = points[of_shoulder];
         let joints_m: f64 = points[of_shoulder..].windows(2).map(|pair| pair[0].distance(pair[1])).sum();
         let (last, last_point) = (left[left.len() - 1].link, points[points.len() - 1]);
-        let hand_m = self.group_bounds(last).map(|[least, most]| {
-            (least - last_point).abs().max((most - last_point).abs()).max_element()
-        });
+        let hand_m = self
+            .group_bounds(last)
+            .map(|[least, most]| (least - last_point).abs().max((most - last_point).abs()).max_element());
         figures.found("body.arms.shoulder_m", place(shoulder), self.source(left[of_shoulder]));
         let length = metres((joints_m + hand_m.unwrap_or(0.1)).max(0.05));
         match hand_m {
-            Some(_) => figures.found("body.arms.length_m", length, format!("{}, the joints and shapes of the arm", self.file)),
-            None => figures.guess("body.arms.length_m", length, "the distances of the arm's joints, and a hand of 0.1 m"),
+            Some(_) => {
+                figures.found("body.arms.length_m", length, format!("{}, the joints and shapes of the arm", self.file))
+            }
+            None => {
+                figures.guess("body.arms.length_m", length, "the distances of the arm's joints, and a hand of 0.1 m")
+            }
         }
         Some(shoulder)
     }
@@ -299,7 +321,11 @@ impl<'a> Standing<'a> {
         let head = self.limbs.head;
         for (path, index, axis) in [("head.yaw_deg", head.yaw, DVec3::Z), ("head.pitch_deg", head.pitch, DVec3::Y)] {
             let Some(index) = index else {
-                figures.found(path, json!([0.0, 0.0]), format!("{}: no joint of the head turns about that axis", self.file));
+                figures.found(
+                    path,
+                    json!([0.0, 0.0]),
+                    format!("{}: no joint of the head turns about that axis", self.file),
+                );
                 continue;
             };
             let joint = self.tree.joint(index);
@@ -323,7 +349,8 @@ impl<'a> Standing<'a> {
             );
             figures.found("head.max_degps", json!(0.0), format!("{}: it has no joints of the head", self.file));
         } else {
-            let reason = "as the Booster K1's; the speed of the joint in the description is that of its motor without a head";
+            let reason =
+                "as the Booster K1's; the speed of the joint in the description is that of its motor without a head";
             figures.guess("head.max_degps", json!(200.0), reason);
         }
     }

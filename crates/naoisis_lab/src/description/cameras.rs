@@ -30,7 +30,13 @@ impl Standing<'_> {
         measures: &Measures,
         options: &ImportOptions,
     ) -> Result<(), DescriptionError> {
-        let all = || self.tree.links.iter().enumerate().flat_map(|(link, of)| of.cameras.iter().map(move |camera| (link, camera)));
+        let all = || {
+            self.tree
+                .links
+                .iter()
+                .enumerate()
+                .flat_map(|(link, of)| of.cameras.iter().map(move |camera| (link, camera)))
+        };
         let mut chosen: Vec<Found> = Vec::new();
         for name in &options.cameras {
             let found = all().find(|(_, camera)| camera.name == *name);
@@ -44,8 +50,10 @@ impl Standing<'_> {
         }
         if chosen.is_empty() {
             chosen.extend(all().max_by_key(|found| (self.likelihood(*found), core::cmp::Reverse(found.0))));
-            let others: Vec<&str> =
-                all().filter(|found| chosen.iter().all(|chosen| chosen.1.name != found.1.name)).map(|(_, camera)| camera.name.as_str()).collect();
+            let others: Vec<&str> = all()
+                .filter(|found| chosen.iter().all(|chosen| chosen.1.name != found.1.name))
+                .map(|(_, camera)| camera.name.as_str())
+                .collect();
             if !others.is_empty() {
                 figures.lacking.push(format!("other cameras that it may have (--camera NAME): {}", others.join(", ")));
             }
@@ -74,7 +82,9 @@ impl Standing<'_> {
         match camera.fov.map(|fov| degrees(diagonal(fov, [width, height]))) {
             Some(fov) => figures.found("cameras.diagonal_fov_deg", fov, source(camera)),
             None => {
-                figures.lacking.push("the camera's field of view: --camera-info FILE takes it from a calibration".to_owned());
+                figures
+                    .lacking
+                    .push("the camera's field of view: --camera-info FILE takes it from a calibration".to_owned());
                 figures.guess("cameras.diagonal_fov_deg", json!(USUAL_FOV_DEG), "the description has no field of view");
             }
         }
@@ -86,7 +96,12 @@ impl Standing<'_> {
         let name = camera.name.to_lowercase();
         let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
         let is_of_head = self.limbs.head.link().is_some_and(|head| self.tree.is_within(link, head));
-        [is_of_head, camera.fov.is_some(), !has(&["depth", "infra", "imu", "right", "bottom", "track"]), has(&["optical"])]
+        [
+            is_of_head,
+            camera.fov.is_some(),
+            !has(&["depth", "infra", "imu", "right", "bottom", "track"]),
+            has(&["optical"]),
+        ]
     }
 
     /// The place of a camera in the head with the head straight, as files have it.
@@ -102,7 +117,9 @@ impl Standing<'_> {
         if roll.abs().to_degrees() > LEVEL_DEG {
             figures.lacking.push(format!(
                 "{}, {}: its image is turned by {} degrees about its axis, which a model cannot say",
-                camera.place, camera.name, degrees(roll)
+                camera.place,
+                camera.name,
+                degrees(roll)
             ));
         }
         let mut mount = json!({ "name": name, "position_m": place(at.translation), "tilt_deg": degrees(tilt) });
@@ -127,7 +144,9 @@ fn diagonal(fov: Fov, [width, height]: [u32; 2]) -> f64 {
 fn guess_camera(figures: &mut Figures, measures: &Measures) {
     let Measures { neck_m, height_m, .. } = measures;
     let lens = DVec3::new(neck_m.x + 0.06, 0.0, neck_m.z + 0.5 * (height_m - neck_m.z));
-    figures.lacking.push("no camera was found by its name: its place, direction and field of view are guesses".to_owned());
+    figures
+        .lacking
+        .push("no camera was found by its name: its place, direction and field of view are guesses".to_owned());
     let reason = "a camera in the middle of the face";
     let mount = json!({ "name": "head", "position_m": place(lens), "tilt_deg": 12.0 });
     figures.guess("cameras.mounts", json!([mount]), reason);
@@ -149,7 +168,8 @@ fn names_of(cameras: &[Found]) -> Vec<String> {
     for (_, camera) in cameras {
         let mut name = camera.name.to_lowercase();
         EMPTY.iter().for_each(|word| name = name.replace(word, ""));
-        let words: Vec<&str> = name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
+        let words: Vec<&str> =
+            name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
         let mut name: String = words.join("_").chars().take(13).collect();
         if name.is_empty() || names.contains(&name) {
             name = format!("camera_{}", names.len() + 1);
@@ -158,4 +178,3 @@ fn names_of(cameras: &[Found]) -> Vec<String> {
     }
     names
 }
-

@@ -32,8 +32,6 @@ pub(super) struct Head {
 /// The left and the right leg.
 pub(super) struct Legs {
     pub sides: [Leg; 2],
-    /// The links that both hang from, from the root on.
-    pub common: Vec<usize>,
 }
 
 /// A leg.
@@ -98,7 +96,8 @@ fn find_head(tree: &Tree, straight: &[DAffine3], options: &ImportOptions) -> Res
         Some(name) => {
             let index = named(tree, name)?;
             if !turns_about(index, axis) {
-                let problem = format!("the joint `{name}` does not turn about the {letter} axis, as a {word} joint does");
+                let problem =
+                    format!("the joint `{name}` does not turn about the {letter} axis, as a {word} joint does");
                 return Err(tree.joint(index).place.wrong(problem));
             }
             Ok(Some(index))
@@ -145,7 +144,7 @@ fn find_legs(tree: &Tree, straight: &[DAffine3], head: Head) -> Option<Legs> {
     pairs.into_iter().find_map(|pair| {
         let common = common_links(tree, pair);
         let [left, right] = pair.map(|foot| leg(tree, straight, foot, &common));
-        Some(Legs { sides: [left?, right?], common })
+        Some(Legs { sides: [left?, right?] })
     })
 }
 
@@ -168,12 +167,7 @@ fn leg(tree: &Tree, straight: &[DAffine3], foot: usize, common: &[usize]) -> Opt
     Some(Leg { hip, hip_pitch, knee, ankle: rest.first().copied(), foot })
 }
 
-fn find_arms(
-    tree: &Tree,
-    straight: &[DAffine3],
-    head: Head,
-    legs: Option<&Legs>,
-) -> Option<[Vec<JointIndex>; 2]> {
+fn find_arms(tree: &Tree, straight: &[DAffine3], head: Head, legs: Option<&Legs>) -> Option<[Vec<JointIndex>; 2]> {
     let feet: Vec<usize> = legs.iter().flat_map(|legs| legs.sides.iter().map(|leg| leg.foot)).collect();
     let is_of_head = |tip: usize| head.link().is_some_and(|head| tree.is_within(tip, head));
     let pairs = mirrored_pairs(tree, straight, |tip| !feet.contains(&tip) && !is_of_head(tip));

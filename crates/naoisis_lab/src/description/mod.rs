@@ -168,7 +168,10 @@ const EXPECTED: &str = "expected URDF (<robot>) or MJCF (<mujoco>)";
 fn name_of(robot: &str, path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let word = |name: &str| {
-        let letters = name.trim().chars().map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' });
+        let letters = name
+            .trim()
+            .chars()
+            .map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' });
         letters.take(40).collect::<String>()
     };
     let names = [word(robot), word(&stem)];

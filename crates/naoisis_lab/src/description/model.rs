@@ -23,7 +23,9 @@ pub(super) fn add_guesses(figures: &mut Figures, measures: &Measures) -> Map<Str
     figures.guess("sonar.fitted", json!(false), "robots of today have none");
     let (front, aside) = (measures.front_m, measures.foot_y_m);
     for (kick, side) in [("left_straight", 1.0), ("right_straight", -1.0)] {
-        let beside = |least: f64, most: f64| if side > 0.0 { json!([metres(least), metres(most)]) } else { json!([metres(-most), metres(-least)]) };
+        let beside = |least: f64, most: f64| {
+            if side > 0.0 { json!([metres(least), metres(most)]) } else { json!([metres(-most), metres(-least)]) }
+        };
         let kick_model = json!({
             "max_distance_m": 6.0,
             "region": {

@@ -109,7 +109,7 @@ fn the_k1_of_an_mjcf_has_its_figures() {
         ("body.base.x_m", &[-0.066, 0.094]),
         ("body.base.half_width_m", &[0.1312]),
         ("body.neck_m", &[0.0074, 0.0, 0.7706]),
-        ("body.torso.half_width_m", &[0.18]),
+        ("body.torso.half_width_m", &[0.179]),
         ("body.arms.shoulder_m", &[0.0043, 0.145, 0.6937]),
         ("head.yaw_deg", &[-57.3, 57.3]),
         ("head.pitch_deg", &[-20.0, 49.0]),
@@ -141,8 +141,13 @@ fn a_trunk_with_a_head_is_a_robot_that_can_play() {
     let imported = import_text("little.urdf", text, &ImportOptions::default()).unwrap();
     let model = checked(&imported);
     assert_eq!(model.name, "little_one");
-    assert_figures(&model, &[("body.torso.x_m", &[-0.15, 0.15]), ("body.height_m", &[0.375]), ("body.neck_m", &[0.0, 0.0, 0.3])]);
-    for words in ["the head has no shapes", "has no limits", "no camera was found", "no pair of legs", "the neck is a guess"] {
+    assert_figures(
+        &model,
+        &[("body.torso.x_m", &[-0.15, 0.15]), ("body.height_m", &[0.375]), ("body.neck_m", &[0.0, 0.0, 0.3])],
+    );
+    for words in
+        ["the head has no shapes", "has no limits", "no camera was found", "no pair of legs", "the neck is a guess"]
+    {
         assert!(imported.lacking.iter().any(|line| line.contains(words)), "{words}: {:?}", imported.lacking);
     }
     let nothing = r#"<robot name="n"><link name="a"/></robot>"#;
@@ -169,7 +174,11 @@ fn meshes_that_are_missing_are_named_and_their_boxes_guessed() {
     let text = text.replace(r#"<box size="0.17 0.18 0.29"/>"#, mesh);
     let imported = import_text("t.urdf", &text, &ImportOptions::default()).unwrap();
     let model = checked(&imported);
-    assert!(imported.lacking.iter().any(|words| words.contains("meshes/Trunk.STL cannot be read")), "{:?}", imported.lacking);
+    assert!(
+        imported.lacking.iter().any(|words| words.contains("meshes/Trunk.STL cannot be read")),
+        "{:?}",
+        imported.lacking
+    );
     assert!(model.source("body.torso.x_m").unwrap().starts_with("guess: "), "{:?}", model.source("body.torso.x_m"));
 }
 
@@ -205,7 +214,8 @@ fn what_is_no_description_is_named() {
     let joint = |parent: &str, child: &str| {
         format!("<joint name='{parent}{child}' type='fixed'><parent link='{parent}'/><child link='{child}'/></joint>")
     };
-    let ring = format!("<robot name='r'><link name='a'/><link name='b'/>{}{}</robot>", joint("a", "b"), joint("b", "a"));
+    let ring =
+        format!("<robot name='r'><link name='a'/><link name='b'/>{}{}</robot>", joint("a", "b"), joint("b", "a"));
     assert!(error("a.urdf", &ring).contains("form a ring"));
     let unknown = format!("<robot name='r'><link name='a'/>\n{}</robot>", joint("a", "b"));
     assert!(error("a.urdf", &unknown).contains("a.urdf:2:") && error("a.urdf", &unknown).contains("no link `b`"));

@@ -186,9 +186,8 @@ impl Tree {
     /// The hinges from the root to `link`, without those of the links of `common`.
     pub fn chain(&self, link: usize, common: &[usize]) -> Vec<JointIndex> {
         let links = self.ancestry(link).into_iter().filter(|link| !common.contains(link));
-        let hinges = links.flat_map(|link| {
-            (0..self.links[link].joints.len()).map(move |joint| JointIndex { link, joint })
-        });
+        let hinges =
+            links.flat_map(|link| (0..self.links[link].joints.len()).map(move |joint| JointIndex { link, joint }));
         hinges.filter(|index| self.joint(*index).is_hinge).collect()
     }
 

@@ -61,8 +61,7 @@ impl Element {
     /// # Errors
     /// When it cannot be read, is no XML, or is a xacro file.
     pub fn read(path: &Path) -> Result<Element, DescriptionError> {
-        let unreadable =
-            |reason: String| DescriptionError::Unreadable { file: path.display().to_string(), reason };
+        let unreadable = |reason: String| DescriptionError::Unreadable { file: path.display().to_string(), reason };
         let bytes = read_file(path, LARGEST_FILE_BYTES).map_err(|problem| unreadable(problem.to_string()))?;
         let text = String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".to_owned()))?;
         Self::parse(&text, path)
@@ -208,7 +207,10 @@ mod tests {
         let uri = "xmlns:xacro='http://www.ros.org/wiki/xacro'";
         let text = format!("<robot {uri}>\n  <xacro:property name='a' value='1'/>\n</robot>");
         let error = Element::parse(&text, Path::new("d/k.urdf.xacro")).unwrap_err().to_string();
-        assert!(error.starts_with("k.urdf.xacro:2:3: ") && error.ends_with("xacro d/k.urdf.xacro > d/k.urdf"), "{error}");
+        assert!(
+            error.starts_with("k.urdf.xacro:2:3: ") && error.ends_with("xacro d/k.urdf.xacro > d/k.urdf"),
+            "{error}"
+        );
         assert!(parse("<robot><xacro:a/></robot>").unwrap_err().contains("xacro some/robot.urdf >"));
         // What xacro has expanded still names it.
         parse(&format!("<robot {uri}><link name='a'/></robot>")).unwrap();

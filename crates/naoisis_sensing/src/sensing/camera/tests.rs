@@ -3,6 +3,7 @@ use crate::appearance::Label;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_robot};
 use crate::sensing::vision::{VisionSettings, VisionSource};
+use naoisis_core::camera_model::Distortion;
 use naoisis_core::cycle::run_cycle;
 use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStreams;
@@ -76,7 +77,7 @@ fn a_camera_may_have_a_rate_and_a_lens_of_its_own() {
     let (mut app, robot, _) = world();
     let mut mounts = CameraMounts::default().as_slice().to_vec();
     mounts[1].every_cycles = Some(2);
-    mounts[1].distortion = Some([-0.3, 0.0]);
+    mounts[1].distortion = Some(Distortion::new([-0.3, 0.0, 0.0], [0.0; 2]));
     let settings = CameraSettings { mounts: CameraMounts::new(&mounts).unwrap(), ..small() };
     set(&mut app, robot, settings);
     let straight = images(&mut app, robot, small()).of(CameraName::BOTTOM).clone();
