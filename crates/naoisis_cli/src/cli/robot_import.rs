@@ -29,6 +29,9 @@ pub struct ImportArguments {
     /// A link or camera of the description that is a camera; may be repeated, for up to four [default: the most likely one]
     #[arg(long, value_name = "NAME")]
     camera: Vec<String>,
+    /// A calibration of its camera, YAML: ROS' camera_info, Kalibr's camchain (in the order of --camera), or OpenCV's
+    #[arg(long, value_name = "FILE")]
+    camera_info: Option<PathBuf>,
     /// Angles of joints when the robot stands, radians; those of others are 0 [default: slightly bent knees]
     #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]
     stand: Vec<Angle>,
@@ -66,6 +69,7 @@ pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
         head_yaw: arguments.head_yaw.clone(),
         head_pitch: arguments.head_pitch.clone(),
         cameras: arguments.camera.clone(),
+        camera_info: arguments.camera_info.clone(),
         stand: arguments.stand.iter().map(|Angle(joint, angle)| (joint.clone(), *angle)).collect(),
     };
     let imported = match make_model(&arguments.file, &options) {
@@ -107,13 +111,20 @@ pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
 
 /// What was found, what was not, and what is to be measured.
 fn findings(imported: &Imported) -> String {
-    let width = |lengths: &mut dyn Iterator<Item = usize>| lengths.max().unwrap_or_default();
-    let paths = width(&mut imported.found.iter().map(|figure| figure.path.len()));
-    let values = width(&mut imported.found.iter().map(|figure| figure.value.len()).filter(|length| *length <= 30));
-    let mut text = format!("{}\n\nfound:\n", imported.name);
-    for figure in &imported.found {
-        text.push_str(&format!("  {:paths$}  {:values$}  {}\n", figure.path, figure.value, figure.source));
+    /// The greatest width of the column of values, letters.
+    const WIDEST: usize = 30;
+
+    let all = || imported.found.iter().chain(&imported.guessed);
+    let paths = all().map(|figure| figure.path.len()).max().unwrap_or_default();
+    let values = all().map(|figure| figure.value.len().min(WIDEST)).max().unwrap_or_default();
+    let mut text = imported.name.clone();
+    for (title, figures) in [("found", &imported.found), ("guessed", &imported.guessed)] {
+        text.push_str(&format!("\n\n{title}:"));
+        for figure in figures {
+            text.push_str(&format!("\n  {:paths$}  {:values$}  {}", figure.path, figure.value, figure.source));
+        }
     }
+    text.push('\n');
     let mut list = |title: &str, lines: &[&str]| {
         if !lines.is_empty() {
             text.push_str(&format!("\n{title}:\n"));
@@ -121,6 +132,6 @@ fn findings(imported: &Imported) -> String {
         }
     };
     list("not found", &imported.lacking.iter().map(String::as_str).collect::<Vec<_>>());
-    list("guessed, to be measured", &imported.to_measure);
+    list("to be measured", &imported.to_measure);
     text
 }

@@ -33,6 +33,8 @@ pub(super) struct Measures {
     pub neck_m: DVec3,
     pub height_m: f64,
     pub has_legs: bool,
+    /// Whether its head turns up and down.
+    pub nods: bool,
 }
 
 impl<'a> Standing<'a> {
@@ -120,7 +122,15 @@ impl<'a> Standing<'a> {
             "number": ["chest", "back"], "number_colour": [58, 61, 67], "plates": [228, 230, 234], "team_limbs": [],
         });
         figures.guess("body.look", look, "dark shells with light joints");
-        Measures { front_m: base[1].x, foot_y_m, hip_m, neck_m, height_m, has_legs: legs.is_some() }
+        Measures {
+            front_m: base[1].x,
+            foot_y_m,
+            hip_m,
+            neck_m,
+            height_m,
+            has_legs: legs.is_some(),
+            nods: self.limbs.head.pitch.is_some(),
+        }
     }
 
     /// The box around the trunk, and its source or the reason of the guess.

@@ -148,7 +148,9 @@ fn guess_camera(figures: &mut Figures, measures: &Measures) {
         .lacking
         .push("no camera was found by its name: its place, direction and field of view are guesses".to_owned());
     let reason = "a camera in the middle of the face";
-    let mount = json!({ "name": "head", "position_m": place(lens), "tilt_deg": 12.0 });
+    // A head that does not nod has to see the ball at its feet.
+    let tilt_deg = if measures.nods { 12.0 } else { 35.0 };
+    let mount = json!({ "name": "head", "position_m": place(lens), "tilt_deg": tilt_deg });
     figures.guess("cameras.mounts", json!([mount]), reason);
     let [width, height] = USUAL_SIZE;
     figures.guess("cameras.width", json!(width), reason);

@@ -8,13 +8,16 @@ use std::collections::BTreeMap;
 use super::ImportedFigure;
 use super::tree::Joint;
 
+/// The start of the source of a figure that is a guess.
+const GUESS: &str = "guess: ";
+
 /// The figures of a model by their paths, and where they are from.
 #[derive(Default)]
 pub(super) struct Figures {
     pub settings: Map<String, Value>,
     pub sources: BTreeMap<String, String>,
-    /// The figures that were found in the description, in the order in which they were found.
-    pub found: Vec<ImportedFigure>,
+    /// The paths of figures in the order in which they were set.
+    order: Vec<String>,
     /// What was not found in the description, in words.
     pub lacking: Vec<String>,
 }
@@ -22,16 +25,45 @@ pub(super) struct Figures {
 impl Figures {
     /// Sets the figure at a path that the description has.
     pub fn found(&mut self, path: &str, value: Value, source: impl Display) {
-        let source = source.to_string();
-        self.found.push(ImportedFigure { path: path.to_owned(), value: value.to_string(), source: source.clone() });
         self.set(path, value);
-        self.sources.insert(path.to_owned(), source);
+        self.sources.insert(path.to_owned(), source.to_string());
     }
 
     /// Sets the figure at a path that is a guess for this reason.
     pub fn guess(&mut self, path: &str, value: Value, reason: impl Display) {
         self.set(path, value);
-        self.sources.insert(path.to_owned(), format!("guess: {reason}"));
+        self.sources.insert(path.to_owned(), format!("{GUESS}{reason}"));
+    }
+
+    /// Takes a figure away.
+    pub fn remove(&mut self, path: &str) {
+        self.order.retain(|other| other != path);
+        self.sources.remove(path);
+        let (group, name) = path.rsplit_once('.').unwrap_or(("", path));
+        let group = group
+            .split('.')
+            .filter(|name| !name.is_empty())
+            .try_fold(&mut self.settings, |fields, name| fields.get_mut(name).and_then(Value::as_object_mut));
+        group.and_then(|fields| fields.remove(name));
+    }
+
+    /// The figure at a path.
+    pub fn get(&self, path: &str) -> Option<&Value> {
+        let (first, rest) = path.split_once('.').unwrap_or((path, ""));
+        let rest = rest.split('.').filter(|name| !name.is_empty());
+        rest.fold(self.settings.get(first), |value, name| value?.get(name))
+    }
+
+    /// The figures that were found, with their sources, and the guesses with their reasons.
+    pub fn with_reasons(&self) -> (Vec<ImportedFigure>, Vec<ImportedFigure>) {
+        let figure = |path: &String| {
+            let value = self.get(path).map(Value::to_string).unwrap_or_default();
+            ImportedFigure { path: path.clone(), value, source: self.sources.get(path).cloned().unwrap_or_default() }
+        };
+        let (mut guessed, found): (Vec<_>, Vec<_>) =
+            self.order.iter().map(figure).partition(|figure| figure.source.starts_with(GUESS));
+        guessed.iter_mut().for_each(|figure| figure.source = figure.source.replacen(GUESS, "", 1));
+        (found, guessed)
     }
 
     /// Sets the figure at a path, by a source or as a guess.
@@ -43,6 +75,8 @@ impl Figures {
     }
 
     fn set(&mut self, path: &str, value: Value) {
+        self.order.retain(|other| other != path);
+        self.order.push(path.to_owned());
         let mut fields = &mut self.settings;
         let mut names = path.split('.').peekable();
         while let Some(name) = names.next() {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::DescriptionError;
 use super::meshes;
 use super::tree::{Camera, CameraAxes, Fov, Joint, Link, Shape, Tree};
-use super::urdf::{MOST_LINKS, only_collisions};
+use super::urdf::MOST_LINKS;
 use super::xml::Element;
 
 /// Files are included at most so deep.
@@ -73,10 +73,7 @@ pub(super) fn read(model: Element, path: &Path) -> Result<Tree, DescriptionError
     }
     reader.add_body(robot, None, "main")?;
     let name = model.attribute("model").unwrap_or_default().to_owned();
-    let Reader { mut links, warnings, .. } = reader;
-    for link in &mut links {
-        link.shapes = only_collisions(core::mem::take(&mut link.shapes));
-    }
+    let Reader { links, warnings, .. } = reader;
     Ok(Tree { name, links, warnings })
 }
 
@@ -195,20 +192,40 @@ impl Reader {
             shapes: Vec::new(),
             cameras: Vec::new(),
         });
-        self.add_content(body, Scope { link, link_from_here: DAffine3::IDENTITY, class })
+        let scope = Scope { link, link_from_here: DAffine3::IDENTITY, class };
+        self.add_content(body, scope)?;
+        // What is drawn says something only of bodies without collisions.
+        if self.links[link].shapes.is_empty() {
+            self.add_geoms(body, scope, false)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the geoms of a body that collide, or those that are drawn alone.
+    fn add_geoms(&mut self, element: &Element, scope: Scope, is_collision: bool) -> Result<(), DescriptionError> {
+        for child in &element.children {
+            match child.name.as_str() {
+                "geom" => self.add_geom(child, scope, is_collision)?,
+                "frame" => self.add_geoms(child, self.in_frame(child, scope)?, is_collision)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// The scope of the elements in a `<frame>`.
+    fn in_frame<'a>(&self, frame: &'a Element, scope: Scope<'a>) -> Result<Scope<'a>, DescriptionError> {
+        let class = frame.attribute("childclass").unwrap_or(scope.class);
+        Ok(Scope { link_from_here: scope.link_from_here * self.placement(frame)?, class, ..scope })
     }
 
     fn add_content(&mut self, element: &Element, scope: Scope) -> Result<(), DescriptionError> {
         for child in &element.children {
             match child.name.as_str() {
                 "body" => self.add_body(child, Some(scope), scope.class)?,
-                "frame" => {
-                    let class = child.attribute("childclass").unwrap_or(scope.class);
-                    let link_from_here = scope.link_from_here * self.placement(child)?;
-                    self.add_content(child, Scope { link_from_here, class, ..scope })?;
-                }
+                "frame" => self.add_content(child, self.in_frame(child, scope)?)?,
                 "joint" => self.add_joint(child, scope)?,
-                "geom" => self.add_geom(child, scope)?,
+                "geom" => self.add_geom(child, scope, true)?,
                 "camera" => self.add_camera(child, scope)?,
                 "replicate" | "attach" | "composite" | "flexcomp" => {
                     self.warnings.push(format!("{}: <{}> is not read", child.place, child.name));
@@ -248,8 +265,12 @@ impl Reader {
         Ok(())
     }
 
-    fn add_geom(&mut self, geom: &Element, scope: Scope) -> Result<(), DescriptionError> {
+    fn add_geom(&mut self, geom: &Element, scope: Scope, is_collision: bool) -> Result<(), DescriptionError> {
         let geom = self.with_defaults(geom, scope.class)?;
+        let collides = |name: &str| geom.attribute(name).is_none_or(|bits| bits.trim() != "0");
+        if is_collision != (collides("contype") || collides("conaffinity")) {
+            return Ok(());
+        }
         let size = geom.numbers("size", 1, 3)?.unwrap_or_default();
         let size_of = |index: usize| size.get(index).copied().unwrap_or(0.0);
         let kind = geom.attribute("type").unwrap_or("sphere");
@@ -291,10 +312,8 @@ impl Reader {
             (None, "box" | "ellipsoid") => DVec3::new(size_of(0), size_of(1), size_of(2)),
             _ => return Ok(()),
         };
-        let collides = |name: &str| geom.attribute(name).is_none_or(|bits| bits.trim() != "0");
-        let is_collision = collides("contype") || collides("conaffinity");
         let link_from_box = scope.link_from_here * place;
-        self.links[scope.link].shapes.push(Shape { link_from_box, half, is_collision });
+        self.links[scope.link].shapes.push(Shape { link_from_box, half });
         Ok(())
     }
 

@@ -5,9 +5,10 @@
 //! neck with its limits, and the cameras, each figure with the place in the file that it is from. What descriptions do not
 //! have (walking, kicks, noise) is guessed, and marked as a guess.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 mod body;
+mod calibration_file;
 mod cameras;
 mod figures;
 mod limbs;
@@ -37,6 +38,8 @@ pub struct ImportOptions {
     pub head_pitch: Option<String>,
     /// The frames of its cameras; none: the one that is called so.
     pub cameras: Vec<String>,
+    /// The file of a calibration of its cameras: ROS' `camera_info`, Kalibr's `camchain`, or OpenCV's, in YAML.
+    pub camera_info: Option<PathBuf>,
     /// The angles of joints when the robot stands, radians, those of others being 0; none: slightly bent knees.
     pub stand: Vec<(String, f64)>,
 }
@@ -49,8 +52,10 @@ pub struct Imported {
     pub name: String,
     /// The text of its file, RON.
     pub text: String,
-    /// The figures that the description has.
+    /// The figures that the description or a calibration has.
     pub found: Vec<ImportedFigure>,
+    /// The measures that neither has, with the reasons of the guesses.
+    pub guessed: Vec<ImportedFigure>,
     /// What the description lacks or what could not be read, in words.
     pub lacking: Vec<String>,
     /// What is to be measured on the real robot, in words.
@@ -96,6 +101,16 @@ pub enum DescriptionError {
     /// A mesh cannot be read.
     #[error("{0}")]
     Mesh(String),
+    /// A file is no calibration of a camera that can be used.
+    #[error("{file}{}: {problem}", .line.map(|line| format!(":{line}")).unwrap_or_default())]
+    Calibration {
+        /// The name of the file.
+        file: String,
+        /// The line, from 1, if it is known.
+        line: Option<usize>,
+        /// What is wrong.
+        problem: String,
+    },
     /// There is no joint of this name.
     #[error("there is no joint `{name}`; there are {}", .known.join(", "))]
     NoJoint {
@@ -148,17 +163,22 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, Descript
     let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let standing = Standing::new(&tree, &limbs, &posture, &file);
     let standing = standing.ok_or_else(|| DescriptionError::NoSize(file.clone()))?;
-    let mut figures = Figures { lacking: tree.warnings.clone(), ..Figures::default() };
+    let mut figures = Figures::default();
+    figures.lacking.clone_from(&tree.warnings);
     let measures = standing.body(&mut figures);
     standing.head(&mut figures);
     standing.cameras(&mut figures, &measures, options)?;
+    if let Some(path) = &options.camera_info {
+        calibration_file::read(path)?.set(&mut figures)?;
+    }
     if limbs.legs.is_none() {
         figures.lacking.push("no pair of legs with knees was found: the robot is drawn on wheels".to_owned());
     }
     let realistic = model::add_guesses(&mut figures, &measures);
     let name = options.name.clone().unwrap_or_else(|| name_of(&tree.name, path));
     let text = model::text(&name, &file, &figures, &realistic);
-    Ok(Imported { name, text, found: figures.found, lacking: figures.lacking, to_measure: model::TO_MEASURE.to_vec() })
+    let (found, guessed) = figures.with_reasons();
+    Ok(Imported { name, text, found, guessed, lacking: figures.lacking, to_measure: model::TO_MEASURE.to_vec() })
 }
 
 /// The kinds of descriptions that can be read.

@@ -262,3 +262,18 @@ fn places_of_mjcf_may_be_said_in_every_way() {
         assert_eq!(is_turned, turn.starts_with("zaxis"), "{turn}: {:?}", imported.lacking);
     }
 }
+
+#[test]
+fn a_calibration_is_that_of_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("head.yaml");
+    let text =
+        "width: 640\nheight: 480\nk: [605, 0, 331.5, 0, 611, 247.5, 0, 0, 1]\nd: [0.1, -0.2, 0.001, 0.002, 0.0]\n";
+    fs::write(&path, text).unwrap();
+    let options = ImportOptions { camera_info: Some(path), ..ImportOptions::default() };
+    let imported = import(&sample("t1.urdf"), &options).unwrap();
+    let model = checked(&imported);
+    assert_figures(&model, &[("cameras.width", &[640.0]), ("cameras.intrinsics.cy", &[247.5])]);
+    assert_eq!((imported.lacking.len(), model.measures_of_nao().len()), (0, 0), "{:?}", imported.lacking);
+    assert_eq!(model.source("cameras.intrinsics"), Some("head.yaml"));
+}

@@ -48,7 +48,6 @@ pub(super) struct Shape {
     pub link_from_box: DAffine3,
     /// Half its size, m.
     pub half: DVec3,
-    pub is_collision: bool,
 }
 
 /// A frame that may be that of a camera.

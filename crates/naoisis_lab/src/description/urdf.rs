@@ -103,7 +103,8 @@ fn read_joint(joint: &Element) -> Result<Option<Joint>, DescriptionError> {
 fn read_link(link: &Element, path: &Path, warnings: &mut Vec<String>) -> Result<Link, DescriptionError> {
     let mut shapes = Vec::new();
     for (word, is_collision) in [("collision", true), ("visual", false)] {
-        for element in link.all(word) {
+        // What is drawn says something only of links without collisions.
+        for element in link.all(word).filter(|_| is_collision || link.child("collision").is_none()) {
             let Some(geometry) = element.child("geometry").and_then(|geometry| geometry.children.first()) else {
                 continue;
             };
@@ -120,7 +121,7 @@ fn read_link(link: &Element, path: &Path, warnings: &mut Vec<String>) -> Result<
                 continue;
             };
             let link_from_box = origin(element)? * DAffine3::from_translation(middle);
-            shapes.push(Shape { link_from_box, half, is_collision });
+            shapes.push(Shape { link_from_box, half });
         }
     }
     Ok(Link {
@@ -128,17 +129,9 @@ fn read_link(link: &Element, path: &Path, warnings: &mut Vec<String>) -> Result<
         parent: None,
         parent_from_link: DAffine3::IDENTITY,
         joints: Vec::new(),
-        shapes: only_collisions(shapes),
+        shapes,
         cameras: Vec::new(),
     })
-}
-
-/// The shapes of collisions, or all if there are none.
-pub(super) fn only_collisions(mut shapes: Vec<Shape>) -> Vec<Shape> {
-    if shapes.iter().any(|shape| shape.is_collision) {
-        shapes.retain(|shape| shape.is_collision);
-    }
-    shapes
 }
 
 /// Half the size of a geometry and its middle, m.
