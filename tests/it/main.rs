@@ -45,6 +45,7 @@ mod realism;
 mod referee_properties;
 #[cfg(feature = "gpu")]
 mod renderers;
+mod robot_import;
 mod rule_cases;
 mod saved_tests;
 mod scenario_errors;
