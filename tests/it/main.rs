@@ -21,6 +21,7 @@ mod exit_status;
 mod expectations;
 mod falls;
 mod figures;
+mod foreign_files;
 mod game_controller;
 mod golden;
 mod images;
