@@ -29,7 +29,7 @@ pub struct ImportArguments {
     /// A link or camera of the description that is a camera; may be repeated, for up to four [default: the most likely one]
     #[arg(long, value_name = "NAME")]
     camera: Vec<String>,
-    /// A calibration of its camera, YAML: ROS' camera_info, Kalibr's camchain (in the order of --camera), or OpenCV's
+    /// A calibration of its camera in YAML, of ROS, Kalibr (a camera for each --camera) or OpenCV
     #[arg(long, value_name = "FILE")]
     camera_info: Option<PathBuf>,
     /// Angles of joints when the robot stands, radians; those of others are 0 [default: slightly bent knees]

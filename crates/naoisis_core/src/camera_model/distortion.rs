@@ -30,16 +30,19 @@ pub struct Distortion {
     tangential: [f32; 2],
     /// The slope up to which the polynomial holds, and the radially distorted slope there.
     limit: [f32; 2],
+    /// Whether all coefficients are 0. Known beforehand, as it is asked for each point of a cycle.
+    is_none: bool,
 }
 
 impl Distortion {
     /// The lens of a pinhole camera.
     pub const NONE: Distortion =
-        Distortion { radial: [0.0; 3], tangential: [0.0; 2], limit: [f32::INFINITY, f32::INFINITY] };
+        Distortion { radial: [0.0; 3], tangential: [0.0; 2], limit: [f32::INFINITY; 2], is_none: true };
 
     /// The distortion with these coefficients: radial k1, k2 and k3, tangential p1 and p2.
     pub fn new(radial: [f32; 3], tangential: [f32; 2]) -> Self {
-        let mut distortion = Self { radial, tangential, ..Self::NONE };
+        let is_none = radial == [0.0; 3] && tangential == [0.0; 2];
+        let mut distortion = Self { radial, tangential, is_none, ..Self::NONE };
         if radial == [0.0; 3] {
             return distortion;
         }
@@ -54,7 +57,7 @@ impl Distortion {
 
     /// Whether it is that of a pinhole camera.
     pub fn is_none(&self) -> bool {
-        self.radial == [0.0; 3] && self.tangential == [0.0; 2]
+        self.is_none
     }
 
     /// k1, k2, p1, p2 and k3.
@@ -161,7 +164,7 @@ impl TryFrom<Vec<f32>> for Distortion {
     type Error = String;
 
     fn try_from(numbers: Vec<f32>) -> Result<Self, String> {
-        if let Some(number) = numbers.iter().find(|number| !(number.abs() <= GREATEST)) {
+        if let Some(number) = numbers.iter().find(|number| number.is_nan() || number.abs() > GREATEST) {
             return Err(format!("a distortion of {number}; expected numbers from -{GREATEST} to {GREATEST}"));
         }
         match *numbers.as_slice() {

@@ -106,8 +106,11 @@ impl CameraIntrinsics {
 
     /// The place of a pixel in the image of the [drawn](Self::drawn) camera.
     pub fn in_drawn(&self, pixel: Vec2) -> Vec2 {
+        if self.is_pinhole() {
+            return pixel;
+        }
         let Pinhole { focal_length, centre, .. } = self.drawn();
-        if self.is_pinhole() { pixel } else { centre + focal_length * self.slope(pixel) }
+        centre + focal_length * self.slope(pixel)
     }
 
     /// Pixels along the edges of the image: its corners and, where edges are curved, points between.

@@ -267,14 +267,11 @@ impl<'a> Standing<'a> {
             .map(|[least, most]| (least - last_point).abs().max((most - last_point).abs()).max_element());
         figures.found("body.arms.shoulder_m", place(shoulder), self.source(left[of_shoulder]));
         let length = metres((joints_m + hand_m.unwrap_or(0.1)).max(0.05));
-        match hand_m {
-            Some(_) => {
-                figures.found("body.arms.length_m", length, format!("{}, the joints and shapes of the arm", self.file))
-            }
-            None => {
-                figures.guess("body.arms.length_m", length, "the distances of the arm's joints, and a hand of 0.1 m")
-            }
-        }
+        let source = match hand_m {
+            Some(_) => Ok(format!("{}, the joints and shapes of the arm", self.file)),
+            None => Err("the distances of the arm's joints, and a hand of 0.1 m".to_owned()),
+        };
+        figures.either("body.arms.length_m", length, &source);
         Some(shoulder)
     }
 

@@ -1,6 +1,6 @@
 //! The figures of the cameras.
 
-use bevy::math::{DMat3, DVec3};
+use bevy::math::DVec3;
 use serde_json::{Value, json};
 
 use super::body::{Measures, Standing};
@@ -59,10 +59,8 @@ impl Standing<'_> {
             }
         }
         if chosen.is_empty() {
-            return {
-                guess_camera(figures, measures);
-                Ok(())
-            };
+            guess_camera(figures, measures);
+            return Ok(());
         }
         let names = names_of(&chosen);
         let mounts: Vec<Value> =
@@ -106,9 +104,8 @@ impl Standing<'_> {
 
     /// The place of a camera in the head with the head straight, as files have it.
     fn mount(&self, figures: &mut Figures, (link, camera): Found, name: &str) -> Value {
-        // A body whose trunk leans has its head straight where the trunk is upright: the head's frame is turned back.
         let at = self.places[link] * camera.link_from_camera;
-        let rotation = DMat3::from(at.matrix3);
+        let rotation = at.matrix3;
         let forward = camera.forward(rotation);
         let right = camera.right(rotation);
         let (tilt, pan) = (-libm::asin(forward.z.clamp(-1.0, 1.0)), libm::atan2(forward.y, forward.x));
