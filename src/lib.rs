@@ -64,7 +64,7 @@
 //! | `naoisis_sim` | `scenario` `teams` `simulation` `interface` `prelude` | scenario files and presets, the built-in teams, a match from its start, saved matches, the record of a cycle |
 //! | `naoisis_agents` | `agents` `game_controller` `environment` | robots that programs outside decide for, the league's protocol, environments for learning |
 //! | `naoisis_record` | `record` `batch` `whatif` `expectations` | traces, pictures, films and summaries; many matches; expectations |
-//! | `naoisis_lab` | `calibration` `trials` `match_realism` `figures` | models fitted to logs of real robots, robots measured beside their sources, matches beside real ones, pictures of the paper |
+//! | `naoisis_lab` | `calibration` `description` `trials` `match_realism` `figures` | models fitted to logs of real robots or made of their descriptions, robots measured beside their sources, matches beside real ones, pictures of the paper |
 //! | `naoisis_gpu` | `mesh` `renderer` | camera images drawn on a graphics card |
 //! | `naoisis_viewer` | `viewer` | the window |
 //! | `naoisis_cli` | `cli` | the commands |
@@ -98,7 +98,7 @@ pub use naoisis_viewer::viewer;
 #[doc(hidden)]
 pub mod internal {
     pub use naoisis_core::named_values;
-    pub use naoisis_lab::{calibration, figures, match_realism, trials};
+    pub use naoisis_lab::{calibration, description, figures, match_realism, trials};
     pub use naoisis_sensing::appearance;
 }
 

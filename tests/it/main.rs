@@ -22,6 +22,7 @@ mod expectations;
 mod falls;
 mod figures;
 mod flight;
+mod foreign_files;
 mod game_controller;
 mod golden;
 mod images;
@@ -47,6 +48,7 @@ mod realism;
 mod referee_properties;
 #[cfg(feature = "gpu")]
 mod renderers;
+mod robot_import;
 mod rule_cases;
 mod saved_tests;
 mod scenario_errors;

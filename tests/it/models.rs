@@ -1,7 +1,7 @@
 //! Robots of other models than the NAO: that nothing is baked in.
 
 use bevy::prelude::*;
-use naoisis::camera_model::{CameraMount, CameraMounts};
+use naoisis::camera_model::{CameraMount, CameraMounts, Distortion};
 use naoisis::events::KickResult;
 use naoisis::geometry::Pose;
 use naoisis::kick_geometry::{KickDirection, KickGeometry};
@@ -252,7 +252,7 @@ fn equipped(body: &Body, random: [f32; 12]) -> Equipment {
             let mut mount = CameraMount::new(name.parse().unwrap(), lens, first + 0.5 * index as f32);
             mount.size = (own > 0.5).then_some([480, 300]);
             mount.diagonal_fov = (own > 0.3 && index == 1).then_some(1.4);
-            mount.distortion = (own > 0.6).then_some([-0.1, 0.01]);
+            mount.distortion = (own > 0.6).then(|| Distortion::new([-0.1, 0.01, 0.0], [0.0; 2]));
             mount.every_cycles = (own > 0.8 && index > 0).then_some(2);
             mount
         })

@@ -19,6 +19,8 @@ use naoisis_core::events::AgentLoss;
 
 /// The number of bytes that one read asks for.
 const CHUNK: usize = 4 << 10;
+/// The mark with which some editors and languages begin UTF-8 text.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// The error message of a program that misses a deadline.
 const TOO_LATE: &str = "it did not answer in time";
 
@@ -88,6 +90,8 @@ pub struct Connection {
     received: Vec<u8>,
     /// The length of the part of `received` that is known to have no end of line.
     searched: usize,
+    /// Whether a message was received.
+    has_begun: bool,
     outgoing: Vec<u8>,
     /// Whether reads and writes return now and then, so that the clock can be checked.
     looks: bool,
@@ -99,7 +103,7 @@ impl Connection {
     /// match is broken off.
     pub fn new(stream: Stream, longest: usize, break_off: Option<BreakOff>) -> Self {
         let (encoding, received, outgoing) = (Encoding::Json, Vec::new(), Vec::new());
-        Self { stream, encoding, longest, received, searched: 0, outgoing, looks: false, break_off }
+        Self { stream, encoding, longest, received, searched: 0, has_begun: false, outgoing, looks: false, break_off }
     }
 
     /// Sets the encoding of all further messages.
@@ -142,6 +146,7 @@ impl Connection {
                 let message = read_message(self.encoding, bytes);
                 self.received.drain(..next);
                 self.searched = 0;
+                self.has_begun = true;
                 return message;
             }
             // Who sends a little now and then has no more time than others.
@@ -188,12 +193,25 @@ impl Connection {
         }
     }
 
+    /// Drops a byte order mark and empty lines before the first message, as some languages and consoles write them.
+    fn drop_what_is_before_the_first_message(&mut self) {
+        let mark = if self.received.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+        let empty = self.received[mark..].iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+        if mark + empty > 0 {
+            self.received.drain(..mark + empty);
+            self.searched = 0;
+        }
+    }
+
     /// The start and the end of the first message in `received`, and the start of the next. `None` if the message is
     /// incomplete.
     fn next_message(&mut self) -> Result<Option<(usize, usize, usize)>, Loss> {
         let longest = self.longest;
         let too_long =
             || Loss::new(AgentLoss::TooLong, format!("it sent a message of more than {longest} bytes; expected fewer"));
+        if !self.has_begun && self.encoding == Encoding::Json {
+            self.drop_what_is_before_the_first_message();
+        }
         match self.encoding {
             Encoding::Json => {
                 let end = self.received[self.searched..].iter().position(|&byte| byte == b'\n');
@@ -320,13 +338,27 @@ mod tests {
     }
 
     #[test]
+    fn a_first_message_may_have_a_mark_and_empty_lines_before_it_and_windows_ends() {
+        let (mut here, mut program) = pair();
+        let writer = std::thread::spawn(move || {
+            for byte in b"\xef\xbb\xbf\r\n\n \n{\"cycle\":3}\r\n{\"cycle\":4}\r\n\r\n" {
+                program.write_all(&[*byte]).unwrap();
+            }
+        });
+        let cycles = [here.receive::<Answer>(None), here.receive::<Answer>(None)].map(|answer| answer.unwrap().cycle);
+        assert_eq!(cycles, [3, 4]);
+        // Between answers an empty line is none.
+        assert_eq!(here.receive::<Answer>(None).unwrap_err().reason, AgentLoss::Malformed);
+        writer.join().unwrap();
+    }
+
+    #[test]
     fn what_is_no_message_is_told_from_what_never_comes() {
         let reason = |encoding, bytes: &[u8]| received(encoding, bytes).unwrap_err().reason;
         let json = |text: &str| reason(Encoding::Json, text.as_bytes());
         assert_eq!(json(""), AgentLoss::Closed);
         assert_eq!(json("{\"cycle\":"), AgentLoss::Closed);
         assert_eq!(json("Hello, world!\n"), AgentLoss::Malformed);
-        assert_eq!(json("\n"), AgentLoss::Malformed);
         assert_eq!(json("{\"cycle\":-1}\n"), AgentLoss::Malformed);
         // A list is no object, not even an empty one.
         for list in ["[1]", "{\"cycle\":1,\"command\":[]}", "{\"cycle\":1,\"command\":{\"kick\":[\"left_side\"]}}"] {

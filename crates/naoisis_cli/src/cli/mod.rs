@@ -67,6 +67,8 @@ mod replay;
 mod report;
 mod reviews;
 mod robot;
+mod robot_import;
+mod robot_sheet;
 mod run;
 mod run_arguments;
 mod schema;
@@ -109,7 +111,7 @@ enum Command {
     Figures(figures::FiguresArguments),
     /// List what is available
     List(list::ListArguments),
-    /// Show a robot model: its figures, and a sheet with pictures
+    /// Show a robot model, or make one of a robot's description
     Robot(robot::RobotArguments),
     /// Measure simulated robots, or whole matches, and compare them with real ones
     Realism(Box<realism::RealismArguments>),

@@ -1,4 +1,4 @@
-//! `naoisis robot show`: the sheet of a robot model, and its figures with their sources.
+//! `naoisis robot`: the sheet of a robot model and its figures with their sources, and models made of descriptions.
 
 use clap::{Args, Subcommand};
 use core::fmt::Write;
@@ -11,9 +11,9 @@ use super::notes;
 use super::outputs::EXISTS;
 use super::realism::no_model;
 use super::report;
+use super::robot_import::{ImportArguments, import};
+use super::robot_sheet::{draw_sheet, sheet_name};
 use super::terminal::Printer;
-use naoisis_lab::figures::model_sheet;
-use naoisis_record::record::encoder::{Layer, write_png};
 use naoisis_sim::scenario::RobotModel;
 
 /// Arguments of `naoisis robot`.
@@ -27,6 +27,8 @@ pub struct RobotArguments {
 enum RobotCommand {
     /// Show a model: its figures with their sources, and with --out a sheet with pictures
     Show(ShowArguments),
+    /// Make a model of a robot's description (URDF or MJCF), with a sheet
+    Import(ImportArguments),
 }
 
 /// Arguments of `naoisis robot show`.
@@ -45,7 +47,13 @@ pub struct ShowArguments {
 
 /// Runs the command.
 pub fn robot(arguments: &RobotArguments) -> ExitCode {
-    let RobotCommand::Show(arguments) = &arguments.command;
+    match &arguments.command {
+        RobotCommand::Show(arguments) => show(arguments),
+        RobotCommand::Import(arguments) => import(arguments),
+    }
+}
+
+fn show(arguments: &ShowArguments) -> ExitCode {
     let model = match RobotModel::find(&arguments.model) {
         Ok(model) => model,
         Err(error) => return no_model("", &error),
@@ -65,12 +73,8 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
         printer.print(format_args!("\nnote: {words}\n"));
     }
     if let Some(path) = &sheet {
-        let image = match model_sheet::draw(&model, 1.0) {
-            Ok(image) => image,
-            Err(error) => return report::failure(&error.to_string()),
-        };
-        if let Err(error) = write_png(path, Layer::Colours, &image) {
-            return report::failure(&format!("{}: {error}", path.display()));
+        if let Err(problem) = draw_sheet(&model, path) {
+            return report::failure(&problem);
         }
         printer.print(format_args!("\n{}\n", path.display()));
     }
@@ -115,22 +119,9 @@ fn collect(path: &str, value: &Value, figures: &mut Vec<(String, String)>) {
     }
 }
 
-/// The file name of the sheet of a model. Characters that would lead to other folders are replaced.
-fn sheet_name(model: &str) -> String {
-    let allowed = |character: char| character.is_alphanumeric() || "-_+ ".contains(character);
-    let name: String = model.chars().map(|character| if allowed(character) { character } else { '_' }).collect();
-    format!("{}.png", if name.trim().is_empty() { "robot" } else { &name })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_sheet_lies_in_its_folder_whatever_the_model_is_called() {
-        let names = ["booster_k1", "../../evil", "/etc/x", ""].map(sheet_name);
-        assert_eq!(names, ["booster_k1.png", "______evil.png", "_etc_x.png", "robot.png"]);
-    }
 
     #[test]
     fn every_figure_is_shown_with_its_source() {

@@ -4,11 +4,11 @@
 //! overlays all use this one model.
 //!
 //! A robot has as many cameras as its model says ([`CameraMounts`]). A lens turns with the head about the neck. Cameras are
-//! pinholes with square pixels and the principal point at the image's centre. Of the NAO, Table 1(a) of the paper gives the
+//! pinholes with square pixels and the principal point at the image's centre, or as they were calibrated
+//! ([`CameraCalibration`]), with a [`Distortion`] that images and all projections here have alike. Of the NAO, Table 1(a) of the paper gives the
 //! lens positions at zero head angles; its top camera looks along the head's x axis, its bottom camera [`BOTTOM_TILT`]
 //! further down: at 320 x 240 and 58° along the diagonal, the focal length is 200 px / tan 29° = 360.81 px.
 
-use bevy::math::ops;
 use bevy::prelude::*;
 use core::ops::Deref;
 use tinyvec::ArrayVec;
@@ -19,9 +19,13 @@ mod tests;
 use crate::geometry::unit;
 use crate::robot::head::HeadAngles;
 
+mod distortion;
+mod intrinsics;
 mod mount;
 mod seen_ground;
 
+pub use distortion::Distortion;
+pub use intrinsics::{CameraCalibration, CameraIntrinsics, Pinhole};
 pub use mount::{CameraMount, CameraMounts, CameraName, NotACameraName};
 
 /// Tilt of a NAO's bottom camera, radians: 40° below the top camera (paper, section 3.1).
@@ -33,25 +37,6 @@ const BOTTOM_TILT_UNIT: Vec2 = Vec2::new(0.766_044_44, 0.642_787_6);
 /// Least distance of a point from the plane of the lens for a projection, m.
 const NEAR_PLANE_M: f32 = 1e-3;
 
-/// The pinhole: focal length, principal point and size of the image.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct CameraIntrinsics {
-    /// Focal length, pixels.
-    pub focal_length: f32,
-    /// The principal point [u, v], pixels: the image's centre.
-    pub centre: Vec2,
-    /// Width and height of the image, pixels.
-    pub size: Vec2,
-}
-
-impl CameraIntrinsics {
-    /// The pinhole with an image of `size`, pixels, and `diagonal_fov` along its diagonal, radians.
-    pub fn new(size: Vec2, diagonal_fov: f32) -> Self {
-        let focal_length = size.length() / 2.0 / ops::tan(diagonal_fov / 2.0);
-        Self { focal_length, centre: size / 2.0, size }
-    }
-}
-
 /// The views of all cameras of a robot at one instant, in the order of its model.
 #[derive(Clone, Debug, Default)]
 pub struct CameraViews {
@@ -61,7 +46,7 @@ pub struct CameraViews {
 
 impl CameraViews {
     /// Sets the views of the cameras at `mounts` in a head at these angles, which turns about `neck`, m, robot frame.
-    /// `intrinsics` gives the pinhole of each camera.
+    /// `intrinsics` gives those of each camera.
     pub fn set(
         &mut self,
         mounts: &CameraMounts,
@@ -108,10 +93,10 @@ pub enum ViewSide {
     Right,
 }
 
-/// One camera at one instant: its pinhole and its pose in the robot frame.
+/// One camera at one instant: its intrinsics and its pose in the robot frame.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct CameraView {
-    /// The pinhole.
+    /// Where it shows what.
     pub intrinsics: CameraIntrinsics,
     /// The lens, m, robot frame.
     pub lens: Vec3,
@@ -193,22 +178,23 @@ impl CameraView {
     /// Whether a part of the ball with `radius`, m, around `centre`, robot frame, may be in the image. Conservative.
     pub fn may_see(&self, centre: Vec3, radius: f32) -> bool {
         let in_camera = self.camera_from_robot(centre);
-        let CameraIntrinsics { focal_length, centre: half_size, .. } = self.intrinsics;
+        let (focal, half_size) = (self.intrinsics.focal, self.intrinsics.half_size());
         // The distance to each side plane of the frustum is (f |x| - c z) / sqrt(f² + c²); f + c is more than the root.
         in_camera.z >= -radius
-            && focal_length * in_camera.x.abs() <= half_size.x * in_camera.z + (focal_length + half_size.x) * radius
-            && focal_length * in_camera.y.abs() <= half_size.y * in_camera.z + (focal_length + half_size.y) * radius
+            && focal.x * in_camera.x.abs() <= half_size.x * in_camera.z + (focal.x + half_size.x) * radius
+            && focal.y * in_camera.y.abs() <= half_size.y * in_camera.z + (focal.y + half_size.y) * radius
     }
 
     /// Whether the whole ball with `radius`, m, around `centre`, robot frame, is certainly in the image. Conservative.
     pub fn surely_sees(&self, centre: Vec3, radius: f32) -> bool {
         let in_camera = self.camera_from_robot(centre);
-        let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
+        let CameraIntrinsics { focal, centre, size, distortion, .. } = self.intrinsics;
         // As in `may_see`, from within, to the nearer edge of the image.
         let half_size = centre.min(size - centre);
-        in_camera.z >= NEAR_PLANE_M + radius
-            && focal_length * in_camera.x.abs() <= half_size.x * in_camera.z - (focal_length + half_size.x) * radius
-            && focal_length * in_camera.y.abs() <= half_size.y * in_camera.z - (focal_length + half_size.y) * radius
+        distortion.is_none()
+            && in_camera.z >= NEAR_PLANE_M + radius
+            && focal.x * in_camera.x.abs() <= half_size.x * in_camera.z - (focal.x + half_size.x) * radius
+            && focal.y * in_camera.y.abs() <= half_size.y * in_camera.z - (focal.y + half_size.y) * radius
     }
 
     /// The pixel of a point of the robot frame, m, if it is in the image.
@@ -217,8 +203,8 @@ impl CameraView {
         let offset = point - self.lens;
         let ahead = self.forward.dot(offset);
         // Most points are not in view, which is decided without a division.
-        let beside = self.right.dot(offset) * self.intrinsics.focal_length;
-        if ahead < NEAR_PLANE_M || beside.abs() > (self.intrinsics.centre.x + 1.0) * ahead {
+        let beside = self.right.dot(offset) * self.intrinsics.focal.x;
+        if ahead < NEAR_PLANE_M || beside.abs() > (self.intrinsics.half_size().x + 1.0) * ahead {
             return None;
         }
         Some(self.pixel_of(Vec3::new(self.right.dot(offset), self.down.dot(offset), ahead)))
@@ -233,10 +219,10 @@ impl CameraView {
         let left = -self.right.truncate().dot(offset);
         // At most this far ahead of the lens along its axis: the way ahead on the ground, and the height.
         let ahead = self.right.truncate().perp_dot(offset).abs() + self.lens.z + 0.1;
-        let half_width = (self.intrinsics.centre.x + 1.0) * ahead;
-        if left * self.intrinsics.focal_length > half_width {
+        let half_width = (self.intrinsics.half_size().x + 1.0) * ahead;
+        if left * self.intrinsics.focal.x > half_width {
             ViewSide::Left
-        } else if -left * self.intrinsics.focal_length > half_width {
+        } else if -left * self.intrinsics.focal.x > half_width {
             ViewSide::Right
         } else {
             ViewSide::Inside
@@ -251,7 +237,7 @@ impl CameraView {
 
     /// The direction in which a pixel looks, robot frame, with a unit component along [`CameraView::forward`].
     pub fn ray(&self, pixel: Vec2) -> Vec3 {
-        let slope = (pixel - self.intrinsics.centre) / self.intrinsics.focal_length;
+        let slope = self.intrinsics.slope(pixel);
         self.forward + slope.x * self.right + slope.y * self.down
     }
 
@@ -272,8 +258,13 @@ impl CameraView {
     /// None if it is outside.
     pub fn visible_part(&self, start: Vec3, end: Vec3) -> Option<[f32; 2]> {
         let (start, end) = (self.camera_from_robot(start), self.camera_from_robot(end));
-        let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
-        let far_corner = size - centre;
+        let CameraIntrinsics { focal, centre, size, distortion, .. } = self.intrinsics;
+        let [centre, far_corner] = if distortion.is_none() {
+            [centre, size - centre]
+        } else {
+            // The edges are curved: first to a pinhole's image around them.
+            [self.intrinsics.half_size(); 2]
+        };
         let mut part = [0.0f32, 1.0];
         // A plane of the view's frustum, by its signed "inside" distance at both ends (Liang and Barsky, 1984).
         let mut cut = |at_start: f32, at_end: f32| {
@@ -289,13 +280,37 @@ impl CameraView {
         };
         // Most lines that are ahead at all are above or below the image.
         let is_in_view = cut(start.z - NEAR_PLANE_M, end.z - NEAR_PLANE_M)
-            && cut(focal_length * start.y + centre.y * start.z, focal_length * end.y + centre.y * end.z)
-            && cut(far_corner.y * start.z - focal_length * start.y, far_corner.y * end.z - focal_length * end.y)
-            && cut(focal_length * start.x + centre.x * start.z, focal_length * end.x + centre.x * end.z)
-            && cut(far_corner.x * start.z - focal_length * start.x, far_corner.x * end.z - focal_length * end.x);
-        if !is_in_view {
+            && cut(focal.y * start.y + centre.y * start.z, focal.y * end.y + centre.y * end.z)
+            && cut(far_corner.y * start.z - focal.y * start.y, far_corner.y * end.z - focal.y * end.y)
+            && cut(focal.x * start.x + centre.x * start.z, focal.x * end.x + centre.x * end.z)
+            && cut(far_corner.x * start.z - focal.x * start.x, far_corner.x * end.z - focal.x * end.x);
+        if !is_in_view || part[0] >= part[1] {
             return None;
         }
+        if distortion.is_none() { Some(part) } else { self.inner_part(part, |share| start.lerp(end, share)) }
+    }
+
+    /// The piece of a part of a segment that is in an image with curved edges. `point` gives the point at a share of the segment, camera
+    /// frame, m.
+    fn inner_part(&self, [from, to]: [f32; 2], point: impl Fn(f32) -> Vec3) -> Option<[f32; 2]> {
+        /// Pieces in which a first point in the image is looked for.
+        const PIECES: u32 = 16;
+
+        let is_inside = |share: f32| self.contains(self.pixel_of(point(share)));
+        let shares = || (0..=PIECES).map(|piece| from + (to - from) * piece as f32 / PIECES as f32);
+        let (first, last) = (shares().find(|share| is_inside(*share))?, shares().rfind(|share| is_inside(*share))?);
+        // Between a share outside and one inside.
+        let edge = |outside: f32, inside: f32| {
+            (0..12).fold([outside, inside], |[outside, inside], _| {
+                let middle = f32::midpoint(outside, inside);
+                if is_inside(middle) { [outside, middle] } else { [middle, inside] }
+            })[1]
+        };
+        let step = (to - from) / PIECES as f32;
+        let part = [
+            if first > from { edge((first - step).max(from), first) } else { first },
+            if last < to { edge((last + step).min(to), last) } else { last },
+        ];
         (part[0] < part[1]).then_some(part)
     }
 
@@ -311,6 +326,10 @@ impl CameraView {
     }
 
     fn pixel_of(&self, in_camera: Vec3) -> Vec2 {
-        self.intrinsics.centre + in_camera.truncate() * (self.intrinsics.focal_length / in_camera.z)
+        let CameraIntrinsics { focal, centre, distortion, .. } = self.intrinsics;
+        if distortion.is_none() {
+            return centre + in_camera.truncate() * (focal / in_camera.z);
+        }
+        self.intrinsics.pixel(in_camera.truncate() / in_camera.z)
     }
 }

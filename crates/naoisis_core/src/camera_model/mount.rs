@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tinyvec::ArrayVec;
 
+use super::{CameraCalibration, Distortion};
 use crate::geometry::{file_units, unit};
 use crate::short_name::short_name;
 
@@ -33,8 +34,10 @@ pub struct CameraMount {
     pub size: Option<[u32; 2]>,
     /// Its field of view along the diagonal, radians; none: the common one.
     pub diagonal_fov: Option<f32>,
-    /// Its radial distortion; none: the common one.
-    pub distortion: Option<[f32; 2]>,
+    /// The distortion of its lens; none: the common one.
+    pub distortion: Option<Distortion>,
+    /// Its calibration, which counts more than fields of view; none: the common one, unless it has a field of view of its own.
+    pub calibration: Option<CameraCalibration>,
     /// The period of its images, cycles; none: the common one.
     pub every_cycles: Option<u32>,
     /// Tilt below the head's x axis, radians.
@@ -53,6 +56,7 @@ impl CameraMount {
         size: None,
         diagonal_fov: None,
         distortion: None,
+        calibration: None,
         every_cycles: None,
         tilt: 0.0,
         tilt_unit: Vec2::X,
@@ -71,8 +75,7 @@ impl CameraMount {
     /// A camera with its lens at `lens_m`, m, robot frame, tilted by `tilt` below the head's x axis, radians.
     pub fn new(name: CameraName, lens_m: Vec3, tilt: f32) -> Self {
         let tilt_unit = unit(tilt);
-        let (size, diagonal_fov, distortion, every_cycles) = (None, None, None, None);
-        Self { name, lens_m, size, diagonal_fov, distortion, every_cycles, tilt, tilt_unit, pan: 0.0 }
+        Self { name, lens_m, tilt, tilt_unit, ..Self::NAO_TOP }
     }
 
     /// This camera, panned by `pan` to the left of the head's x axis, radians, before the tilt.
@@ -89,6 +92,11 @@ impl CameraMount {
     /// The tilt below the head's x axis, radians.
     pub fn tilt(&self) -> f32 {
         self.tilt
+    }
+
+    /// Whether it shows what the common settings of the robot's cameras say, but for its direction.
+    pub fn is_as_others(&self) -> bool {
+        self.size.is_none() && self.diagonal_fov.is_none() && self.distortion.is_none() && self.calibration.is_none()
     }
 
     pub(super) fn tilt_unit(&self) -> Vec2 {
@@ -122,8 +130,9 @@ struct MountFields {
     #[schemars(with = "Option<f32>", range(min = 1.0, max = 170.0))]
     diagonal_fov_deg: Option<f32>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(inner(range(min = -1.0, max = 1.0)))]
-    distortion: Option<[f32; 2]>,
+    distortion: Option<Distortion>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    intrinsics: Option<CameraCalibration>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 100_000))]
     every_cycles: Option<u32>,
@@ -136,16 +145,17 @@ fn is_zero(pan: &f32) -> bool {
 
 impl From<MountFields> for CameraMount {
     fn from(fields: MountFields) -> Self {
-        let MountFields { name, position_m, tilt_deg, pan_deg, size, diagonal_fov_deg, distortion, every_cycles } =
-            fields;
+        let MountFields { name, position_m, tilt_deg, pan_deg, size, .. } = fields;
+        let MountFields { diagonal_fov_deg, distortion, intrinsics, every_cycles, .. } = fields;
         let mount = Self::new(name, position_m, tilt_deg).panned(pan_deg);
-        Self { size, diagonal_fov: diagonal_fov_deg, distortion, every_cycles, ..mount }
+        Self { size, diagonal_fov: diagonal_fov_deg, distortion, calibration: intrinsics, every_cycles, ..mount }
     }
 }
 
 impl From<CameraMount> for MountFields {
     fn from(mount: CameraMount) -> Self {
-        let CameraMount { name, lens_m, size, diagonal_fov, distortion, every_cycles, tilt, pan, .. } = mount;
+        let CameraMount { name, lens_m, size, diagonal_fov, distortion, calibration, every_cycles, tilt, pan, .. } =
+            mount;
         Self {
             name,
             position_m: lens_m,
@@ -154,6 +164,7 @@ impl From<CameraMount> for MountFields {
             size,
             diagonal_fov_deg: diagonal_fov,
             distortion,
+            intrinsics: calibration,
             every_cycles,
         }
     }

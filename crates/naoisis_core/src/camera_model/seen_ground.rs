@@ -7,15 +7,15 @@ use super::CameraView;
 impl CameraView {
     /// The corners of the visible ground, robot frame, m, at most `furthest_m` ahead of the lens; none if no ground is visible.
     ///
-    /// The image is cut off at that distance. Straight lines in the image are straight on the ground.
+    /// The image is cut off at that distance. Straight lines in the image are straight on the ground, unless the lens distorts them: then
+    /// there are points between the corners.
     pub fn seen_ground(&self, furthest_m: f32) -> Vec<Vec2> {
-        let size = self.intrinsics.size;
-        let corners = [Vec2::ZERO, size.with_y(0.0), size, size.with_x(0.0)];
+        let corners: Vec<Vec2> = self.intrinsics.outline().collect();
         // A ray with a unit component ahead that falls by this reaches the ground at `furthest_m`.
         let level = Vec2::new(self.forward.x, self.forward.y).length().max(1e-6);
         let least_fall = self.lens.z / furthest_m * level;
         let fall = |pixel: Vec2| -self.ray(pixel).z - least_fall;
-        let mut outline = Vec::with_capacity(5);
+        let mut outline = Vec::with_capacity(corners.len() + 1);
         for (index, &corner) in corners.iter().enumerate() {
             let next = corners[(index + 1) % corners.len()];
             let (here, there) = (fall(corner), fall(next));
@@ -44,7 +44,7 @@ mod tests {
         let camera = camera(CameraName::BOTTOM, HeadAngles::default());
         let outline = camera.seen_ground(8.0);
         // The edges look 40° ± 18.4° down: the lens is h above the ground, so that they meet it at h / tan(angle).
-        let half = ops::atan(camera.intrinsics.size.y / 2.0 / camera.intrinsics.focal_length);
+        let half = ops::atan(camera.intrinsics.half_slopes().y);
         let tilt = 40.0_f32.to_radians();
         let at = |angle: f32| camera.lens.x + camera.lens.z / ops::tan(angle);
         let xs = [tilt - half, tilt - half, tilt + half, tilt + half].map(at);

@@ -33,7 +33,7 @@ fn assert_pixel(view: CameraView, point: [f32; 3], pixel: [f32; 2]) {
 fn the_focal_length_follows_from_the_diagonal() {
     // Half of the diagonal of 320 x 240 is 200 px; 200 / tan 29° = 360.81.
     let intrinsics = intrinsics();
-    assert_abs_diff_eq!(intrinsics.focal_length, 360.81, epsilon = 0.005);
+    assert_abs_diff_eq!(intrinsics.focal.x, 360.81, epsilon = 0.005);
     assert_abs_diff_eq!(ops::cos(BOTTOM_TILT), BOTTOM_TILT_UNIT.x, epsilon = 1e-7);
     assert_abs_diff_eq!(ops::sin(BOTTOM_TILT), BOTTOM_TILT_UNIT.y, epsilon = 1e-7);
     assert_abs_diff_eq!(BOTTOM_TILT, to_radians(40.0), epsilon = 1e-7);
@@ -160,6 +160,53 @@ fn what_is_beside_the_view_is_not_in_the_image() {
     // 48° ahead and 48° behind, of 360°, may be in view, and all that is near the feet: the rest is told apart.
     assert!(sides[0] > 3000 && sides[2] > 3000, "{sides:?}");
     assert!(seen_whole > 300, "{seen_whole}");
+}
+
+/// Cameras as they are calibrated: their focal lengths differ, their axes are beside the middle, and their lenses distort.
+fn calibrated() -> Vec<CameraIntrinsics> {
+    let size = Vec2::new(640.0, 480.0);
+    let lenses = [([0.1, -0.2, 0.0], [0.001, 0.002]), ([-0.35, 0.12, -0.02], [0.0, -0.003]), ([0.0; 3], [0.0; 2])];
+    let camera = |(radial, tangential)| {
+        let lens = Distortion::new(radial, tangential);
+        CameraIntrinsics::calibrated(size, Vec2::new(455.0, 461.0), Vec2::new(332.0, 231.0), lens)
+    };
+    lenses.map(camera).to_vec()
+}
+
+#[test]
+fn a_calibrated_camera_projects_as_it_looks() {
+    for intrinsics in calibrated() {
+        let mount = CameraMount::new(CameraName::TOP, Vec3::new(0.05, 0.0, 0.9), to_radians(20.0));
+        let view = CameraView::new(intrinsics, &mount, Vec3::Z * 0.8, HeadAngles { yaw: 0.6, pitch: 0.2 });
+        for (u, v) in (0..=16).flat_map(|u| (0..=12).map(move |v| (u, v))) {
+            let pixel = Vec2::new(40.0 * u as f32, 40.0 * v as f32);
+            let back = view.project(view.lens + 1.7 * view.ray(pixel)).unwrap();
+            assert_abs_diff_eq!(back, pixel, epsilon = 0.02);
+            // What is in the image is not beside the view.
+            if let Some(ground) = view.ground_point(pixel).filter(|ground| ground.length() < 10.0) {
+                assert_eq!(view.side_of(ground), ViewSide::Inside);
+                assert!(view.may_see(ground.extend(0.0), 1e-3));
+            }
+        }
+        // Where a segment is visible, its points are in the image, and beyond they are not.
+        let mut seen = 0;
+        for index in 0..200 {
+            let direction = unit(index as f32 * 0.7);
+            let (start, end) = (2.0 * direction, Vec2::new(2.5, 1.0) - 3.0 * direction.perp());
+            let (start, end) = (start.extend(0.0), end.extend(0.0));
+            let Some(part) = view.visible_part(start, end) else { continue };
+            seen += 1;
+            let is_seen = |share: f32| view.pixel_in_image(start.lerp(end, share)).is_some();
+            let width = part[1] - part[0];
+            assert!((1..8).all(|share| is_seen(part[0] + width * share as f32 / 8.0)), "{part:?}");
+            assert!(part[0] == 0.0 || !is_seen(part[0] - 0.002), "{part:?}");
+            assert!(part[1] == 1.0 || !is_seen(part[1] + 0.002), "{part:?}");
+        }
+        assert!(seen > 20, "{seen}");
+        let outline = view.seen_ground(6.0);
+        let corner = view.ground_point(view.intrinsics.size).unwrap();
+        assert!(outline.iter().any(|place| place.distance(corner) < 1e-3));
+    }
 }
 
 #[test]

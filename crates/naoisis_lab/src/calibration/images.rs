@@ -1,8 +1,8 @@
 //! Fits a model's vision to image vision, so that geometric vision has the same errors and detection rates.
 
 use super::sightings::{Detection, detection_curve, detection_paths, focal_length};
-use super::{Calibration, groups};
-use naoisis_core::statistics::{Estimate, jackknife, median, share};
+use super::{Calibration, groups, jackknife_positive};
+use naoisis_core::statistics::{Estimate, median, share};
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::image::accuracy::{Accuracy, ClassAccuracy};
 
@@ -39,7 +39,7 @@ pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Cal
             let estimate = if offs.len() < FOR_A_SPREAD {
                 None
             } else {
-                jackknife(&groups(&offs, |_| 0), |offs| spread(offs).map(|sd| sd * focal_length(cameras)))
+                jackknife_positive(&groups(&offs, |_| 0), |offs| spread(offs).map(|sd| sd * focal_length(cameras)))
             };
             let basis = format!("{} found in images", offs.len());
             into.add(&path("pixel_sd"), estimate, &basis, &format!("{}; {FOR_A_SPREAD} are needed", basis));

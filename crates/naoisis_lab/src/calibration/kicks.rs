@@ -1,10 +1,10 @@
 //! Fits the range and spread of kicks.
 
 use super::log::Kick;
-use super::{Calibration, basis, groups, mean, variance, wrap_degrees};
+use super::{Calibration, basis, groups, jackknife_positive, mean, variance, wrap_degrees};
 use naoisis_core::kick_geometry::{KickType, strike};
 use naoisis_core::robot::kick::KickSettings;
-use naoisis_core::statistics::{Estimate, jackknife};
+use naoisis_core::statistics::Estimate;
 use naoisis_sim::scenario::RobotModel;
 
 /// The least speed of a kick that counts for the range.
@@ -59,7 +59,7 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
             // A spread of the speed makes the mean way longer where that grows with the square.
             Some(if power > 1.0 { mean / (1.0 + spread * spread) } else { mean })
         };
-        let estimate = if of_type.len() < 3 { None } else { jackknife(&groups(&of_type, robot), reach) };
+        let estimate = if of_type.len() < 3 { None } else { jackknife_positive(&groups(&of_type, robot), reach) };
         let needs = format!("{} full kicks; three are needed", of_type.len());
         into.add(&path, estimate, &basis(&of_type, "kicks", robot), &needs);
     }
@@ -77,7 +77,7 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
         (degrees > 0.0).then(|| (squares / degrees).sqrt())
     };
     let spread = |rows: &[Kick], statistic: &dyn Fn(&[Kick]) -> Option<f64>| -> Option<Estimate> {
-        if rows.len() < 5 { None } else { jackknife(&groups(rows, robot), statistic) }
+        if rows.len() < 5 { None } else { jackknife_positive(&groups(rows, robot), statistic) }
     };
     let speed = |kicks: &[Kick]| {
         let mean_distance = |kicks: &[Kick]| mean(&kicks.iter().map(distance).collect::<Vec<f64>>()).unwrap_or(1.0);

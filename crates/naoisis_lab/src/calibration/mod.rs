@@ -7,7 +7,8 @@
 //! [`calibrate_by_images`] fits the figures of vision to rendered images instead of a log.
 //!
 //! Intervals have 95 % confidence, by the jackknife: over robots if there are enough of them, else over stretches of
-//! the log.
+//! the log. Those of standard deviations, distances and times are symmetric in proportion and not in difference, so that
+//! they are never negative.
 
 use naoisis_core::statistics::{Estimate, jackknife};
 use naoisis_sim::scenario::RobotModel;
@@ -22,6 +23,7 @@ mod walks;
 pub use images::calibrate_by_images;
 pub use log::{COLUMNS, Kick, LogError, LogErrorKind, LoggedSighting, Motion, RobotLog, Thing, Walk};
 pub use model_file::model_file;
+pub(crate) use model_file::ron_text;
 
 /// A fitted figure of a model.
 #[derive(Clone, PartialEq, Debug)]
@@ -112,7 +114,7 @@ fn between_robots<T: Copy, const N: usize>(
     if robots.len() < 3 {
         return None;
     }
-    let estimate = jackknife(&robots, |robots| {
+    jackknife_positive(&robots, |robots| {
         let of_draw = |index: usize| {
             let values: Vec<f64> = robots.iter().map(|draws| draws[index][0]).collect();
             let of_chance = robots.iter().map(|draws| draws[index][1]).sum::<f64>() / robots.len() as f64;
@@ -120,8 +122,20 @@ fn between_robots<T: Copy, const N: usize>(
         };
         let variances: Option<Vec<f64>> = (0..N).map(of_draw).collect();
         Some(mean(&variances?)?.max(0.0).sqrt())
-    })?;
-    Some(Estimate { low: estimate.low.max(0.0), ..estimate })
+    })
+}
+
+/// A statistic that cannot be negative, with the interval of the jackknife. Its upper end is as many times the value as the value is of
+/// its lower end, so that it is never negative; of 0 it begins at 0.
+fn jackknife_positive<T: Copy>(groups: &[Vec<T>], statistic: impl Fn(&[T]) -> Option<f64>) -> Option<Estimate> {
+    let Estimate { value, high, .. } = jackknife(groups, statistic)?;
+    Some(Estimate { value, low: if value > 0.0 { value * (value / high) } else { 0.0 }, high })
+}
+
+/// The estimate of a quantity from that of a function of it, of which `inverse` is the increasing inverse.
+fn of_transformed(estimate: Estimate, inverse: impl Fn(f64) -> f64) -> Estimate {
+    let Estimate { value, low, high } = estimate;
+    Estimate { value: inverse(value), low: inverse(low), high: inverse(high) }
 }
 
 /// The mean; `None` for no values.
@@ -144,4 +158,40 @@ fn basis<T: Copy>(rows: &[T], what: &str, robot: impl Fn(&T) -> usize) -> String
 /// Wraps an angle to (-180, 180], degrees.
 fn wrap_degrees(angle: f64) -> f64 {
     180.0 - (180.0 - angle).rem_euclid(360.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn deviation(values: &[f64]) -> Option<f64> {
+        variance(values).map(f64::sqrt)
+    }
+
+    #[test]
+    fn intervals_of_deviations_are_never_negative() {
+        // One value far from the others: Student's interval would reach below 0.
+        let few: Vec<Vec<f64>> = [0.1, 0.12, 0.09, 0.11, 3.0].map(|value| vec![value]).to_vec();
+        let linear = jackknife(&few, deviation).unwrap();
+        let found = jackknife_positive(&few, deviation).unwrap();
+        assert!(linear.low < 0.0 && found.low > 0.0 && found.low < found.value, "{linear:?} {found:?}");
+        assert_eq!((found.value, found.high), (linear.value, linear.high));
+        let same: Vec<Vec<f64>> = vec![vec![0.5]; 4];
+        assert_eq!(jackknife_positive(&same, deviation), Some(Estimate::exactly(0.0)));
+        assert_eq!(jackknife_positive::<f64>(&[], deviation), None);
+    }
+
+    #[test]
+    fn intervals_of_deviations_have_the_true_one_as_often_as_they_say() {
+        let mut stream = naoisis_core::random::RandomStream::for_match(5, "calibration");
+        let mut hits = 0;
+        for _ in 0..400 {
+            let groups: Vec<Vec<f64>> =
+                (0..20).map(|_| (0..3).map(|_| f64::from(stream.gaussian(2.0))).collect()).collect();
+            let found = jackknife_positive(&groups, deviation).unwrap();
+            hits += u32::from((found.low..=found.high).contains(&2.0));
+        }
+        // 95 % of 400 are 380, with a deviation of 4.4.
+        assert!((365..=395).contains(&hits), "{hits}");
+    }
 }

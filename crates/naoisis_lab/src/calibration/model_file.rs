@@ -21,8 +21,15 @@ pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calib
     let mut text = String::new();
     text.push_str("// Made by naoisis. A scenario with `model: \"./this_file.ron\"` and `realism: \"realistic\"` plays with it.\n");
     let value = json!({ "name": name, "description": description, "settings": settings, "realistic": realistic, "sources": sources });
-    write(&value, 0, false, &mut text);
+    text.push_str(&ron_text(&value));
     text.push('\n');
+    text
+}
+
+/// A model as RON.
+pub(crate) fn ron_text(model: &Value) -> String {
+    let mut text = String::new();
+    write(model, 0, false, &mut text);
     text
 }
 

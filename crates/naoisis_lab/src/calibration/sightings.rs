@@ -3,7 +3,10 @@
 use bevy::math::{DMat3, DVec3};
 
 use super::log::{LoggedSighting, Motion, Thing};
-use super::{Calibration, basis, between_robots, groups, mean, variance, wrap_degrees};
+use super::{
+    Calibration, basis, between_robots, groups, jackknife_positive, mean, of_transformed, variance, wrap_degrees,
+};
+use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::statistics::{Estimate, jackknife};
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::{ClassNoise, VisionNoise};
@@ -83,8 +86,7 @@ fn class_of(noise: &VisionNoise, thing: Thing) -> &ClassNoise {
 
 /// The focal length in pixels: pixels per radian at the centre of the image.
 pub(super) fn focal_length(cameras: &CameraSettings) -> f64 {
-    let diagonal = libm::hypot(f64::from(cameras.width), f64::from(cameras.height));
-    diagonal / 2.0 / libm::tan(f64::from(cameras.diagonal_fov) / 2.0)
+    f64::from(CameraIntrinsics::from(cameras).focal.x)
 }
 
 /// Fits bias, spread and correlation of the camera direction.
@@ -106,7 +108,7 @@ fn gaze(offs: &[Off], into: &mut Calibration) {
     };
     for (motion, name) in [(Motion::Standing, "standing"), (Motion::Walking, "walking")] {
         let of_motion: Vec<Off> = offs.iter().copied().filter(|off| off.motion == motion).collect();
-        let estimate = if of_motion.len() < 20 { None } else { jackknife(&groups(&of_motion, robot), within) };
+        let estimate = if of_motion.len() < 20 { None } else { jackknife_positive(&groups(&of_motion, robot), within) };
         let needs = format!("{} sightings while {name}; twenty are needed", of_motion.len());
         let path = format!("vision.noise.gaze.{name}_sd_deg");
         into.add(&path, estimate, &basis(&of_motion, "sightings", robot), &needs);
@@ -124,7 +126,7 @@ fn gaze(offs: &[Off], into: &mut Calibration) {
         into.lacking.push("vision.noise.gaze.correlation_s: a column `time_s` in every row".to_owned());
         return;
     }
-    let correlation = if offs.len() < 100 { None } else { jackknife(&groups(offs, robot), correlation_s) };
+    let correlation = if offs.len() < 100 { None } else { jackknife_positive(&groups(offs, robot), correlation_s) };
     into.add("vision.noise.gaze.correlation_s", correlation, &all, "fewer than a hundred sightings with `time_s`");
 }
 
@@ -197,8 +199,11 @@ pub(super) fn detection_curve(sightings: &[Detection]) -> Option<[Estimate; 3]> 
     }
     let groups = groups(sightings, |sighting| sighting.robot);
     let usual = Curve::new(0.1, 4.0, 6.0);
-    let estimate =
-        |index: usize| jackknife(&groups, |sightings| Some(Curve::fitted(sightings, usual).parameters()[index]));
+    // Of the unbounded parameters, so that no interval has what cannot be.
+    let estimate = |index: usize| {
+        let found = jackknife(&groups, |sightings| Some(Curve::fitted(sightings, usual).0[index]))?;
+        Some(of_transformed(found, |parameter| Curve(DVec3::splat(parameter)).parameters()[index]))
+    };
     let estimates = [estimate(0)?, estimate(1)?, estimate(2)?];
     let [_, half_distance_m, exponent] = &estimates;
     // An interval wider than what it is of says nothing.

@@ -1,7 +1,9 @@
 //! Fits slip, drift and the errors of odometry to walks.
 
 use super::log::{Place, Walk};
-use super::{Calibration, basis, between_robots, groups, mean, variance, wrap_degrees};
+use super::{
+    Calibration, basis, between_robots, groups, jackknife_positive, mean, of_transformed, variance, wrap_degrees,
+};
 use naoisis_core::statistics::{Estimate, jackknife};
 
 /// The least length of a straight walk, m.
@@ -136,10 +138,7 @@ fn fit_slip(samples: &Samples, into: &mut Calibration) {
 /// Fits the random errors of the way and of the turn, which are figures within `path`.
 fn fit_errors(path: &str, samples: &Samples, [off_way, off_turn]: [fn(&Compared) -> f64; 2], into: &mut Calibration) {
     // A deviation that grows with the root of an angle in degrees, for a radian of it.
-    let of_radian = |estimate: Estimate| {
-        let scale = 1.0_f64.to_degrees().sqrt();
-        Estimate { value: scale * estimate.value, low: scale * estimate.low, high: scale * estimate.high }
-    };
+    let of_radian = |estimate: Estimate| of_transformed(estimate, |value| 1.0_f64.to_degrees().sqrt() * value);
     let (ways, turns) = (samples.ways(), samples.turns());
     into.add(&format!("{path}.translation_sd_m"), spread(&samples.straight, off_way, way), &ways, FEW_WALKS);
     into.add(&format!("{path}.heading_per_metre_sd_deg"), spread(&samples.straight, off_turn, way), &ways, FEW_WALKS);
@@ -149,7 +148,10 @@ fn fit_errors(path: &str, samples: &Samples, [off_way, off_turn]: [fn(&Compared)
 
 /// The standard deviation of `error` for each unit of `measure`, with which its variance grows.
 fn spread(rows: &[Compared], error: fn(&Compared) -> f64, measure: fn(&Compared) -> f64) -> Option<Estimate> {
-    over_groups(rows, |walks| {
+    if rows.len() < 3 {
+        return None;
+    }
+    jackknife_positive(&groups(rows, robot), |walks| {
         let (mut sum, mut robots) = (0.0, 0);
         for of_robot in super::by_robot(walks, robot) {
             let rate = ratio(&of_robot, error, measure)?;

@@ -7,7 +7,6 @@ use serde_json::json;
 use super::FigureError;
 use super::axes::{Axes, Plan, caption, remark};
 use super::figure_match::{FigureMatch, PINK};
-use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::geometry::{Pose, to_degrees};
 use naoisis_core::pitch::End;
 use naoisis_core::robot::Roster;
@@ -71,8 +70,7 @@ impl Senses {
         if !head.moves() || head.yaw[1] <= head.yaw[0] {
             return Err(lacking("what a head sees that looks away and ahead"));
         }
-        let CameraIntrinsics { focal_length, size, .. } = cameras.intrinsics(camera);
-        Ok(Senses { sonar, half_view: ops::atan(size.x / 2.0 / focal_length) })
+        Ok(Senses { sonar, half_view: ops::atan(cameras.intrinsics(camera).half_slopes().x) })
     }
 }
 

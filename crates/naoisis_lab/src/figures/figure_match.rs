@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use serde_json::{Value, json};
 
 use super::FigureError;
-use naoisis_core::camera_model::{CameraIntrinsics, CameraName, CameraView};
+use naoisis_core::camera_model::{CameraName, CameraView, Pinhole};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::geometry::{to_degrees, to_radians};
 use naoisis_core::robot::body::Body;
@@ -145,7 +145,7 @@ pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size:
     let height_m = (ABOVE * size.x / (points_per_metre * scale)).clamp(ABOVE_M[0], ABOVE_M[1]);
     let [right, down] = if x_is_up { [Vec3::NEG_Y, Vec3::NEG_X] } else { [Vec3::X, Vec3::NEG_Y] };
     View {
-        intrinsics: CameraIntrinsics { focal_length: height_m * points_per_metre * scale, centre: size / 2.0, size },
+        intrinsics: Pinhole { focal_length: height_m * points_per_metre * scale, centre: size / 2.0, size },
         eye: centre.extend(height_m),
         right,
         down,

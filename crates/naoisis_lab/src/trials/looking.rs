@@ -4,7 +4,6 @@ use bevy::math::ops;
 use serde_json::json;
 
 use super::{Laboratory, MeasuredQuantity, TrialError};
-use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::geometry::{to_degrees, to_radians, unit};
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_sensing::sensing::vision::Percepts;
@@ -105,8 +104,8 @@ fn field_of_view_deg(laboratory: &mut Laboratory, real: &Scenario) -> Result<(f6
 
     let cameras = &real.settings.cameras;
     let Some(mount) = cameras.mounts.as_slice().first() else { return Ok((0.0, 0.0)) };
-    let CameraIntrinsics { size, focal_length, .. } = cameras.intrinsics(mount);
-    let diagonal_deg = |half_width: f32| to_degrees(2.0 * ops::atan(half_width * size.length() / size.x));
+    let half = cameras.intrinsics(mount).half_slopes();
+    let diagonal_deg = |half_width: f32| to_degrees(2.0 * ops::atan(half_width * half.length() / half.x));
     let exact = json!({ "noise": { "preset": "none" } });
     let mut widest_deg = 0.0;
     for step in 0..(90.0 / STEP_DEG) as u32 {
@@ -126,5 +125,5 @@ fn field_of_view_deg(laboratory: &mut Laboratory, real: &Scenario) -> Result<(f6
             break;
         }
     }
-    Ok((diagonal_deg(ops::tan(to_radians(widest_deg))).into(), diagonal_deg(0.5 * size.x / focal_length).into()))
+    Ok((diagonal_deg(ops::tan(to_radians(widest_deg))).into(), diagonal_deg(half.x).into()))
 }

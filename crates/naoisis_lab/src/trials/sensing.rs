@@ -134,10 +134,7 @@ fn without_feet(laboratory: &mut Laboratory, cycles: u32) -> Result<f64, TrialEr
 /// Whether there is a gap between the images of two cameras, one below the other, in which feet can be hidden. The
 /// images of a NAO V6 overlap.
 fn has_gap(cameras: &CameraSettings) -> bool {
-    let half_height = |mount: &CameraMount| {
-        let CameraIntrinsics { size, focal_length, .. } = cameras.intrinsics(mount);
-        ops::atan(0.5 * size.y / focal_length)
-    };
+    let half_height = |mount: &CameraMount| ops::atan(cameras.intrinsics(mount).half_slopes().y);
     let is_gap = |pair: &[CameraMount]| {
         let [upper, lower] = pair else { return false };
         lower.tilt() - upper.tilt() > half_height(upper) + half_height(lower)
@@ -239,7 +236,7 @@ fn measure_angles(
     let walk = json!({ "script": [{ "from_s": 0.2, "until_s": 100, "walk": [0.005, 0, 0] }] });
     let walking = angle_errors(laboratory, radius_m, walk, 1.8, repetitions)?;
     // The errors of the gaze and that of the pixel add up.
-    let focal_length_px = CameraIntrinsics::from(&real.settings.cameras).focal_length;
+    let focal_length_px = CameraIntrinsics::from(&real.settings.cameras).focal.x;
     let pixel_angle = noise.ball.pixel_sd / focal_length_px;
     let angle_sd = |moving_sd: f32| {
         let constant = ops::hypot(noise.gaze.bias_sd, ops::hypot(noise.head_angle_sd, pixel_angle));

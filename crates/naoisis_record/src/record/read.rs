@@ -10,13 +10,20 @@ use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use super::recorder::{EndReason, MatchEnd};
-use super::trace::{FORMAT, VERSION, is_compressed};
+use super::trace::{FORMAT, VERSION};
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
-use naoisis_sim::scenario::{FieldPath, Scenario, read_settings};
+use naoisis_sim::scenario::{FieldPath, Scenario, foreign_file, read_settings};
 
 /// A longer line is no line of a trace: it bounds the memory of a reader.
 const LONGEST_LINE_BYTES: u64 = 16 << 20;
+
+/// The first bytes of a file that is compressed by Zstandard.
+const ZSTANDARD: &[u8] = b"\x28\xb5\x2f\xfd";
+/// The first bytes of a file that is packed by gzip.
+const GZIP: &[u8] = b"\x1f\x8b";
+/// The mark with which some editors begin UTF-8 text.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Why a trace cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -94,15 +101,25 @@ pub struct TraceReader {
 }
 
 impl TraceReader {
-    /// Opens a trace, compressed if its name ends in `.zst`, and reads its header.
+    /// Opens a trace, compressed or not, whatever its name is, and reads its header.
     ///
     /// # Errors
     /// When there is no such file, or it does not begin as a trace does.
     pub fn open(path: &Path) -> Result<Self, TraceError> {
         let io_error = |error| TraceError::Io { path: path.to_owned(), error };
-        let file = File::open(path).map_err(io_error)?;
-        let reader: Box<dyn Read + Send> = if is_compressed(path) {
-            Box::new(zstd::stream::read::Decoder::new(file).map_err(io_error)?)
+        let mut file = BufReader::new(File::open(path).map_err(io_error)?);
+        let start = file.fill_buf().map_err(io_error)?;
+        if start.starts_with(GZIP) {
+            let name = path.display();
+            let error =
+                io::Error::other(format!("it is packed by gzip, which is not read; unpack it: gunzip -c {name}"));
+            return Err(io_error(error));
+        }
+        if let Some(kind) = foreign_file(start) {
+            return Err(io_error(io::Error::other(format!("this is {kind}; naoisis cannot read it"))));
+        }
+        let reader: Box<dyn Read + Send> = if start.starts_with(ZSTANDARD) {
+            Box::new(zstd::stream::read::Decoder::with_buffer(file).map_err(io_error)?)
         } else {
             Box::new(file)
         };
@@ -129,6 +146,9 @@ impl TraceReader {
         let expected = "a trace, which begins with its header";
         if !trace.next_line()? {
             return Err(trace.fault(1, "the file has no whole line", expected));
+        }
+        if trace.text.starts_with(BYTE_ORDER_MARK) {
+            trace.text.drain(..BYTE_ORDER_MARK.len());
         }
         if trace.line_type()? != "header" {
             return Err(trace.fault(1, "this line is no header", expected));
@@ -364,6 +384,39 @@ mod tests {
             core::mem::forget(recorder);
             assert!(TraceReader::open(&path).is_ok(), "{name}");
         }
+    }
+
+    #[test]
+    fn a_trace_is_read_by_what_is_in_it_and_not_by_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = [HEADER, &cycle(0), &cycle(1), ""].join("\n");
+        let packed = zstd::bulk::compress(text.as_bytes(), 1).unwrap();
+        let windows = format!("\u{feff}{}", text.replace('\n', "\r\n"));
+        let files: [(&str, &[u8]); 4] = [
+            ("packed.jsonl", &packed),
+            ("plain.jsonl.zst", text.as_bytes()),
+            ("plain.gz", text.as_bytes()),
+            ("windows.txt", windows.as_bytes()),
+        ];
+        for (name, bytes) in files {
+            let path = folder.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            let mut trace = TraceReader::open(&path).unwrap_or_else(|error| panic!("{error}"));
+            let cycles: Vec<u64> =
+                core::iter::from_fn(|| trace.next_cycle().unwrap()).map(|cycle| cycle.cycle).collect();
+            assert_eq!(cycles, [0, 1], "{name}");
+        }
+        let path = folder.path().join("really.jsonl.gz");
+        std::fs::write(&path, b"\x1f\x8b\x08\0").unwrap();
+        let error = TraceReader::open(&path).err().unwrap().to_string();
+        assert!(error.contains("it is packed by gzip, which is not read; unpack it: gunzip -c"), "{error}");
+        let path = folder.path().join("match.rcg");
+        std::fs::write(&path, b"ULG5\n").unwrap();
+        let error = TraceReader::open(&path).err().unwrap().to_string();
+        assert!(
+            error.contains("this is a log of rcssserver, of the 2D simulation league; naoisis cannot read it"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -32,7 +32,7 @@ const LARGE_BYTES: u64 = 64 << 20;
 const COMPRESSED: &str = "zst";
 
 /// Whether a trace of this name is compressed.
-pub fn is_compressed(path: &Path) -> bool {
+fn is_compressed(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == COMPRESSED)
 }
 

@@ -2,14 +2,14 @@
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
 
-use naoisis_core::camera_model::{CameraIntrinsics, CameraView};
+use naoisis_core::camera_model::{CameraView, Pinhole};
 use naoisis_core::team::RobotId;
 
 /// A pinhole camera anywhere, and the options of its picture. Pitch frame, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct View {
     /// The intrinsics. The picture has their size, in whole pixels.
-    pub intrinsics: CameraIntrinsics,
+    pub intrinsics: Pinhole,
     /// The place of the lens.
     pub eye: Vec3,
     /// The direction of the picture's u axis, unit vector.
@@ -30,11 +30,11 @@ pub struct View {
 }
 
 impl View {
-    /// The view of a camera of the robot with the transform `world_from_robot`.
+    /// The view of a camera of the robot with the transform `world_from_robot`: all that the camera shows, without its distortion.
     pub fn of_robot(camera: &CameraView, world_from_robot: Affine3A, robot: RobotId) -> Self {
         let turned = |direction: Vec3| world_from_robot.transform_vector3(direction);
         Self {
-            intrinsics: camera.intrinsics,
+            intrinsics: camera.intrinsics.drawn(),
             eye: world_from_robot.transform_point3(camera.lens),
             right: turned(camera.right),
             down: turned(camera.down),
@@ -54,7 +54,7 @@ impl View {
         let size = Vec2::new(width as f32, height as f32);
         let focal_length = size.y / 2.0 / ops::tan(vertical_fov / 2.0);
         Self {
-            intrinsics: CameraIntrinsics { focal_length, centre: size / 2.0, size },
+            intrinsics: Pinhole { focal_length, centre: size / 2.0, size },
             eye,
             right,
             down: forward.cross(right),
@@ -86,7 +86,7 @@ impl View {
     /// The pixel of a point ahead of the lens, in the picture or not; `None` for a point behind it.
     pub fn project(&self, point: Vec3) -> Option<Vec2> {
         let in_camera = self.to_camera(point);
-        let CameraIntrinsics { focal_length, centre, .. } = self.intrinsics;
+        let Pinhole { focal_length, centre, .. } = self.intrinsics;
         (in_camera.z > 1e-3).then(|| centre + in_camera.truncate() * (focal_length / in_camera.z))
     }
 

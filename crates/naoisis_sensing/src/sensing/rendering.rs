@@ -150,9 +150,8 @@ impl RobotCamerasItem<'_, '_> {
                 image.clear();
                 continue;
             }
-            let lens = settings.lens_of(mount).effect(view.intrinsics, turn);
+            let lens = settings.lens.effect(view.intrinsics, turn);
             let view = View {
-                intrinsics: lens.drawn(),
                 antialiasing: settings.antialiasing,
                 shadows: settings.shadows,
                 ..View::of_robot(view, robot.world_from_robot(), *id)

@@ -51,6 +51,8 @@ impl RobotModel {
         let own = self.all_settings();
         let nao = RobotModel::named(&Scenario::default().model).unwrap_or_else(|| self.clone()).settings;
         let mut paths = Vec::new();
+        // A calibration has the field of view.
+        let is_calibrated = own.get("cameras").is_some_and(|cameras| cameras.get("intrinsics").is_some());
         for part in measured() {
             // Of a robot without cameras it is no matter how large their images are.
             if part == "cameras" && has_no_cameras(&own) {
@@ -60,6 +62,7 @@ impl RobotModel {
                 collect_missing(part, of_nao, own.get(part), &mut paths);
             }
         }
+        paths.retain(|path| !is_calibrated || path != "cameras.diagonal_fov_deg");
         paths
     }
 }

@@ -11,6 +11,7 @@ use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
+use super::foreign::{foreign_file, webots_game};
 use super::format::Format;
 use super::leagues::LEAGUES;
 use super::library::{LIBRARY, LibraryScenario};
@@ -140,6 +141,10 @@ impl Text {
                 return Err(unreadable(message, "a readable `.ron` or `.json` file"));
             }
         };
+        if let Some(kind) = foreign_file(&bytes) {
+            let message = format!("this is {kind}; naoisis cannot read it as a scenario");
+            return Err(unreadable(message, "a `.ron` or `.json` file of naoisis"));
+        }
         let Some(format) = Format::of_path(path) else {
             let message = "the file's name does not tell its format".to_owned();
             return Err(unreadable(message, "a name that ends in `.ron` or `.json`"));
@@ -148,6 +153,13 @@ impl Text {
             let most = LARGEST_FILE_BYTES >> 20;
             let message = format!("the file is too large for a scenario: it has more than {most} MiB");
             return Err(unreadable(message, &format!("at most {most} MiB")));
+        }
+        if format == Format::Json
+            && let Ok(value) = serde_json::from_slice(&bytes)
+            && let Some(game) = webots_game(&value, path)
+        {
+            let unusable = |(message, expected): (String, String)| unreadable(message, &expected);
+            return Ok(Text::new(&name, format, &game.map_err(unusable)?.to_string()));
         }
         match core::str::from_utf8(&bytes) {
             Ok(text) => Ok(Text::new(&name, format, text)),

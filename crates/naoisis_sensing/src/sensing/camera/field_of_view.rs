@@ -39,7 +39,8 @@ impl FieldOfView {
         let (nao, nao_half_size) = &*NAO;
         let size_of = |cameras: &CameraSettings| (cameras.width, cameras.height, cameras.diagonal_fov);
         // Called in every cycle: no trigonometry for the most common cameras.
-        let is_as_naos = size_of(cameras) == size_of(nao);
+        let is_undistorted = cameras.calibration.is_none() && cameras.lens.distortion.is_none();
+        let is_as_naos = is_undistorted && size_of(cameras) == size_of(nao);
         let common = if is_as_naos { Vec2::ONE } else { half_size(CameraIntrinsics::from(cameras)) / *nao_half_size };
         let mounts = cameras.mounts.as_slice();
         let mut view = Self {
@@ -52,10 +53,8 @@ impl FieldOfView {
         for (index, mount) in mounts.iter().enumerate() {
             view.tilts[index] = mount.tilt();
             view.pans[index] = mount.pan();
-            view.sizes[index] = match (mount.size, mount.diagonal_fov) {
-                (None, None) => common,
-                _ => half_size(cameras.intrinsics(mount)) / *nao_half_size,
-            };
+            let own = || half_size(cameras.intrinsics(mount)) / *nao_half_size;
+            view.sizes[index] = if mount.is_as_others() { common } else { own() };
         }
         view
     }
@@ -105,7 +104,7 @@ impl Default for FieldOfView {
 
 /// Half the height of the image as an angle, radians, and half its width as a slope.
 fn half_size(intrinsics: CameraIntrinsics) -> Vec2 {
-    let half = intrinsics.size / 2.0 / intrinsics.focal_length;
+    let half = intrinsics.half_slopes();
     Vec2::new(ops::atan(half.y), half.x)
 }
 

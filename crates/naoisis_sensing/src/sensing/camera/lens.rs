@@ -7,21 +7,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::image::Image;
-use naoisis_core::camera_model::CameraIntrinsics;
+use naoisis_core::camera_model::{CameraIntrinsics, Distortion};
 use naoisis_core::knowledge::Knowledge;
 
-/// The greatest size of the undistorted image, as a multiple of the image's size.
-const WIDEST: f32 = 2.0;
-
-/// Lens and exposure. By default those of a pinhole camera with an instantaneous exposure, which the image vision assumes. Labels and depth
-/// are distorted as the colours are.
+/// Lens and exposure. By default those of a pinhole camera with an instantaneous exposure. Labels and depth are distorted as the colours
+/// are, and vision knows the distortion, as that of a calibrated robot does.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lens {
-    /// Radial distortion, k1 and k2: a point at the slope r from the axis of a pinhole camera appears at r (1 + k1 r² + k2 r⁴). Negative for a
-    /// barrel distortion, with which straight lines bend outwards.
-    #[schemars(inner(range(min = -1.0, max = 1.0)))]
-    pub distortion: [f32; 2],
+    /// Distortion of cameras that have no `intrinsics`.
+    pub distortion: Distortion,
     /// Vignetting: the share of the level of each channel that is lost in the corners, and in proportion to the square of the distance from
     /// the middle elsewhere.
     #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ", a share of the light"))]
@@ -67,8 +62,8 @@ pub(crate) struct LensEffect {
 #[derive(Default)]
 pub(crate) struct LensBuffer {
     copy: Image,
-    /// The lens and intrinsics for which `sources` were computed.
-    of: Option<(Lens, CameraIntrinsics)>,
+    /// The intrinsics for which `sources` were computed.
+    of: Option<CameraIntrinsics>,
     /// The place in the drawn image of each pixel.
     sources: Vec<Vec2>,
 }
@@ -77,47 +72,18 @@ impl Lens {
     /// The effect on an image with these `intrinsics`, while the camera turns at this speed (yaw and pitch, rad/s).
     pub(crate) fn effect(self, intrinsics: CameraIntrinsics, turn: Vec2) -> LensEffect {
         // A turn to the left moves the image to the right, a turn downwards moves it up.
-        let smear = self.exposure_s * intrinsics.focal_length * Vec2::new(turn.x, -turn.y);
+        let smear = self.exposure_s * intrinsics.focal * Vec2::new(turn.x, -turn.y);
         LensEffect { lens: self, intrinsics, smear }
-    }
-
-    fn is_distorted(&self) -> bool {
-        self.distortion != [0.0; 2]
-    }
-
-    /// The slope in a pinhole camera of a point that this lens shows at `slope`.
-    fn undistorted(&self, slope: f32) -> f32 {
-        let [k1, k2] = self.distortion;
-        let mut undistorted = slope;
-        // Newton's method.
-        for _ in 0..10 {
-            let squared = undistorted * undistorted;
-            let rise = 1.0 + squared * (3.0 * k1 + squared * 5.0 * k2);
-            let off = undistorted * (1.0 + squared * (k1 + squared * k2)) - slope;
-            undistorted = (undistorted - off / rise.max(0.1)).clamp(0.0, WIDEST * slope);
-        }
-        undistorted
     }
 }
 
 impl LensEffect {
-    /// The intrinsics of the image to be drawn: a barrel distortion needs a larger one.
-    pub fn drawn(&self) -> CameraIntrinsics {
-        if !self.lens.is_distorted() {
-            return self.intrinsics;
-        }
-        let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
-        let corner = centre.length() / focal_length;
-        let beside = (centre * (self.lens.undistorted(corner) / corner - 1.0)).ceil().max(Vec2::ZERO);
-        CameraIntrinsics { focal_length, centre: centre + beside, size: size + 2.0 * beside }
-    }
-
     /// Applies the effect to a drawn image.
     pub fn apply(&self, image: &mut Image, buffer: &mut LensBuffer) {
         if self.smear.abs().max_element() >= 1.0 {
             smear(image, &mut buffer.copy, self.smear);
         }
-        if self.lens.is_distorted() {
+        if !self.intrinsics.is_pinhole() {
             self.distort(image, buffer);
         }
         if self.lens.vignetting > 0.0 {
@@ -127,18 +93,15 @@ impl LensEffect {
 
     fn distort(&self, image: &mut Image, buffer: &mut LensBuffer) {
         let LensBuffer { copy, of, sources } = buffer;
-        let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
+        let size = self.intrinsics.size;
         let [width, height] = [size.x as usize, size.y as usize];
-        if *of != Some((self.lens, self.intrinsics)) {
-            let middle = self.drawn().centre;
+        if *of != Some(self.intrinsics) {
             sources.clear();
             for index in 0..width * height {
                 let pixel = Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
-                let slope = (pixel - centre) / focal_length;
-                let away = slope.length().max(1e-6);
-                sources.push(middle + slope * (focal_length * self.lens.undistorted(away) / away));
+                sources.push(self.intrinsics.in_drawn(pixel));
             }
-            *of = Some((self.lens, self.intrinsics));
+            *of = Some(self.intrinsics);
         }
         core::mem::swap(image, copy);
         image.clear();
@@ -153,7 +116,7 @@ impl LensEffect {
     }
 
     fn darken(&self, image: &mut Image) {
-        let centre = self.intrinsics.centre;
+        let centre = self.intrinsics.size / 2.0;
         let lost = 256.0 * self.lens.vignetting.min(1.0) / centre.length_squared();
         let width = image.width.max(1) as usize;
         for (index, pixel) in image.rgb.chunks_exact_mut(3).enumerate() {
@@ -231,8 +194,8 @@ mod tests {
     }
 
     /// An image of a pinhole that is grey, with a white dot around a pixel.
-    fn dot(pinhole: CameraIntrinsics, at: Vec2) -> Image {
-        let [width, height] = [pinhole.size.x as usize, pinhole.size.y as usize];
+    fn dot(size: Vec2, at: Vec2) -> Image {
+        let [width, height] = [size.x as usize, size.y as usize];
         let mut image =
             Image { width: width as u32, height: height as u32, rgb: vec![100; 3 * width * height], ..default() };
         let [column, row] = nearest_pixel(&image, at);
@@ -256,19 +219,21 @@ mod tests {
 
     #[test]
     fn a_barrel_pulls_inwards_what_a_pinhole_sees() {
-        for distortion in [[-0.3, 0.05], [0.2, 0.0]] {
-            let lens = Lens { distortion, ..default() };
-            let effect = lens.effect(pinhole(), Vec2::ZERO);
-            let drawn = effect.drawn();
-            assert_eq!(drawn.size.x > 320.0, distortion[0] < 0.0);
+        let calibrated =
+            |size, lens| CameraIntrinsics::calibrated(size, Vec2::new(350.0, 360.0), Vec2::new(164.0, 117.0), lens);
+        for (k1, p1, is_calibrated) in [(-0.3, 0.0, false), (0.2, 0.0, false), (0.1, 0.01, true), (0.0, 0.0, true)] {
+            let distortion = Distortion::new([k1, 0.05, 0.0], [p1, 0.0]);
+            let plain = pinhole().with_distortion(distortion);
+            let camera = if is_calibrated { calibrated(plain.size, distortion) } else { plain };
+            let effect = Lens::default().effect(camera, Vec2::ZERO);
+            let drawn = camera.drawn();
+            assert_eq!(drawn.size.x > 320.0, k1 < 0.0 || is_calibrated);
             for slope in [Vec2::new(0.3, 0.2), Vec2::new(-0.35, 0.1), Vec2::new(0.05, -0.25)] {
-                let mut image = dot(drawn, drawn.centre + drawn.focal_length * slope);
+                let mut image = dot(drawn.size, drawn.centre + drawn.focal_length * slope);
                 let exact = (bright(&image) - drawn.centre) / drawn.focal_length;
                 effect.apply(&mut image, &mut LensBuffer::default());
                 assert_eq!((image.width, image.height, image.rgb.len()), (320, 240, 3 * 320 * 240));
-                let squared = exact.length_squared();
-                let factor = 1.0 + squared * (distortion[0] + squared * distortion[1]);
-                let expected = pinhole().centre + pinhole().focal_length * factor * exact;
+                let expected = camera.pixel(exact);
                 assert!(bright(&image).distance(expected) < 0.3, "{} {expected}", bright(&image));
             }
         }
@@ -294,15 +259,15 @@ mod tests {
         assert!((turn.x - 2.0).abs() < 1e-3);
         let effect = lens.effect(pinhole(), turn);
         // 0.02 rad are 7.2 pixels: eight, with the one in the middle nine, of which three are white.
-        let mut image = dot(pinhole(), Vec2::new(100.5, 60.5));
+        let mut image = dot(pinhole().size, Vec2::new(100.5, 60.5));
         effect.apply(&mut image, &mut LensBuffer::default());
         let row: Vec<u8> = (90..112).map(|u| image.colour(u, 60).unwrap()[0]).collect();
         assert!((9..=11).contains(&row.iter().filter(|level| **level > 100).count()), "{row:?}");
         assert_eq!(image.colour(100, 58).unwrap(), [100; 3]);
         assert!((bright(&image) - Vec2::new(100.5, 60.5)).length() < 0.6);
         // Slow turns are not seen.
-        let mut still = dot(pinhole(), Vec2::new(100.5, 60.5));
+        let mut still = dot(pinhole().size, Vec2::new(100.5, 60.5));
         lens.effect(pinhole(), 0.1 * turn).apply(&mut still, &mut LensBuffer::default());
-        assert_eq!(still, dot(pinhole(), Vec2::new(100.5, 60.5)));
+        assert_eq!(still, dot(pinhole().size, Vec2::new(100.5, 60.5)));
     }
 }

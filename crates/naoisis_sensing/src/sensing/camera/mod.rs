@@ -24,7 +24,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::stride::{Stride, StridePlugin};
-use naoisis_core::camera_model::{CameraIntrinsics, CameraMount, CameraMounts, CameraName, CameraView, CameraViews};
+use naoisis_core::camera_model::{
+    CameraCalibration, CameraIntrinsics, CameraMount, CameraMounts, CameraName, CameraView, CameraViews,
+};
 use naoisis_core::geometry::{file_units, to_radians};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::Pitch;
@@ -215,10 +217,13 @@ pub struct CameraSettings {
     /// Height of the image, pixels.
     #[schemars(range(min = 1, max = 4096), extend("unit" = "pixels"))]
     pub height: u32,
-    /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1).
+    /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1). Of cameras without `intrinsics`.
     #[serde(rename = "diagonal_fov_deg", with = "file_units::degrees")]
     #[schemars(with = "f32", range(min = 1.0, max = 170.0))]
     pub diagonal_fov: f32,
+    /// The calibration of the cameras, which counts more than the field of view.
+    #[serde(rename = "intrinsics", skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<CameraCalibration>,
     /// The cameras.
     pub mounts: CameraMounts,
     /// The cameras that take images.
@@ -251,6 +256,7 @@ impl Default for CameraSettings {
             width: 320,
             height: 240,
             diagonal_fov: to_radians(58.0),
+            calibration: None,
             mounts: CameraMounts::default(),
             which: CameraChoice::default(),
             every_cycles: 1,
@@ -266,22 +272,33 @@ impl Default for CameraSettings {
 }
 
 impl From<&CameraSettings> for CameraIntrinsics {
+    /// The intrinsics of cameras that have none of their own.
     fn from(settings: &CameraSettings) -> Self {
-        CameraIntrinsics::new(Vec2::new(settings.width as f32, settings.height as f32), settings.diagonal_fov)
+        let size = [settings.width, settings.height];
+        match settings.calibration {
+            Some(calibration) => calibration.intrinsics(size, size),
+            None => pinhole(size, settings.diagonal_fov).with_distortion(settings.lens.distortion),
+        }
     }
+}
+
+fn pinhole([width, height]: [u32; 2], diagonal_fov: f32) -> CameraIntrinsics {
+    CameraIntrinsics::new(Vec2::new(width as f32, height as f32), diagonal_fov)
 }
 
 impl CameraSettings {
     /// The intrinsics of one of the cameras.
     pub fn intrinsics(&self, mount: &CameraMount) -> CameraIntrinsics {
-        let [width, height] = mount.size.unwrap_or([self.width, self.height]);
-        let size = Vec2::new(width as f32, height as f32);
-        CameraIntrinsics::new(size, mount.diagonal_fov.unwrap_or(self.diagonal_fov))
-    }
-
-    /// The lens of one of the cameras.
-    pub fn lens_of(&self, mount: &CameraMount) -> Lens {
-        Lens { distortion: mount.distortion.unwrap_or(self.lens.distortion), ..self.lens }
+        let size = mount.size.unwrap_or([self.width, self.height]);
+        let common = self.calibration.filter(|_| mount.diagonal_fov.is_none());
+        if let Some(calibration) = mount.calibration {
+            return calibration.intrinsics(size, size);
+        }
+        if let Some(calibration) = common {
+            return calibration.intrinsics(size, [self.width, self.height]);
+        }
+        let distortion = mount.distortion.unwrap_or(self.lens.distortion);
+        pinhole(size, mount.diagonal_fov.unwrap_or(self.diagonal_fov)).with_distortion(distortion)
     }
 
     /// The views of all cameras of a robot with this `body`, with the head at the angles `head`.
@@ -294,10 +311,7 @@ impl CameraSettings {
     /// As [`views`](Self::views), in the memory of `views`.
     pub fn update_views(&self, body: &Body, head: HeadAngles, views: &mut CameraViews) {
         let common = CameraIntrinsics::from(self);
-        let own = |mount: &CameraMount| match (mount.size, mount.diagonal_fov) {
-            (None, None) => common,
-            _ => self.intrinsics(mount),
-        };
+        let own = |mount: &CameraMount| if mount.is_as_others() { common } else { self.intrinsics(mount) };
         views.set(&self.mounts, own, body.neck_m, head);
     }
 

@@ -3,6 +3,7 @@ use crate::appearance::Label;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_robot};
 use crate::sensing::vision::{VisionSettings, VisionSource};
+use naoisis_core::camera_model::{CameraCalibration, Distortion};
 use naoisis_core::cycle::run_cycle;
 use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStreams;
@@ -38,10 +39,19 @@ fn world() -> (App, Entity, Entity) {
 
 #[test]
 fn images_show_what_is_in_front_of_the_robot() {
+    // Of a calibrated camera, too: its images are where the camera model has them.
+    let distortion = Distortion::new([-0.3, 0.1, 0.0], [0.01, -0.01]);
+    let calibration = CameraCalibration { fx: 88.0, fy: 92.0, cx: 45.0, cy: 26.0, distortion, size: None };
+    for settings in [small(), CameraSettings { calibration: Some(calibration), ..small() }] {
+        shows_what_is_in_front(settings);
+    }
+}
+
+fn shows_what_is_in_front(settings: CameraSettings) {
     let (mut app, robot, other) = world();
-    let settings = small();
     let images = images(&mut app, robot, settings);
     assert_eq!(images.cycle, Some(1));
+    assert_eq!((images.of(CameraName::TOP).width, images.of(CameraName::TOP).height), (80, 60));
     let views = settings.views(&Body::default(), *app.world().get::<HeadAngles>(robot).unwrap());
     let label = |camera: CameraName, point: Vec3| {
         let pixel = views[settings.mounts.order(camera)].project(point).unwrap();
@@ -49,6 +59,15 @@ fn images_show_what_is_in_front_of_the_robot() {
     };
     assert_eq!(label(CameraName::BOTTOM, Vec3::new(0.6, 0.1, 0.03)), Some(Label::Ball));
     assert_eq!(label(CameraName::TOP, Vec3::new(1.5, 0.0, 0.3)), Some(Label::PinkWaistband));
+    // The middle of the ball in the image is the ball's pixel.
+    let (mut sum, mut count) = (Vec2::ZERO, 0.0);
+    for (u, v) in (0..80).flat_map(|u| (0..60).map(move |v| (u, v))) {
+        if images.of(CameraName::BOTTOM).label(u, v) == Some(Label::Ball) {
+            (sum, count) = (sum + Vec2::new(u as f32 + 0.5, v as f32 + 0.5), count + 1.0);
+        }
+    }
+    let centre = views[settings.mounts.order(CameraName::BOTTOM)].project(Vec3::new(0.6, 0.1, 0.03)).unwrap();
+    assert!(count > 10.0 && (sum / count).distance(centre) < 0.7, "{} {centre}", sum / count);
     // The other robot has no images.
     assert_eq!(app.world().get::<CameraImages>(other).unwrap().cycle, None);
 }
@@ -76,7 +95,7 @@ fn a_camera_may_have_a_rate_and_a_lens_of_its_own() {
     let (mut app, robot, _) = world();
     let mut mounts = CameraMounts::default().as_slice().to_vec();
     mounts[1].every_cycles = Some(2);
-    mounts[1].distortion = Some([-0.3, 0.0]);
+    mounts[1].distortion = Some(Distortion::new([-0.3, 0.0, 0.0], [0.0; 2]));
     let settings = CameraSettings { mounts: CameraMounts::new(&mounts).unwrap(), ..small() };
     set(&mut app, robot, settings);
     let straight = images(&mut app, robot, small()).of(CameraName::BOTTOM).clone();

@@ -99,7 +99,7 @@ impl Observer<'_> {
                 let point = place.extend(height);
                 let pixel = self.measured_pixel(camera, point, pixel_sd)?;
                 // At depth z a diameter d is f d / z wide; each of the two edges has its own error.
-                let scale = 2.0 * radius * self.actual[camera].intrinsics.focal_length;
+                let scale = 2.0 * radius * self.actual[camera].intrinsics.focal.x;
                 let width = scale / self.actual[camera].camera_from_robot(point).z
                     + self.stream.gaussian(core::f32::consts::SQRT_2 * pixel_sd);
                 let view = &self.believed[camera];

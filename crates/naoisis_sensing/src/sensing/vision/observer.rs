@@ -163,7 +163,7 @@ pub(super) fn across_sight(view: &CameraView, place: Vec2) -> Vec2 {
 
 /// The index of the view that reaches furthest to the side; the first of several.
 fn widest(views: &[CameraView]) -> usize {
-    let slope = |view: &CameraView| view.intrinsics.centre.x / view.intrinsics.focal_length;
+    let slope = |view: &CameraView| view.intrinsics.half_slopes().x;
     let widest = |best: usize, next: usize| if slope(&views[next]) > slope(&views[best]) { next } else { best };
     (1..views.len()).fold(0, widest)
 }

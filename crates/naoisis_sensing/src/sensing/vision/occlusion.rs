@@ -217,7 +217,7 @@ mod tests {
 
     /// Cameras at the lens that see everything around, 60° to each side and up and down.
     fn all_around() -> [CameraView; 4] {
-        let intrinsics = CameraIntrinsics { focal_length: 100.0, centre: Vec2::splat(173.2), size: Vec2::splat(346.4) };
+        let intrinsics = CameraIntrinsics::pinhole(Vec2::splat(346.4), 100.0);
         [0.0, 0.5, 1.0, 1.5].map(|pan: f32| {
             let mount = CameraMount::new(CameraName::TOP, LENS, 0.0).panned(pan * core::f32::consts::PI);
             CameraView::new(intrinsics, &mount, LENS, HeadAngles::default())

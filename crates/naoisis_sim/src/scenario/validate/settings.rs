@@ -5,6 +5,7 @@ use bevy::math::Vec3;
 use super::Checks;
 use crate::scenario::field_path::FieldPath;
 use naoisis_core::ball::FASTEST_MPS;
+use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::game::Rules;
 use naoisis_core::geometry::to_degrees;
 use naoisis_core::kick_geometry::KickType;
@@ -110,8 +111,53 @@ impl Checks {
         }
     }
 
-    /// That cameras have names of their own, at places of a robot.
+    /// That cameras have names of their own, at places of a robot, and lenses that show a place once.
     pub(super) fn cameras(&mut self, path: &FieldPath, cameras: &CameraSettings) {
-        self.mounts(&path.field("mounts"), &cameras.mounts);
+        let mounts = path.field("mounts");
+        self.mounts(&mounts, &cameras.mounts);
+        let lens = path.field("lens").field("distortion");
+        if cameras.calibration.is_some() && !cameras.lens.distortion.is_none() {
+            self.fault(
+                lens.clone(),
+                "`intrinsics` has the distortion already",
+                "no `lens.distortion` beside `intrinsics`",
+            );
+        }
+        let has_calibration = cameras.calibration.is_some();
+        let place = if has_calibration { path.field("intrinsics") } else { lens };
+        self.optics(&place, CameraIntrinsics::from(cameras));
+        for (index, mount) in cameras.mounts.iter().enumerate() {
+            let path = mounts.index(index);
+            if mount.distortion.is_some()
+                && (mount.calibration.is_some() || has_calibration && mount.diagonal_fov.is_none())
+            {
+                let message = "`intrinsics` has the distortion already";
+                self.fault(path.field("distortion"), message, "no `distortion` beside `intrinsics`");
+            }
+            if !mount.is_as_others() {
+                let own = if mount.calibration.is_some() { path.field("intrinsics") } else { path };
+                self.optics(&own, cameras.intrinsics(mount));
+            }
+        }
+    }
+
+    /// That a camera shows less than all around it, and no place of its image has the rays of two places.
+    fn optics(&mut self, path: &FieldPath, intrinsics: CameraIntrinsics) {
+        /// The greatest slope of a ray: that of 85°.
+        const STEEPEST: f32 = 11.4;
+
+        let half = intrinsics.half_slopes();
+        let corners = intrinsics.outline().map(|pixel| intrinsics.slope(pixel).length()).fold(0.0, f32::max);
+        if corners > intrinsics.distortion.holds_up_to() {
+            let message = "the distortion cannot be inverted within the image";
+            self.fault(
+                path.clone(),
+                message,
+                "coefficients with which the distorted radius grows up to the corners of the image",
+            );
+        } else if half.max_element() > STEEPEST {
+            let message = format!("the image shows slopes of up to {:.1} from the camera's axis", half.max_element());
+            self.fault(path.clone(), message, format!("focal lengths of at least half the image's size / {STEEPEST}"));
+        }
     }
 }

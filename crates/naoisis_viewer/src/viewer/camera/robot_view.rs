@@ -15,14 +15,16 @@ pub fn transform(camera: &CameraView, pitch_from_robot: Affine3A) -> Transform {
 /// The vertical field of view, radians, with which the image of a robot just fits into an area of the given `aspect`
 /// (width by height).
 pub fn field_of_view(intrinsics: CameraIntrinsics, aspect: f32) -> f32 {
-    let half = intrinsics.size / 2.0 / intrinsics.focal_length;
+    let drawn = intrinsics.drawn();
+    let half = drawn.size / 2.0 / drawn.focal_length;
     2.0 * ops::atan(half.y.max(half.x / aspect))
 }
 
-/// The part of an area of the window that the robot's image fills.
+/// The part of an area of the window that the robot's image fills, without the distortion of the lens.
 pub fn image_in(intrinsics: CameraIntrinsics, area: Rect) -> Rect {
-    let scale = (area.size() / intrinsics.size).min_element();
-    Rect::from_center_size(area.center(), scale * intrinsics.size)
+    let size = intrinsics.drawn().size;
+    let scale = (area.size() / size).min_element();
+    Rect::from_center_size(area.center(), scale * size)
 }
 
 #[cfg(test)]

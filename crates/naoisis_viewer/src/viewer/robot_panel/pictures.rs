@@ -95,12 +95,12 @@ pub(super) fn draw_in_window(
     let zoom = context.zoom_factor();
     let area = Rect { min: area.min / zoom, max: area.max / zoom };
     let frame = image_in(intrinsics, area);
-    let scale = frame.size() / intrinsics.size;
+    let scale = frame.size() / intrinsics.drawn().size;
     let painter = context.layer_painter(egui::LayerId::background());
     let corners = Area::from_min_max(Pos2::new(frame.min.x, frame.min.y), Pos2::new(frame.max.x, frame.max.y));
     painter.rect_stroke(corners, 0.0, Stroke::new(1.0, Color32::from_white_alpha(120)), egui::StrokeKind::Middle);
     draw_percepts(&painter, percepts, side, |pixel| {
-        let at = frame.min + scale * pixel;
+        let at = frame.min + scale * intrinsics.in_drawn(pixel);
         Pos2::new(at.x, at.y)
     });
     Ok(())

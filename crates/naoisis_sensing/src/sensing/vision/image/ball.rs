@@ -54,7 +54,7 @@ impl Look<'_> {
     fn radius_at(&self, centre: Vec2) -> Option<f32> {
         let radius = self.model.ball_radius;
         let place = self.place(centre, radius)?;
-        Some(self.view.intrinsics.focal_length * radius / self.depth(place, radius).max(radius))
+        Some(self.view.intrinsics.focal.x * radius / self.depth(place, radius).max(radius))
     }
 
     /// Fits the circle of a ball to an outline by the Gauss-Newton method, with the radius that follows from the centre. Later steps ignore

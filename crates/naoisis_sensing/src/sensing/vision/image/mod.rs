@@ -212,7 +212,7 @@ impl Look<'_> {
 
     /// The length of ground along the line of sight that a pixel covers at `place`, m.
     fn pixel_on_ground(&self, place: Vec2) -> f32 {
-        place.length_squared() / (self.view.intrinsics.focal_length * self.view.lens.z.max(LOWEST_LENS_M))
+        place.length_squared() / (self.view.intrinsics.focal.x * self.view.lens.z.max(LOWEST_LENS_M))
     }
 }
 

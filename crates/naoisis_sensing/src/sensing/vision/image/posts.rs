@@ -78,8 +78,8 @@ impl Look<'_> {
         // A nearer robot has the same height, and so has a line that leads away.
         let diameter = 2.0 * self.model.post_radius;
         let middle = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
-        let expected = self.view.intrinsics.focal_length * diameter
-            / self.depth(place, self.height_at(place, middle)).max(diameter);
+        let expected =
+            self.view.intrinsics.focal.x * diameter / self.depth(place, self.height_at(place, middle)).max(diameter);
         let tolerance = WIDTH_OF_WHITE * expected + 1.0;
         let is_as_wide = match strip.whole_width() {
             Some(width) => (across(strip, width) - expected).abs() < tolerance,
@@ -113,7 +113,7 @@ impl Look<'_> {
         let diameter = 2.0 * self.model.post_radius;
         let middle = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
         let height = self.height_at(place, middle);
-        let expected = self.view.intrinsics.focal_length * diameter / self.depth(place, height).max(diameter);
+        let expected = self.view.intrinsics.focal.x * diameter / self.depth(place, height).max(diameter);
         let is_as_wide = match strip.whole_width() {
             Some(width) => {
                 let width = across(strip, width);
@@ -131,7 +131,7 @@ impl Look<'_> {
         let foot = self.view.camera_from_robot(place.extend(0.0));
         let up = self.view.camera_from_robot(place.extend(1.0)) - foot;
         // (foot.y + h up.y) / (foot.z + h up.z) is the slope of the row's rays.
-        let slope = (row - self.view.intrinsics.centre.y) / self.view.intrinsics.focal_length;
+        let slope = self.view.intrinsics.slope(self.view.project_anywhere(place.extend(0.0)).with_y(row)).y;
         let height = (slope * foot.z - foot.y) / (up.y - slope * up.z);
         if height.is_finite() { height.clamp(0.0, self.model.post_height) } else { 0.0 }
     }
@@ -176,7 +176,7 @@ impl Look<'_> {
             (strip.first.middle() + strip.last.middle()) / 2.0,
             f32::from(strip.first.row + strip.last.row + 1) / 2.0,
         );
-        let distance = self.view.intrinsics.focal_length * 2.0 * self.model.post_radius / width;
+        let distance = self.view.intrinsics.focal.x * 2.0 * self.model.post_radius / width;
         let point = self.view.lens + self.view.ray(middle) * distance;
         let place = point.truncate();
         // A post reaches from the ground to its top.
@@ -211,7 +211,7 @@ impl Look<'_> {
         let column = f32::from(u16::midpoint(side(&strip.first), side(&strip.last)));
         let ray = self.view.ray(Vec2::new(column, row));
         let lens = self.view.lens.truncate();
-        let as_wide = self.view.intrinsics.focal_length * 2.0 * self.model.post_radius / f32::from(strip.widest);
+        let as_wide = self.view.intrinsics.focal.x * 2.0 * self.model.post_radius / f32::from(strip.widest);
         let mut furthest = (ray.truncate() * as_wide).length();
         let mut limit = |is_cut: bool, run: &Run, row: f32, height: f32| {
             if is_cut && let Some(place) = self.place(Vec2::new(f32::from(side(run)), row), height) {

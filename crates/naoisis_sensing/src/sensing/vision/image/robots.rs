@@ -65,7 +65,7 @@ impl Look<'_> {
             (true, true) => return None,
         };
         // The size of a band at that place.
-        let focal_length = self.view.intrinsics.focal_length;
+        let focal_length = self.view.intrinsics.focal.x;
         let depth = self.depth(place, low_z).max(0.1);
         let across = focal_length * 2.0 * half_size.y / depth;
         let high = self.view.project(place.extend(low_z))?.y - self.view.project(place.extend(high_z))?.y;

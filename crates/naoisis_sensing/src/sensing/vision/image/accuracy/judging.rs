@@ -8,7 +8,6 @@ use crate::appearance::Label;
 use crate::appearance::field::goal_label;
 use crate::appearance::robot::labels;
 use crate::appearance::scene::Scene;
-use crate::appearance::view::View;
 use crate::sensing::vision::{LandmarkKind, LandmarkPercept, Percepts};
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::LineSegment;
@@ -109,7 +108,7 @@ impl Accuracy {
                 // Nearly all of the two bars, which share a square, must be visible.
                 let is_whole = images.iter().any(|image| {
                     let area = |x: f32, y: f32| {
-                        area_in_image(&image.view, [(x, y), (-x, y), (-x, -y), (x, -y)].map(|c| cross + Vec2::from(c)))
+                        area_in_image(image, [(x, y), (-x, y), (-x, -y), (x, -y)].map(|c| cross + Vec2::from(c)))
                     };
                     let expected = (|| Some(area(long, wide)? + area(wide, long)? - area(wide, wide)?))();
                     let is_its = |place: Vec2| place.distance(cross) < size;
@@ -201,9 +200,14 @@ fn is_among(others: &[Vec2], place: Vec2) -> bool {
 }
 
 /// The area of a quadrilateral on the ground in an image, pixels²; `None` unless all of it is in the image.
-fn area_in_image(view: &View, corners: [Vec2; 4]) -> Option<f32> {
-    let is_inside = |pixel: &Vec2| pixel.cmpge(Vec2::ONE).all() && pixel.cmple(view.intrinsics.size - 1.0).all();
-    let pixel = |corner: Vec2| view.project(corner.extend(0.0)).filter(is_inside);
+fn area_in_image(shown: &Shown, corners: [Vec2; 4]) -> Option<f32> {
+    let intrinsics = &shown.intrinsics;
+    let is_inside = |pixel: &Vec2| pixel.cmpge(Vec2::ONE).all() && pixel.cmple(intrinsics.size - 1.0).all();
+    let pixel = |corner: Vec2| {
+        let in_camera = shown.view.to_camera(corner.extend(0.0));
+        let is_ahead = in_camera.z > 1e-3;
+        is_ahead.then(|| intrinsics.pixel(in_camera.truncate() / in_camera.z)).filter(is_inside)
+    };
     let [a, b, c, d] = [pixel(corners[0])?, pixel(corners[1])?, pixel(corners[2])?, pixel(corners[3])?];
     Some((c - a).perp_dot(d - b).abs() / 2.0)
 }

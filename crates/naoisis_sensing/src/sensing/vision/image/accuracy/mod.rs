@@ -41,6 +41,7 @@ use crate::sensing::vision::gaze::GazeError;
 use crate::sensing::vision::observer::{Observer, Views};
 use crate::sensing::vision::occlusion::Occluders;
 use crate::sensing::vision::{Percepts, VisionNoise, VisionSettings, VisionSource};
+use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::pitch::Pitch;
 use naoisis_core::random::RandomStream;
 use naoisis_core::robot::body::Body;
@@ -184,17 +185,14 @@ impl Workshop {
         let own = scene.robots[0];
         self.prepared.prepare(scene, Detail { design: settings.design, ..Detail::default() });
         let mut shown = Vec::new();
-        for (index, (mount, (camera, view_of_camera))) in
-            settings.mounts.as_slice().iter().zip(settings.views(&own.body, own.head).named()).enumerate()
-        {
-            let lens = settings.lens_of(mount).effect(view_of_camera.intrinsics, Vec2::ZERO);
+        for (index, (camera, view_of_camera)) in settings.views(&own.body, own.head).named().enumerate() {
+            let lens = settings.lens.effect(view_of_camera.intrinsics, Vec2::ZERO);
             let mut view = View::of_robot(view_of_camera, own.world_from_robot(), own.id);
-            view.intrinsics = lens.drawn();
             view.shadows = settings.shadows;
             view.antialiasing = settings.antialiasing;
             self.renderer.draw(&self.prepared, &view, Layers::ALL, &mut self.image);
-            shown.push(Shown::new(&self.image, &view));
             lens.apply(&mut self.image, &mut self.lens);
+            shown.push(Shown::new(&self.image, &view, view_of_camera.intrinsics));
             settings.noise.draw(stream).apply(&mut self.image, &mut self.noise);
             let started = Instant::now();
             self.vision.recognise(&self.image, camera, view_of_camera, &model, &mut self.detections);
@@ -210,20 +208,22 @@ impl Workshop {
 struct Shown {
     points: Vec<(Label, Vec3)>,
     view: View,
+    intrinsics: CameraIntrinsics,
 }
 
 impl Shown {
-    fn new(image: &Image, view: &View) -> Self {
+    fn new(image: &Image, view: &View, intrinsics: CameraIntrinsics) -> Self {
         let mut points = Vec::new();
         for v in 0..image.height {
             for u in 0..image.width {
                 let (Some(label), Some(depth)) = (image.label(u, v), image.depth(u, v)) else { continue };
                 if label == Label::Line || !label.is_ground() && label != Label::Sky {
-                    points.push((label, view.eye + depth * view.ray(Vec2::new(u as f32 + 0.5, v as f32 + 0.5))));
+                    let pixel = intrinsics.in_drawn(Vec2::new(u as f32 + 0.5, v as f32 + 0.5));
+                    points.push((label, view.eye + depth * view.ray(pixel)));
                 }
             }
         }
-        Self { points, view: *view }
+        Self { points, view: *view, intrinsics }
     }
 
     /// The number of pixels with this label whose point fulfils `is_so`.

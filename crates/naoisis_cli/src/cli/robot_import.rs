@@ -1,0 +1,137 @@
+//! `naoisis robot import`: makes a robot model of a URDF or MJCF file.
+
+use clap::Args;
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::str::FromStr;
+
+use super::notes;
+use super::outputs::{self, Output};
+use super::report;
+use super::robot_sheet::{draw_sheet, sheet_name};
+use super::terminal::Printer;
+use naoisis_lab::description::{ImportOptions, Imported, import as make_model};
+use naoisis_sim::scenario::RobotModel;
+
+/// Arguments of `naoisis robot import`.
+#[derive(Args, Debug, Clone)]
+pub struct ImportArguments {
+    /// The robot's description: URDF or MJCF
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The joint by which the head turns to the sides [default: the one called head or neck]
+    #[arg(long, value_name = "JOINT")]
+    head_yaw: Option<String>,
+    /// The joint by which the head nods [default: the one called head or neck]
+    #[arg(long, value_name = "JOINT")]
+    head_pitch: Option<String>,
+    /// A link or camera of the description that is a camera; may be repeated, for up to four [default: the most likely one]
+    #[arg(long, value_name = "NAME")]
+    camera: Vec<String>,
+    /// A calibration of its camera in YAML, of ROS, Kalibr (a camera for each --camera) or OpenCV
+    #[arg(long, value_name = "FILE")]
+    camera_info: Option<PathBuf>,
+    /// Angles of joints when the robot stands, radians; those of others are 0 [default: slightly bent knees]
+    #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]
+    stand: Vec<Angle>,
+    /// Name of the model [default: that of the description]
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// The folder to write NAME.ron and its sheet NAME.png into
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    out: PathBuf,
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
+}
+
+/// The angle of a joint, as `left_knee=0.5`.
+#[derive(Debug, Clone)]
+struct Angle(String, f64);
+
+impl FromStr for Angle {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.rsplit_once('=').and_then(|(joint, angle)| Some((joint.trim(), angle.trim().parse().ok()?)));
+        match parts {
+            Some((joint, angle)) if !joint.is_empty() && f64::is_finite(angle) => Ok(Angle(joint.to_owned(), angle)),
+            _ => Err("expected the name of a joint and its angle in radians, such as left_knee=0.5".to_owned()),
+        }
+    }
+}
+
+/// Makes a model of a description and writes it with its sheet. Prints what was found, what was not, and what to measure.
+pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
+    let options = ImportOptions {
+        name: arguments.name.clone(),
+        head_yaw: arguments.head_yaw.clone(),
+        head_pitch: arguments.head_pitch.clone(),
+        cameras: arguments.camera.clone(),
+        camera_info: arguments.camera_info.clone(),
+        stand: arguments.stand.iter().map(|Angle(joint, angle)| (joint.clone(), *angle)).collect(),
+    };
+    let imported = match make_model(&arguments.file, &options) {
+        Ok(imported) => imported,
+        Err(error) => return report::usage_error(&error.to_string()),
+    };
+    let sheet = arguments.out.join(sheet_name(&imported.name));
+    let model = sheet.with_extension("ron");
+    let files = [&model, &sheet].map(|path| Output { option: "--out", path: path.clone() });
+    if let Err(problem) = outputs::check_files(&arguments.file, &files, arguments.force) {
+        return report::usage_error(&problem);
+    }
+    let written = fs::create_dir_all(&arguments.out).and_then(|()| fs::write(&model, &imported.text));
+    if let Err(problem) = written {
+        return report::failure(&format!("{}: {problem}", model.display()));
+    }
+    let mut printer = Printer::default();
+    printer.print(findings(&imported));
+    let path = model.to_string_lossy();
+    let checked = match RobotModel::check(&path) {
+        Some(Ok(checked)) => checked,
+        Some(Err(errors)) => {
+            printer.print(format_args!("\n{path}: it cannot play yet: mend what is wrong in it\n"));
+            return printer.finish(report::scenario_errors(&errors));
+        }
+        None => return report::failure(&format!("{path}: it cannot be read again")),
+    };
+    for words in notes::of_model(&checked) {
+        printer.print(format_args!("\nnote: {words}\n"));
+    }
+    if let Err(problem) = draw_sheet(&checked, &sheet) {
+        return report::failure(&problem);
+    }
+    printer.print(format_args!("\n{path}\n{}\n", sheet.display()));
+    let path = if model.is_absolute() || path.starts_with('.') { path.into_owned() } else { format!("./{path}") };
+    printer.print(format_args!("\nto play with it: naoisis run match3v3 --set model={path} --set realism=realistic\n"));
+    printer.finish(ExitCode::SUCCESS)
+}
+
+/// What was found, what was not, and what is to be measured.
+fn findings(imported: &Imported) -> String {
+    /// The greatest width of the column of values, letters.
+    const WIDEST: usize = 30;
+
+    let all = || imported.found.iter().chain(&imported.guessed);
+    let paths = all().map(|figure| figure.path.len()).max().unwrap_or_default();
+    let values = all().map(|figure| figure.value.len().min(WIDEST)).max().unwrap_or_default();
+    let mut text = imported.name.clone();
+    for (title, figures) in [("found", &imported.found), ("guessed", &imported.guessed)] {
+        text.push_str(&format!("\n\n{title}:"));
+        for figure in figures {
+            text.push_str(&format!("\n  {:paths$}  {:values$}  {}", figure.path, figure.value, figure.source));
+        }
+    }
+    text.push('\n');
+    let mut list = |title: &str, lines: &[&str]| {
+        if !lines.is_empty() {
+            text.push_str(&format!("\n{title}:\n"));
+            lines.iter().for_each(|line| text.push_str(&format!("  - {line}\n")));
+        }
+    };
+    list("not found", &imported.lacking.iter().map(String::as_str).collect::<Vec<_>>());
+    list("to be measured", &imported.to_measure);
+    text
+}

@@ -1,0 +1,203 @@
+//! Where a camera shows what: focal lengths, principal point, size of the image, and distortion.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::distortion::Distortion;
+
+/// The greatest size of a drawn image, as a multiple of the image's size.
+const WIDEST: f32 = 2.0;
+/// Steps along each side of an image in which its outline is followed.
+const OUTLINE_STEPS: u32 = 8;
+
+/// The intrinsics of a camera. Without a distortion it is a pinhole.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct CameraIntrinsics {
+    /// Focal lengths along u and v, pixels.
+    pub focal: Vec2,
+    /// The principal point [u, v], pixels.
+    pub centre: Vec2,
+    /// Width and height of the image, pixels.
+    pub size: Vec2,
+    /// The distortion of the lens.
+    pub distortion: Distortion,
+    /// Half the size of the least image of a pinhole camera, centred at the principal point, that has all that this one shows, pixels.
+    half_size: Vec2,
+}
+
+/// A camera with square pixels, without distortion, and with the principal point in the middle of its image: what renderers draw.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Pinhole {
+    /// Focal length, pixels.
+    pub focal_length: f32,
+    /// The principal point [u, v], pixels.
+    pub centre: Vec2,
+    /// Width and height of the image, pixels.
+    pub size: Vec2,
+}
+
+impl CameraIntrinsics {
+    /// The pinhole with an image of `size`, pixels, and `diagonal_fov` along its diagonal, radians.
+    pub fn new(size: Vec2, diagonal_fov: f32) -> Self {
+        Self::pinhole(size, size.length() / 2.0 / ops::tan(diagonal_fov / 2.0))
+    }
+
+    /// The pinhole with an image of `size` and this focal length, pixels.
+    pub fn pinhole(size: Vec2, focal_length: f32) -> Self {
+        let centre = size / 2.0;
+        let focal = Vec2::splat(focal_length);
+        Self { focal, centre, size, distortion: Distortion::NONE, half_size: centre }
+    }
+
+    /// The camera with these focal lengths and this principal point, pixels.
+    pub fn calibrated(size: Vec2, focal: Vec2, centre: Vec2, distortion: Distortion) -> Self {
+        let mut intrinsics = Self { focal, centre, size, distortion, half_size: centre.max(size - centre) };
+        if !distortion.is_none() {
+            let outline = intrinsics.outline();
+            intrinsics.half_size =
+                outline.map(|pixel| (focal * intrinsics.slope(pixel)).abs()).fold(Vec2::ZERO, Vec2::max);
+        }
+        intrinsics
+    }
+
+    /// This camera with a lens that distorts.
+    #[must_use]
+    pub fn with_distortion(self, distortion: Distortion) -> Self {
+        if distortion.is_none() { self } else { Self::calibrated(self.size, self.focal, self.centre, distortion) }
+    }
+
+    /// Whether it shows what a pinhole camera with square pixels shows, with the principal point in the middle.
+    pub fn is_pinhole(&self) -> bool {
+        self.distortion.is_none() && self.focal.x == self.focal.y && self.centre == self.size / 2.0
+    }
+
+    /// Half the size of what the image shows, in pixels of a pinhole camera, from its axis.
+    pub fn half_size(&self) -> Vec2 {
+        self.half_size
+    }
+
+    /// The slopes from the axis that the image reaches at most, to the sides and up or down.
+    pub fn half_slopes(&self) -> Vec2 {
+        self.half_size / self.focal
+    }
+
+    /// The pixel at which a ray with this slope appears: to the right and down, for a unit ahead.
+    pub fn pixel(&self, slope: Vec2) -> Vec2 {
+        self.centre + self.focal * self.distortion.distorted(slope)
+    }
+
+    /// The slope of the ray of a pixel.
+    pub fn slope(&self, pixel: Vec2) -> Vec2 {
+        self.distortion.undistorted((pixel - self.centre) / self.focal)
+    }
+
+    /// The pinhole camera whose image has all that this one shows: from its image, that of this camera is made.
+    pub fn drawn(&self) -> Pinhole {
+        let (focal_length, size) = (self.focal.max_element(), self.size);
+        if self.is_pinhole() {
+            return Pinhole { focal_length, centre: self.centre, size };
+        }
+        let beside = (self.half_slopes() * focal_length).min(WIDEST * size / 2.0) - size / 2.0;
+        let beside = beside.ceil().max(Vec2::ZERO);
+        Pinhole { focal_length, centre: size / 2.0 + beside, size: size + 2.0 * beside }
+    }
+
+    /// The place of a pixel in the image of the [drawn](Self::drawn) camera.
+    pub fn in_drawn(&self, pixel: Vec2) -> Vec2 {
+        if self.is_pinhole() {
+            return pixel;
+        }
+        let Pinhole { focal_length, centre, .. } = self.drawn();
+        centre + focal_length * self.slope(pixel)
+    }
+
+    /// Pixels along the edges of the image: its corners and, where edges are curved, points between.
+    pub fn outline(&self) -> impl Iterator<Item = Vec2> + use<> {
+        let size = self.size;
+        let steps = if self.distortion.is_none() { 1 } else { OUTLINE_STEPS };
+        let corners = [Vec2::ZERO, size.with_y(0.0), size, size.with_x(0.0)];
+        (0..4).flat_map(move |side| {
+            (0..steps).map(move |step| corners[side].lerp(corners[(side + 1) % 4], step as f32 / steps as f32))
+        })
+    }
+}
+
+/// A camera as it was calibrated, in the conventions of OpenCV and ROS: the middle of the top-left pixel is at (0, 0).
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraCalibration {
+    /// Focal length along the width of the image, pixels.
+    #[schemars(range(min = 1.0, max = 100_000.0), extend("unit" = "pixels"))]
+    pub fx: f32,
+    /// Focal length along the height of the image, pixels.
+    #[schemars(range(min = 1.0, max = 100_000.0), extend("unit" = "pixels"))]
+    pub fy: f32,
+    /// The principal point along the width, pixels.
+    #[schemars(range(min = -4096.0, max = 8192.0), extend("unit" = "pixels"))]
+    pub cx: f32,
+    /// The principal point along the height, pixels.
+    #[schemars(range(min = -4096.0, max = 8192.0), extend("unit" = "pixels"))]
+    pub cy: f32,
+    /// The distortion of the lens.
+    #[serde(default)]
+    pub distortion: Distortion,
+    /// Width and height of the images with which it was calibrated, pixels; none: those of the camera.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = 1, max = 4096)), extend("unit" = "pixels"))]
+    pub size: Option<[u32; 2]>,
+}
+
+impl CameraCalibration {
+    /// The intrinsics for images of `size`, pixels. They are scaled if it was calibrated with others; `usual` is the size where it does
+    /// not say that.
+    pub fn intrinsics(&self, size: [u32; 2], usual: [u32; 2]) -> CameraIntrinsics {
+        let in_floats = |[width, height]: [u32; 2]| Vec2::new(width as f32, height as f32);
+        let size = in_floats(size);
+        let scale = size / in_floats(self.size.unwrap_or(usual));
+        let focal = Vec2::new(self.fx, self.fy) * scale;
+        // Pixels are counted from the outer corner of the image here.
+        let centre = (Vec2::new(self.cx, self.cy) + 0.5) * scale;
+        CameraIntrinsics::calibrated(size, focal, centre, self.distortion)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    const CALIBRATION: CameraCalibration =
+        CameraCalibration { fx: 600.0, fy: 610.0, cx: 330.5, cy: 246.5, distortion: Distortion::NONE, size: None };
+
+    #[test]
+    fn pixels_are_counted_from_the_outer_corner() {
+        let intrinsics = CALIBRATION.intrinsics([640, 480], [640, 480]);
+        // A slope of 0.1 to the right is 60 pixels; the middle of a pixel is half a pixel from its corner.
+        assert_abs_diff_eq!(intrinsics.pixel(Vec2::new(0.1, -0.1)), Vec2::new(391.0, 186.0), epsilon = 1e-3);
+        assert_abs_diff_eq!(intrinsics.slope(Vec2::new(391.0, 186.0)), Vec2::new(0.1, -0.1), epsilon = 1e-6);
+        assert!(!intrinsics.is_pinhole() && CameraIntrinsics::new(Vec2::new(640.0, 480.0), 1.0).is_pinhole());
+    }
+
+    #[test]
+    fn smaller_images_have_scaled_intrinsics() {
+        let calibration = CameraCalibration { size: Some([1280, 960]), ..CALIBRATION };
+        let half = calibration.intrinsics([640, 480], [9, 9]);
+        assert_eq!((half.focal, half.centre), (Vec2::new(300.0, 305.0), Vec2::new(165.5, 123.5)));
+    }
+
+    #[test]
+    fn a_pinhole_of_its_half_size_has_all_that_it_shows() {
+        let size = Vec2::new(640.0, 480.0);
+        for k1 in [-0.3, 0.0, 0.2] {
+            let lens = Distortion::new([k1, 0.0, 0.0], [0.001, 0.0]);
+            let camera = CameraIntrinsics::calibrated(size, Vec2::new(600.0, 610.0), Vec2::new(330.0, 250.0), lens);
+            let reach = camera.half_size() / camera.focal + 1e-3;
+            for (x, y) in (0..=64).flat_map(|x| (0..=48).map(move |y| (10.0 * x as f32, 10.0 * y as f32))) {
+                let slope = camera.slope(Vec2::new(x, y)).abs();
+                assert!(slope.cmple(reach).all(), "{k1}: {slope} {reach}");
+            }
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Models of robots from their descriptions: URDF and MJCF.
+//!
+//! A description has links, joints with limits, shapes, and sometimes cameras. [`import`] finds head, legs and arms among
+//! them and makes a [model](naoisis_sim::scenario::RobotModel) of it: the boxes of the body, hips, knees and feet, the
+//! neck with its limits, and the cameras, each figure with the place in the file that it is from. What descriptions do not
+//! have (walking, kicks, noise) is guessed, and marked as a guess.
+
+use std::path::{Path, PathBuf};
+
+mod body;
+mod calibration_file;
+mod cameras;
+mod figures;
+mod limbs;
+mod meshes;
+mod mjcf;
+mod model;
+mod tree;
+mod urdf;
+mod xml;
+
+#[cfg(test)]
+mod tests;
+
+use body::Standing;
+use figures::Figures;
+use limbs::{Limbs, standing};
+use xml::Element;
+
+/// What to take from a description, where it does not say it by itself.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct ImportOptions {
+    /// The name of the model; none: that of the description.
+    pub name: Option<String>,
+    /// The joint by which the head turns to the left; none: the one that is called so.
+    pub head_yaw: Option<String>,
+    /// The joint by which the head nods; none: the one that is called so.
+    pub head_pitch: Option<String>,
+    /// The frames of its cameras; none: the one that is called so.
+    pub cameras: Vec<String>,
+    /// The file of a calibration of its cameras: ROS' `camera_info`, Kalibr's `camchain`, or OpenCV's, in YAML.
+    pub camera_info: Option<PathBuf>,
+    /// The angles of joints when the robot stands, radians, those of others being 0; none: slightly bent knees.
+    pub stand: Vec<(String, f64)>,
+}
+
+/// A model made of a description.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct Imported {
+    /// Its name.
+    pub name: String,
+    /// The text of its file, RON.
+    pub text: String,
+    /// The figures that the description or a calibration has.
+    pub found: Vec<ImportedFigure>,
+    /// The measures that neither has, with the reasons of the guesses.
+    pub guessed: Vec<ImportedFigure>,
+    /// What the description lacks or what could not be read, in words.
+    pub lacking: Vec<String>,
+    /// What is to be measured on the real robot, in words.
+    pub to_measure: Vec<&'static str>,
+}
+
+/// A figure of a model that its description has.
+#[derive(Clone, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct ImportedFigure {
+    /// Its path in the model, such as `body.neck_m`.
+    pub path: String,
+    /// Its value as in a file.
+    pub value: String,
+    /// The place in the description, such as `robot.urdf:120, joint head_pitch`.
+    pub source: String,
+}
+
+/// What is wrong with a description.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DescriptionError {
+    /// A file cannot be read.
+    #[error("{file} cannot be read: {reason}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// Something in a file is wrong.
+    #[error("{file}:{line}:{column}: {problem}")]
+    Wrong {
+        /// The name of the file.
+        file: String,
+        /// The line, from 1.
+        line: u32,
+        /// The column, from 1.
+        column: u32,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A mesh cannot be read.
+    #[error("{0}")]
+    Mesh(String),
+    /// A file is no calibration of a camera that can be used.
+    #[error("{file}{}: {problem}", .line.map(|line| format!(":{line}")).unwrap_or_default())]
+    Calibration {
+        /// The name of the file.
+        file: String,
+        /// The line, from 1, if it is known.
+        line: Option<usize>,
+        /// What is wrong.
+        problem: String,
+    },
+    /// There is no joint of this name.
+    #[error("there is no joint `{name}`; there are {}", .known.join(", "))]
+    NoJoint {
+        /// The name.
+        name: String,
+        /// All joints.
+        known: Vec<String>,
+    },
+    /// There is no camera of this name.
+    #[error(
+        "there is no camera `{name}`; {}",
+        if .known.is_empty() { "no link or camera of the description is called one".to_owned() } else { format!("there are {}", .known.join(", ")) }
+    )]
+    NoCamera {
+        /// The name.
+        name: String,
+        /// All that may be cameras.
+        known: Vec<String>,
+    },
+    /// There are more cameras than a robot may have.
+    #[error("{0} cameras; a robot has at most {most}", most = naoisis_core::camera_model::CameraMounts::MOST)]
+    TooManyCameras(usize),
+    /// Nothing in the description says how large the robot is.
+    #[error("{0}: nothing says how large the robot is: it has no legs, and no shapes that can be read")]
+    NoSize(String),
+}
+
+/// Makes a model of the description at `path`, URDF or MJCF.
+///
+/// # Errors
+/// When a file is not there or wrong, when it is another kind of file, and when it lacks a joint or camera of the options.
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, DescriptionError> {
+    let root = Element::read(path)?;
+    let tree = match root.name.as_str() {
+        "robot" => urdf::read(&root, path)?,
+        "mujoco" => mjcf::read(root, path)?,
+        other => {
+            let kind = match other {
+                "sdf" => "an SDF file",
+                "COLLADA" => "a mesh (COLLADA)",
+                "launch" => "a launch file",
+                "mujocoinclude" => "a part of an MJCF model, which another file includes",
+                _ => return Err(root.place.wrong(format!("<{other}> is no description of a robot; {EXPECTED}"))),
+            };
+            return Err(root.place.wrong(format!("this is {kind}; {EXPECTED}")));
+        }
+    };
+    let limbs = Limbs::of(&tree, options)?;
+    let posture = standing(&tree, &limbs, options)?;
+    let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let standing = Standing::new(&tree, &limbs, &posture, &file);
+    let standing = standing.ok_or_else(|| DescriptionError::NoSize(file.clone()))?;
+    let mut figures = Figures::default();
+    figures.lacking.clone_from(&tree.warnings);
+    let measures = standing.body(&mut figures);
+    standing.head(&mut figures);
+    standing.cameras(&mut figures, &measures, options)?;
+    if let Some(path) = &options.camera_info {
+        calibration_file::read(path)?.set(&mut figures)?;
+    }
+    if limbs.legs.is_none() {
+        figures.lacking.push("no pair of legs with knees was found: the robot is drawn on wheels".to_owned());
+    }
+    let realistic = model::add_guesses(&mut figures, &measures);
+    let name = options.name.clone().unwrap_or_else(|| name_of(&tree.name, path));
+    let text = model::text(&name, &file, &figures, &realistic);
+    let (found, guessed) = figures.with_reasons();
+    Ok(Imported { name, text, found, guessed, lacking: figures.lacking, to_measure: model::TO_MEASURE.to_vec() })
+}
+
+/// The kinds of descriptions that can be read.
+const EXPECTED: &str = "expected URDF (<robot>) or MJCF (<mujoco>)";
+
+/// A word for a model, from the name in the description or of its file: small letters, digits and underscores.
+fn name_of(robot: &str, path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let word = |name: &str| {
+        let letters = name
+            .trim()
+            .chars()
+            .map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' });
+        letters.take(40).collect::<String>()
+    };
+    let names = [word(robot), word(&stem)];
+    let has_letters = |name: &&String| name.chars().any(|letter| letter != '_');
+    names.iter().find(has_letters).cloned().unwrap_or_else(|| "robot".to_owned())
+}

@@ -1,0 +1,217 @@
+//! A robot as its description has it: links, the joints between them, shapes and cameras.
+
+use bevy::math::{DAffine3, DMat3, DQuat, DVec3};
+
+use super::xml::Place;
+
+/// A robot of links. Each has its parent before it.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    pub name: String,
+    pub links: Vec<Link>,
+    /// What could not be read, such as missing meshes.
+    pub warnings: Vec<String>,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub name: String,
+    pub parent: Option<usize>,
+    /// Its place in its parent with all joints at 0.
+    pub parent_from_link: DAffine3,
+    /// The joints by which it moves against its parent; none if it is fixed to it.
+    pub joints: Vec<Joint>,
+    /// Boxes around its shapes: those of collisions if there are any, else those that are drawn.
+    pub shapes: Vec<Shape>,
+    /// Frames that may be those of cameras.
+    pub cameras: Vec<Camera>,
+}
+
+/// A joint with one axis.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub name: String,
+    pub is_hinge: bool,
+    /// Unit vector, frame of the link.
+    pub axis: DVec3,
+    /// A point of the axis, m, frame of the link.
+    pub point: DVec3,
+    /// Radians or m.
+    pub limits: Option<[f64; 2]>,
+    pub place: Place,
+}
+
+/// A box in a link.
+#[derive(Clone, Debug)]
+pub(super) struct Shape {
+    pub link_from_box: DAffine3,
+    /// Half its size, m.
+    pub half: DVec3,
+}
+
+/// A frame that may be that of a camera.
+#[derive(Clone, Debug)]
+pub(super) struct Camera {
+    pub name: String,
+    /// Its axes are x ahead, y left and z up, or those of an image ([`CameraAxes`]).
+    pub link_from_camera: DAffine3,
+    pub axes: CameraAxes,
+    /// Width and height of its image, pixels.
+    pub size: Option<[u32; 2]>,
+    /// Field of view, radians.
+    pub fov: Option<Fov>,
+    pub place: Place,
+}
+
+/// The field of view along one side of the image, radians.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Fov {
+    Horizontal(f64),
+    Vertical(f64),
+}
+
+/// The axes of a camera's frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum CameraAxes {
+    /// The file does not say it: x ahead or, as in images, z ahead; whichever looks more to the front.
+    Unknown,
+    /// MuJoCo's: x right, y up, and it looks along -z.
+    MuJoCo,
+}
+
+impl Camera {
+    /// The direction in which it looks, in the frame in which its rotation is `rotation`.
+    pub fn forward(&self, rotation: DMat3) -> DVec3 {
+        match self.axes {
+            CameraAxes::MuJoCo => -rotation.z_axis,
+            CameraAxes::Unknown if self.is_optical(rotation) => rotation.z_axis,
+            CameraAxes::Unknown => rotation.x_axis,
+        }
+    }
+
+    /// The direction of the image's right side.
+    pub fn right(&self, rotation: DMat3) -> DVec3 {
+        match self.axes {
+            CameraAxes::MuJoCo => rotation.x_axis,
+            CameraAxes::Unknown if self.is_optical(rotation) => rotation.x_axis,
+            CameraAxes::Unknown => -rotation.y_axis,
+        }
+    }
+
+    fn is_optical(&self, rotation: DMat3) -> bool {
+        let [body, optical] = [rotation.x_axis.x, rotation.z_axis.x];
+        // A camera that looks aside or back is told by its name.
+        if body.max(optical) > 0.5 { optical > body } else { self.name.to_lowercase().contains("optical") }
+    }
+}
+
+/// Angles of joints by name, radians; those of all others are 0.
+pub(super) type Posture = Vec<(String, f64)>;
+
+/// A joint of a tree, by the indices of its link and of the joint in it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct JointIndex {
+    pub link: usize,
+    pub joint: usize,
+}
+
+impl Tree {
+    /// The place of each link in the root's frame.
+    pub fn places(&self, posture: &Posture) -> Vec<DAffine3> {
+        let angle_of = |joint: &Joint| posture.iter().find(|(name, _)| *name == joint.name).map_or(0.0, |(_, at)| *at);
+        let mut places: Vec<DAffine3> = Vec::with_capacity(self.links.len());
+        for link in &self.links {
+            let mut place = link.parent.map_or(DAffine3::IDENTITY, |parent| places[parent]) * link.parent_from_link;
+            for joint in &link.joints {
+                let value = angle_of(joint);
+                let moved = if joint.is_hinge {
+                    DAffine3::from_translation(joint.point)
+                        * DAffine3::from_quat(DQuat::from_axis_angle(joint.axis, value))
+                        * DAffine3::from_translation(-joint.point)
+                } else {
+                    DAffine3::from_translation(value * joint.axis)
+                };
+                place *= moved;
+            }
+            places.push(place);
+        }
+        places
+    }
+
+    pub fn joint(&self, index: JointIndex) -> &Joint {
+        &self.links[index.link].joints[index.joint]
+    }
+
+    /// All joints.
+    pub fn joints(&self) -> impl Iterator<Item = (JointIndex, &Joint)> {
+        self.links.iter().enumerate().flat_map(|(link, of)| {
+            of.joints.iter().enumerate().map(move |(joint, at)| (JointIndex { link, joint }, at))
+        })
+    }
+
+    /// The links from the root to `link`, both included.
+    pub fn ancestry(&self, link: usize) -> Vec<usize> {
+        let mut links: Vec<usize> = core::iter::successors(Some(link), |link| self.links[*link].parent).collect();
+        links.reverse();
+        links
+    }
+
+    /// Whether `link` is `ancestor` or moves with it.
+    pub fn is_within(&self, link: usize, ancestor: usize) -> bool {
+        self.ancestry(link).contains(&ancestor)
+    }
+
+    /// The link and those that are fixed to it.
+    pub fn rigid_group(&self, link: usize) -> Vec<usize> {
+        let mut group = vec![link];
+        for (index, other) in self.links.iter().enumerate() {
+            if other.joints.is_empty() && other.parent.is_some_and(|parent| group.contains(&parent)) {
+                group.push(index);
+            }
+        }
+        group
+    }
+
+    /// The last links that move, of each chain.
+    pub fn tips(&self) -> Vec<usize> {
+        let moves = |link: usize| !self.links[link].joints.is_empty();
+        let is_last = |link: usize| {
+            (0..self.links.len()).all(|other| other == link || !moves(other) || !self.is_within(other, link))
+        };
+        (0..self.links.len()).filter(|link| moves(*link) && is_last(*link)).collect()
+    }
+
+    /// The hinges from the root to `link`, without those of the links of `common`.
+    pub fn chain(&self, link: usize, common: &[usize]) -> Vec<JointIndex> {
+        let links = self.ancestry(link).into_iter().filter(|link| !common.contains(link));
+        let hinges =
+            links.flat_map(|link| (0..self.links[link].joints.len()).map(move |joint| JointIndex { link, joint }));
+        hinges.filter(|index| self.joint(*index).is_hinge).collect()
+    }
+
+    /// The least box around the shapes of links at these places, in the frame of the places.
+    pub fn bounds(&self, links: &[usize], places: &[DAffine3]) -> Option<[DVec3; 2]> {
+        let corners = links.iter().flat_map(|link| {
+            self.links[*link].shapes.iter().flat_map(move |shape| shape.corners(places[*link] * shape.link_from_box))
+        });
+        bounds(corners)
+    }
+}
+
+impl Shape {
+    fn corners(&self, place: DAffine3) -> [DVec3; 8] {
+        core::array::from_fn(|index| {
+            let side = |bit: usize| if index & bit == 0 { -1.0 } else { 1.0 };
+            place.transform_point3(self.half * DVec3::new(side(1), side(2), side(4)))
+        })
+    }
+}
+
+/// The least box around points.
+pub(super) fn bounds(points: impl IntoIterator<Item = DVec3>) -> Option<[DVec3; 2]> {
+    points.into_iter().fold(None, |bounds, point| match bounds {
+        None => Some([point; 2]),
+        Some([least, most]) => Some([least.min(point), most.max(point)]),
+    })
+}
