@@ -105,6 +105,7 @@ impl Game {
             state: if rules.clock { GameState::Initial } else { GameState::Playing },
             half: 1,
             cycles_left: rules.clock.then(|| rules.half_cycles(clock)),
+            kick_off_team: rules.first_kick_off,
             messages_left: rules.message_budget.map(|budget| PerTeam { blue: budget, pink: budget }),
             ..Self::default()
         }
@@ -175,10 +176,5 @@ impl Game {
             (GameState::Playing, None, Some(shoot_out)) => Some(left(shoot_out.shot_s(rules), shoot_out.shot.cycles)),
             (GameState::Initial | GameState::Standby | GameState::Playing | GameState::Finished, ..) => None,
         }
-    }
-
-    /// The team that kicks off `half`: blue the first, then alternating.
-    pub fn first_kick_off_of_half(half: u32) -> Team {
-        if half % 2 == 1 { Team::Blue } else { Team::Pink }
     }
 }

@@ -13,7 +13,7 @@ use super::snapshot::{BallSnapshot, MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, collision, game_stuck, illegal_defender, inactive, leaving_field, obstruction, stalling};
 use crate::events::MatchEvent;
 use crate::game::{Game, GameState, PenaltyReason};
-use crate::team::Team;
+use crate::team::{RobotId, Team};
 
 /// The decisions of the referee in a cycle.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -26,6 +26,8 @@ pub struct Decisions {
     pub ball: Option<Vec2>,
     /// Velocity of the ball if it is placed, m/s: zero except for interventions.
     pub ball_velocity: Vec2,
+    /// The robots that were moved aside for the ball, and keep their posture.
+    pub moved_aside: Vec<RobotId>,
     /// All robots as in the snapshot, with the new poses of those that are placed, and new penalties.
     pub robots: Vec<RobotSnapshot>,
 }
@@ -43,6 +45,7 @@ pub fn decide(
     decisions.robots.clear();
     decisions.robots.extend_from_slice(snapshot.robots);
     decisions.events.clear();
+    decisions.moved_aside.clear();
     decisions.ball = None;
     decisions.ball_velocity = Vec2::ZERO;
     decisions.game.state_cycles += 1;
@@ -124,10 +127,10 @@ impl Referee<'_, '_> {
         for &pair in self.seen.contacts {
             let [first, second] = collision::responsible(self.seen, pair);
             if first {
-                self.penalise_push(pair[0], pair[1]);
+                self.penalise_push(pair[0], pair[1], second);
             }
             if second {
-                self.penalise_push(pair[1], pair[0]);
+                self.penalise_push(pair[1], pair[0], first);
             }
         }
     }
@@ -226,7 +229,6 @@ mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
     use crate::game::Rules;
-    use crate::team::RobotId;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);

@@ -31,7 +31,9 @@ impl Referee<'_, '_> {
                 if !(0.0..=FASTEST_MPS).contains(&velocity_mps.length()) {
                     return Err(format!("a ball rolls at {FASTEST_MPS} m/s at most"));
                 }
-                self.put_ball(position_m);
+                let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
+                let place = Occupied::by_others(&self.now(), None).free_ball_place(position_m, radius);
+                self.put_ball(place);
                 self.decisions.ball_velocity = velocity_mps;
             }
             Intervention::PlaceRobot { robot, pose } => {

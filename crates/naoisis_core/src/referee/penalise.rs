@@ -29,8 +29,8 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Penalises the robot that is responsible for a collision.
-    pub(super) fn penalise_push(&mut self, robot: usize, other: usize) {
+    /// Penalises the robot that is responsible for a collision. Of a `mutual` one neither team has a free kick.
+    pub(super) fn penalise_push(&mut self, robot: usize, other: usize, mutual: bool) {
         if !self.decisions.robots[robot].is_present() {
             return;
         }
@@ -39,10 +39,8 @@ impl Referee<'_, '_> {
         let is_sent_off = self.caution(robot, &evidence);
         self.penalise(robot, if is_sent_off { PenaltyReason::SentOff } else { PenaltyReason::Pushing }, evidence);
         let rules = self.seen.rules;
-        let Some(ball_m) = self.offence_near_ball(robot, rules.offence_free_kick_m.unwrap_or(PUSHING_FREE_KICK_M))
-        else {
-            return;
-        };
+        let near_m = rules.offence_free_kick_m.unwrap_or(PUSHING_FREE_KICK_M);
+        let Some(ball_m) = self.offence_near_ball(robot, near_m).filter(|_| !mutual) else { return };
         let place = self.seen.robots[other].pose.position;
         if rules.penalty_kicks && self.seen.pitch.in_penalty_area(self.seen.game.own_end(id.team), place) {
             self.begin_penalty_kick(id.team.opponent());

@@ -151,7 +151,7 @@ impl Referee<'_, '_> {
     /// Begins a shoot-out after a drawn match.
     pub(super) fn begin_shoot_out(&mut self) {
         self.end_penalties();
-        self.decisions.game.shoot_out = Some(ShootOut::default());
+        self.decisions.game.shoot_out = Some(ShootOut { team: self.seen.rules.first_kick_off, ..default() });
         self.decisions.events.push(MatchEvent::ShootOutBegins);
         self.prepare_shot();
     }

@@ -10,7 +10,7 @@ use naoisis_sim::scenario::Scenario;
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
 /// The columns after those of the settings: first those of a row, in the order of its fields.
-const COLUMNS: [&str; 27] = [
+const COLUMNS: [&str; 28] = [
     "outcome",
     "duration_s",
     "blue_goals",
@@ -35,6 +35,7 @@ const COLUMNS: [&str; 27] = [
     "pink_belief_over_0_5_m",
     "blue_belief_over_1_m",
     "pink_belief_over_1_m",
+    "digest",
     "note",
     "realism",
     SCENARIO,

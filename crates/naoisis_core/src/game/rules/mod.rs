@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
+use crate::team::Team;
 
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless documented otherwise.
@@ -50,6 +51,8 @@ pub struct Rules {
     pub mercy_goals: Option<u32>,
     /// Number of robots of a team that a scenario lines up.
     pub team_size: u8,
+    /// The team that kicks off the first half, and shoots first in a shoot-out.
+    pub first_kick_off: Team,
 
     /// Messages that a team may send in a match, except in shoot-outs; none: unlimited. The goals of a team that sends more do
     /// not count (2025 rule book, section 2.4.2: 1200).
@@ -66,6 +69,8 @@ pub struct Rules {
     /// Whether [`indirect_goals`](Self::indirect_goals) applies only to the team that restarted play by a kick-off, a kick-in or
     /// an indirect free kick, until an opponent touches the ball (HSL 2026, laws 8 and 13).
     pub direct_free_kicks: bool,
+    /// Whether a set play that goes straight into the own goal is a goal, rather than a corner kick (HSL 2026, law 13).
+    pub own_set_play_goals: bool,
 
     /// Whether a ball outside the lines is out.
     pub ball_out: bool,
@@ -261,11 +266,13 @@ impl Default for Rules {
             half_ends_when_ball_stops: false,
             mercy_goals: None,
             team_size: 3,
+            first_kick_off: Team::Blue,
             message_budget: None,
             goals: true,
             no_kick_off_shots: false,
             indirect_goals: false,
             direct_free_kicks: false,
+            own_set_play_goals: true,
             ball_out: true,
             ball_out_restart: BallOutRestart::KickOff,
             free_kick_s: 30.0,
@@ -348,6 +355,11 @@ impl Default for Rules {
 }
 
 impl Rules {
+    /// The team that kicks off `half`: the [first](Self::first_kick_off) in the first, then alternating.
+    pub fn first_kick_off_of_half(&self, half: u32) -> Team {
+        if half % 2 == 1 { self.first_kick_off } else { self.first_kick_off.opponent() }
+    }
+
     /// Cycles in a half, at least one.
     pub fn half_cycles(&self, clock: &CycleClock) -> u64 {
         u64::from(clock.cycles_in(self.half_s)).max(1)
