@@ -54,8 +54,10 @@ fn change_colours(scenario: &mut Scenario) {
             }
             Intervention::PlaceRobot { robot, pose } => (*robot, *pose) = (other(*robot), pose.turned_half()),
             Intervention::SetScore { blue, pink } => core::mem::swap(blue, pink),
-            Intervention::Penalise { robot, .. } | Intervention::Return { robot } => *robot = other(*robot),
-            Intervention::Whistle => {}
+            Intervention::Penalise { robot, .. } | Intervention::PickUp { robot } | Intervention::Return { robot } => {
+                *robot = other(*robot);
+            }
+            Intervention::Whistle | Intervention::Stop | Intervention::Resume => {}
             Intervention::DropBall { position_m } => *position_m = -*position_m,
             Intervention::KickOff { team } => *team = team.opponent(),
         }
@@ -238,7 +240,8 @@ fn pattern(text: &str) -> (bool, Pattern) {
 /// # Errors
 /// What it did not lead to, or should not have.
 fn play(case: &Case, change: impl Fn(&mut Case, &mut Scenario)) -> Result<(), String> {
-    let mut scenario = Scenario::load(folder().join(format!("{}.ron", case.name))).map_err(|error| error.to_string())?;
+    let mut scenario =
+        Scenario::load(folder().join(format!("{}.ron", case.name))).map_err(|error| error.to_string())?;
     let mut case = case.clone();
     change(&mut case, &mut scenario);
     let mut app = headless_app();

@@ -253,6 +253,13 @@ pub enum MatchEvent {
         /// The evidence.
         evidence: Evidence,
     },
+    /// The taker of a set play touched the ball again before another robot had.
+    DoubleTouch {
+        /// The robot.
+        robot: RobotId,
+        /// The evidence.
+        evidence: Evidence,
+    },
     /// A robot that stood where the ball is put was moved aside.
     MovedAside {
         /// The robot.

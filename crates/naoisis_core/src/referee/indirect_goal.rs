@@ -36,6 +36,8 @@ pub struct Plays {
     pub taker: Option<RobotId>,
     /// Whether another robot has touched the ball since.
     pub others: bool,
+    /// The cycle in which the taker touched it last, while it was alone at it.
+    pub taker_cycle: u64,
     /// The kind of the restart, and its team; none in a shoot-out, and if both teams may score.
     pub restart: Option<(SetPlayKind, Team)>,
 }
@@ -65,6 +67,7 @@ impl Plays {
         for &(robot, kick) in snapshot.touches {
             let team = robot.team as usize;
             self.others |= *self.taker.get_or_insert(robot) != robot;
+            self.taker_cycle = if self.others { self.taker_cycle } else { snapshot.clock.cycle };
             if is_deliberate(snapshot, robot, kick) {
                 match self.first[team] {
                     None => self.first[team] = Some(robot),
@@ -95,6 +98,24 @@ fn is_deliberate(snapshot: &MatchSnapshot, robot: RobotId, kick: bool) -> bool {
     let own_mps = robot.wanted_velocity.dot(towards);
     let dribbles = own_mps > DRIBBLE_MPS && own_mps > ball_mps;
     kick || dribbles || (!robot.posture.is_upright() && is_keeper_at_home(snapshot, robot))
+}
+
+/// The robot that took a kick-in, goal kick or corner kick and touches the ball again before another robot has, with the evidence.
+/// `plays` are those before this cycle. Touches of less than a fifth of a second between them are one.
+pub fn judge_double_touch(snapshot: &MatchSnapshot, plays: &Plays) -> Option<(RobotId, Evidence)> {
+    const APART_S: f32 = 0.2;
+    let (kind, team) = plays.restart.filter(|_| snapshot.rules.double_touch && snapshot.game.set_play.is_none())?;
+    let is_such = matches!(kind, SetPlayKind::KickIn | SetPlayKind::GoalKick | SetPlayKind::CornerKick);
+    let taker = plays.taker.filter(|taker| is_such && taker.team == team && !plays.others)?;
+    let (first, _) = snapshot.touches.first().filter(|(robot, _)| *robot == taker)?;
+    let apart = snapshot.clock.cycle.saturating_sub(plays.taker_cycle);
+    let index = snapshot.robot_index(*first)?;
+    (apart > snapshot.cycles(APART_S)).then(|| {
+        let rule = "The robot that has taken a set play may not touch the ball again before another robot has.";
+        let evidence = snapshot.evidence_against(rule, &snapshot.robots[index]);
+        let evidence = evidence.with_measurement("s between its touches", snapshot.seconds(apart), APART_S);
+        (taker, evidence.otherwise("Another robot had to touch the ball first."))
+    })
 }
 
 impl Direct {

@@ -77,6 +77,7 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
         MatchEvent::Caution { robot, cautions, evidence } => {
             (format!("{robot} is cautioned, for the {} time.", ordinal(*cautions)), evidence)
         }
+        MatchEvent::DoubleTouch { robot, evidence } => (format!("{robot} touches the ball twice."), evidence),
         MatchEvent::TooManyMessages { team, evidence } => {
             (format!("{team} has sent more messages than it may: its goals do not count."), evidence)
         }

@@ -72,14 +72,18 @@ impl Referee<'_, '_> {
 
     /// Changes sides for the next half, or ends the match.
     pub(super) fn end_half(&mut self) {
-        let game = &mut self.decisions.game;
-        if game.half >= self.seen.rules.halves {
+        let (rules, game) = (self.seen.rules, &mut self.decisions.game);
+        let is_drawn = game.score.blue == game.score.pink;
+        // Extra time is played after a draw, and then to its end.
+        let plays_on = is_drawn || rules.is_extra_time(game.half);
+        let halves = rules.halves + if plays_on { rules.extra_time_halves } else { 0 };
+        if game.half >= halves {
             self.end_match();
             return;
         }
         game.half += 1;
         game.blue_end = game.blue_end.opposite();
-        game.cycles_left = Some(self.seen.rules.half_cycles(&self.seen.clock));
+        game.cycles_left = Some(rules.half_cycles(game.half, &self.seen.clock));
         let half = game.half;
         self.memory.pushes = default();
         self.decisions.events.push(MatchEvent::HalfBegins { half });

@@ -6,7 +6,7 @@
 
 use bevy::prelude::*;
 
-use super::areas::in_team_frame;
+use super::areas::{in_team_frame, touches_area, touches_goal_line};
 use super::ball_out::BallOut;
 use super::penalty_kick;
 use super::positions::kick_off_player;
@@ -117,8 +117,23 @@ fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapsho
             }
         }
         _ if is_theirs => false,
-        _ => robot.pose.position.distance(set_play.ball_m) < snapshot.rules.free_kick_distance_m,
+        SetPlayKind::GoalKick if snapshot.rules.goal_kick_clears_area => {
+            let end = snapshot.game.own_end(set_play.team);
+            touches_area(snapshot.pitch, snapshot.pitch.penalty_area, end, robot)
+                || is_too_near(set_play, snapshot, robot)
+        }
+        _ => is_too_near(set_play, snapshot, robot),
     }
+}
+
+/// Whether a robot is nearer to the ball of a free kick than it may be.
+fn is_too_near(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let (rules, pitch) = (snapshot.rules, snapshot.pitch);
+    let place = robot.pose.position;
+    let on_own_line = rules.free_kick_distance_m.is_none()
+        && place.y.abs() < pitch.goal.width_m / 2.0
+        && touches_goal_line(pitch, snapshot.game.own_end(robot.id.team), robot);
+    !on_own_line && place.distance(set_play.ball_m) < rules.free_kick_radius_m(pitch)
 }
 
 /// The evidence against a robot that was at an illegal position for too long, or that touched the other team's ball.
@@ -145,7 +160,7 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
         let (quantity, value, limit) = match set_play.kind {
             SetPlayKind::KickOff if place.length() >= radius && ahead > 0.0 => ("m into the other half", ahead, 0.0),
             SetPlayKind::KickOff => ("m from the centre mark", place.length(), radius),
-            _ => ("m from the ball", place.distance(set_play.ball_m), snapshot.rules.free_kick_distance_m),
+            _ => ("m from the ball", place.distance(set_play.ball_m), snapshot.rules.free_kick_radius_m(snapshot.pitch)),
         };
         snapshot.evidence_against(rule, robot).with_measurement(quantity, value, limit).otherwise(if touched {
             "It must not touch the ball."

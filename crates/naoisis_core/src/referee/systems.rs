@@ -260,6 +260,7 @@ pub(super) fn update_status(
             set_play,
             messages_left: messages_left(id.team, own_limits),
             shoot_out: announced.shoot_out.map(|shoot_out| shoot_out.team),
+            stopped: game.stop.is_some(),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),
             restarts: record.map_or(0, |record| record.restarts),

@@ -10,6 +10,7 @@ use crate::record::mistakes::Mistake;
 use naoisis_core::ball::Ball;
 use naoisis_core::communication::MessageStatistics;
 use naoisis_core::events::{CycleEvents, MatchEvent};
+use naoisis_core::game::{DecidedBy, Game, Rules};
 use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
 use naoisis_core::statistics::rounded;
@@ -54,6 +55,12 @@ pub struct MatchRow {
     pub seed: u64,
     /// How it ended.
     pub outcome: MatchOutcome,
+    /// The winner. `None` of a draw.
+    pub winner: Option<Team>,
+    /// What decided it.
+    pub decided_by: DecidedBy,
+    /// Goals in a shoot-out. `None` without one.
+    pub shoot_out: PerTeam<Option<u32>>,
     /// How long it was, s of the match's time.
     #[serde(serialize_with = "milliseconds")]
     pub duration_s: f64,
@@ -121,6 +128,9 @@ impl MatchRow {
             variant: 0,
             seed,
             outcome,
+            winner: None,
+            decided_by: DecidedBy::default(),
+            shoot_out: PerTeam::default(),
             duration_s: 0.0,
             goals: PerTeam::default(),
             own_goals: PerTeam::default(),
@@ -228,7 +238,11 @@ impl MatchObserver {
         });
         // With the digits of the table, so that a batch that goes on with one comes to the same to the last digit.
         let digits = |value: Option<f64>| value.map(|value| rounded(value, 4));
+        let result = world.resource::<Game>().result(world.resource::<Rules>());
         MatchRow {
+            winner: result.winner,
+            decided_by: result.decided_by,
+            shoot_out: PerTeam::new(|team| result.shoot_out.map(|goals| goals[team])),
             duration_s: counts.duration_s,
             digest: self.digest,
             goals: counts.goals,

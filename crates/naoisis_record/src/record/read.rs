@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::recorder::{EndReason, MatchEnd};
 use super::trace::{FORMAT, VERSION, is_compressed};
+use naoisis_core::game::MatchResult;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::{FieldPath, Scenario, read_settings};
@@ -90,6 +91,7 @@ pub struct TraceReader {
     /// The number of the last cycle, and its time, s.
     last: Option<(u64, f64)>,
     ending: Ending,
+    result: Option<MatchResult>,
 }
 
 impl TraceReader {
@@ -123,6 +125,7 @@ impl TraceReader {
             scenario: Scenario::default(),
             last: None,
             ending: Ending::NotYet,
+            result: None,
         };
         let expected = "a trace, which begins with its header";
         if !trace.next_line()? {
@@ -177,6 +180,11 @@ impl TraceReader {
         self.ending
     }
 
+    /// The result of the match, once its end was read.
+    pub fn result(&self) -> Option<MatchResult> {
+        self.result
+    }
+
     /// Reads the next cycle. `None` after the last.
     ///
     /// # Errors
@@ -194,6 +202,7 @@ impl TraceReader {
             "end" => {
                 let end: MatchEnd = self.parse("the last line of a trace")?;
                 self.ending = Ending::Proper(end.reason);
+                self.result = end.result;
                 return Ok(None);
             }
             other => {

@@ -42,7 +42,7 @@ pub fn apply(player: &Player, memory: &PlayerMemory, decision: Decision) -> Deci
 
 /// Gets up when the player has fallen.
 pub fn posture(player: &Player) -> Option<PostureRequest> {
-    (player.body == BodyStatus::Fallen).then_some(PostureRequest::GetUp)
+    (player.body == BodyStatus::Fallen && !player.status.stopped).then_some(PostureRequest::GetUp)
 }
 
 /// Walks to the player's place for the kick-off or the penalty kick, and stands there.
@@ -138,7 +138,8 @@ fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
 fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
     let not_ours = player.status.set_play.filter(|set_play| set_play.team != Some(player.id.team));
     let (Some(set_play), Some(ball)) = (not_ours, player.ball()) else { return decision };
-    let (away, distance) = (player.position() - ball.position_m, player.rules.free_kick_distance_m + DISTANCE_MARGIN_M);
+    let (away, distance) =
+        (player.position() - ball.position_m, player.rules.free_kick_radius_m(player.pitch) + DISTANCE_MARGIN_M);
     let decision = Decision { kick: None, ..decision };
     // While it is not known whose it is, it is enough not to come nearer.
     if set_play.team.is_some() && away.length_squared() < (distance - 0.1) * (distance - 0.1) {
