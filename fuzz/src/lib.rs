@@ -166,7 +166,7 @@ pub fn game_controller_packet(bytes: &[u8]) {
 
 fn packet_seeds(_: &Path) -> Vec<Vec<u8>> {
     use naoisis::game_controller::ProtocolVersion;
-    let mut seeds: Vec<Vec<u8>> = [ProtocolVersion::V18, ProtocolVersion::V19]
+    let mut seeds: Vec<Vec<u8>> = ProtocolVersion::ALL
         .into_iter()
         .map(|version| {
             let mut bytes = vec![0; version.packet_bytes()];

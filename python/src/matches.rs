@@ -3,7 +3,7 @@
 use naoisis::agents::{self, AgentError, CommandError, RobotCommand};
 use naoisis::camera_model::{CameraName, NotACameraName};
 use naoisis::cycle::CycleClock;
-use naoisis::game::{Game, GameState};
+use naoisis::game::{Game, GameState, Rules};
 use naoisis::interface::gather::gather_on_demand;
 use naoisis::record::beliefs::BeliefRecorder;
 use naoisis::record::match_renderer::view_of_field;
@@ -203,6 +203,14 @@ impl Match {
     #[getter]
     fn score<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.with(py, |played| to_python(py, &played.world.resource::<Game>().score, Digits::Lean))
+    }
+
+    #[getter]
+    fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.with(py, |played| {
+            let result = played.world.resource::<Game>().result(played.world.resource::<Rules>());
+            to_python(py, &result, Digits::Lean)
+        })
     }
 
     #[getter]

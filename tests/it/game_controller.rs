@@ -8,8 +8,8 @@ use naoisis::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use naoisis::game::{GameState, Penalty, PenaltyReason};
 use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
-    self, ControlPacket, Division, GameController, GameControllerSettings, Listener, NetworkSettings, ProtocolVersion,
-    ReturnPacket, TeamMessages,
+    self, ControlPacket, Division, GameController, GameControllerSettings, GamePhase, Listener, NetworkSettings,
+    ProtocolVersion, ReturnPacket, TeamMessages,
 };
 use naoisis::prelude::*;
 use naoisis::team::PerTeam;
@@ -256,7 +256,7 @@ fn said(version: ProtocolVersion) -> ControlPacket {
         is_knockout: false,
         division: Division::Small,
         is_stopped: false,
-        is_shoot_out: false,
+        phase: GamePhase::Normal,
         state: GameState::Initial,
         set_play: None,
         is_first_half: true,

@@ -260,5 +260,5 @@ fn matches_without_a_referee() {
 #[test]
 fn no_preset_is_forgotten() {
     let names: Vec<&str> = RULES_PRESETS.iter().map(|preset| preset.name).collect();
-    assert_eq!(names, ["naoisis", "spl2010", "spl2025", "hsl2026", "extended", "free"]);
+    assert_eq!(names, ["naoisis", "spl2010", "spl2025", "hsl2026", "hsl2026_german_open", "extended", "free"]);
 }

@@ -1,7 +1,7 @@
 //! The rules, case by case: each is a small scenario in `tests/rule_cases`, whose README says how one reads.
 
 use bevy::reflect::{TypeInfo, Typed};
-use naoisis::game::PenaltyReason;
+use naoisis::game::{Intervention, PenaltyReason};
 use naoisis::prelude::*;
 use naoisis::simulation::RuleRegistry;
 use serde_json::Value;
@@ -18,6 +18,54 @@ const TOLERANCE: f64 = 0.1;
 
 #[test]
 fn every_case_ends_as_its_file_says() {
+    play_all(|_, _| {});
+}
+
+#[test]
+fn every_case_ends_alike_with_the_colours_changed_and_the_pitch_turned() {
+    play_all(|case, scenario| {
+        for (_, pattern) in &mut case.expected {
+            pattern.change_colours();
+        }
+        change_colours(scenario);
+    });
+}
+
+/// Exchanges the teams, and turns the pitch by half a turn.
+fn change_colours(scenario: &mut Scenario) {
+    scenario.rules.first_kick_off = scenario.rules.first_kick_off.opponent();
+    for robot in &mut scenario.robots {
+        (robot.team, robot.pose) = (robot.team.opponent(), robot.pose.turned_half());
+    }
+    if let Some(teams) = &mut scenario.teams {
+        core::mem::swap(&mut teams.blue, &mut teams.pink);
+    }
+    if let Some(ball) = &mut scenario.ball {
+        (ball.position_m, ball.velocity_mps) = (-ball.position_m, -ball.velocity_mps);
+    }
+    for post in &mut scenario.posts {
+        post.position_m = -post.position_m;
+    }
+    for timed in &mut scenario.interventions {
+        let other = |robot: RobotId| RobotId::new(robot.team.opponent(), robot.number);
+        match &mut timed.intervention {
+            Intervention::PlaceBall { position_m, velocity_mps } => {
+                (*position_m, *velocity_mps) = (-*position_m, -*velocity_mps);
+            }
+            Intervention::PlaceRobot { robot, pose } => (*robot, *pose) = (other(*robot), pose.turned_half()),
+            Intervention::SetScore { blue, pink } => core::mem::swap(blue, pink),
+            Intervention::Penalise { robot, .. } | Intervention::PickUp { robot } | Intervention::Return { robot } => {
+                *robot = other(*robot);
+            }
+            Intervention::Whistle | Intervention::Stop | Intervention::Resume => {}
+            Intervention::DropBall { position_m } => *position_m = -*position_m,
+            Intervention::KickOff { team } => *team = team.opponent(),
+        }
+    }
+}
+
+/// Plays all cases, each changed by `change`.
+fn play_all(change: impl Fn(&mut Case, &mut Scenario) + Sync) {
     let cases = cases();
     assert!(cases.len() > 100, "the folder has the cases of all rules");
     let next = AtomicUsize::new(0);
@@ -27,7 +75,7 @@ fn every_case_ends_as_its_file_says() {
         for _ in 0..threads {
             scope.spawn(|| {
                 while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let difference = play(case).err().map(|difference| format!("{}: {difference}", case.name));
+                    let difference = play(case, &change).err().map(|difference| format!("{}: {difference}", case.name));
                     wrong.lock().unwrap().extend(difference);
                 }
             });
@@ -86,6 +134,7 @@ fn every_verdict_has_a_case_just_inside_and_one_just_outside() {
 }
 
 /// A case, as its file begins.
+#[derive(Clone)]
 struct Case {
     name: String,
     /// What it is about: the rule or the family of rules.
@@ -95,6 +144,7 @@ struct Case {
 }
 
 /// An event's kind, and values of some of its fields.
+#[derive(Clone)]
 struct Pattern {
     text: String,
     kind: String,
@@ -102,8 +152,27 @@ struct Pattern {
 }
 
 impl Pattern {
+    /// Names the other team, and the place on the other side of the pitch.
+    fn change_colours(&mut self) {
+        for (name, value) in &mut self.fields {
+            *value = value.replace("blue", "BLUE").replace("pink", "blue").replace("BLUE", "pink");
+            if let Ok(Value::Array(place)) = serde_json::from_str(value)
+                && name == "position_m"
+            {
+                let turned: Vec<f64> = place.iter().filter_map(Value::as_f64).map(|number| -number).collect();
+                *value = serde_json::to_string(&turned).unwrap();
+            }
+        }
+    }
+
     fn matches(&self, event: &Value) -> bool {
-        event["kind"] == self.kind.as_str() && self.fields.iter().all(|(name, value)| is(&event[name], value))
+        // Of two robots that collide, blue's is named first.
+        let mut turned = event.clone();
+        if self.kind == "collision" {
+            (turned["robot"], turned["with"]) = (event["with"].clone(), event["robot"].clone());
+        }
+        let fits = |event: &Value| self.fields.iter().all(|(name, value)| is(&event[name], value));
+        event["kind"] == self.kind.as_str() && (fits(event) || fits(&turned))
     }
 }
 
@@ -170,8 +239,11 @@ fn pattern(text: &str) -> (bool, Pattern) {
 ///
 /// # Errors
 /// What it did not lead to, or should not have.
-fn play(case: &Case) -> Result<(), String> {
-    let scenario = Scenario::load(folder().join(format!("{}.ron", case.name))).map_err(|error| error.to_string())?;
+fn play(case: &Case, change: impl Fn(&mut Case, &mut Scenario)) -> Result<(), String> {
+    let mut scenario =
+        Scenario::load(folder().join(format!("{}.ron", case.name))).map_err(|error| error.to_string())?;
+    let mut case = case.clone();
+    change(&mut case, &mut scenario);
     let mut app = headless_app();
     app.start_match(&scenario).map_err(|error| error.to_string())?;
     let last = scenario.last_cycle().ok_or("it has no end: expected `duration_s`")?;

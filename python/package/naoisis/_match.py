@@ -140,6 +140,12 @@ class Match:
         return self._match.score
 
     @property
+    def result(self) -> dict[str, Any]:
+        """Score, winner (``None`` of a draw), what decided it (``"play"``, ``"extra_time"``, ``"shoot_out"`` or ``"coin"``) and, after a
+        shoot-out, its goals."""
+        return self._match.result
+
+    @property
     def finished(self) -> bool:
         """Whether the final whistle has gone, or the scenario's duration is over."""
         return self._match.finished

@@ -269,7 +269,7 @@ fn state(packet: &ControlPacket) -> GameState {
 #[cfg(test)]
 mod tests {
     use super::super::division::Division;
-    use super::super::packet::{MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
+    use super::super::packet::{GamePhase, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
     use super::*;
     use naoisis_core::game::PenaltyReason;
 
@@ -286,7 +286,7 @@ mod tests {
             is_knockout: false,
             division: Division::Small,
             is_stopped: false,
-            is_shoot_out: false,
+            phase: GamePhase::Normal,
             state: GameState::Finished,
             set_play: None,
             is_first_half: true,

@@ -33,7 +33,7 @@ mod truth;
 pub use division::Division;
 pub use listener::Listener;
 pub use network::NetworkSettings;
-pub use packet::{ControlPacket, ProtocolVersion};
+pub use packet::{ControlPacket, GamePhase, ProtocolVersion};
 pub use packet_source::PacketSource;
 pub use report::ReturnPacket;
 pub use sockets::{HERE, NetworkError, robot_address};

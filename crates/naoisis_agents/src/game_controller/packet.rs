@@ -1,8 +1,9 @@
 //! Control packets: the messages of a GameController to robots, byte for byte as version 18 (Standard Platform League
-//! of 2025, 118 bytes) or 19 (Humanoid Soccer League of 2026, 198 bytes) of `RoboCupGameControlData`. Little-endian, no
-//! padding.
+//! of 2025, 118 bytes), 19 (Humanoid Soccer League, German Open 2026, 198 bytes) or 20 (RoboCup 2026, 158 bytes) of
+//! `RoboCupGameControlData`. Little-endian, no padding.
 //!
-//! In memory a packet has the types of this library; the codes of the versions exist only on the wire.
+//! In memory a packet has the types of this library; the codes of the versions exist only on the wire. What differs between versions is
+//! a table, [`LAYOUTS`].
 
 use super::division::Division;
 use naoisis_core::game::{GameState, PenaltyReason, SetPlayKind};
@@ -24,36 +25,166 @@ const TEAM_HEAD_BYTES: usize = 10;
 pub enum ProtocolVersion {
     /// Standard Platform League, 2025
     V18,
-    /// Humanoid Soccer League, 2026
+    /// Humanoid Soccer League, German Open 2026
     V19,
+    /// Humanoid Soccer League, RoboCup 2026
+    V20,
 }
+
+/// What differs between the versions of the protocol: a new one is a row of [`LAYOUTS`].
+struct Layout {
+    version: ProtocolVersion,
+    /// Its number on the wire.
+    number: u8,
+    /// Its name on the command line.
+    name: &'static str,
+    league: &'static str,
+    /// The bytes of a robot, in order.
+    player: &'static [PlayerField],
+    /// Whether the two bytes after the number of players are the division and whether play is stopped, rather than phase and type of the
+    /// competition.
+    has_division: bool,
+    /// The code of `standby`.
+    standby: u8,
+    /// The codes of penalties. The first code with a reason is written for it, the first reason of a code is read from it.
+    penalties: &'static [(u8, &'static [PenaltyReason])],
+    /// The code of penalties that the league does not have: the operator's own decision.
+    other_penalty: u8,
+    substitute: u8,
+    /// The codes of set plays, as of penalties.
+    set_plays: &'static [(u8, &'static [SetPlayKind])],
+}
+
+/// A byte of a robot in a packet.
+#[derive(Clone, Copy)]
+enum PlayerField {
+    Penalty,
+    SecondsLeft,
+    Warnings,
+    Cautions,
+}
+
+const LAYOUTS: [Layout; 3] = [
+    Layout {
+        version: ProtocolVersion::V18,
+        number: 18,
+        name: "v18",
+        league: "Standard Platform League, 2025",
+        player: &[PlayerField::Penalty, PlayerField::SecondsLeft],
+        has_division: false,
+        standby: 5,
+        penalties: &[
+            (1, &[PenaltyReason::BallHolding]),
+            (2, &[PenaltyReason::Pushing, PenaltyReason::Obstruction]),
+            (3, &[PenaltyReason::MotionInSet, PenaltyReason::MotionInStop]),
+            (4, &[PenaltyReason::Inactive, PenaltyReason::Fallen]),
+            (5, &[PenaltyReason::IllegalPosition, PenaltyReason::IllegalDefender]),
+            (6, &[PenaltyReason::LeavingField]),
+            (8, &[PenaltyReason::GameStuck, PenaltyReason::Stalling]),
+            (9, &[PenaltyReason::IllegalPosition]),
+            (11, &[PenaltyReason::MotionInStandby]),
+        ],
+        other_penalty: 15,
+        substitute: 14,
+        set_plays: &[
+            (1, &[SetPlayKind::GoalKick]),
+            // Direct and indirect free kicks differ in the goals that count alone.
+            (2, &[SetPlayKind::PushingFreeKick, SetPlayKind::IndirectFreeKick]),
+            (3, &[SetPlayKind::CornerKick]),
+            (4, &[SetPlayKind::KickIn]),
+            (5, &[SetPlayKind::PenaltyKick]),
+        ],
+    },
+    Layout {
+        version: ProtocolVersion::V19,
+        number: 19,
+        name: "v19",
+        league: "Humanoid Soccer League, German Open 2026",
+        player: &[PlayerField::Penalty, PlayerField::SecondsLeft, PlayerField::Warnings, PlayerField::Cautions],
+        has_division: true,
+        standby: 0,
+        penalties: &[
+            (1, &[PenaltyReason::IllegalPosition, PenaltyReason::IllegalDefender]),
+            (2, &[PenaltyReason::MotionInSet, PenaltyReason::MotionInStop]),
+            (3, &[PenaltyReason::GameStuck, PenaltyReason::Stalling]),
+            (4, &[PenaltyReason::Inactive, PenaltyReason::Fallen]),
+            (5, &[PenaltyReason::PickUp]),
+            (6, &[PenaltyReason::BallHolding]),
+            (7, &[PenaltyReason::LeavingField]),
+            (9, &[PenaltyReason::Pushing, PenaltyReason::Obstruction]),
+            (10, &[PenaltyReason::SentOff]),
+        ],
+        other_penalty: 5,
+        substitute: 11,
+        set_plays: HUMANOID_SET_PLAYS,
+    },
+    Layout {
+        version: ProtocolVersion::V20,
+        number: 20,
+        name: "v20",
+        league: "Humanoid Soccer League, RoboCup 2026",
+        player: &[PlayerField::Penalty, PlayerField::SecondsLeft, PlayerField::Cautions],
+        has_division: true,
+        standby: 0,
+        penalties: &[
+            (1, &[PenaltyReason::IllegalPosition, PenaltyReason::IllegalDefender]),
+            (2, &[PenaltyReason::MotionInSet]),
+            (3, &[PenaltyReason::MotionInStop]),
+            (4, &[PenaltyReason::GameStuck, PenaltyReason::Stalling]),
+            (5, &[PenaltyReason::Inactive, PenaltyReason::Fallen]),
+            (6, &[PenaltyReason::PickUp]),
+            (7, &[PenaltyReason::BallHolding]),
+            (8, &[PenaltyReason::LeavingField]),
+            (10, &[PenaltyReason::Pushing, PenaltyReason::Obstruction]),
+            // A robot that is cautioned for something else.
+            (11, &[PenaltyReason::Manual]),
+            (12, &[PenaltyReason::SentOff]),
+        ],
+        other_penalty: 6,
+        substitute: 13,
+        set_plays: HUMANOID_SET_PLAYS,
+    },
+];
+
+const HUMANOID_SET_PLAYS: &[(u8, &[SetPlayKind])] = &[
+    (1, &[SetPlayKind::PushingFreeKick]),
+    (2, &[SetPlayKind::IndirectFreeKick]),
+    (3, &[SetPlayKind::PenaltyKick]),
+    (4, &[SetPlayKind::KickIn]),
+    (5, &[SetPlayKind::GoalKick]),
+    (6, &[SetPlayKind::CornerKick]),
+];
 
 impl ProtocolVersion {
     /// All versions, from the oldest.
-    pub const ALL: [ProtocolVersion; 2] = [ProtocolVersion::V18, ProtocolVersion::V19];
+    pub const ALL: [ProtocolVersion; 3] = [ProtocolVersion::V18, ProtocolVersion::V19, ProtocolVersion::V20];
+
+    const fn layout(self) -> &'static Layout {
+        match self {
+            ProtocolVersion::V18 => &LAYOUTS[0],
+            ProtocolVersion::V19 => &LAYOUTS[1],
+            ProtocolVersion::V20 => &LAYOUTS[2],
+        }
+    }
+
+    /// The version with this number on the wire.
+    pub fn of_number(number: u8) -> Option<Self> {
+        LAYOUTS.iter().find(|layout| layout.number == number).map(|layout| layout.version)
+    }
 
     /// Its name on the command line.
     pub const fn name(self) -> &'static str {
-        match self {
-            ProtocolVersion::V18 => "v18",
-            ProtocolVersion::V19 => "v19",
-        }
+        self.layout().name
     }
 
     /// The league and year of this version.
     pub const fn league(self) -> &'static str {
-        match self {
-            ProtocolVersion::V18 => "Standard Platform League, 2025",
-            ProtocolVersion::V19 => "Humanoid Soccer League, 2026",
-        }
+        self.layout().league
     }
 
     /// Its number on the wire.
     pub fn number(self) -> u8 {
-        match self {
-            ProtocolVersion::V18 => 18,
-            ProtocolVersion::V19 => 19,
-        }
+        self.layout().number
     }
 
     /// The length of a control packet, bytes.
@@ -62,106 +193,78 @@ impl ProtocolVersion {
     }
 
     fn player_bytes(self) -> usize {
-        match self {
-            ProtocolVersion::V18 => 2,
-            ProtocolVersion::V19 => 4,
-        }
+        self.layout().player.len()
     }
 
     /// The code of a penalty. Penalties that the league does not have become the operator's own decision.
     pub fn penalty_code(self, reason: PenaltyReason) -> u8 {
-        match (self, reason) {
-            (ProtocolVersion::V18, PenaltyReason::BallHolding) => 1,
-            (ProtocolVersion::V18, PenaltyReason::Pushing | PenaltyReason::Obstruction) => 2,
-            (ProtocolVersion::V18, PenaltyReason::MotionInSet) => 3,
-            (ProtocolVersion::V18, PenaltyReason::Inactive | PenaltyReason::Fallen) => 4,
-            (ProtocolVersion::V18, PenaltyReason::IllegalPosition | PenaltyReason::IllegalDefender) => 5,
-            (ProtocolVersion::V18, PenaltyReason::LeavingField) => 6,
-            (ProtocolVersion::V18, PenaltyReason::GameStuck | PenaltyReason::Stalling) => 8,
-            (ProtocolVersion::V18, PenaltyReason::MotionInStandby) => 11,
-            (ProtocolVersion::V18, PenaltyReason::Manual | PenaltyReason::SentOff | PenaltyReason::Custom(_)) => 15,
-            (ProtocolVersion::V19, PenaltyReason::IllegalPosition | PenaltyReason::IllegalDefender) => 1,
-            (ProtocolVersion::V19, PenaltyReason::MotionInSet) => 2,
-            (ProtocolVersion::V19, PenaltyReason::GameStuck | PenaltyReason::Stalling) => 3,
-            (ProtocolVersion::V19, PenaltyReason::Inactive | PenaltyReason::Fallen) => 4,
-            (
-                ProtocolVersion::V19,
-                PenaltyReason::MotionInStandby | PenaltyReason::Manual | PenaltyReason::Custom(_),
-            ) => 5,
-            (ProtocolVersion::V19, PenaltyReason::BallHolding) => 6,
-            (ProtocolVersion::V19, PenaltyReason::LeavingField) => 7,
-            (ProtocolVersion::V19, PenaltyReason::Pushing | PenaltyReason::Obstruction) => 9,
-            (ProtocolVersion::V19, PenaltyReason::SentOff) => 10,
-            (_, PenaltyReason::ShootOut) => self.substitute_code(),
+        if reason == PenaltyReason::ShootOut {
+            return self.substitute_code();
         }
+        code_of(self.layout().penalties, &reason).unwrap_or(self.layout().other_penalty)
     }
 
     /// The code of a substitute.
     pub fn substitute_code(self) -> u8 {
-        match self {
-            ProtocolVersion::V18 => 14,
-            ProtocolVersion::V19 => 11,
-        }
+        self.layout().substitute
     }
 
     /// The penalty with this code; `None` for a robot without a penalty.
     pub fn penalty_reason(self, code: u8) -> Option<PenaltyReason> {
-        let reason = match (self, code) {
-            (_, 0) => return None,
-            (ProtocolVersion::V18, 1) | (ProtocolVersion::V19, 6) => PenaltyReason::BallHolding,
-            (ProtocolVersion::V18, 2) | (ProtocolVersion::V19, 9) => PenaltyReason::Pushing,
-            (ProtocolVersion::V18, 3) | (ProtocolVersion::V19, 2) => PenaltyReason::MotionInSet,
-            (ProtocolVersion::V18, 11) => PenaltyReason::MotionInStandby,
-            (_, 4) => PenaltyReason::Inactive,
-            (ProtocolVersion::V18, 5 | 9) | (ProtocolVersion::V19, 1) => PenaltyReason::IllegalPosition,
-            (ProtocolVersion::V18, 6) | (ProtocolVersion::V19, 7) => PenaltyReason::LeavingField,
-            (ProtocolVersion::V18, 8) | (ProtocolVersion::V19, 3) => PenaltyReason::GameStuck,
-            (ProtocolVersion::V19, 10) => PenaltyReason::SentOff,
-            _ => PenaltyReason::Manual,
-        };
-        Some(reason)
+        (code != 0).then(|| named(self.layout().penalties, code).unwrap_or(PenaltyReason::Manual))
     }
 
     fn state_code(self, state: GameState) -> u8 {
-        match (self, state) {
-            (ProtocolVersion::V18, GameState::Standby) => 5,
-            (_, GameState::Initial | GameState::Standby) => 0,
-            (_, GameState::Ready) => 1,
-            (_, GameState::Set) => 2,
-            (_, GameState::Playing) => 3,
-            (_, GameState::Finished) => 4,
+        match state {
+            GameState::Initial => 0,
+            GameState::Standby => self.layout().standby,
+            GameState::Ready => 1,
+            GameState::Set => 2,
+            GameState::Playing => 3,
+            GameState::Finished => 4,
         }
     }
 
     fn set_play_code(self, set_play: Option<SetPlayKind>) -> u8 {
-        match (self, set_play) {
-            (_, None | Some(SetPlayKind::KickOff)) => 0,
-            (ProtocolVersion::V18, Some(SetPlayKind::GoalKick)) => 1,
-            (ProtocolVersion::V18, Some(SetPlayKind::PushingFreeKick | SetPlayKind::IndirectFreeKick)) => 2,
-            (ProtocolVersion::V18, Some(SetPlayKind::CornerKick)) => 3,
-            (ProtocolVersion::V18, Some(SetPlayKind::KickIn)) => 4,
-            (ProtocolVersion::V18, Some(SetPlayKind::PenaltyKick)) => 5,
-            (ProtocolVersion::V19, Some(SetPlayKind::PushingFreeKick)) => 1,
-            (ProtocolVersion::V19, Some(SetPlayKind::IndirectFreeKick)) => 2,
-            (ProtocolVersion::V19, Some(SetPlayKind::PenaltyKick)) => 3,
-            (ProtocolVersion::V19, Some(SetPlayKind::KickIn)) => 4,
-            (ProtocolVersion::V19, Some(SetPlayKind::GoalKick)) => 5,
-            (ProtocolVersion::V19, Some(SetPlayKind::CornerKick)) => 6,
-        }
+        set_play.and_then(|kind| code_of(self.layout().set_plays, &kind)).unwrap_or(0)
     }
 
     fn set_play_of(self, code: u8) -> Result<Option<SetPlayKind>, PacketError> {
-        Ok(Some(match (self, code) {
-            (_, 0) => return Ok(None),
-            (ProtocolVersion::V18, 1) | (ProtocolVersion::V19, 5) => SetPlayKind::GoalKick,
-            // Direct and indirect free kicks differ in the goals that count alone.
-            (ProtocolVersion::V18, 2) | (ProtocolVersion::V19, 1) => SetPlayKind::PushingFreeKick,
-            (ProtocolVersion::V19, 2) => SetPlayKind::IndirectFreeKick,
-            (ProtocolVersion::V18, 3) | (ProtocolVersion::V19, 6) => SetPlayKind::CornerKick,
-            (_, 4) => SetPlayKind::KickIn,
-            (ProtocolVersion::V18, 5) | (ProtocolVersion::V19, 3) => SetPlayKind::PenaltyKick,
-            _ => return Err(PacketError::UnknownCode { field: "setPlay", code }),
-        }))
+        match named(self.layout().set_plays, code) {
+            None if code != 0 => Err(PacketError::UnknownCode { field: "setPlay", code }),
+            set_play => Ok(set_play),
+        }
+    }
+}
+
+/// The first code of a table that has this value.
+fn code_of<T: PartialEq>(table: &[(u8, &[T])], value: &T) -> Option<u8> {
+    table.iter().find(|(_, values)| values.contains(value)).map(|(code, _)| *code)
+}
+
+/// The first value of a code.
+fn named<T: Copy>(table: &[(u8, &[T])], code: u8) -> Option<T> {
+    table.iter().find(|(listed, _)| *listed == code).and_then(|(_, values)| values.first().copied())
+}
+
+/// The phase of a match, as a GameController tells it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[repr(u8)]
+pub enum GamePhase {
+    /// A half of the match.
+    #[default]
+    Normal = 0,
+    /// A penalty shoot-out.
+    ShootOut = 1,
+    /// A half of the extra time.
+    ExtraTime = 2,
+    /// A time-out.
+    Timeout = 3,
+}
+
+impl GamePhase {
+    fn of_code(code: u8) -> Option<Self> {
+        [Self::Normal, Self::ShootOut, Self::ExtraTime, Self::Timeout].into_iter().find(|phase| *phase as u8 == code)
     }
 }
 
@@ -178,12 +281,12 @@ pub struct ControlPacket {
     pub players_per_team: u8,
     /// Whether the match must have a winner (18 only).
     pub is_knockout: bool,
-    /// The division of the league (19 only).
+    /// The division of the league (from 19 on).
     pub division: Division,
-    /// Whether play is interrupted (19 only).
+    /// Whether play is interrupted (from 19 on).
     pub is_stopped: bool,
-    /// Whether there is a penalty shoot-out.
-    pub is_shoot_out: bool,
+    /// The phase of the match.
+    pub phase: GamePhase,
     /// The state of the game. In version 19, `standby` is sent as `initial`.
     pub state: GameState,
     /// The current set play.
@@ -230,7 +333,7 @@ pub struct PlayerPacket {
     pub seconds_left: u8,
     /// The number of its warnings (19 only).
     pub warnings: u8,
-    /// The number of its cautions (19 only).
+    /// The number of its cautions (from 19 on).
     pub cautions: u8,
 }
 
@@ -242,7 +345,7 @@ pub enum PacketError {
     #[error("it does not begin with RGme")]
     Header,
     /// The version is not supported.
-    #[error("it is of version {0}; expected 18 or 19")]
+    #[error("it is of version {0}; expected 18, 19 or 20")]
     Version(u8),
     /// The length does not fit the version.
     #[error("it has {found} bytes; expected {expected}")]
@@ -268,13 +371,13 @@ impl ControlPacket {
         let mut bytes = Vec::with_capacity(self.version.packet_bytes());
         bytes.extend(if self.for_monitors { FOR_MONITORS } else { FOR_ROBOTS });
         bytes.extend([self.version.number(), self.packet_number, self.players_per_team]);
-        // 18: phase and type of the competition, where type 0 is a normal match. 19: the division as the type.
-        bytes.extend(match self.version {
-            ProtocolVersion::V18 => [u8::from(self.is_knockout), 0],
-            ProtocolVersion::V19 => [self.division.code(), u8::from(self.is_stopped)],
+        // 18: phase and type of the competition, where type 0 is a normal match. Later: the division as the type.
+        bytes.extend(match self.version.layout().has_division {
+            false => [u8::from(self.is_knockout), 0],
+            true => [self.division.code(), u8::from(self.is_stopped)],
         });
         bytes.extend([
-            u8::from(self.is_shoot_out),
+            self.phase as u8,
             self.version.state_code(self.state),
             self.version.set_play_code(self.set_play),
             u8::from(self.is_first_half),
@@ -287,8 +390,12 @@ impl ControlPacket {
             bytes.extend(team.shots_scored.to_le_bytes());
             bytes.extend(team.message_budget.to_le_bytes());
             for player in &team.players {
-                let all = [player.penalty, player.seconds_left, player.warnings, player.cautions];
-                bytes.extend(&all[..self.version.player_bytes()]);
+                bytes.extend(self.version.layout().player.iter().map(|field| match field {
+                    PlayerField::Penalty => player.penalty,
+                    PlayerField::SecondsLeft => player.seconds_left,
+                    PlayerField::Warnings => player.warnings,
+                    PlayerField::Cautions => player.cautions,
+                }));
             }
         }
         bytes
@@ -304,22 +411,17 @@ impl ControlPacket {
             Some(&FOR_MONITORS) => true,
             _ => return Err(PacketError::Header),
         };
-        let version = match bytes.get(4) {
-            Some(18) => ProtocolVersion::V18,
-            Some(19) => ProtocolVersion::V19,
-            Some(other) => return Err(PacketError::Version(*other)),
-            None => return Err(PacketError::Header),
-        };
+        let number = *bytes.get(4).ok_or(PacketError::Header)?;
+        let version = ProtocolVersion::of_number(number).ok_or(PacketError::Version(number))?;
         let (found, expected) = (bytes.len(), version.packet_bytes());
         if found != expected {
             return Err(PacketError::Length { found, expected });
         }
-        let is_v18 = version == ProtocolVersion::V18;
-        let division = match (version, bytes[7]) {
-            (ProtocolVersion::V18, _) => Division::default(),
-            (ProtocolVersion::V19, code) => {
-                Division::of_code(code).ok_or(PacketError::UnknownCode { field: "competitionType", code })?
-            }
+        let has_division = version.layout().has_division;
+        let unknown = |field, code| PacketError::UnknownCode { field, code };
+        let division = match has_division {
+            false => Division::default(),
+            true => Division::of_code(bytes[7]).ok_or_else(|| unknown("competitionType", bytes[7]))?,
         };
         let team = |start: usize| team_from(version, &bytes[start..]);
         Ok(ControlPacket {
@@ -327,10 +429,10 @@ impl ControlPacket {
             for_monitors,
             packet_number: bytes[5],
             players_per_team: bytes[6],
-            is_knockout: is_v18 && bytes[7] == 1,
+            is_knockout: !has_division && bytes[7] == 1,
             division,
-            is_stopped: !is_v18 && bytes[8] == 1,
-            is_shoot_out: bytes[9] == 1,
+            is_stopped: has_division && bytes[8] == 1,
+            phase: GamePhase::of_code(bytes[9]).ok_or_else(|| unknown("gamePhase", bytes[9]))?,
             state: state_of(bytes[10])?,
             set_play: version.set_play_of(bytes[11])?,
             is_first_half: bytes[12] == 1,
@@ -356,11 +458,14 @@ impl ControlPacket {
 fn team_from(version: ProtocolVersion, bytes: &[u8]) -> TeamPacket {
     let mut players = [PlayerPacket::default(); MOST_PLAYERS];
     for (player, bytes) in players.iter_mut().zip(bytes[TEAM_HEAD_BYTES..].chunks(version.player_bytes())) {
-        *player = match *bytes {
-            [penalty, seconds_left, warnings, cautions] => PlayerPacket { penalty, seconds_left, warnings, cautions },
-            [penalty, seconds_left, ..] => PlayerPacket { penalty, seconds_left, ..PlayerPacket::default() },
-            _ => PlayerPacket::default(),
-        };
+        for (field, byte) in version.layout().player.iter().zip(bytes) {
+            *match field {
+                PlayerField::Penalty => &mut player.penalty,
+                PlayerField::SecondsLeft => &mut player.seconds_left,
+                PlayerField::Warnings => &mut player.warnings,
+                PlayerField::Cautions => &mut player.cautions,
+            } = *byte;
+        }
     }
     TeamPacket {
         number: bytes[0],
@@ -433,9 +538,9 @@ mod tests {
             packet_number: 200,
             players_per_team: 7,
             is_knockout: version == ProtocolVersion::V18,
-            division: if version == ProtocolVersion::V19 { Division::Large } else { Division::default() },
-            is_stopped: version == ProtocolVersion::V19,
-            is_shoot_out: false,
+            division: if version == ProtocolVersion::V18 { Division::default() } else { Division::Large },
+            is_stopped: version != ProtocolVersion::V18,
+            phase: GamePhase::Normal,
             state: GameState::Playing,
             set_play: Some(SetPlayKind::CornerKick),
             is_first_half: true,
@@ -463,6 +568,21 @@ mod tests {
     }
 
     #[test]
+    fn version_20_has_three_bytes_for_a_robot_and_is_19_otherwise() {
+        let mut packet = packet(ProtocolVersion::V20);
+        packet.teams[0].players[1].warnings = 0;
+        packet.phase = GamePhase::ExtraTime;
+        let bytes = packet.to_bytes();
+        assert_eq!((bytes.len(), bytes[4], bytes[9]), (158, 20, 2));
+        let older = ControlPacket { version: ProtocolVersion::V19, ..packet.clone() }.to_bytes();
+        assert_eq!(bytes[5..28], older[5..28]);
+        // The second team begins after 10 + 20 x 3 bytes; its last robot is a substitute.
+        assert_eq!(bytes[88..98], older[108..118]);
+        assert_eq!((&bytes[28..34], bytes[155]), (&[10, 45, 0, 8, 7, 2][..], 13));
+        assert_eq!(ControlPacket::from_bytes(&bytes), Ok(packet));
+    }
+
+    #[test]
     fn what_is_no_packet_is_told_from_one() {
         let bytes = packet(ProtocolVersion::V18).to_bytes();
         let with = |bytes: &[u8], at: usize, value: u8| {
@@ -482,7 +602,7 @@ mod tests {
         let mut random = RandomStream::for_match(1, "packets");
         for round in 0..20_000 {
             let mut bytes: Vec<u8> = (0..round % 210).map(|_| (random.uniform() * 256.0) as u8).collect();
-            let header = if round % 2 == 0 { &b"RGme\x12"[..] } else { &b"RGTD\x13"[..] };
+            let header = [&b"RGme\x12"[..], b"RGTD\x13", b"RGme\x14"][round % 3];
             bytes.splice(..bytes.len().min(5), header.iter().copied());
             if let Ok(packet) = ControlPacket::from_bytes(&bytes) {
                 assert_eq!(packet.to_bytes().len(), bytes.len());
@@ -491,15 +611,24 @@ mod tests {
     }
 
     #[test]
-    fn a_penalty_means_the_same_in_either_version() {
-        // Version 18 has no word for one that is sent off, and 19 none for `standby`: it is the operator's decision there.
-        let is_known =
-            |reason: &PenaltyReason| !matches!(reason, PenaltyReason::SentOff | PenaltyReason::MotionInStandby);
+    fn a_penalty_means_the_same_in_every_version() {
+        // What a version has no word for is the operator's decision, or what comes nearest.
+        let is_known = |reason: &PenaltyReason| {
+            use PenaltyReason::{Manual, MotionInStandby, MotionInStop, PickUp, SentOff};
+            !matches!(reason, SentOff | MotionInStandby | MotionInStop | PickUp | Manual)
+        };
         for reason in PenaltyReason::built_in().filter(is_known) {
-            let [one, other] = [ProtocolVersion::V18, ProtocolVersion::V19]
-                .map(|version| version.penalty_reason(version.penalty_code(reason)));
-            assert!(one.is_some() && one == other, "{reason:?}: {one:?}, {other:?}");
+            let [one, other, newest] =
+                ProtocolVersion::ALL.map(|version| version.penalty_reason(version.penalty_code(reason)));
+            assert!(
+                one.is_some() && (one == other || reason == PenaltyReason::ShootOut),
+                "{reason:?}: {one:?}, {other:?}"
+            );
+            assert_eq!(other, newest);
         }
+        let newest = |reason| ProtocolVersion::V20.penalty_reason(ProtocolVersion::V20.penalty_code(reason));
+        assert_eq!(newest(PenaltyReason::MotionInStop), Some(PenaltyReason::MotionInStop));
+        assert_eq!(newest(PenaltyReason::PickUp), Some(PenaltyReason::PickUp));
         assert_eq!(ProtocolVersion::V18.penalty_reason(0), None);
         let sent_off = |version: ProtocolVersion| version.penalty_reason(version.penalty_code(PenaltyReason::SentOff));
         assert_eq!(sent_off(ProtocolVersion::V18), Some(PenaltyReason::Manual));

@@ -7,7 +7,7 @@ use naoisis_core::referee::{RobotMemory, SetPlayStatus};
 use naoisis_core::team::{PerTeam, RobotId, Team};
 
 use super::division::Division;
-use super::packet::{ControlPacket, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
+use super::packet::{ControlPacket, GamePhase, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
 
 /// The state of a match from which a packet is made.
 #[derive(Clone, Copy, Debug)]
@@ -45,8 +45,14 @@ impl PacketSource<'_> {
             players_per_team: u8::try_from(largest_team).unwrap_or(u8::MAX),
             is_knockout: rules.shoot_out,
             division: self.division,
-            is_stopped: false,
-            is_shoot_out: game.shoot_out.is_some(),
+            is_stopped: game.stop.is_some(),
+            phase: if game.shoot_out.is_some() {
+                GamePhase::ShootOut
+            } else if rules.is_extra_time(game.half) {
+                GamePhase::ExtraTime
+            } else {
+                GamePhase::Normal
+            },
             state: game.state,
             set_play: game.set_play.map(|set_play| set_play.kind),
             is_first_half: game.half == 1,

@@ -12,6 +12,7 @@ use super::play::display;
 use super::terminal::Printer;
 use super::window::WindowArguments;
 use super::{Program, report};
+use naoisis_core::game::MatchResult;
 use naoisis_record::record::match_marks::MarkKind;
 use naoisis_record::record::read::Ending;
 use naoisis_record::record::read_trace::ReadTrace;
@@ -105,7 +106,7 @@ fn summary(trace: &ReadTrace) -> String {
     let (realism, robots) = (scenario.realism_in_words(), scenario.robots.len());
     let mut text = format!("{name}, realism {realism}, seed {}, {robots} robots\n", scenario.seed);
     let Some(last) = &trace.last else { return text };
-    let score = last.game.score;
+    let result = trace.result.unwrap_or(MatchResult { score: last.game.score, ..MatchResult::default() });
     let cycles = trace.history.cycles().map_or(0, |cycles| cycles.end() - cycles.start());
     let end = match trace.ending {
         Ending::Proper(EndReason::FinalWhistle) => "to the final whistle",
@@ -115,7 +116,7 @@ fn summary(trace: &ReadTrace) -> String {
         Ending::NotYet | Ending::BrokenOff => "until it broke off",
     };
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "{cycles} cycles, {:.1} s, {end}; blue {} : {} pink", last.time_s, score.blue, score.pink);
+    let _ = writeln!(text, "{cycles} cycles, {:.1} s, {end}; {result}", last.time_s);
     let count = |kind| trace.history.marks().iter().filter(|mark| mark.kind == kind).count();
     let (goals, outs, penalties) = (count(MarkKind::Goal), count(MarkKind::Out), count(MarkKind::Penalty));
     let _ = writeln!(text, "{goals} goals, {outs} times out, {penalties} penalties");

@@ -18,7 +18,7 @@ use naoisis_agents::agents::server::{Address, Server, free_robots};
 use naoisis_agents::agents::{self, AgentSettings, BreakOff};
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::{CycleEvents, MatchEvent};
-use naoisis_core::game::Game;
+use naoisis_core::game::{Game, MatchResult, Rules};
 use naoisis_core::referee::report::{HEADER, report as match_report};
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_record::expectations::{self, Watch};
@@ -265,7 +265,7 @@ fn run_to_the_end(
 
 /// The length of a match, s of its own clock: without time that the referee adds.
 pub(super) fn length_s(scenario: &Scenario) -> f32 {
-    scenario.longest_s().unwrap_or(scenario.rules.half_s * scenario.rules.halves as f32)
+    scenario.longest_s().unwrap_or(scenario.rules.longest_s())
 }
 
 /// A progress bar of the simulated seconds; hidden if standard error is no terminal.
@@ -289,7 +289,7 @@ fn finish(
     arguments: &RunArguments,
 ) -> ExitCode {
     let clock = *world.resource::<CycleClock>();
-    let score = world.resource::<Game>().score;
+    let result = world.resource::<Game>().result(world.resource::<Rules>());
     let realism = world.get_resource::<Scenario>().map(Scenario::realism_in_words).unwrap_or_default();
     for said in recorder::finish(world, outcome.reason) {
         match said {
@@ -304,7 +304,7 @@ fn finish(
     }
     if !arguments.quiet {
         printer.print(tally(&outcome.decisions));
-        printer.print(summary(outcome, clock, started_at_cycle, score, &realism, wall_s));
+        printer.print(summary(outcome, clock, started_at_cycle, result, &realism, wall_s));
     }
     if let Some(message) = &outcome.not_saved {
         return report::failure(message);
@@ -340,7 +340,7 @@ fn summary(
     outcome: &Outcome,
     clock: CycleClock,
     started_at_cycle: u64,
-    score: naoisis_core::game::Score,
+    result: MatchResult,
     realism: &str,
     wall_s: f64,
 ) -> String {
@@ -357,9 +357,7 @@ fn summary(
     // A saved match goes on in the middle.
     let cycles = clock.cycle - started_at_cycle;
     text += &format!(
-        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {} times real time, realism {realism}\n",
-        score.blue,
-        score.pink,
+        "{simulated_s:>7.1} s  {end}: {result}\n{} cycles in {wall_s:.2} s, {} times real time, realism {realism}\n",
         cycles,
         factor(cycles as f64 * clock.period_s / wall_s.max(1e-9)),
     );

@@ -208,6 +208,8 @@ pub enum DisallowedGoal {
     KickOffShot,
     /// Only one robot of the team had played the ball since the last restart.
     NotIndirect,
+    /// It went straight from a set play into the goal of the team that took it.
+    OwnSetPlay,
     /// The team has exceeded its message budget.
     TooManyMessages,
 }

@@ -253,6 +253,20 @@ pub enum MatchEvent {
         /// The evidence.
         evidence: Evidence,
     },
+    /// The taker of a set play touched the ball again before another robot had.
+    DoubleTouch {
+        /// The robot.
+        robot: RobotId,
+        /// The evidence.
+        evidence: Evidence,
+    },
+    /// A robot that stood where the ball is put was moved aside.
+    MovedAside {
+        /// The robot.
+        robot: RobotId,
+        /// Its new position, m, pitch frame.
+        position_m: Vec2,
+    },
     /// An intervention was applied.
     Intervention {
         /// The intervention.

@@ -57,6 +57,11 @@ pub enum Intervention {
         #[schemars(range(min = 0.0, max = 100_000.0))]
         duration_s: Option<f32>,
     },
+    /// Picks a robot up at its team's request, for the penalty of the rules.
+    PickUp {
+        /// The robot.
+        robot: RobotId,
+    },
     /// Ends a robot's penalty.
     Return {
         /// The robot.
@@ -76,6 +81,10 @@ pub enum Intervention {
         /// The team that kicks off.
         team: Team,
     },
+    /// Stops the match briefly: nobody may move, and no clock runs.
+    Stop,
+    /// Ends a brief stop: the match goes on as it was.
+    Resume,
 }
 
 impl fmt::Display for Intervention {
@@ -93,12 +102,15 @@ impl fmt::Display for Intervention {
             }
             Intervention::SetScore { blue, pink } => write!(formatter, "the score is set to blue {blue} : pink {pink}"),
             Intervention::Penalise { robot, .. } => write!(formatter, "{robot} is penalised"),
+            Intervention::PickUp { robot } => write!(formatter, "{robot} is picked up at its team's request"),
             Intervention::Return { robot } => write!(formatter, "{robot} may return"),
             Intervention::Whistle => formatter.write_str("the whistle"),
             Intervention::DropBall { position_m } => {
                 write!(formatter, "the ball is dropped at ({:.2}, {:.2})", position_m.x, position_m.y)
             }
             Intervention::KickOff { team } => write!(formatter, "kick-off for {team}"),
+            Intervention::Stop => formatter.write_str("a brief stop"),
+            Intervention::Resume => formatter.write_str("the match goes on"),
         }
     }
 }

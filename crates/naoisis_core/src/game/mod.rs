@@ -10,6 +10,7 @@ mod evidence;
 mod intervention;
 mod outside_referee;
 mod penalty;
+mod result;
 mod rules;
 mod set_play;
 mod shoot_out;
@@ -18,6 +19,7 @@ pub use evidence::{Evidence, Measurement, RobotEvidence};
 pub use intervention::{Intervention, Interventions, TimedIntervention};
 pub use outside_referee::OutsideReferee;
 pub use penalty::{ActivePenalty, Penalty, PenaltyReason, RuleName};
+pub use result::{DecidedBy, MatchResult};
 pub use rules::{
     BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError,
     ShootOutProcedure, SideContacts,
@@ -61,6 +63,22 @@ impl GameState {
 /// The goals of each team.
 pub type Score = PerTeam<u32>;
 
+impl Score {
+    /// The team with more goals.
+    pub fn leader(&self) -> Option<Team> {
+        (self.blue != self.pink).then_some(if self.blue > self.pink { Team::Blue } else { Team::Pink })
+    }
+}
+
+/// A brief stop, in which nobody may move and no clock runs (HSL 2026, emergency stop).
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct BriefStop {
+    /// Position of the ball when it began, where it is put when play goes on, m, pitch frame.
+    pub ball_m: Option<Vec2>,
+    /// Cycles since it began.
+    pub cycles: u64,
+}
+
 /// The true state of the match.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
@@ -89,6 +107,8 @@ pub struct Game {
     pub goals_void: PerTeam<bool>,
     /// The penalty shoot-out under way, or that decided the match.
     pub shoot_out: Option<ShootOut>,
+    /// The brief stop under way.
+    pub stop: Option<BriefStop>,
     /// How often the robots were placed for a restart.
     pub restarts: u32,
     /// How often the referee has whistled.
@@ -104,7 +124,8 @@ impl Game {
         Self {
             state: if rules.clock { GameState::Initial } else { GameState::Playing },
             half: 1,
-            cycles_left: rules.clock.then(|| rules.half_cycles(clock)),
+            cycles_left: rules.clock.then(|| rules.half_cycles(1, clock)),
+            kick_off_team: rules.first_kick_off,
             messages_left: rules.message_budget.map(|budget| PerTeam { blue: budget, pink: budget }),
             ..Self::default()
         }
@@ -140,13 +161,14 @@ impl Game {
 
     /// Whether this half has been kicked off.
     fn half_has_begun(&self, rules: &Rules, clock: &CycleClock) -> bool {
-        self.cycles_left.is_some_and(|left| left < rules.half_cycles(clock))
+        self.cycles_left.is_some_and(|left| left < rules.half_cycles(self.half, clock))
     }
 
     /// Whether the clock of the half runs: in play, and if [`Rules::clock_runs_in_stoppages`] in `ready` and `set`, except before
     /// the first kick-off of the half.
     pub fn clock_runs(&self, rules: &Rules, clock: &CycleClock) -> bool {
         match self.state {
+            _ if self.stop.is_some() => false,
             GameState::Playing => self.shoot_out.is_none(),
             GameState::Ready | GameState::Set => {
                 rules.clock_runs_in_stoppages && self.shoot_out.is_none() && self.half_has_begun(rules, clock)
@@ -175,10 +197,5 @@ impl Game {
             (GameState::Playing, None, Some(shoot_out)) => Some(left(shoot_out.shot_s(rules), shoot_out.shot.cycles)),
             (GameState::Initial | GameState::Standby | GameState::Playing | GameState::Finished, ..) => None,
         }
-    }
-
-    /// The team that kicks off `half`: blue the first, then alternating.
-    pub fn first_kick_off_of_half(half: u32) -> Team {
-        if half % 2 == 1 { Team::Blue } else { Team::Pink }
     }
 }

@@ -79,8 +79,12 @@ pub enum PenaltyReason {
     GameStuck,
     /// It began to walk in `set`.
     MotionInSet,
+    /// It moved in a brief stop.
+    MotionInStop,
     /// A robot of its team began to walk in `standby`.
     MotionInStandby,
+    /// Its team asked to pick it up.
+    PickUp,
     /// It was cautioned too often, and is out for the rest of the match.
     SentOff,
     /// It was removed by an [intervention](crate::game::Intervention::Penalise).
@@ -140,6 +144,7 @@ impl PenaltyReason {
             PenaltyReason::ShootOut => "the shoot-out",
             PenaltyReason::GameStuck => "a stuck game",
             PenaltyReason::MotionInStandby => "its team's motion in standby",
+            PenaltyReason::PickUp => "a request for pick-up",
             PenaltyReason::SentOff => "being cautioned too often",
             PenaltyReason::Manual => "a reason of its own",
             named => return Cow::Owned(named.name().replace('_', " ")),

@@ -25,6 +25,10 @@ pub struct ShootOut {
     pub shot: Shot,
     /// The last shot of each team, blue first.
     pub last: [Shot; 2],
+    /// The winner, once there is one.
+    pub winner: Option<Team>,
+    /// Whether a coin decided.
+    pub coin: bool,
 }
 
 /// The rank of a shot, the worst first (2025 rule book, section 3.19.2).

@@ -24,8 +24,8 @@ const FACING_COSINE: f32 = 0.5;
 /// one plus this, m.
 const HAND_M: f32 = 0.1;
 
-/// Which of the robots with the indices `pair` are responsible for their collision.
-pub(crate) fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 2] {
+/// Which of the robots with the indices `pair` are responsible for their collision, which has lasted for `contact_cycles`.
+pub(crate) fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2], contact_cycles: u64) -> [bool; 2] {
     let [a, b] = pair.map(|index| &snapshot.robots[index]);
     if a.id.team == b.id.team && !snapshot.rules.collisions_between_team_mates {
         return [false; 2];
@@ -34,11 +34,19 @@ pub(crate) fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 
         return [false; 2];
     }
     let rules = snapshot.rules;
+    let is_long = rules.push_contact_s.is_some_and(|seconds| contact_cycles > snapshot.cycles(seconds));
+    let least_mps = if is_long { 0.0 } else { rules.collision_speed_mps };
     let both = rules.chest_to_chest_penalises_both && face_each_other(a, b);
     let speeds = [approach_speed(a, b), approach_speed(b, a)];
+    let margin = match rules.equal_speeds_penalise_both {
+        true => -EQUAL_SPEEDS_MPS,
+        // Front to front one has to be clearly faster.
+        false if face_each_other(a, b) && !is_long => rules.collision_speed_mps,
+        false => EQUAL_SPEEDS_MPS,
+    };
     let is_responsible = |[own, others]: [f32; 2], robot: &RobotSnapshot, other: &RobotSnapshot| {
-        own > rules.collision_speed_mps
-            && (both || own >= others - EQUAL_SPEEDS_MPS)
+        own > least_mps
+            && (both || own >= others + margin)
             && !(rules.keeper_may_push && is_keeper_at_home(snapshot, robot))
             && !may_touch(snapshot, robot, other)
             && !(rules.obstruction && steps_into_way(snapshot, other, robot))

@@ -44,7 +44,15 @@ impl Referee<'_, '_> {
             self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
             return Some(Stoppage::KickOff(Some(opponent)));
         }
-        if let Some(evidence) = indirect_goal::judge(self.seen, &self.memory.plays, goal.team, crossing) {
+        if let Some(evidence) = indirect_goal::judge_own(self.seen, &self.memory.plays, goal.team, crossing) {
+            let reason = DisallowedGoal::OwnSetPlay;
+            self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
+            let place = set_play::corner(self.seen, self.seen.game.own_end(opponent), crossing.position.y);
+            self.begin_free_kick(SetPlayKind::CornerKick, goal.team, place);
+            return None;
+        }
+        let (plays, kick_off) = (&self.memory.plays, self.memory.kick_off.as_ref());
+        if let Some(evidence) = indirect_goal::judge(self.seen, plays, kick_off, goal.team, crossing) {
             let reason = DisallowedGoal::NotIndirect;
             self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
             let place = set_play::goal_kick_place(self.seen, opponent, crossing.position.y);
@@ -75,6 +83,7 @@ mod tests {
     use super::*;
     use crate::events::BoundaryLine;
     use crate::geometry::Pose;
+    use crate::robot::posture::{LyingOn, Posture};
     use crate::team::{RobotId, Team};
     use approx::assert_abs_diff_eq;
     use bevy::prelude::*;
@@ -148,14 +157,17 @@ mod tests {
     }
 
     #[test]
-    fn the_thrown_in_ball_does_not_land_in_a_robot() {
+    fn a_robot_makes_way_for_the_thrown_in_ball_and_stays_as_it_is() {
         let mut situation = MatchFixture::three_a_side().touched_by(BLUE2).ball_rolled([1.0, 1.9], [1.0, 2.1]);
         situation.rules.ball_out_restart = BallOutRestart::ThrowIn;
-        situation.robots[1].pose = Pose::new(-0.2, 1.6, 0.0);
+        situation.robots[1].pose = Pose::new(-0.05, 1.6, 0.0);
         situation.memory.last_touch.as_mut().unwrap().robot_position.x = 1.0;
-        let place = situation.decide().ball.unwrap();
-        assert!(place.distance(Vec2::new(0.0, 1.6)) < 0.5);
-        let base = situation.robots[1].bounds.base.footprint(situation.robots[1].pose);
-        assert!(base.signed_distance(place).0 > 0.03);
+        situation.robots[1].posture = Posture::Fallen { cycles: 1, on: LyingOn::Front };
+        let decided = situation.decide();
+        assert_abs_diff_eq!(decided.ball.unwrap(), Vec2::new(0.0, 1.6), epsilon = 1e-5);
+        let robot = decided.robots[1];
+        assert!(robot.bounds.base.footprint(robot.pose).signed_distance(decided.ball.unwrap()).0 > 0.03);
+        assert!(robot.pose.position.distance(situation.robots[1].pose.position) < 0.5);
+        assert_eq!((decided.moved_aside, robot.posture), (vec![BLUE2], situation.robots[1].posture));
     }
 }

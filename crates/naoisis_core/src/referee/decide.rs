@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::ball_stop::attack_goes_on;
 use super::custom_rules::CustomRules;
 use super::game_stuck::{Progress, Remedy};
+use super::indirect_goal::judge_double_touch;
 use super::memory::RefereeMemory;
 use super::positions::is_off_pitch;
 use super::robot_rules::{self, RobotCase};
@@ -12,8 +13,8 @@ use super::set_play;
 use super::snapshot::{BallSnapshot, MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, collision, game_stuck, illegal_defender, inactive, leaving_field, obstruction, stalling};
 use crate::events::MatchEvent;
-use crate::game::{Game, GameState, PenaltyReason};
-use crate::team::Team;
+use crate::game::{Game, GameState, PenaltyReason, SetPlayKind};
+use crate::team::{RobotId, Team};
 
 /// The decisions of the referee in a cycle.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -26,6 +27,8 @@ pub struct Decisions {
     pub ball: Option<Vec2>,
     /// Velocity of the ball if it is placed, m/s: zero except for interventions.
     pub ball_velocity: Vec2,
+    /// The robots that were moved aside for the ball, and keep their posture.
+    pub moved_aside: Vec<RobotId>,
     /// All robots as in the snapshot, with the new poses of those that are placed, and new penalties.
     pub robots: Vec<RobotSnapshot>,
 }
@@ -43,9 +46,10 @@ pub fn decide(
     decisions.robots.clear();
     decisions.robots.extend_from_slice(snapshot.robots);
     decisions.events.clear();
+    decisions.moved_aside.clear();
     decisions.ball = None;
     decisions.ball_velocity = Vec2::ZERO;
-    decisions.game.state_cycles += 1;
+    decisions.game.state_cycles += u64::from(snapshot.game.stop.is_none());
     let seen = MatchSnapshot { last_touch: memory.last_touch, ..*snapshot };
     let mut referee = Referee { seen: &seen, custom_rules, memory, decisions };
     referee.count_messages();
@@ -85,6 +89,11 @@ impl Referee<'_, '_> {
     }
 
     fn judge(&mut self) {
+        if let Some(stop) = &mut self.decisions.game.stop {
+            stop.cycles += 1;
+            self.judge_motion();
+            return;
+        }
         match self.seen.game.state {
             GameState::Initial | GameState::Finished => {}
             GameState::Standby => self.judge_standby(),
@@ -102,8 +111,13 @@ impl Referee<'_, '_> {
         if let Some(kick_off) = &mut self.memory.kick_off {
             kick_off.advance(self.seen);
         }
+        let double_touch = judge_double_touch(self.seen, &self.memory.plays);
         self.memory.plays.advance(self.seen);
         self.follow_set_play();
+        if let (Some((robot, evidence)), Some(ball)) = (double_touch, self.seen.ball) {
+            self.decisions.events.push(MatchEvent::DoubleTouch { robot, evidence });
+            self.begin_free_kick(SetPlayKind::IndirectFreeKick, robot.team.opponent(), ball.position);
+        }
         self.judge_collisions();
         self.judge_robots();
         let stoppage = self.judge_ball().or_else(|| self.judge_stuck());
@@ -121,13 +135,21 @@ impl Referee<'_, '_> {
         if !self.seen.rules.collisions {
             return;
         }
-        for &pair in self.seen.contacts {
-            let [first, second] = collision::responsible(self.seen, pair);
+        for (index, record) in self.memory.robots.iter_mut().enumerate() {
+            record.note_contact(self.seen, index);
+        }
+        for &[a, b] in self.seen.contacts {
+            let ids = [a, b].map(|index| self.seen.robots[index].id);
+            let lasted = |one: usize, other: RobotId| {
+                self.memory.robots[one].contact.filter(|(with, _)| *with == other).map_or(0, |(_, cycles)| cycles)
+            };
+            let [first, second] = collision::responsible(self.seen, [a, b], lasted(a, ids[1]).max(lasted(b, ids[0])));
+            let pair = [a, b];
             if first {
-                self.penalise_push(pair[0], pair[1]);
+                self.penalise_push(pair[0], pair[1], second);
             }
             if second {
-                self.penalise_push(pair[1], pair[0]);
+                self.penalise_push(pair[1], pair[0], first);
             }
         }
     }
@@ -178,7 +200,7 @@ impl Referee<'_, '_> {
         }
         // A ball that has just been placed, or that belongs to one team, is not stuck.
         if self.decisions.ball.is_some() || self.decisions.game.set_play.is_some() {
-            self.memory.stuck.cycles = 0;
+            (self.memory.stuck.cycles, self.memory.stuck.alone) = (0, 0);
             return None;
         }
         match game_stuck::judge(&self.memory.stuck, self.seen)? {
@@ -226,7 +248,6 @@ mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
     use crate::game::Rules;
-    use crate::team::RobotId;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);

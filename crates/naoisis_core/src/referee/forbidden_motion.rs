@@ -5,25 +5,31 @@ use bevy::prelude::*;
 
 use super::decide::Referee;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use crate::game::{Evidence, GameState, PenaltyReason};
+use crate::game::{BriefStop, Evidence, GameState, PenaltyReason};
+use crate::robot::posture::Posture;
 
 /// A robot that walks after it has stood for this long begins to walk, s.
 const STOOD_S: f32 = 0.3;
 /// A robot that still walks after this long does not only finish a step, s.
 const FINISHED_S: f32 = 2.0;
 
-fn walks(robot: &RobotSnapshot) -> bool {
-    robot.posture.is_upright() && (robot.wanted_velocity != Vec2::ZERO || robot.pose.heading != robot.previous.heading)
+/// Whether the robot moves as it may not: it walks or turns, or in a brief stop gets up.
+fn walks(robot: &RobotSnapshot, in_stop: bool) -> bool {
+    let gets_up = in_stop && matches!(robot.posture, Posture::GettingUp { .. });
+    gets_up
+        || robot.posture.is_upright()
+            && (robot.wanted_velocity != Vec2::ZERO || robot.pose.heading != robot.previous.heading)
 }
 
-/// The number of cycles for which the robot has stood in `set` or `standby`, including this one.
-pub fn advance(cycles: u64, robot: &RobotSnapshot) -> u64 {
-    if walks(robot) { 0 } else { cycles + 1 }
+/// The number of cycles for which the robot has stood in `set`, `standby` or a brief stop, including this one.
+pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
+    if walks(robot, snapshot.game.stop.is_some()) { 0 } else { cycles + 1 }
 }
 
 /// The evidence against a robot that walks, and had `stood` for a number of cycles before.
 pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
-    let since = snapshot.game.state_cycles;
+    let stop = snapshot.game.stop;
+    let since = stop.map_or(snapshot.game.state_cycles, |stop| stop.cycles);
     let (what, cycles, limit_s) = if stood >= snapshot.cycles(STOOD_S) {
         ("s of standing before", stood, STOOD_S)
     } else if since > snapshot.cycles(FINISHED_S) {
@@ -31,8 +37,9 @@ pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Opt
     } else {
         return None;
     };
-    walks(robot).then(|| {
+    walks(robot, stop.is_some()).then(|| {
         let rule = match snapshot.game.state {
+            _ if stop.is_some() => "In a brief stop nobody may move, not even to get up.",
             GameState::Standby => "In `standby` nobody may walk before the referee raises its arms.",
             _ => "In `set` nobody may walk before the whistle.",
         };
@@ -46,16 +53,20 @@ pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Opt
 impl Referee<'_, '_> {
     /// Penalises robots that begin to walk, in place; in `standby` with their whole team, until the robots know of `ready`.
     pub(super) fn judge_motion(&mut self) {
-        let Some(seconds) = self.seen.rules.motion_in_set_s.filter(|_| self.seen.game.shoot_out.is_none()) else {
-            return;
-        };
+        let (rules, in_stop) = (self.seen.rules, self.seen.game.stop.is_some());
+        let seconds = if in_stop { rules.motion_in_stop.then_some(rules.penalty_s) } else { rules.motion_in_set_s };
+        let Some(seconds) = seconds.filter(|_| self.seen.game.shoot_out.is_none()) else { return };
         for (index, robot) in self.seen.robots.iter().enumerate() {
             let stood = self.memory.robots[index].cycles_standing;
-            self.memory.robots[index].cycles_standing = advance(stood, robot);
+            self.memory.robots[index].cycles_standing = advance(stood, self.seen, robot);
             if !self.decisions.robots[index].is_present() {
                 continue;
             }
             let Some(evidence) = judge(stood, self.seen, robot) else { continue };
+            if in_stop {
+                self.penalise(index, PenaltyReason::MotionInStop, evidence);
+                continue;
+            }
             if self.seen.game.state == GameState::Set {
                 let cycles = self.lengthened_cycles(seconds, robot.id.team, false);
                 self.remove(index, PenaltyReason::MotionInSet, cycles, evidence);
@@ -67,6 +78,24 @@ impl Referee<'_, '_> {
                     self.remove(other, PenaltyReason::MotionInStandby, cycles, evidence.clone());
                 }
             }
+        }
+    }
+
+    /// Stops the match briefly.
+    pub(super) fn stop(&mut self) {
+        let ball_m = self.seen.ball.map(|ball| self.decisions.ball.unwrap_or(ball.position));
+        self.decisions.game.stop = Some(BriefStop { ball_m, cycles: 0 });
+        for record in &mut self.memory.robots {
+            record.cycles_standing = 0;
+        }
+    }
+
+    /// Lets the match go on after a brief stop, with the ball where it was.
+    pub(super) fn resume(&mut self, stop: BriefStop) {
+        if let Some(ball_m) = stop.ball_m {
+            let last_touch = self.memory.last_touch;
+            self.put_ball(ball_m);
+            self.memory.last_touch = last_touch;
         }
     }
 

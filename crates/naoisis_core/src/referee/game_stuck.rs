@@ -27,6 +27,8 @@ pub struct Stuck {
     pub cycles: u64,
     /// Whether a robot has touched the ball since the last kick-off.
     pub touched: bool,
+    /// Cycles for which no robot has been [near](crate::game::Rules::global_stuck_m) the ball.
+    pub alone: u64,
 }
 
 /// The remedy for a stuck game.
@@ -41,11 +43,16 @@ pub enum Remedy {
 /// The state of the ball after this cycle.
 pub fn advance(stuck: Stuck, snapshot: &MatchSnapshot) -> Stuck {
     let touched = stuck.touched || !snapshot.touches.is_empty();
-    let Some(ball) = snapshot.ball else { return Stuck { cycles: 0, touched, ..stuck } };
+    let Some(ball) = snapshot.ball else { return Stuck { cycles: 0, alone: 0, touched, ..stuck } };
+    let is_near = |near_m: f32| {
+        let mut present = snapshot.robots.iter().filter(|robot| robot.is_present());
+        present.any(|robot| robot.pose.position.distance(ball.position) <= near_m)
+    };
+    let alone = if snapshot.rules.global_stuck_m.is_some_and(|near_m| !is_near(near_m)) { stuck.alone + 1 } else { 0 };
     if stuck.cycles > 0 && stuck.ball.distance(ball.position) <= MOVED_M {
-        Stuck { cycles: stuck.cycles + 1, touched, ..stuck }
+        Stuck { cycles: stuck.cycles + 1, touched, alone, ..stuck }
     } else {
-        Stuck { ball: ball.position, cycles: 1, touched }
+        Stuck { ball: ball.position, cycles: 1, touched, alone }
     }
 }
 
@@ -71,32 +78,36 @@ impl Progress {
     }
 }
 
-/// The remedy if the ball has not moved for too long.
+/// The remedy if the ball has not moved, or has been alone, for too long.
 pub fn judge(stuck: &Stuck, snapshot: &MatchSnapshot) -> Option<Remedy> {
-    if stuck.cycles < snapshot.cycles(snapshot.rules.game_stuck_s) {
-        return None;
-    }
+    let rules = snapshot.rules;
+    let is_over = |cycles: u64, seconds: f32| cycles >= snapshot.cycles(seconds);
+    let local_s = rules.local_stuck_s.unwrap_or(rules.game_stuck_s);
     let ball = snapshot.ball?.position;
     let distance = |index: &usize| snapshot.robots[*index].pose.position.distance(ball);
     let present = (0..snapshot.robots.len()).filter(|index| snapshot.robots[*index].is_present());
     let nearest = present.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let measured = |evidence: Evidence| {
+    let measured = |evidence: Evidence, cycles: u64, limit_s: f32| {
         evidence
-            .with_measurement("s without change", snapshot.seconds(stuck.cycles), snapshot.rules.game_stuck_s)
+            .with_measurement("s without change", snapshot.seconds(cycles), limit_s)
             .otherwise(format!("The ball had to move by more than {MOVED_M} m in time."))
     };
-    match nearest.filter(|index| distance(index) <= AT_BALL_M) {
-        Some(index) => Some(Remedy::Local(
-            index,
-            measured(snapshot.evidence_against(
-                "When play is stuck, the robot nearest to the ball is taken away.",
-                &snapshot.robots[index],
-            )),
-        )),
-        None => stuck.touched.then(|| {
-            Remedy::Global(measured(
-                snapshot.evidence("When play is stuck with nobody at the ball, it is stopped for a kick-off.", ball),
-            ))
+    if let Some(index) = nearest.filter(|index| distance(index) <= AT_BALL_M) {
+        let rule = "When play is stuck, the robot nearest to the ball is taken away.";
+        let evidence = snapshot.evidence_against(rule, &snapshot.robots[index]);
+        return is_over(stuck.cycles, local_s).then(|| Remedy::Local(index, measured(evidence, stuck.cycles, local_s)));
+    }
+    let rule = "When play is stuck with nobody at the ball, it is stopped for a kick-off.";
+    match rules.global_stuck_m {
+        Some(near_m) => is_over(stuck.alone, rules.game_stuck_s).then(|| {
+            let evidence = snapshot.evidence(rule, ball).with_measurement(
+                "s without a robot near the ball",
+                snapshot.seconds(stuck.alone),
+                rules.game_stuck_s,
+            );
+            Remedy::Global(evidence.otherwise(format!("A robot had to be within {near_m} m of the ball in time.")))
         }),
+        None => (stuck.touched && is_over(stuck.cycles, rules.game_stuck_s))
+            .then(|| Remedy::Global(measured(snapshot.evidence(rule, ball), stuck.cycles, rules.game_stuck_s))),
     }
 }

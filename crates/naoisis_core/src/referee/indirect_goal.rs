@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::areas::is_keeper_at_home;
 use super::boundary::Crossing;
+use super::kick_off_shot::KickOffPlay;
 use super::snapshot::MatchSnapshot;
 use crate::game::{Evidence, SetPlayKind};
 use crate::team::{RobotId, Team};
@@ -31,6 +32,12 @@ pub struct Plays {
     pub shot: Option<RobotId>,
     /// The permission for a direct goal, if any.
     pub direct: Option<Direct>,
+    /// The robot that touched the ball first since the restart: in a set play, its taker.
+    pub taker: Option<RobotId>,
+    /// Whether another robot has touched the ball since.
+    pub others: bool,
+    /// The cycle in which the taker touched it last, while it was alone at it.
+    pub taker_cycle: u64,
     /// The kind of the restart, and its team; none in a shoot-out, and if both teams may score.
     pub restart: Option<(SetPlayKind, Team)>,
 }
@@ -59,6 +66,8 @@ impl Plays {
     pub fn advance(&mut self, snapshot: &MatchSnapshot) {
         for &(robot, kick) in snapshot.touches {
             let team = robot.team as usize;
+            self.others |= *self.taker.get_or_insert(robot) != robot;
+            self.taker_cycle = if self.others { self.taker_cycle } else { snapshot.clock.cycle };
             if is_deliberate(snapshot, robot, kick) {
                 match self.first[team] {
                     None => self.first[team] = Some(robot),
@@ -91,6 +100,24 @@ fn is_deliberate(snapshot: &MatchSnapshot, robot: RobotId, kick: bool) -> bool {
     kick || dribbles || (!robot.posture.is_upright() && is_keeper_at_home(snapshot, robot))
 }
 
+/// The robot that took a kick-in, goal kick or corner kick and touches the ball again before another robot has, with the evidence.
+/// `plays` are those before this cycle. Touches of less than a fifth of a second between them are one.
+pub fn judge_double_touch(snapshot: &MatchSnapshot, plays: &Plays) -> Option<(RobotId, Evidence)> {
+    const APART_S: f32 = 0.2;
+    let (kind, team) = plays.restart.filter(|_| snapshot.rules.double_touch && snapshot.game.set_play.is_none())?;
+    let is_such = matches!(kind, SetPlayKind::KickIn | SetPlayKind::GoalKick | SetPlayKind::CornerKick);
+    let taker = plays.taker.filter(|taker| is_such && taker.team == team && !plays.others)?;
+    let (first, _) = snapshot.touches.first().filter(|(robot, _)| *robot == taker)?;
+    let apart = snapshot.clock.cycle.saturating_sub(plays.taker_cycle);
+    let index = snapshot.robot_index(*first)?;
+    (apart > snapshot.cycles(APART_S)).then(|| {
+        let rule = "The robot that has taken a set play may not touch the ball again before another robot has.";
+        let evidence = snapshot.evidence_against(rule, &snapshot.robots[index]);
+        let evidence = evidence.with_measurement("s between its touches", snapshot.seconds(apart), APART_S);
+        (taker, evidence.otherwise("Another robot had to touch the ball first."))
+    })
+}
+
 impl Direct {
     fn after_touch(self, robot: RobotId, kick: bool) -> Option<Direct> {
         match self.robot {
@@ -101,17 +128,33 @@ impl Direct {
     }
 }
 
-/// Whether a goal of `team` must be indirect if the rules have direct free kicks: `team` restarted play with an indirect one, and
-/// no opponent has played the ball since. Teams with fewer than three robots are exempt.
-fn has_to_be_indirect(snapshot: &MatchSnapshot, plays: &Plays, team: Team) -> bool {
+/// Whether a goal of `team` came straight from an indirect restart of its own: no opponent has played the ball since. From a kick-off
+/// of a team with fewer than three robots, it does not if the taker has played the ball again outside the circle (HSL 2026, law 8).
+fn is_straight(snapshot: &MatchSnapshot, plays: &Plays, kick_off: Option<&KickOffPlay>, team: Team) -> bool {
+    let Some((kind, _)) = plays.restart.filter(|(kind, by)| *by == team && !kind.is_direct()) else { return false };
     let robots = snapshot.robots.iter().filter(|robot| robot.id.team == team && robot.is_present()).count();
-    plays.restart.is_some_and(|(kind, by)| by == team && !kind.is_direct())
-        && plays.first[team.opponent() as usize].is_none()
-        && robots >= 3
+    let alone = kind == SetPlayKind::KickOff && robots < 3;
+    plays.first[team.opponent() as usize].is_none() && !(alone && kick_off.is_some_and(|play| play.over))
 }
 
-/// The evidence against a goal of `team` that had to be indirect and was not.
-pub fn judge(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Crossing) -> Option<Evidence> {
+/// The evidence against a goal of `team` that went straight from a set play of the other team into its own goal, if
+/// [that does not count](crate::game::Rules::own_set_play_goals).
+pub fn judge_own(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Crossing) -> Option<Evidence> {
+    let straight = plays.restart.is_some_and(|(_, by)| by != team) && plays.taker.is_some() && !plays.others;
+    (straight && !snapshot.rules.own_set_play_goals).then(|| {
+        let rule = "A set play that goes straight into the own goal gives the other team a corner kick.";
+        snapshot.evidence(rule, crossing.position).otherwise("Another robot had to touch the ball before.")
+    })
+}
+
+/// The evidence against a goal of `team` that had to be indirect and was not. `kick_off` is the kick-off whose shot goes on.
+pub fn judge(
+    snapshot: &MatchSnapshot,
+    plays: &Plays,
+    kick_off: Option<&KickOffPlay>,
+    team: Team,
+    crossing: &Crossing,
+) -> Option<Evidence> {
     if !snapshot.rules.indirect_goals {
         return None;
     }
@@ -122,7 +165,7 @@ pub fn judge(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Cro
     if own_goal
         || indirect
         || direct
-        || (snapshot.rules.direct_free_kicks && !has_to_be_indirect(snapshot, plays, team))
+        || (snapshot.rules.direct_free_kicks && !is_straight(snapshot, plays, kick_off, team))
     {
         return None;
     }

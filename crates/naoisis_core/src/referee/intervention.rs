@@ -6,7 +6,7 @@ use super::decide::Referee;
 use super::placing::Occupied;
 use crate::ball::FASTEST_MPS;
 use crate::events::MatchEvent;
-use crate::game::{GameState, Intervention, Score};
+use crate::game::{GameState, Intervention, PenaltyReason, Score};
 use crate::geometry::{Pose, wrap_angle};
 use crate::team::RobotId;
 
@@ -31,7 +31,9 @@ impl Referee<'_, '_> {
                 if !(0.0..=FASTEST_MPS).contains(&velocity_mps.length()) {
                     return Err(format!("a ball rolls at {FASTEST_MPS} m/s at most"));
                 }
-                self.put_ball(position_m);
+                let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
+                let place = Occupied::by_others(&self.now(), None).free_ball_place(position_m, radius);
+                self.put_ball(place);
                 self.decisions.ball_velocity = velocity_mps;
             }
             Intervention::PlaceRobot { robot, pose } => {
@@ -66,6 +68,9 @@ impl Referee<'_, '_> {
                     Some(seconds) => return Err(format!("a penalty cannot last {seconds} s")),
                 }
             }
+            Intervention::PickUp { robot } => {
+                return self.apply(Intervention::Penalise { robot, reason: PenaltyReason::PickUp, duration_s: None });
+            }
             Intervention::Return { robot } => {
                 let index = self.find(robot)?;
                 self.require_no_shoot_out()?;
@@ -75,6 +80,7 @@ impl Referee<'_, '_> {
                 self.bring_back(index);
             }
             Intervention::Whistle => match self.decisions.game.state {
+                _ if self.decisions.game.stop.is_some() => return Err("the match is stopped".to_owned()),
                 GameState::Standby => self.signal_ready(),
                 GameState::Ready => {
                     self.whistle();
@@ -91,6 +97,15 @@ impl Referee<'_, '_> {
                 let position_m = self.put_ball(position_m);
                 self.drop_ball();
                 self.decisions.events.push(MatchEvent::DropBall { position_m });
+            }
+            Intervention::Stop => match (self.decisions.game.state, self.decisions.game.stop) {
+                (GameState::Initial | GameState::Finished, _) => return Err("there is nothing to stop".to_owned()),
+                (_, Some(_)) => return Err("the match is stopped already".to_owned()),
+                _ => self.stop(),
+            },
+            Intervention::Resume => {
+                let stop = self.decisions.game.stop.take().ok_or_else(|| "the match is not stopped".to_owned())?;
+                self.resume(stop);
             }
             Intervention::KickOff { team } => {
                 self.require_play()?;
@@ -140,7 +155,7 @@ impl Referee<'_, '_> {
 mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
-    use crate::game::{PenaltyReason, ShootOut};
+    use crate::game::ShootOut;
     use crate::team::Team;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);

@@ -80,6 +80,8 @@ pub struct RobotMemory {
     pub cycles_standing: u64,
     /// Cycles for which it has done nothing.
     pub cycles_inactive: u64,
+    /// The opponent that it touches, and for how many cycles.
+    pub contact: Option<(RobotId, u64)>,
     /// Its attempts to get up.
     pub get_up: GetUp,
     /// The cycle counts of custom rules.
@@ -106,10 +108,22 @@ impl RobotMemory {
             returns: false,
             cycles_standing: 0,
             cycles_inactive: 0,
+            contact: None,
             get_up: GetUp::default(),
             own_cycles: [0; MOST_CUSTOM_RULES],
             head: HeadAngles::default(),
         }
+    }
+
+    /// Updates its contact with an opponent: with the same one as long as that lasts. `index` is its index in the snapshot.
+    pub(super) fn note_contact(&mut self, snapshot: &MatchSnapshot, index: usize) {
+        let partner = |pair: &[usize; 2]| pair.iter().position(|one| *one == index).map(|side| pair[1 - side]);
+        let touched = snapshot.contacts.iter().filter_map(partner).map(|other| snapshot.robots[other].id);
+        let mut opponents = touched.filter(|other| other.team != self.id.team);
+        self.contact = match self.contact {
+            Some((other, cycles)) if opponents.clone().any(|touched| touched == other) => Some((other, cycles + 1)),
+            _ => opponents.next().map(|other| (other, 1)),
+        };
     }
 
     /// Clears everything that could be held against it: it was placed, or play was stopped.

@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use super::areas::penalty_mark;
 use super::decide::Referee;
 use super::penalty_kick;
-use super::set_play::goal_kick_place;
+use super::set_play;
 use crate::events::MatchEvent;
 use crate::game::{GameState, OutsideReferee, SetPlay, SetPlayKind};
 use crate::team::Team;
@@ -131,9 +131,9 @@ impl Referee<'_, '_> {
         match kind {
             SetPlayKind::KickOff => Vec2::ZERO,
             SetPlayKind::KickIn => Vec2::new(ball.x, side * corner.y),
-            SetPlayKind::GoalKick => goal_kick_place(self.seen, team, ball.y),
+            SetPlayKind::GoalKick => set_play::goal_kick_place(self.seen, team, ball.y),
             SetPlayKind::CornerKick => {
-                Vec2::new(self.decisions.game.own_end(team.opponent()).sign() * corner.x, side * corner.y)
+                set_play::corner(self.seen, self.decisions.game.own_end(team.opponent()), ball.y)
             }
             SetPlayKind::PushingFreeKick | SetPlayKind::IndirectFreeKick => ball,
             SetPlayKind::PenaltyKick => penalty_mark(pitch, penalty_kick::end(self.seen, team)),

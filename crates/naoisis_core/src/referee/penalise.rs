@@ -29,8 +29,8 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Penalises the robot that is responsible for a collision.
-    pub(super) fn penalise_push(&mut self, robot: usize, other: usize) {
+    /// Penalises the robot that is responsible for a collision. Of a `mutual` one neither team has a free kick.
+    pub(super) fn penalise_push(&mut self, robot: usize, other: usize, mutual: bool) {
         if !self.decisions.robots[robot].is_present() {
             return;
         }
@@ -39,16 +39,22 @@ impl Referee<'_, '_> {
         let is_sent_off = self.caution(robot, &evidence);
         self.penalise(robot, if is_sent_off { PenaltyReason::SentOff } else { PenaltyReason::Pushing }, evidence);
         let rules = self.seen.rules;
-        let Some(ball_m) = self.offence_near_ball(robot, rules.offence_free_kick_m.unwrap_or(PUSHING_FREE_KICK_M))
-        else {
-            return;
-        };
+        let near_m = self.offence_distance_m();
+        let offences = near_m.is_some();
+        let near_m = near_m.unwrap_or(PUSHING_FREE_KICK_M);
+        let Some(ball_m) = self.offence_near_ball(robot, near_m).filter(|_| !mutual) else { return };
         let place = self.seen.robots[other].pose.position;
         if rules.penalty_kicks && self.seen.pitch.in_penalty_area(self.seen.game.own_end(id.team), place) {
             self.begin_penalty_kick(id.team.opponent());
-        } else if rules.pushing_free_kick || rules.offence_free_kick_m.is_some() {
+        } else if rules.pushing_free_kick || offences {
             self.begin_free_kick(SetPlayKind::PushingFreeKick, id.team.opponent(), ball_m);
         }
+    }
+
+    /// The distance from the ball within which every offence gives the other team a free kick, m.
+    fn offence_distance_m(&self) -> Option<f32> {
+        let rules = self.seen.rules;
+        rules.offence_free_kick_m.or(rules.offence_free_kick.then(|| rules.free_kick_radius_m(self.seen.pitch)))
     }
 
     /// The position of the ball if play is on and the robot is within `near_m` of it, so that its offence gives a free kick.
@@ -61,7 +67,7 @@ impl Referee<'_, '_> {
 
     /// Gives the other team a free kick for an offence other than pushing near the ball, if the rules say so.
     pub(super) fn restart_after_offence(&mut self, robot: usize, reason: PenaltyReason) {
-        let Some(near_m) = self.seen.rules.offence_free_kick_m.filter(|_| reason.is_infraction()) else { return };
+        let Some(near_m) = self.offence_distance_m().filter(|_| reason.is_infraction()) else { return };
         if let Some(ball_m) = self.offence_near_ball(robot, near_m) {
             let team = self.seen.robots[robot].id.team.opponent();
             self.begin_free_kick(SetPlayKind::IndirectFreeKick, team, ball_m);
@@ -89,12 +95,13 @@ impl Referee<'_, '_> {
         let for_the_half = is_push && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
         let rest_of_half = self.seen.game.cycles_left;
         if reason == PenaltyReason::SentOff {
-            let halves_left = rules.halves.saturating_sub(self.seen.game.half);
-            return rest_of_half.unwrap_or(0) + u64::from(halves_left) * rules.half_cycles(&self.seen.clock);
+            let later = self.seen.game.half + 1..=rules.halves + rules.extra_time_halves;
+            let halves_left: u64 = later.map(|half| rules.half_cycles(half, &self.seen.clock)).sum();
+            return rest_of_half.unwrap_or(0) + halves_left;
         }
         let cycles = match (reason, rules.motion_in_set_s) {
             (PenaltyReason::MotionInSet, Some(seconds)) => self.lengthened_cycles(seconds, team, false),
-            _ => self.lengthened_cycles(rules.penalty_s, team, reason.is_infraction()),
+            _ => self.lengthened_cycles(rules.penalty_s, team, rules.counts_as_infraction(reason)),
         };
         rest_of_half.filter(|_| for_the_half).unwrap_or(cycles)
     }

@@ -47,6 +47,7 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
             let why = match reason {
                 DisallowedGoal::KickOffShot => "it was shot straight from the kick-off",
                 DisallowedGoal::NotIndirect => "only one robot of the team had played the ball",
+                DisallowedGoal::OwnSetPlay => "it came straight from a set play of the other team",
                 DisallowedGoal::TooManyMessages => "the team has sent more messages than it may",
             };
             (format!("No goal for {team}: {why}."), evidence)
@@ -76,6 +77,7 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
         MatchEvent::Caution { robot, cautions, evidence } => {
             (format!("{robot} is cautioned, for the {} time.", ordinal(*cautions)), evidence)
         }
+        MatchEvent::DoubleTouch { robot, evidence } => (format!("{robot} touches the ball twice."), evidence),
         MatchEvent::TooManyMessages { team, evidence } => {
             (format!("{team} has sent more messages than it may: its goals do not count."), evidence)
         }
@@ -100,6 +102,9 @@ fn announcement(event: &MatchEvent) -> Option<String> {
         MatchEvent::FreeKickOver { team, taken } => {
             let how = if *taken { "has played the ball" } else { "did not play the ball in time" };
             format!("Ball free: {team} {how}.")
+        }
+        MatchEvent::MovedAside { robot, position_m } => {
+            format!("{robot} is moved aside for the ball, to {}.", place(position_m))
         }
         MatchEvent::PenaltyOver { robot, position_m } => format!("{robot} is back at {}.", place(position_m)),
         MatchEvent::Intervention { intervention } => format!("By hand: {intervention}."),

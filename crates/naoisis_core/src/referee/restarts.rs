@@ -11,12 +11,14 @@ use super::positions::{self, IllegalPosition, illegal_positions};
 use super::set_play::{self, Course};
 use super::snapshot::Disc;
 use crate::events::MatchEvent;
-use crate::game::{Evidence, Game, GameState, KickOffProcedure, PenaltyReason, Score, SetPlay, SetPlayKind};
+use crate::game::{Evidence, GameState, KickOffProcedure, PenaltyReason, Score, SetPlay, SetPlayKind};
 use crate::referee::formation;
 use crate::team::Team;
 
 /// Time for which all robots must stand at legal positions before `ready` may end early, s.
 const LINED_UP_S: f32 = 1.0;
+/// Overlap of the ball and a robot's base that only touch, m.
+const TOUCHING_M: f32 = 0.005;
 
 impl Referee<'_, '_> {
     /// Whistles.
@@ -30,14 +32,32 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::StateChanged { state });
     }
 
-    /// Places the ball at the nearest free position, and forgets its last touch.
+    /// Places the ball, and forgets its last touch. Robots in its way are moved aside; only a post keeps it from its place.
     pub(super) fn put_ball(&mut self, place: Vec2) -> Vec2 {
         let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
-        let place = Occupied::by_others(&self.now(), None).free_ball_place(place, radius);
+        let place = Occupied::by_posts(self.seen.pitch, self.seen.posts, None).free_ball_place(place, radius);
         self.decisions.ball = Some(place);
         self.decisions.ball_velocity = Vec2::ZERO;
         self.memory.last_touch = None;
+        for index in 0..self.decisions.robots.len() {
+            self.move_aside(index, place, radius);
+        }
         place
+    }
+
+    /// Moves a robot that stands where the ball of `radius` is put to the nearest free position, in its posture.
+    fn move_aside(&mut self, index: usize, ball: Vec2, radius: f32) {
+        let snapshot = self.now();
+        let robot = &snapshot.robots[index];
+        let base = robot.bounds.base.footprint(robot.pose);
+        if robot.penalty.is_off_pitch() || base.overlap_disc(ball, radius - TOUCHING_M).is_none() {
+            return;
+        }
+        let pose = Occupied::by_others(&snapshot, Some(index)).free_pose(robot.pose, &robot.bounds);
+        let robot = &mut self.decisions.robots[index];
+        robot.pose = pose;
+        self.decisions.moved_aside.push(robot.id);
+        self.decisions.events.push(MatchEvent::MovedAside { robot: robot.id, position_m: pose.position });
     }
 
     /// Counts the cycle, if the clock runs. Returns whether the half is over.
@@ -52,19 +72,23 @@ impl Referee<'_, '_> {
 
     /// Changes sides for the next half, or ends the match.
     pub(super) fn end_half(&mut self) {
-        let game = &mut self.decisions.game;
-        if game.half >= self.seen.rules.halves {
+        let (rules, game) = (self.seen.rules, &mut self.decisions.game);
+        let is_drawn = game.score.blue == game.score.pink;
+        // Extra time is played after a draw, and then to its end.
+        let plays_on = is_drawn || rules.is_extra_time(game.half);
+        let halves = rules.halves + if plays_on { rules.extra_time_halves } else { 0 };
+        if game.half >= halves {
             self.end_match();
             return;
         }
         game.half += 1;
         game.blue_end = game.blue_end.opposite();
-        game.cycles_left = Some(self.seen.rules.half_cycles(&self.seen.clock));
+        game.cycles_left = Some(rules.half_cycles(game.half, &self.seen.clock));
         let half = game.half;
         self.memory.pushes = default();
         self.decisions.events.push(MatchEvent::HalfBegins { half });
         self.end_penalties();
-        let team = Some(Game::first_kick_off_of_half(half));
+        let team = Some(self.seen.rules.first_kick_off_of_half(half));
         if self.seen.rules.kick_off == KickOffProcedure::ReadyAndSet {
             // In the break the robots are carried to their new half.
             self.place_for_kick_off(team);

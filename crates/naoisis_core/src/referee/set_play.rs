@@ -6,12 +6,14 @@
 
 use bevy::prelude::*;
 
-use super::areas::in_team_frame;
+use super::areas::{in_team_frame, touches_area, touches_goal_line};
 use super::ball_out::BallOut;
 use super::penalty_kick;
+use super::positions::kick_off_player;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::events::BoundaryLine;
 use crate::game::{Evidence, SetPlay, SetPlayKind};
+use crate::pitch::End;
 use crate::team::Team;
 
 /// Distance by which the ball has clearly been moved, m.
@@ -61,10 +63,14 @@ pub(crate) fn for_ball_out(snapshot: &MatchSnapshot, out: &BallOut) -> (SetPlayK
         BoundaryLine::Goal if snapshot.game.defender_of(out.end) == out.restart_team => {
             (SetPlayKind::GoalKick, goal_kick_place(snapshot, out.restart_team, out.position.y))
         }
-        BoundaryLine::Goal => {
-            (SetPlayKind::CornerKick, Vec2::new(out.end.sign() * pitch.half_length(), side * pitch.half_width()))
-        }
+        BoundaryLine::Goal => (SetPlayKind::CornerKick, corner(snapshot, out.end, out.position.y)),
     }
+}
+
+/// The corner at `end`, on the side given by the sign of `y`.
+pub(crate) fn corner(snapshot: &MatchSnapshot, end: End, y: f32) -> Vec2 {
+    let side = if y < 0.0 { -1.0 } else { 1.0 };
+    Vec2::new(end.sign() * snapshot.pitch.half_length(), side * snapshot.pitch.half_width())
 }
 
 /// The corner of the goal area (or penalty area) of `team`, on the side given by the sign of `y`.
@@ -92,28 +98,48 @@ pub(crate) fn advance_encroachment(
     if counts { cycles + 1 } else { 0 }
 }
 
-/// Whether a robot is at an illegal position: near the ball, or at a kick-off in the circle or the other half.
+/// Whether a robot is at an illegal position. At a kick-off only one robot may be in the other half, the taker, and no farther than in the
+/// circle; the other team is outside the circle, too. At a free kick the other team keeps away from the ball.
 fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     if set_play.kind == SetPlayKind::PenaltyKick {
         return penalty_kick::encroaches(set_play, snapshot, robot);
     }
-    if robot.id.team == set_play.team {
-        return false;
-    }
+    let is_theirs = robot.id.team == set_play.team;
     match set_play.kind {
         SetPlayKind::KickOff => {
             let own_end = snapshot.game.own_end(robot.id.team);
-            in_team_frame(own_end, robot.pose.position).x > 0.0
-                || robot.pose.position.length() < snapshot.pitch.centre_circle_diameter_m / 2.0
+            let is_ahead = in_team_frame(own_end, robot.pose.position).x > 0.0;
+            let in_circle = robot.pose.position.length() < snapshot.pitch.centre_circle_diameter_m / 2.0;
+            if is_theirs {
+                is_ahead && !(in_circle && kick_off_player(snapshot, set_play.team) == Some(robot.id))
+            } else {
+                is_ahead || in_circle
+            }
         }
-        _ => robot.pose.position.distance(set_play.ball_m) < snapshot.rules.free_kick_distance_m,
+        _ if is_theirs => false,
+        SetPlayKind::GoalKick if snapshot.rules.goal_kick_clears_area => {
+            let end = snapshot.game.own_end(set_play.team);
+            touches_area(snapshot.pitch, snapshot.pitch.penalty_area, end, robot)
+                || is_too_near(set_play, snapshot, robot)
+        }
+        _ => is_too_near(set_play, snapshot, robot),
     }
+}
+
+/// Whether a robot is nearer to the ball of a free kick than it may be.
+fn is_too_near(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let (rules, pitch) = (snapshot.rules, snapshot.pitch);
+    let place = robot.pose.position;
+    let on_own_line = rules.free_kick_distance_m.is_none()
+        && place.y.abs() < pitch.goal.width_m / 2.0
+        && touches_goal_line(pitch, snapshot.game.own_end(robot.id.team), robot);
+    !on_own_line && place.distance(set_play.ball_m) < rules.free_kick_radius_m(pitch)
 }
 
 /// The evidence against a robot that was at an illegal position for too long, or that touched the other team's ball.
 pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let is_theirs = robot.id.team == set_play.team;
-    if is_theirs && set_play.kind != SetPlayKind::PenaltyKick {
+    if is_theirs && !matches!(set_play.kind, SetPlayKind::PenaltyKick | SetPlayKind::KickOff) {
         return None;
     }
     let touched = !is_theirs && snapshot.touches.iter().any(|(toucher, _)| *toucher == robot.id);
@@ -123,6 +149,9 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
             SetPlayKind::PenaltyKick => {
                 "During a penalty kick only one attacker, and the keeper on its line, may be in the penalty area."
             }
+            SetPlayKind::KickOff if is_theirs => {
+                "Before the ball is in play at a kick-off, the team that takes it stays in its own half; one robot may be in the circle."
+            }
             _ => "During a free kick and before the ball is in play at a kick-off, the other team keeps away from it.",
         };
         let place = robot.pose.position;
@@ -131,10 +160,12 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
         let (quantity, value, limit) = match set_play.kind {
             SetPlayKind::KickOff if place.length() >= radius && ahead > 0.0 => ("m into the other half", ahead, 0.0),
             SetPlayKind::KickOff => ("m from the centre mark", place.length(), radius),
-            _ => ("m from the ball", place.distance(set_play.ball_m), snapshot.rules.free_kick_distance_m),
+            _ => ("m from the ball", place.distance(set_play.ball_m), snapshot.rules.free_kick_radius_m(snapshot.pitch)),
         };
         snapshot.evidence_against(rule, robot).with_measurement(quantity, value, limit).otherwise(if touched {
             "It must not touch the ball."
+        } else if is_theirs {
+            "It had to wait until the ball had moved clearly, or was free."
         } else {
             "It had to stay away, or leave in time."
         })

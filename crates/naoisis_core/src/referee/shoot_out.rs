@@ -151,7 +151,7 @@ impl Referee<'_, '_> {
     /// Begins a shoot-out after a drawn match.
     pub(super) fn begin_shoot_out(&mut self) {
         self.end_penalties();
-        self.decisions.game.shoot_out = Some(ShootOut::default());
+        self.decisions.game.shoot_out = Some(ShootOut { team: self.seen.rules.first_kick_off, ..default() });
         self.decisions.events.push(MatchEvent::ShootOutBegins);
         self.prepare_shot();
     }
@@ -246,7 +246,8 @@ impl Referee<'_, '_> {
         self.whistle();
         self.decisions.events.push(MatchEvent::Shot { team, scored, goals: shoot_out.goals, evidence });
         self.decisions.game.shoot_out = Some(shoot_out);
-        let winner = match shoot_out.standing(self.seen.rules, self.seen.clock.period_s) {
+        let standing = shoot_out.standing(self.seen.rules, self.seen.clock.period_s);
+        let winner = match standing {
             Standing::Open => return self.prepare_shot(),
             Standing::Won(winner) => winner,
             Standing::Coin => {
@@ -254,6 +255,8 @@ impl Referee<'_, '_> {
                 if heads { Team::Blue } else { Team::Pink }
             }
         };
+        (shoot_out.winner, shoot_out.coin) = (Some(winner), standing == Standing::Coin);
+        self.decisions.game.shoot_out = Some(shoot_out);
         self.decisions.events.push(MatchEvent::ShootOutWon { team: winner });
         self.finish();
     }

@@ -54,6 +54,8 @@ pub struct GameStatus {
     pub messages_left: Option<u32>,
     /// The team that shoots, in a penalty shoot-out.
     pub shoot_out: Option<Team>,
+    /// Whether the match is stopped briefly: nobody may move. Told at once.
+    pub stopped: bool,
     /// Whether this robot is penalised.
     pub penalised: bool,
     /// The offence, if it is penalised.
@@ -133,6 +135,7 @@ impl Announcement {
             *self = Self::default();
         }
         if let Some(game) = &mut self.instead {
+            game.stop = after.stop;
             self.cycles_left -= 1;
             advance_clocks(game, seen.rules, &seen.clock);
         }
@@ -167,6 +170,9 @@ fn contradicts(announced: &Game, seen: &MatchSnapshot, event: &MatchEvent) -> bo
 
 /// Advances the clocks of a game by one cycle.
 fn advance_clocks(game: &mut Game, rules: &Rules, clock: &CycleClock) {
+    if game.stop.is_some() {
+        return;
+    }
     if game.clock_runs(rules, clock) {
         game.cycles_left = game.cycles_left.map(|left| left.saturating_sub(1));
     }

@@ -6,6 +6,7 @@ use bevy::prelude::*;
 
 use super::custom_rules::CustomRules;
 use super::decide::{Decisions, decide};
+use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
@@ -54,6 +55,7 @@ pub(super) fn begin_match(
     if game.state == GameState::Playing {
         game.whistles += 1;
         memory.kick_off = Some(KickOffPlay::new(game.kick_off_team));
+        memory.plays = Plays::after(SetPlayKind::KickOff, game.kick_off_team);
         let (team, cycles_in) = (game.kick_off_team, |seconds| u64::from(clock.cycles_in(seconds)));
         game.set_play =
             rules.kick_off_free_s.map(|free_s| SetPlay::new(SetPlayKind::KickOff, team, Vec2::ZERO, cycles_in(free_s)));
@@ -93,7 +95,7 @@ pub(super) struct JudgedRobot {
 
 impl JudgedRobotItem<'_, '_> {
     /// Applies what the referee decided about this robot.
-    fn write(&mut self, before: &RobotSnapshot, after: &RobotSnapshot) {
+    fn write(&mut self, before: &RobotSnapshot, after: &RobotSnapshot, keeps_posture: bool) {
         *self.penalty = after.penalty;
         let is_put_down = before.pose != after.pose;
         if is_put_down || before.is_present() && !after.is_present() {
@@ -106,7 +108,9 @@ impl JudgedRobotItem<'_, '_> {
             *self.pose = after.pose;
             self.previous.0 = after.pose;
             // A robot that is put down is put on its feet.
-            *self.posture = Posture::Upright;
+            if !keeps_posture {
+                *self.posture = Posture::Upright;
+            }
         }
     }
 }
@@ -221,7 +225,7 @@ pub(super) fn officiate(
         if (before.pose != after.pose || before.penalty != after.penalty)
             && let Ok(mut robot) = robots.get_mut(*entity)
         {
-            robot.write(before, after);
+            robot.write(before, after, decisions.moved_aside.contains(&after.id));
         }
     }
 }
@@ -260,6 +264,7 @@ pub(super) fn update_status(
             set_play,
             messages_left: messages_left(id.team, own_limits),
             shoot_out: announced.shoot_out.map(|shoot_out| shoot_out.team),
+            stopped: game.stop.is_some(),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),
             restarts: record.map_or(0, |record| record.restarts),

@@ -71,6 +71,7 @@ fn take_walk_commands(
     mut robots: Query<WalkingRobot>,
 ) {
     let may_walk = match game.state {
+        _ if game.stop.is_some() => rules.motion_in_stop,
         GameState::Ready | GameState::Playing => true,
         // Walking in these states is possible where the rules penalise it.
         GameState::Standby | GameState::Set => rules.motion_in_set_s.is_some() && game.shoot_out.is_none(),

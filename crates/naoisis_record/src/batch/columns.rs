@@ -10,8 +10,12 @@ use naoisis_sim::scenario::Scenario;
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
 /// The columns after those of the settings: first those of a row, in the order of its fields.
-const COLUMNS: [&str; 27] = [
+const COLUMNS: [&str; 32] = [
     "outcome",
+    "winner",
+    "decided_by",
+    "blue_shoot_out_goals",
+    "pink_shoot_out_goals",
     "duration_s",
     "blue_goals",
     "pink_goals",
@@ -35,6 +39,7 @@ const COLUMNS: [&str; 27] = [
     "pink_belief_over_0_5_m",
     "blue_belief_over_1_m",
     "pink_belief_over_1_m",
+    "digest",
     "note",
     "realism",
     SCENARIO,

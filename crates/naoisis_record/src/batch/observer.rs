@@ -7,8 +7,12 @@ use std::collections::BTreeMap;
 use super::csv_lines::as_text;
 use crate::record::match_counts::MatchCounter;
 use crate::record::mistakes::Mistake;
+use naoisis_core::ball::Ball;
 use naoisis_core::communication::MessageStatistics;
 use naoisis_core::events::{CycleEvents, MatchEvent};
+use naoisis_core::game::{DecidedBy, Game, Rules};
+use naoisis_core::geometry::Pose;
+use naoisis_core::robot::Roster;
 use naoisis_core::statistics::rounded;
 use naoisis_core::team::{PerTeam, Team};
 
@@ -51,6 +55,12 @@ pub struct MatchRow {
     pub seed: u64,
     /// How it ended.
     pub outcome: MatchOutcome,
+    /// The winner. `None` of a draw.
+    pub winner: Option<Team>,
+    /// What decided it.
+    pub decided_by: DecidedBy,
+    /// Goals in a shoot-out. `None` without one.
+    pub shoot_out: PerTeam<Option<u32>>,
     /// How long it was, s of the match's time.
     #[serde(serialize_with = "milliseconds")]
     pub duration_s: f64,
@@ -86,6 +96,9 @@ pub struct MatchRow {
     /// The share of the time in which a robot's pose error is over 1 m. `None` without beliefs.
     #[serde(serialize_with = "digits_of_teams")]
     pub belief_over_1_m: PerTeam<Option<f64>>,
+    /// A digest of where ball and robots were in each cycle: matches that were played alike have the same.
+    #[serde(with = "hexadecimal")]
+    pub digest: u64,
     /// What went wrong.
     #[serde(serialize_with = "one_line")]
     pub note: String,
@@ -95,7 +108,7 @@ pub struct MatchRow {
 }
 
 impl MatchRow {
-    /// Returns whether all seeds of each variant played the same match, as where nothing is random. Then each variant is one sample, and
+    /// Returns whether all seeds of each variant played the same match, cycle by cycle, as where nothing is random. Then each variant is one sample, and
     /// intervals mean nothing. False unless a variant was played twice.
     pub(super) fn are_repetitions(rows: &[&Self]) -> bool {
         let mut first_of: BTreeMap<usize, &Self> = BTreeMap::new();
@@ -115,6 +128,9 @@ impl MatchRow {
             variant: 0,
             seed,
             outcome,
+            winner: None,
+            decided_by: DecidedBy::default(),
+            shoot_out: PerTeam::default(),
             duration_s: 0.0,
             goals: PerTeam::default(),
             own_goals: PerTeam::default(),
@@ -129,9 +145,25 @@ impl MatchRow {
             belief_error_m: PerTeam::default(),
             belief_over_half_m: PerTeam::default(),
             belief_over_1_m: PerTeam::default(),
+            digest: 0,
             note,
             mistakes: Vec::new(),
         }
+    }
+}
+
+/// A digest as sixteen hexadecimal digits.
+mod hexadecimal {
+    use serde::de::Error as _;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(digest: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(&format_args!("{digest:016x}"))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+        let digits = String::deserialize(deserializer)?;
+        u64::from_str_radix(&digits, 16).map_err(D::Error::custom)
     }
 }
 
@@ -155,21 +187,39 @@ fn one_line<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error>
     serializer.serialize_str(&as_text(text.replace(['\n', '\r'], " ")))
 }
 
+/// First value and factor of the FNV-1a hash.
+const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+const FNV_PRIME: u64 = 0x0100_0000_01b3;
+
+/// The digest after a cycle, from the one before it and the poses of `bodies`.
+fn digest_of(world: &World, bodies: &[Entity], before: u64) -> u64 {
+    let poses = bodies.iter().filter_map(|entity| world.get::<Pose>(*entity));
+    let numbers = poses.flat_map(|pose| [pose.position.x, pose.position.y, pose.heading]);
+    numbers.fold(before, |digest, number| (digest ^ u64::from(number.to_bits())).wrapping_mul(FNV_PRIME))
+}
+
 /// Watches a match, cycle by cycle.
 pub struct MatchObserver {
     counter: MatchCounter,
+    /// Ball and robots, if there are any at the beginning.
+    bodies: Vec<Entity>,
+    digest: u64,
     first_broken_invariant: Option<String>,
 }
 
 impl MatchObserver {
     /// Begins to watch the match in `world` as it is: what happened before does not count.
     pub fn begin(world: &mut World) -> Self {
-        Self { counter: MatchCounter::begin(world), first_broken_invariant: None }
+        let robots: Vec<Entity> = world.resource::<Roster>().entities().collect();
+        let ball = world.query_filtered::<Entity, With<Ball>>().iter(world).next();
+        let bodies = robots.into_iter().chain(ball).collect();
+        Self { counter: MatchCounter::begin(world), bodies, digest: FNV_OFFSET, first_broken_invariant: None }
     }
 
     /// Reads the cycle that ended last.
     pub fn observe(&mut self, world: &World) {
         self.counter.observe(world);
+        self.digest = digest_of(world, &self.bodies, self.digest);
         if self.first_broken_invariant.is_none() {
             self.first_broken_invariant = world.resource::<CycleEvents>().iter().find_map(|event| match event {
                 MatchEvent::InvariantBroken { message } => Some(message.clone()),
@@ -188,8 +238,13 @@ impl MatchObserver {
         });
         // With the digits of the table, so that a batch that goes on with one comes to the same to the last digit.
         let digits = |value: Option<f64>| value.map(|value| rounded(value, 4));
+        let result = world.resource::<Game>().result(world.resource::<Rules>());
         MatchRow {
+            winner: result.winner,
+            decided_by: result.decided_by,
+            shoot_out: PerTeam::new(|team| result.shoot_out.map(|goals| goals[team])),
             duration_s: counts.duration_s,
+            digest: self.digest,
             goals: counts.goals,
             own_goals: counts.own_goals,
             kicks: PerTeam::new(|team| teams[team].kicks),

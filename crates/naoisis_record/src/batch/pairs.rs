@@ -3,6 +3,7 @@
 use core::fmt::{self, Write};
 
 use super::observer::MatchRow;
+use naoisis_core::game::DecidedBy;
 use naoisis_core::statistics::{Estimate, mean, share};
 use naoisis_core::team::{PerTeam, Team};
 
@@ -15,7 +16,9 @@ pub struct PairSummary {
     pub failed: usize,
     /// Whether all seeds played the same match in each colour: then nothing was random, and the intervals mean nothing.
     pub repeated: bool,
-    /// The share of matches that the first team won.
+    /// Matches that a shoot-out or a coin decided.
+    pub shot_out: usize,
+    /// The share of matches that the first team won, by a shoot-out or a coin, too.
     pub wins: Option<Estimate>,
     /// The share of draws.
     pub draws: Option<Estimate>,
@@ -48,13 +51,16 @@ impl PairSummary {
             let kept = sum(|row| row.kept);
             share(kept, kept + sum(|row| row.given_away))
         };
-        let wins = goals.iter().filter(|[own, other]| own > other).count();
-        let losses = goals.iter().filter(|[own, other]| own < other).count();
+        let won_by_first = |(row, first): &(&MatchRow, Team)| row.winner.map(|winner| winner == *first);
+        let wins = valid.iter().filter(|played| won_by_first(played) == Some(true)).count();
+        let losses = valid.iter().filter(|played| won_by_first(played) == Some(false)).count();
+        let shot_out = valid.iter().filter(|(row, _)| row.decided_by >= DecidedBy::ShootOut).count();
         let mean_of = |value: fn(&[f64; 2]) -> f64| mean(&goals.iter().map(value).collect::<Vec<f64>>());
         Self {
             matches: valid.len(),
             failed: failed.len(),
             repeated: MatchRow::are_repetitions(&valid.iter().map(|(row, _)| *row).collect::<Vec<_>>()),
+            shot_out,
             wins: share(wins, valid.len()),
             draws: share(valid.len() - wins - losses, valid.len()),
             losses: share(losses, valid.len()),
@@ -218,6 +224,9 @@ impl fmt::Display for PairTable {
                     write!(line, ", {:.1} % {what}", 100.0 * share.value)?;
                 }
             }
+            if summary.shot_out > 0 {
+                write!(line, " ({} by a shoot-out or a coin)", summary.shot_out)?;
+            }
             if let Some(share) = summary.share_of_wins {
                 let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
                 write!(line, "; of those that somebody won, {value:.1} %")?;
@@ -255,7 +264,8 @@ mod tests {
     use crate::batch::observer::MatchOutcome;
 
     fn row(blue: u32, pink: u32) -> MatchRow {
-        MatchRow { goals: PerTeam { blue, pink }, ..MatchRow::failed(1, MatchOutcome::FinalWhistle, String::new()) }
+        let goals = PerTeam { blue, pink };
+        MatchRow { goals, winner: goals.leader(), ..MatchRow::failed(1, MatchOutcome::FinalWhistle, String::new()) }
     }
 
     fn teams(names: &[&str]) -> Pairs {

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::observer::MatchRow;
+use naoisis_core::game::DecidedBy;
 use naoisis_core::statistics::{Estimate, mean, share};
 use naoisis_core::team::{PerTeam, Team};
 
@@ -15,7 +16,13 @@ pub struct Summary {
     pub failed: usize,
     /// Whether all seeds played the same match: then nothing was random, and the intervals mean nothing.
     pub repeated: bool,
-    /// The share of matches that blue won.
+    /// Matches that extra time decided.
+    pub by_extra_time: usize,
+    /// Matches that a shoot-out decided.
+    pub by_shoot_out: usize,
+    /// Matches that a coin decided.
+    pub by_coin: usize,
+    /// The share of matches that blue won, in a shoot-out or by a coin, too.
     pub blue_wins: Option<Estimate>,
     /// The share of draws.
     pub draws: Option<Estimate>,
@@ -59,7 +66,8 @@ impl Summary {
     /// Sums up the rows of one variant.
     pub fn of<'a>(rows: impl Iterator<Item = &'a MatchRow>) -> Self {
         let (valid, failed): (Vec<&MatchRow>, Vec<&MatchRow>) = rows.partition(|row| row.outcome.is_valid());
-        let wins = |team: Team| valid.iter().filter(|row| row.goals[team] > row.goals[team.opponent()]).count();
+        let wins = |team: Team| valid.iter().filter(|row| row.winner == Some(team)).count();
+        let decided = |by: DecidedBy| valid.iter().filter(|row| row.decided_by == by).count();
         let (blue_wins, pink_wins) = (wins(Team::Blue), wins(Team::Pink));
         let mean_of = |value: &dyn Fn(&MatchRow) -> Option<f64>| {
             mean(&valid.iter().filter_map(|row| value(row)).collect::<Vec<f64>>())
@@ -69,6 +77,9 @@ impl Summary {
             matches: valid.len(),
             failed: failed.len(),
             repeated: MatchRow::are_repetitions(&valid),
+            by_extra_time: decided(DecidedBy::ExtraTime),
+            by_shoot_out: decided(DecidedBy::ShootOut),
+            by_coin: decided(DecidedBy::Coin),
             blue_wins: share(blue_wins, valid.len()),
             draws: share(valid.len() - blue_wins - pink_wins, valid.len()),
             pink_wins: share(pink_wins, valid.len()),
@@ -120,6 +131,16 @@ impl Summary {
             ("possession of blue", percent(&self.blue_possession)),
             ("ball in blue's half", percent(&self.ball_in_blue_half)),
         ];
+        for (name, matches) in [
+            ("... after extra time", self.by_extra_time),
+            ("... by a shoot-out", self.by_shoot_out),
+            ("... by a coin", self.by_coin),
+        ] {
+            if matches > 0 {
+                let of = if self.matches == 1 { "match" } else { "matches" };
+                lines.insert(3, (name, format!("{matches:5} of {} {of}", self.matches)));
+            }
+        }
         for (name, error) in
             [("belief error of blue", &self.blue_belief_error_m), ("belief error of pink", &self.pink_belief_error_m)]
         {
@@ -157,7 +178,8 @@ mod tests {
     use crate::batch::observer::MatchOutcome;
 
     fn row(blue: u32, pink: u32, outcome: MatchOutcome) -> MatchRow {
-        MatchRow { goals: PerTeam { blue, pink }, ..MatchRow::failed(1, outcome, String::new()) }
+        let goals = PerTeam { blue, pink };
+        MatchRow { goals, winner: goals.leader(), ..MatchRow::failed(1, outcome, String::new()) }
     }
 
     #[test]

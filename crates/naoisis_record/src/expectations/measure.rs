@@ -11,6 +11,8 @@ pub fn value(counts: &MatchCounts, quantity: Quantity) -> Option<f64> {
         Quantity::OfTeam(team, quantity) => match quantity {
             TeamQuantity::Goals => counts.goals[team].into(),
             TeamQuantity::OwnGoals => counts.own_goals[team].into(),
+            TeamQuantity::Wins => f64::from(u8::from(counts.winner == Some(team))),
+            TeamQuantity::ShootOutGoals => counts.shoot_out_goals[team].into(),
             TeamQuantity::Kicks => counts.team(team).kicks.into(),
             TeamQuantity::Passes => counts.team(team).passes_completed.into(),
             TeamQuantity::Penalties => counts.team(team).penalty_count().into(),

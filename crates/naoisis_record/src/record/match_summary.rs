@@ -61,6 +61,8 @@ pub struct MatchSummary {
     pub pitch: Pitch,
     /// The score.
     pub score: Score,
+    /// How the result came about, if there is more to say of it.
+    pub how: Option<String>,
     /// The time at the end, s since the start of the match.
     pub duration_s: f64,
     /// The time of each goal, s, and its team and scorer in words.
@@ -86,6 +88,7 @@ impl MatchSummary {
             teams: teams.map(|teams| PerTeam::new(|team| teams.name(team).to_owned())),
             pitch: scenario.field.clone(),
             score: Score::default(),
+            how: None,
             duration_s: 0.0,
             goals: Vec::new(),
             counts: MatchCounts::new(scenario),

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::recorder::{EndReason, MatchEnd};
 use super::trace::{FORMAT, VERSION};
+use naoisis_core::game::MatchResult;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::{FieldPath, Scenario, foreign_file, read_settings};
@@ -202,6 +203,11 @@ impl TraceReader {
     /// The end of the match. `None` before it is read, and if the trace breaks off.
     pub fn end(&self) -> Option<MatchEnd> {
         self.end
+    }
+
+    /// The result of the match, once its end was read.
+    pub fn result(&self) -> Option<MatchResult> {
+        self.end.and_then(|end| end.result)
     }
 
     /// Reads the next cycle. `None` after the last.

@@ -7,6 +7,7 @@ use std::path::Path;
 use super::history::History;
 use super::read::{Ending, TraceError, TraceReader};
 use naoisis_core::events::MatchEvent;
+use naoisis_core::game::MatchResult;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
@@ -27,6 +28,8 @@ pub struct ReadTrace {
     pub fields: Fields,
     /// How it ends.
     pub ending: Ending,
+    /// The result of the match; `None` if the trace does not say.
+    pub result: Option<MatchResult>,
 }
 
 impl ReadTrace {
@@ -52,6 +55,7 @@ impl ReadTrace {
             every: reader.every(),
             fields: reader.fields().clone(),
             ending: Ending::NotYet,
+            result: None,
         };
         while let Some(record) = reader.next_cycle()? {
             if let Err(error) = read.history.push(&record) {
@@ -64,7 +68,7 @@ impl ReadTrace {
                 return Ok(read);
             }
         }
-        read.ending = reader.ending();
+        (read.ending, read.result) = (reader.ending(), reader.result());
         Ok(read)
     }
 }

@@ -42,7 +42,7 @@ use serde::{Deserialize, Serialize};
 pub use super::error::RecordError;
 use naoisis_core::communication::MessageStatistics;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::{Game, Score};
+use naoisis_core::game::{Game, MatchResult, Rules, Score};
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::gather::{self, CurrentRecord};
 use naoisis_sim::scenario::Scenario;
@@ -95,6 +95,9 @@ pub struct MatchEnd {
     /// Goals of both teams.
     #[serde(default)]
     pub score: Score,
+    /// The result, and how it came about.
+    #[serde(default)]
+    pub result: Option<MatchResult>,
     /// Cycles since the start.
     #[serde(default)]
     pub cycles: u64,
@@ -146,6 +149,7 @@ pub fn finish(world: &mut World, reason: EndReason) -> Vec<Result<Option<String>
     let end = MatchEnd {
         reason,
         score: world.resource::<Game>().score,
+        result: Some(world.resource::<Game>().result(world.resource::<Rules>())),
         cycles: world.resource::<CycleClock>().cycle,
         messages: *world.resource::<MessageStatistics>(),
     };

@@ -27,7 +27,7 @@ pub fn page(summary: &MatchSummary) -> String {
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}, seed {seed}</title>\
          <style>{STYLE}.blue{{color:{blue}}}.pink{{color:{pink}}}</style></head><body><h1>{title}, seed {seed}</h1>\
          <div class=\"score\"><span class=\"blue\">{} {}</span> : <span class=\"pink\">{} {}</span></div>\
-         <p>{} min played, {} min of them in play, realism {}.</p>",
+         <p>{how}{} min played, {} min of them in play, realism {}.</p>",
         team_name(summary, Team::Blue),
         summary.score.blue,
         summary.score.pink,
@@ -35,6 +35,7 @@ pub fn page(summary: &MatchSummary) -> String {
         minutes(summary.duration_s),
         minutes(summary.counts.play_s()),
         escaped(&summary.realism),
+        how = summary.how.as_ref().map(|how| format!("Decided: {}. ", escaped(how))).unwrap_or_default(),
         seed = summary.seed,
         blue = hex(BLUE),
         pink = hex(PINK),

@@ -101,6 +101,9 @@ fn draw_score(canvas: &mut Canvas, summary: &MatchSummary) {
         canvas.words(&words, Vec2::new(x, 92.0), SCORE, Anchor::Left, colour);
         x += width_of_words(&words, SCORE);
     }
+    if let Some(how) = &summary.how {
+        canvas.words(how, Vec2::new(x + EDGE, 92.0), LETTERS, Anchor::Left, INK);
+    }
     let (played, in_play) = (minutes(summary.duration_s), minutes(summary.counts.play_s()));
     let played = format!("{played} min played, {in_play} min of them in play, realism {}", summary.realism);
     let played = shortened(&played, LETTERS, WIDTH - 2.0 * EDGE);

@@ -45,7 +45,10 @@ impl Recorder for SummaryRecorder {
         }
     }
 
-    fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
+    fn finish(mut self: Box<Self>, end: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
+        if let Some(summary) = &mut self.summary {
+            summary.how = end.result.and_then(|result| result.how());
+        }
         let bytes = match &self.summary {
             Some(summary) if self.is_picture => png(&picture(summary)),
             Some(summary) => Ok(page(summary).into_bytes()),

@@ -30,6 +30,10 @@ pub enum TeamQuantity {
     Goals,
     /// Goals against itself, which count for the other team.
     OwnGoals,
+    /// 1 if it has won, in a shoot-out or by a coin, too; otherwise 0.
+    Wins,
+    /// Its goals in a shoot-out.
+    ShootOutGoals,
     /// Balls that it struck.
     Kicks,
     /// Balls that one of its robots struck, and another of them was the next to touch.
@@ -70,9 +74,11 @@ fn with_mistakes<Q>(
 }
 
 impl TeamQuantity {
-    const OWN: [(&str, TeamQuantity); 9] = [
+    const OWN: [(&str, TeamQuantity); 11] = [
         ("goals", TeamQuantity::Goals),
         ("own_goals", TeamQuantity::OwnGoals),
+        ("wins", TeamQuantity::Wins),
+        ("shoot_out_goals", TeamQuantity::ShootOutGoals),
         ("kicks", TeamQuantity::Kicks),
         ("passes", TeamQuantity::Passes),
         ("penalties", TeamQuantity::Penalties),

@@ -246,6 +246,7 @@ fn decide_in_game(player: &Player, memory: &mut PlayerMemory, decide: Decide) ->
         return Decision { head: Some(HeadCommand::default()), intention: "wait", ..default() };
     }
     match player.status.state {
+        _ if player.status.stopped => Decision { intention: "wait", ..default() },
         GameState::Playing => {
             let decision = decide(player, memory);
             without_pushing(player, rule_limits::apply(player, memory, decision))

@@ -20,6 +20,8 @@ const DISTANCE_MARGIN_M: f32 = 0.35;
 const CIRCLE_MARGIN_M: f32 = 0.2;
 /// A player walks away from the circle if it is nearer than this, m.
 const CIRCLE_SWAY_M: f32 = 0.05;
+/// The distance that a player keeps from the halfway line at the own kick-off, m.
+const HALF_MARGIN_M: f32 = 0.15;
 /// The distance that a field player keeps from its own penalty area, m.
 const AREA_MARGIN_M: f32 = 0.05;
 /// A field player leaves when it is nearer than [`AREA_MARGIN_M`] by this, m: as much as a standing player sways.
@@ -29,14 +31,18 @@ const IN_PLACE: (f32, f32) = (0.05, 0.15);
 
 /// Limits a decision to what the rules allow.
 pub fn apply(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
-    let decision = if is_opponents_kick_off(player, memory) { stay_off_the_circle(player, decision) } else { decision };
+    let decision = match player.kick_off_team(memory) {
+        Some(team) if team != player.id.team => stay_off_the_circle(player, decision),
+        Some(_) if player.rules.kick_off_free_s.is_some() => stay_in_the_own_half(player, decision),
+        _ => decision,
+    };
     let decision = penalty_kicks::apply(player, keep_off_the_free_kick(player, decision));
     stay_out_of_the_own_area(player, decision)
 }
 
 /// Gets up when the player has fallen.
 pub fn posture(player: &Player) -> Option<PostureRequest> {
-    (player.body == BodyStatus::Fallen).then_some(PostureRequest::GetUp)
+    (player.body == BodyStatus::Fallen && !player.status.stopped).then_some(PostureRequest::GetUp)
 }
 
 /// Walks to the player's place for the kick-off or the penalty kick, and stands there.
@@ -103,9 +109,14 @@ pub fn is_for_the_keeper_only(player: &Player, place: Vec2) -> bool {
     is_forbidden_area(player, place, 0.0)
 }
 
-/// Whether the opponents have a kick-off that is not over yet.
-fn is_opponents_kick_off(player: &Player, memory: &PlayerMemory) -> bool {
-    player.kick_off_team(memory).is_some_and(|team| team != player.id.team)
+/// Stops a step out of the own half that does not lead into the centre circle, before the ball is in play at the own kick-off.
+fn stay_in_the_own_half(player: &Player, decision: Decision) -> Decision {
+    let then = after(player, &decision.walk);
+    let stays = then.x < -HALF_MARGIN_M || then.x < player.position().x;
+    if stays || then.length() < player.pitch.centre_circle_diameter_m / 2.0 {
+        return decision;
+    }
+    Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, ..decision }
 }
 
 /// Keeps the player outside the centre circle: it brakes before the circle, and walks out if it is inside.
@@ -127,7 +138,8 @@ fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
 fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
     let not_ours = player.status.set_play.filter(|set_play| set_play.team != Some(player.id.team));
     let (Some(set_play), Some(ball)) = (not_ours, player.ball()) else { return decision };
-    let (away, distance) = (player.position() - ball.position_m, player.rules.free_kick_distance_m + DISTANCE_MARGIN_M);
+    let (away, distance) =
+        (player.position() - ball.position_m, player.rules.free_kick_radius_m(player.pitch) + DISTANCE_MARGIN_M);
     let decision = Decision { kick: None, ..decision };
     // While it is not known whose it is, it is enough not to come nearer.
     if set_play.team.is_some() && away.length_squared() < (distance - 0.1) * (distance - 0.1) {

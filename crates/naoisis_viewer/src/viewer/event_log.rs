@@ -187,6 +187,8 @@ fn circumstances(event: &MatchEvent) -> (Option<RobotId>, Option<Vec2>, Option<&
         MatchEvent::Penalty { robot, evidence, .. } | MatchEvent::Caution { robot, evidence, .. } => {
             (Some(*robot), None, Some(evidence))
         }
+        MatchEvent::DoubleTouch { robot, evidence } => (Some(*robot), Some(evidence.position_m), Some(evidence)),
+        MatchEvent::MovedAside { robot, position_m } => (Some(*robot), Some(*position_m), None),
         MatchEvent::PlacedByHand { robot, position_m, evidence } => (Some(*robot), Some(*position_m), Some(evidence)),
         MatchEvent::Goal { scorer, evidence, .. } => (*scorer, None, Some(evidence)),
         MatchEvent::GameStuck { robot, evidence } => (*robot, None, Some(evidence)),

@@ -33,6 +33,7 @@ impl Rules {
     pub fn errors(&self) -> Vec<RulesError> {
         let mut limits = Limits::default();
         limits.range("halves", self.halves, 1..=10, "");
+        limits.range("extra_time_halves", self.extra_time_halves, 0..=10, "");
         limits.range("team_size", self.team_size, 1..=11, " robots");
         limits.range("mercy_goals", self.mercy_goals.unwrap_or(1), 1..=1000, " goals");
         limits.range("pushing_limit", self.pushing_limit.unwrap_or(1), 1..=1000, " collisions");
@@ -40,15 +41,17 @@ impl Rules {
         limits.range("get_up_attempts", self.get_up_attempts.unwrap_or(1), 1..=100, " attempts");
         limits.range("offence_free_kick_m", self.offence_free_kick_m.unwrap_or(0.0), 0.0..=100.0, " m");
         limits.range("collision_speed_mps", self.collision_speed_mps, 0.0..=10.0, " m/s");
-        limits.range("free_kick_distance_m", self.free_kick_distance_m, 0.0..=100.0, " m");
+        limits.range("free_kick_distance_m", self.free_kick_distance_m.unwrap_or(0.0), 0.0..=100.0, " m");
         limits.range("fall_from_mps", self.fall_from_mps, 0.0..=100.0, " m/s");
         limits.range("fall_certain_mps", self.fall_certain_mps, self.fall_from_mps..=100.0, " m/s");
         limits.range("dive_reach_m", self.dive_reach_m, 0.0..=2.0, " m");
         limits.range("shoot_out_shots", self.shoot_out_shots, 1..=100, " shots");
         limits.range("sudden_death_shots", self.sudden_death_shots, 1..=100, " shots");
         limits.positive("stall_radius_m", self.stall_radius_m, 100.0, " m");
+        limits.positive("global_stuck_m", self.global_stuck_m.unwrap_or(1.0), 100.0, " m");
         let positive_durations = [
             ("half_s", self.half_s),
+            ("extra_half_s", self.extra_half_s),
             ("stall_s", self.stall_s),
             ("free_kick_s", self.free_kick_s),
             ("penalty_kick_ready_s", self.penalty_kick_ready_s),
@@ -62,6 +65,8 @@ impl Rules {
             ("fallen_s", self.fallen_s),
             ("get_up_limit_s", self.get_up_limit_s),
             ("shoot_out_s", self.shoot_out_s),
+            ("local_stuck_s", self.local_stuck_s.unwrap_or(1.0)),
+            ("push_contact_s", self.push_contact_s.unwrap_or(1.0)),
             ("sudden_death_s", self.sudden_death_s.unwrap_or(1.0)),
         ];
         for (field, value) in positive_durations {

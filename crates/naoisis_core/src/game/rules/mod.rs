@@ -12,9 +12,12 @@ use bevy::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::PenaltyReason;
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
+use crate::pitch::Pitch;
+use crate::team::Team;
 
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless documented otherwise.
@@ -40,6 +43,10 @@ pub struct Rules {
     pub half_s: f32,
     /// Number of halves.
     pub halves: u32,
+    /// Halves of the extra time that is played after a draw: none, or usually 2.
+    pub extra_time_halves: u32,
+    /// Duration of a half of the extra time, s.
+    pub extra_half_s: f32,
     /// Whether the clock also runs in `ready` and `set`, except before the first kick-off of a half (2025 rule book, section
     /// 3.1).
     pub clock_runs_in_stoppages: bool,
@@ -50,6 +57,8 @@ pub struct Rules {
     pub mercy_goals: Option<u32>,
     /// Number of robots of a team that a scenario lines up.
     pub team_size: u8,
+    /// The team that kicks off the first half, and shoots first in a shoot-out.
+    pub first_kick_off: Team,
 
     /// Messages that a team may send in a match, except in shoot-outs; none: unlimited. The goals of a team that sends more do
     /// not count (2025 rule book, section 2.4.2: 1200).
@@ -63,9 +72,14 @@ pub struct Rules {
     /// Whether a goal counts only if two robots of the team have played the ball since the last restart (2025 rule
     /// book, section 3.4).
     pub indirect_goals: bool,
+    /// Whether the taker of a set play may not touch the ball again before another robot has: the other team has an indirect free kick
+    /// (HSL 2026, 14.5, 15.5 and 16.4). From the kick-off of a team with fewer than three robots it may, outside the circle (law 8).
+    pub double_touch: bool,
     /// Whether [`indirect_goals`](Self::indirect_goals) applies only to the team that restarted play by a kick-off, a kick-in or
     /// an indirect free kick, until an opponent touches the ball (HSL 2026, laws 8 and 13).
     pub direct_free_kicks: bool,
+    /// Whether a set play that goes straight into the own goal is a goal, rather than a corner kick (HSL 2026, law 13).
+    pub own_set_play_goals: bool,
 
     /// Whether a ball outside the lines is out.
     pub ball_out: bool,
@@ -73,8 +87,11 @@ pub struct Rules {
     pub ball_out_restart: BallOutRestart,
     /// For how long the ball belongs to the attackers in a free kick, s (2025: 30).
     pub free_kick_s: f32,
-    /// Distance that defenders must keep from the ball in a free kick, m (2025: 0.75).
-    pub free_kick_distance_m: f32,
+    /// Distance that defenders must keep from the ball in a free kick, m (2025: 0.75). None: the radius of the centre circle, but they
+    /// may be nearer on their own goal line between the posts (HSL 2026, 13.3.2).
+    pub free_kick_distance_m: Option<f32>,
+    /// Whether at a goal kick opponents keep out of the whole penalty area (HSL 2026, 15.2).
+    pub goal_kick_clears_area: bool,
     /// Time for defenders to reach that distance, s (2025: 10 as a guideline).
     pub free_kick_leave_s: f32,
 
@@ -95,6 +112,8 @@ pub struct Rules {
     /// Duration of the penalty in place for a robot that begins to walk in `set`, s (2025: 15; HSL 2026: 10). In `standby` its
     /// whole team is penalised, until the robots know of `ready`. None: robots cannot walk in these states.
     pub motion_in_set_s: Option<f32>,
+    /// Whether a robot that moves, or gets up, in a brief stop is removed (HSL 2026, 7.2: motion in stop); otherwise robots cannot.
+    pub motion_in_stop: bool,
     /// Longest duration of `ready`, s (2010 and 2025: 45).
     pub ready_s: f32,
     /// Whether `ready` ends as soon as all robots have stood at legal places for a second.
@@ -120,6 +139,8 @@ pub struct Rules {
     pub penalty_s: f32,
     /// Extension of a penalty for each earlier infraction of the team, s (2025: 10).
     pub penalty_increase_s: f32,
+    /// Offences that make later penalties no longer, beside those that never do (HSL 2026, 12.2: illegal positions).
+    pub uncounted: Vec<PenaltyReason>,
     /// Whether penalties that are no infractions, such as those of fallen robots, are extended, too (GameController of the HSL
     /// 2026).
     pub all_penalties_increase: bool,
@@ -138,6 +159,10 @@ pub struct Rules {
     pub collisions_between_team_mates: bool,
     /// Whether the goalkeeper is never responsible in its own penalty area.
     pub keeper_may_push: bool,
+    /// Whether both robots are responsible for a collision in which they are equally fast; otherwise neither is (HSL 2026, 12.3.4).
+    pub equal_speeds_penalise_both: bool,
+    /// Duration of contact with an opponent from which it is pushing at any speed, s (HSL 2026, 12.3.4: 5). None: it does not matter.
+    pub push_contact_s: Option<f32>,
     /// Whether contacts of a robot's side on its way to the ball are legal.
     pub side_contacts: SideContacts,
     /// Whether both robots are responsible if they collide front to front without the ball between them (2010 rule book, section
@@ -150,6 +175,8 @@ pub struct Rules {
     /// Distance from the ball within which every offence gives the other team a free kick, m: direct for pushing, else indirect
     /// (HSL 2026, section 5.1: 0.75 in the small division, else 1.5). None: only pushing does.
     pub offence_free_kick_m: Option<f32>,
+    /// Whether every offence within [the distance of free kicks](Self::free_kick_distance_m) from the ball does so (HSL 2026, 12.1).
+    pub offence_free_kick: bool,
     /// Number of cautions for pushing with which a robot is sent off (GameController of the HSL 2026: 2); none: no cautions.
     pub cautions_to_send_off: Option<u32>,
 
@@ -197,6 +224,12 @@ pub struct Rules {
     /// Whether robots that approach the ball or explore the pitch count as progress (2025 rule book, section 3.11), as a moving
     /// ball does.
     pub walking_is_progress: bool,
+    /// Time after which the robot nearest to a ball that has not moved is penalised, s, if another than
+    /// [`game_stuck_s`](Self::game_stuck_s) (HSL 2026, 18.1: 10).
+    pub local_stuck_s: Option<f32>,
+    /// Distance within which no robot has been for [`game_stuck_s`](Self::game_stuck_s) when play is stopped, m (HSL 2026, 18.2: 1).
+    /// None: play is stopped if the ball has not moved for that time.
+    pub global_stuck_m: Option<f32>,
     /// Whether the robot nearest to the ball is penalised for a stuck game (2025), rather than moved to the halfway line (2010).
     pub stuck_robot_is_penalised: bool,
 
@@ -257,19 +290,25 @@ impl Default for Rules {
             clock: true,
             half_s: 600.0,
             halves: 2,
+            extra_time_halves: 0,
+            extra_half_s: 300.0,
             clock_runs_in_stoppages: false,
             half_ends_when_ball_stops: false,
             mercy_goals: None,
             team_size: 3,
+            first_kick_off: Team::Blue,
             message_budget: None,
             goals: true,
             no_kick_off_shots: false,
             indirect_goals: false,
+            double_touch: false,
             direct_free_kicks: false,
+            own_set_play_goals: true,
             ball_out: true,
             ball_out_restart: BallOutRestart::KickOff,
             free_kick_s: 30.0,
-            free_kick_distance_m: 0.75,
+            free_kick_distance_m: Some(0.75),
+            goal_kick_clears_area: false,
             free_kick_leave_s: 10.0,
             penalty_kicks: false,
             penalty_kick_ready_s: 30.0,
@@ -278,6 +317,7 @@ impl Default for Rules {
             standby_s: 0.0,
             standby_random_s: 0.0,
             motion_in_set_s: None,
+            motion_in_stop: false,
             ready_s: 45.0,
             end_ready_early: true,
             set_s: 3.0,
@@ -289,6 +329,7 @@ impl Default for Rules {
             kick_off_player: false,
             penalty_s: 30.0,
             penalty_increase_s: 0.0,
+            uncounted: Vec::new(),
             all_penalties_increase: false,
             penalties_end_at_kick_off: false,
             penalties_run_in_ready: false,
@@ -297,11 +338,14 @@ impl Default for Rules {
             collision_speed_mps: 0.05,
             collisions_between_team_mates: false,
             keeper_may_push: false,
+            equal_speeds_penalise_both: true,
+            push_contact_s: None,
             side_contacts: SideContacts::default(),
             chest_to_chest_penalises_both: false,
             pushing_limit: None,
             pushing_free_kick: false,
             offence_free_kick_m: None,
+            offence_free_kick: false,
             cautions_to_send_off: None,
             stalling: true,
             stall_s: 15.0,
@@ -321,6 +365,8 @@ impl Default for Rules {
             game_stuck: false,
             game_stuck_s: 15.0,
             walking_is_progress: false,
+            local_stuck_s: None,
+            global_stuck_m: None,
             stuck_robot_is_penalised: false,
             falls: false,
             fall_from_mps: 0.1,
@@ -348,8 +394,33 @@ impl Default for Rules {
 }
 
 impl Rules {
-    /// Cycles in a half, at least one.
-    pub fn half_cycles(&self, clock: &CycleClock) -> u64 {
-        u64::from(clock.cycles_in(self.half_s)).max(1)
+    /// The team that kicks off `half`: the [first](Self::first_kick_off) in the first, then alternating.
+    pub fn first_kick_off_of_half(&self, half: u32) -> Team {
+        if half % 2 == 1 { self.first_kick_off } else { self.first_kick_off.opponent() }
+    }
+
+    /// The distance that defenders must keep from the ball in a free kick on `pitch`, m.
+    pub fn free_kick_radius_m(&self, pitch: &Pitch) -> f32 {
+        self.free_kick_distance_m.unwrap_or(pitch.centre_circle_diameter_m / 2.0)
+    }
+
+    /// Whether a penalty for `reason` makes later penalties of the team longer.
+    pub fn counts_as_infraction(&self, reason: PenaltyReason) -> bool {
+        reason.is_infraction() && !self.uncounted.contains(&reason)
+    }
+
+    /// Whether `half` is one of the extra time.
+    pub fn is_extra_time(&self, half: u32) -> bool {
+        half > self.halves
+    }
+
+    /// Longest duration of the match without stoppages, s, with its extra time.
+    pub fn longest_s(&self) -> f32 {
+        self.half_s * self.halves as f32 + self.extra_half_s * self.extra_time_halves as f32
+    }
+
+    /// Cycles in `half`, at least one.
+    pub fn half_cycles(&self, half: u32, clock: &CycleClock) -> u64 {
+        u64::from(clock.cycles_in(if self.is_extra_time(half) { self.extra_half_s } else { self.half_s })).max(1)
     }
 }

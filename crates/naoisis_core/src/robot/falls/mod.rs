@@ -116,7 +116,13 @@ fn take_posture_commands(
         let wanted = command.0.take();
         let may_dive =
             rules.dives && game.state == GameState::Playing && *kick == KickPhase::Ready && !penalty.is_active();
-        let request = wanted.filter(|request| matches!(request, PostureRequest::GetUp) || may_dive);
+        let is_held = game.stop.is_some();
+        let may_get_up = !is_held || rules.motion_in_stop;
+        let allowed = |request: &PostureRequest| match request {
+            PostureRequest::GetUp => may_get_up,
+            PostureRequest::Dive(_) => may_dive && !is_held,
+        };
+        let request = wanted.filter(allowed);
         if wanted != request {
             let (robot, command) = (*id, CommandKind::Posture);
             events.push(MatchEvent::CommandRefused { robot, command, reason: Refusal::NotAllowed });

@@ -154,7 +154,7 @@ fn take_kick_commands(
             Some(KickMiss::Down)
         } else if *phase != KickPhase::Ready {
             Some(KickMiss::Busy)
-        } else if game.state != GameState::Playing {
+        } else if game.state != GameState::Playing || game.stop.is_some() {
             Some(KickMiss::PlayStopped)
         } else {
             None

@@ -56,11 +56,11 @@ impl Dialect {
             }
             Reason::Inactive | Reason::Fallen => [["fallenInactive"; 2], ["incapableRobot"; 2]],
             Reason::Stalling | Reason::Obstruction | Reason::GameStuck => [["localGameStuck"; 2]; 2],
-            Reason::MotionInSet => [["motionInSet"; 2]; 2],
+            Reason::MotionInSet | Reason::MotionInStop => [["motionInSet"; 2]; 2],
             Reason::MotionInStandby => [["motionInStandby"; 2], ["motionInSet"; 2]],
             Reason::SentOff => [["requestForPickUp", "pickedUp"], ["sendOff", "sentOff"]],
             Reason::ShootOut => [["requestForPickUp", "substitute"]; 2],
-            Reason::Manual | Reason::Custom(_) => [["requestForPickUp", "pickedUp"]; 2],
+            Reason::Manual | Reason::PickUp | Reason::Custom(_) => [["requestForPickUp", "pickedUp"]; 2],
         };
         if self == Self::Humanoid { humanoid } else { standard }
     }

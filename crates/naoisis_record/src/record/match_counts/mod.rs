@@ -65,6 +65,10 @@ pub struct MatchCounts {
     pub goals: PerTeam<u32>,
     /// Goals of the team that count for the other team.
     pub own_goals: PerTeam<u32>,
+    /// Goals in a shoot-out.
+    pub shoot_out_goals: PerTeam<u32>,
+    /// The winner, after the final whistle.
+    pub winner: Option<Team>,
     /// The score when each half ended, or as it is in the half under way.
     pub score_after_half: BTreeMap<u32, Score>,
     /// Set plays that the team was given, by kind.
@@ -112,6 +116,8 @@ impl MatchCounts {
         Self {
             goals: default(),
             own_goals: default(),
+            shoot_out_goals: default(),
+            winner: None,
             score_after_half: BTreeMap::new(),
             set_plays: default(),
             outs: 0,
@@ -232,10 +238,17 @@ impl MatchCounts {
                 *self.set_plays[*team].entry(*set_play).or_default() += 1;
                 self.dead_ball();
             }
+            MatchEvent::Shot { goals, .. } => {
+                self.shoot_out_goals = *goals;
+                self.dead_ball();
+            }
+            MatchEvent::ShootOutWon { team } => self.winner = Some(*team),
+            MatchEvent::FinalWhistle => {
+                self.winner = self.winner.or(self.goals.leader());
+            }
             MatchEvent::KickOff { .. }
             | MatchEvent::DropBall { .. }
             | MatchEvent::ThrowIn { .. }
-            | MatchEvent::Shot { .. }
             | MatchEvent::Intervention { intervention: Intervention::PlaceBall { .. } } => self.dead_ball(),
             MatchEvent::Fall { robot, .. } => self.robot(*robot).falls += 1,
             MatchEvent::Penalty { robot, reason, .. } => {

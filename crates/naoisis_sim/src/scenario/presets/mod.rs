@@ -36,10 +36,12 @@ pub const FIELD_PRESETS: &[Preset] = presets![
 ];
 
 /// The rules that come with the program: `assets/rules`.
-pub const RULES_PRESETS: &[Preset] = presets!["rules": "naoisis" "spl2010" "spl2025" "hsl2026" "extended" "free"];
+pub const RULES_PRESETS: &[Preset] =
+    presets!["rules": "naoisis" "spl2010" "spl2025" "hsl2026" "hsl2026_german_open" "extended" "free"];
 
 /// The balls that come with the program: `assets/balls`.
-pub const BALL_PRESETS: &[Preset] = presets!["balls": "hsl2026" "hsl2026_small" "naoisis" "spl2010" "spl2025"];
+pub const BALL_PRESETS: &[Preset] =
+    presets!["balls": "hsl2026" "hsl2026_large" "hsl2026_small" "naoisis" "spl2010" "spl2025"];
 
 /// The pitch of the preset `name` among the [`FIELD_PRESETS`].
 pub fn pitch_preset(name: &str) -> Option<Pitch> {

@@ -85,8 +85,13 @@ impl Checks {
                 (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))
             }
             Intervention::Penalise { robot, .. } => (Some(("penalise.robot", robot)), None),
+            Intervention::PickUp { robot } => (Some(("pick_up.robot", robot)), None),
             Intervention::Return { robot } => (Some(("return.robot", robot)), None),
-            Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => (None, None),
+            Intervention::SetScore { .. }
+            | Intervention::Whistle
+            | Intervention::KickOff { .. }
+            | Intervention::Stop
+            | Intervention::Resume => (None, None),
         };
         if let Some((field, robot)) = robot
             && !scenario.has_robot(robot)

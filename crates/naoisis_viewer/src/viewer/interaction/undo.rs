@@ -83,7 +83,7 @@ fn way_back(world: &mut World, act: Intervention) -> Vec<Intervention> {
             robot_pose(world, robot).map(|pose| Intervention::PlaceRobot { robot, pose }).into_iter().collect()
         }
         Intervention::PlaceBall { .. } | Intervention::DropBall { .. } => ball(world).into_iter().collect(),
-        Intervention::Penalise { robot, .. } => {
+        Intervention::Penalise { robot, .. } | Intervention::PickUp { robot } => {
             let place = robot_pose(world, robot).map(|pose| Intervention::PlaceRobot { robot, pose });
             core::iter::once(Intervention::Return { robot }).chain(place).collect()
         }
@@ -97,6 +97,8 @@ fn way_back(world: &mut World, act: Intervention) -> Vec<Intervention> {
             });
             again.into_iter().collect()
         }
+        Intervention::Stop => vec![Intervention::Resume],
+        Intervention::Resume => vec![Intervention::Stop],
         Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => Vec::new(),
     }
 }

@@ -55,9 +55,9 @@ pub(super) fn draw_areas(
         brush.words(ball - Vec2::Y * rules.stall_radius_m, "stalling", palette::ink(DrawColour::Sky));
     }
     if game.set_play.is_some() {
-        brush.circle(ball, rules.free_kick_distance_m, palette::ink(DrawColour::Vermilion));
+        brush.circle(ball, rules.free_kick_radius_m(&pitch), palette::ink(DrawColour::Vermilion));
         brush.words(
-            ball + Vec2::Y * rules.free_kick_distance_m,
+            ball + Vec2::Y * rules.free_kick_radius_m(&pitch),
             "opponents stay outside",
             palette::ink(DrawColour::Vermilion),
         );
