@@ -6,6 +6,7 @@ mod agents;
 mod barrier;
 mod batch;
 mod behaviours;
+mod breakdowns;
 mod built_in_scenarios;
 mod calibration;
 mod challenges;

@@ -149,6 +149,7 @@ fn examples() -> Vec<MatchEvent> {
         },
         MatchEvent::Fall { robot, cause: FallCause::Walking, speed_mps: 0.5, probability: 0.25 },
         MatchEvent::GotUp { robot },
+        MatchEvent::ProgramRestarts { robot, duration_s: 30.0 },
         MatchEvent::Dive { robot, side: Side::Left },
         MatchEvent::CommandRefused { robot, command: CommandKind::Walk, reason: Refusal::NotFinite },
         MatchEvent::StateChanged { state: GameState::Set },

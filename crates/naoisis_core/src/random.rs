@@ -124,6 +124,8 @@ pub struct RandomStreams {
     pub camera: RandomStream,
     /// Falls of the robot.
     pub balance: RandomStream,
+    /// Breakdowns.
+    pub breakdowns: RandomStream,
     /// Slip of its steps.
     pub slip: RandomStream,
 }
@@ -148,6 +150,7 @@ impl RandomStreams {
             messages: stream("messages"),
             camera: stream("camera"),
             balance: stream("balance"),
+            breakdowns: stream("breakdowns"),
             slip: stream("slip"),
         }
     }

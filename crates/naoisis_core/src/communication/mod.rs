@@ -43,6 +43,7 @@ use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::robot::Roster;
+use crate::robot::condition::Condition;
 use crate::team::{PerTeam, RobotId};
 
 /// Carries messages: sends them in [`CycleSystems::Act`], delivers them in [`CycleSystems::Communicate`].
@@ -231,17 +232,21 @@ fn send_messages(
     mut in_flight: ResMut<MessagesInFlight>,
     mut statistics: ResMut<MessageStatistics>,
     mut events: ResMut<CycleEvents>,
-    mut outboxes: Query<(&mut Outbox, Option<&MessageLimits>)>,
+    mut outboxes: Query<(&mut Outbox, Option<&MessageLimits>, Option<&Condition>)>,
     mut recipients: Query<(&Pose, &mut RandomStreams), With<Inbox>>,
     poses: Query<&Pose>,
 ) {
     for (from, sender) in roster.iter() {
-        let Ok((mut outbox, own_limits)) = outboxes.get_mut(sender) else { continue };
+        let Ok((mut outbox, own_limits, condition)) = outboxes.get_mut(sender) else { continue };
         // Does not trigger change detection of empty outboxes.
         if outbox.0.is_none() {
             continue;
         }
         let Some(say) = outbox.0.take() else { continue };
+        // What a program says that is only starting, nobody hears.
+        if condition.is_some_and(|condition| !condition.is_running()) {
+            continue;
+        }
         let team = &mut statistics[from.team];
         let limits = settings.limits_with(&own_limits.copied().unwrap_or_default());
         if let Some(reason) = limits.refusal(&say, team) {

@@ -152,6 +152,13 @@ pub enum MatchEvent {
         /// The robot.
         robot: RobotId,
     },
+    /// The program of a robot stopped, and starts again.
+    ProgramRestarts {
+        /// The robot.
+        robot: RobotId,
+        /// Time until the robot acts again, s.
+        duration_s: f32,
+    },
     /// A robot dives.
     Dive {
         /// The robot.

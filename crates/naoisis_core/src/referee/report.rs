@@ -128,6 +128,9 @@ fn announcement(event: &MatchEvent) -> Option<String> {
             format!("{robot} falls: {why}, probability {probability:.2}.")
         }
         MatchEvent::GotUp { robot } => format!("{robot} stands again."),
+        MatchEvent::ProgramRestarts { robot, duration_s } => {
+            format!("The program of {robot} stopped; it starts again in {duration_s} s.")
+        }
         MatchEvent::Dive { robot, side } => format!("{robot} dives to its {}.", side.name()),
         MatchEvent::AgentLost { robot, message, .. } => format!("{robot} has lost its program: {message}."),
         _ => return None,

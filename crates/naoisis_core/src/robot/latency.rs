@@ -111,7 +111,7 @@ impl CommandQueues {
     }
 }
 
-fn delay_commands(
+pub(super) fn delay_commands(
     clock: Res<CycleClock>,
     mut robots: Query<(
         &Latency,

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::knowledge::Knowledge;
 
 pub mod body;
+pub mod breakdowns;
+pub mod condition;
 pub mod falls;
 pub mod gait;
 pub mod head;
@@ -43,6 +45,7 @@ impl Plugin for RobotPlugin {
                 kick::KickPlugin,
                 latency::LatencyPlugin,
                 falls::FallsPlugin,
+                breakdowns::BreakdownsPlugin,
             ));
     }
 }

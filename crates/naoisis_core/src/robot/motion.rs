@@ -10,6 +10,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Roster;
+use super::condition::{Breakdowns, Condition};
 use super::gait::{GaitState, GroundStep};
 use super::kick::KickPhase;
 pub use super::motion_limits::{MotionError, MotionLimits};
@@ -51,6 +52,8 @@ pub struct ExecutedStep(pub WalkCommand);
 struct WalkingRobot {
     id: &'static RobotId,
     limits: &'static MotionLimits,
+    breakdowns: &'static Breakdowns,
+    condition: &'static Condition,
     kick_phase: &'static KickPhase,
     penalty: &'static Penalty,
     posture: &'static Posture,
@@ -89,11 +92,10 @@ fn take_walk_commands(
         };
         let is_free = robot.kick_phase.lets_walk() && robot.posture.is_upright() && !robot.penalty.is_active();
         let may_step = may_walk && is_free;
-        [robot.step.0, robot.ground.0] = match &robot.limits.gait {
-            None if may_step => [executed_step(wanted, robot.limits, clock.period(), &mut robot.streams.motion); 2],
-            Some(gait) if may_step => {
-                robot.gait.walk(wanted, gait, robot.limits, clock.period(), &mut robot.streams.slip)
-            }
+        let limits = robot.condition.limits(robot.limits, robot.breakdowns);
+        [robot.step.0, robot.ground.0] = match &limits.gait {
+            None if may_step => [executed_step(wanted, &limits, clock.period(), &mut robot.streams.motion); 2],
+            Some(gait) if may_step => robot.gait.walk(wanted, gait, &limits, clock.period(), &mut robot.streams.slip),
             _ => {
                 robot.gait.stand();
                 [WalkCommand::default(); 2]

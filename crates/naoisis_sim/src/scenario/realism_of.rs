@@ -28,7 +28,7 @@ impl Scenario {
             None => ball,
         };
         let mut settings = self.settings.clone();
-        settings.take_real(real.settings);
+        settings.take_realism_from(real.settings);
         // A realism changes the errors of sensors, and neither where their readings come from nor what they look for.
         settings.vision = VisionSettings { noise: settings.vision.noise, ..self.settings.vision };
         settings.sonar.source = self.settings.sonar.source;
@@ -61,7 +61,7 @@ impl Scenario {
                 models.push((model.clone(), of_model));
             }
             let of_model = models.iter().find(|(name, _)| *name == model).map(|(_, of_model)| of_model);
-            of_model.is_some_and(|real| robot.own.really_differs(&real.own))
+            of_model.is_some_and(|real| robot.own.differs_in_realism(&real.own))
         };
         let mut of_teams = self.teams.iter().flat_map(|teams| Team::BOTH.map(|team| teams.robot(team, 1)));
         let any_has_own = self.robots.iter().any(&mut has_own) || of_teams.any(|robot| has_own(&robot));
@@ -198,7 +198,7 @@ mod tests {
         let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;
         assert_eq!(
             renamed.realism_in_words(),
-            "ideal but for ball, motion, kicks, vision, sonar, odometry, falls, latency, messages"
+            "ideal but for ball, motion, kicks, vision, sonar, odometry, falls, breakdowns, latency, messages"
         );
     }
 }

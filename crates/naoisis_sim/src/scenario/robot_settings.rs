@@ -35,6 +35,8 @@ macro_rules! robot_settings {
                 odometry: naoisis_sensing::sensing::odometry::OdometrySettings ["noise"],
                 /// How often it falls.
                 falls: naoisis_core::robot::falls::FallModel [],
+                /// How often it breaks down.
+                breakdowns: naoisis_core::robot::condition::Breakdowns [],
                 /// The delays of what it sees and does.
                 latency: naoisis_core::robot::latency::Latency [],
             }
@@ -150,7 +152,7 @@ macro_rules! names_and_components {
             }
 
             /// Takes the settings that a realism changes from `other`.
-            pub(super) fn take_real(&mut self, other: RobotSettings) {
+            pub(super) fn take_realism_from(&mut self, other: RobotSettings) {
                 $(self.$real = other.$real;)*
                 self.$messages = other.$messages;
             }
@@ -165,7 +167,7 @@ macro_rules! names_and_components {
 
         impl RobotPatch {
             /// Whether any setting that a realism changes differs from `other`'s, other than limits of messages.
-            pub(super) fn really_differs(&self, other: &RobotPatch) -> bool {
+            pub(super) fn differs_in_realism(&self, other: &RobotPatch) -> bool {
                 [$(self.$real != other.$real),*].contains(&true)
             }
         }

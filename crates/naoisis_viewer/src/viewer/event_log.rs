@@ -60,7 +60,10 @@ impl LogKind {
         match event {
             MatchEvent::Goal { .. } | MatchEvent::Shot { .. } | MatchEvent::ShootOutWon { .. } => LogKind::Goal,
             MatchEvent::Kick { .. } => LogKind::Kick,
-            MatchEvent::Fall { .. } | MatchEvent::GotUp { .. } | MatchEvent::Dive { .. } => LogKind::Fall,
+            MatchEvent::Fall { .. }
+            | MatchEvent::GotUp { .. }
+            | MatchEvent::ProgramRestarts { .. }
+            | MatchEvent::Dive { .. } => LogKind::Fall,
             MatchEvent::Penalty { .. } | MatchEvent::PenaltyOver { .. } | MatchEvent::Caution { .. } => {
                 LogKind::Penalty
             }
@@ -182,6 +185,7 @@ fn circumstances(event: &MatchEvent) -> (Option<RobotId>, Option<Vec2>, Option<&
         MatchEvent::Kick { robot, .. }
         | MatchEvent::Fall { robot, .. }
         | MatchEvent::GotUp { robot }
+        | MatchEvent::ProgramRestarts { robot, .. }
         | MatchEvent::Dive { robot, .. } => (Some(*robot), None, None),
         MatchEvent::PenaltyOver { robot, position_m } => (Some(*robot), Some(*position_m), None),
         MatchEvent::Penalty { robot, evidence, .. } | MatchEvent::Caution { robot, evidence, .. } => {

@@ -168,7 +168,7 @@ struct PosturedRobot {
 /// A robot that may fall.
 #[derive(QueryData)]
 #[query_data(mutable)]
-struct FallingRobot {
+pub(super) struct FallingRobot {
     balance: &'static FallModel,
     limits: &'static MotionLimits,
     step: &'static ExecutedStep,
@@ -183,7 +183,7 @@ struct FallingRobot {
 type Danger = (RobotId, FallCause, f32);
 
 /// Lets robots fall that walked, kicked, collided or are in contact.
-fn fall(
+pub(super) fn fall(
     mut dangers: Local<Vec<Danger>>,
     roster: Res<Roster>,
     clock: Res<CycleClock>,

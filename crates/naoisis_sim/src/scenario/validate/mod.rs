@@ -21,6 +21,7 @@ use super::types::Scenario;
 use naoisis_core::communication::MessageLimits;
 use naoisis_core::geometry::to_degrees;
 use naoisis_core::named_values::NamedValues;
+use naoisis_core::robot::condition::Breakdowns;
 use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::MotionLimits;
 use naoisis_core::team::Team;
@@ -136,6 +137,7 @@ robot_settings! { checks_of_settings {} }
 
 impl Checks {
     /// What nothing can be wrong with but a range is in no other check.
+    fn breakdowns(&mut self, _: &FieldPath, _: &Breakdowns) {}
     fn latency(&mut self, _: &FieldPath, _: &Latency) {}
     fn odometry(&mut self, _: &FieldPath, _: &OdometrySettings) {}
     fn vision(&mut self, _: &FieldPath, _: &VisionSettings) {}
