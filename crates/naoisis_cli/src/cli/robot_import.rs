@@ -113,6 +113,8 @@ pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
 fn findings(imported: &Imported) -> String {
     /// The greatest width of the column of values, letters.
     const WIDEST: usize = 30;
+    /// The most letters of a value.
+    const LONGEST: usize = 80;
 
     let all = || imported.found.iter().chain(&imported.guessed);
     let paths = all().map(|figure| figure.path.len()).max().unwrap_or_default();
@@ -121,7 +123,11 @@ fn findings(imported: &Imported) -> String {
     for (title, figures) in [("found", &imported.found), ("guessed", &imported.guessed)] {
         text.push_str(&format!("\n\n{title}:"));
         for figure in figures {
-            text.push_str(&format!("\n  {:paths$}  {:values$}  {}", figure.path, figure.value, figure.source));
+            let mut value: String = figure.value.chars().take(LONGEST).collect();
+            if value.len() < figure.value.len() {
+                value.push('…');
+            }
+            text.push_str(&format!("\n  {:paths$}  {value:values$}  {}", figure.path, figure.source));
         }
     }
     text.push('\n');

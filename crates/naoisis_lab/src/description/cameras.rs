@@ -13,6 +13,8 @@ use naoisis_core::camera_model::CameraMounts;
 const USUAL_SIZE: [u32; 2] = [640, 480];
 /// The field of view along the diagonal of a camera of which nothing is known, degrees.
 const USUAL_FOV_DEG: f64 = 90.0;
+/// Frames of one camera are at most so far from each other, m.
+const SAME_M: f64 = 1e-3;
 /// A camera that is turned about its axis by more than this is named, degrees.
 const LEVEL_DEG: f64 = 2.0;
 
@@ -68,7 +70,10 @@ impl Standing<'_> {
         let source = |camera: &Camera| format!("{}, {}", camera.place, camera.name);
         let sources: Vec<String> = chosen.iter().map(|(_, camera)| source(camera)).collect();
         figures.found("cameras.mounts", Value::Array(mounts), sources.join("; "));
-        let camera = chosen[0].1;
+        // Another frame of the same camera may say what its image is.
+        let lens = |(link, camera): Found| (self.places[link] * camera.link_from_camera).translation;
+        let is_same = |found: &Found| lens(*found).distance(lens(chosen[0])) < SAME_M;
+        let camera = all().filter(is_same).find(|(_, camera)| camera.fov.is_some()).unwrap_or(chosen[0]).1;
         let size = camera.size.filter(|size| size.iter().all(|side| (1..=4096).contains(side)));
         let [width, height] = size.unwrap_or(USUAL_SIZE);
         let size_source = match size {

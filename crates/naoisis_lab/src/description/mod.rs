@@ -164,7 +164,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, Descript
     let standing = Standing::new(&tree, &limbs, &posture, &file);
     let standing = standing.ok_or_else(|| DescriptionError::NoSize(file.clone()))?;
     let mut figures = Figures::default();
-    figures.lacking.clone_from(&tree.warnings);
+    figures.lacking = shortened(&tree.warnings);
     let measures = standing.body(&mut figures);
     standing.head(&mut figures);
     standing.cameras(&mut figures, &measures, options)?;
@@ -179,6 +179,19 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, Descript
     let text = model::text(&name, &file, &figures, &realistic);
     let (found, guessed) = figures.with_reasons();
     Ok(Imported { name, text, found, guessed, lacking: figures.lacking, to_measure: model::TO_MEASURE.to_vec() })
+}
+
+/// Warnings, of many about meshes the first alone.
+fn shortened(warnings: &[String]) -> Vec<String> {
+    /// The most meshes that are named.
+    const MOST_MESHES: usize = 3;
+
+    let (meshes, mut others): (Vec<&String>, Vec<&String>) =
+        warnings.iter().partition(|words| words.contains("the mesh "));
+    let more = meshes.len().saturating_sub(MOST_MESHES);
+    others.extend(meshes.into_iter().take(MOST_MESHES));
+    let more = (more > 0).then(|| format!("{more} more meshes that cannot be read"));
+    others.into_iter().cloned().chain(more).collect()
 }
 
 /// The kinds of descriptions that can be read.

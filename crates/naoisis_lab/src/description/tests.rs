@@ -79,7 +79,7 @@ fn the_t1_of_a_urdf_has_its_makers_figures() {
         ("body.torso.x_m", &[-0.0735, 0.0965]),
         ("body.torso.z_m", &[0.5511, 0.9516]),
         ("body.arms.shoulder_m", &[0.009, 0.1533, 0.9056]),
-        ("body.arms.length_m", &[0.3926]),
+        ("body.arms.length_m", &[0.3927]),
         ("head.yaw_deg", &[-75.0, 75.0]),
         ("head.pitch_deg", &[-20.1, 55.0]),
         ("cameras.mounts.0.tilt_deg", &[8.0]),
@@ -276,4 +276,17 @@ fn a_calibration_is_that_of_the_model() {
     assert_figures(&model, &[("cameras.width", &[640.0]), ("cameras.intrinsics.cy", &[247.5])]);
     assert_eq!((imported.lacking.len(), model.measures_of_nao().len()), (0, 0), "{:?}", imported.lacking);
     assert_eq!(model.source("cameras.intrinsics"), Some("head.yaml"));
+}
+
+#[test]
+fn a_frame_of_a_camera_has_the_image_of_its_sensor() {
+    let text = fs::read_to_string(sample("t1.urdf")).unwrap();
+    let sensor = r#"<link name="eye"/><joint name="eye_joint" type="fixed"><parent link="head_realsense_rgb_link"/><child link="eye"/></joint>
+        <gazebo reference="eye"><sensor type="camera" name="s"><camera><horizontal_fov>1.0</horizontal_fov>
+        <image><width>640</width><height>360</height></image></camera></sensor></gazebo></robot>"#;
+    let text = text.replace("</robot>", sensor);
+    let options = ImportOptions { cameras: vec!["head_realsense_rgb_link".to_owned()], ..ImportOptions::default() };
+    let model = checked(&import_text("t.urdf", &text, &options).unwrap());
+    // 320 / tan 0.5 = 585.76 pixels; half the diagonal is 367.15.
+    assert_figures(&model, &[("cameras.height", &[360.0]), ("cameras.diagonal_fov_deg", &[64.2])]);
 }
