@@ -79,7 +79,7 @@ fn the_t1_of_a_urdf_has_its_makers_figures() {
         ("body.torso.x_m", &[-0.0735, 0.0965]),
         ("body.torso.z_m", &[0.5511, 0.9516]),
         ("body.arms.shoulder_m", &[0.009, 0.1533, 0.9056]),
-        ("body.arms.length_m", &[0.3927]),
+        ("body.arms.length_m", &[0.2076 + 0.185]),
         ("head.yaw_deg", &[-75.0, 75.0]),
         ("head.pitch_deg", &[-20.1, 55.0]),
         ("cameras.mounts.0.tilt_deg", &[8.0]),
