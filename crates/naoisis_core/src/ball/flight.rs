@@ -109,7 +109,7 @@ impl FlyingBall {
     /// Flies for `time` seconds. Drag is that of the speed at the start: v(t) = v0 / (1 + k v0 t).
     fn glide(&mut self, time: f32) {
         let slowed = self.physics.flight.drag_per_m * self.velocity.length() * time;
-        let way_share = if slowed > 1e-6 { slowed.ln_1p() / slowed } else { 1.0 };
+        let way_share = if slowed > 1e-6 { ops::ln_1p(slowed) / slowed } else { 1.0 };
         self.position += self.velocity * (way_share * time) - Vec3::Z * (GRAVITY_MPS2 * time * time / 2.0);
         self.velocity = self.velocity / (1.0 + slowed) - Vec3::Z * (GRAVITY_MPS2 * time);
     }

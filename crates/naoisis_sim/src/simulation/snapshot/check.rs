@@ -192,7 +192,7 @@ fn check_ball(
     parts.need::<PreviousPose>()?;
     parts.need::<BallPath>()?;
     let flight = *parts.need::<BallFlight>()?;
-    if !(flight.height_m >= 0.0) {
+    if flight.height_m < 0.0 {
         return Err(parts.wrong::<BallFlight>("it is below the ground"));
     }
     let (position, velocity) = (parts.need::<Pose>()?.position, parts.need::<BallVelocity>()?.0);
