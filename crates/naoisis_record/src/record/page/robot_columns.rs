@@ -160,7 +160,7 @@ pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: En
     let about = About::Robot(robot.id);
     columns.push(about, "b", i32::from(robot.belief.is_some()));
     let Some(belief) = &robot.belief else {
-        ["o", "m", "p"].map(|quantity| columns.push(about, quantity, 0));
+        ["o", "m", "p"].into_iter().for_each(|quantity| columns.push(about, quantity, 0));
         return;
     };
     let Belief { pose_covariance: [xx, xy, yy, ..], ball, team_mates, opponents, .. } = belief;
