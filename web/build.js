@@ -22,7 +22,7 @@ const bundle = await build({
   write: false,
   format: "iife",
   target: "es2022",
-  legalComments: "none",
+  legalComments: "eof",
 });
 const program = bundle.outputFiles[0].text.trim();
 const packed = Buffer.from(deflateSync(Buffer.from(program), { level: 9 })).toString("base64");

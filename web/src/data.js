@@ -145,7 +145,10 @@ class Match {
     const at = before(this.senses, timeS / this.cycleS + 0.01);
     if (at < 0 || !this.senses.length) return null;
     const of = (name, row) => this.get(`${id}.${name}`)[row];
-    const rows = (name, sample = at) => {
+    const rows = (name) => {
+      let sample = at;
+      // A list that was left out is that of the sample before.
+      while (sample > 0 && of(name, sample) < 0) sample -= 1;
       const [from, to] = [sample, sample + 1].map((sample) => this.starts[index][name][sample]);
       return Array.from({ length: to - from }, (_, row) => from + row);
     };
@@ -156,10 +159,8 @@ class Match {
     for (const row of rows("m")) mind.mates.push({ x: of("mx", row) * 0.05, y: of("my", row) * 0.05 });
     for (const row of rows("p")) mind.opponents.push({ x: of("px", row) * 0.05, y: of("py", row) * 0.05, ellipse: ellipse("p", row) });
     for (const row of rows("v")) mind.seenBall = { x: of("vx", row) * 0.02, y: of("vy", row) * 0.02 };
-    // A list that was left out is that of the sample before.
-    const seen = (name) => rows(name, at > 0 && of(name, at) < 0 ? at - 1 : at);
-    for (const row of seen("t")) mind.things.push({ kind: of("tk", row), x: of("tx", row) * 0.08, y: of("ty", row) * 0.08 });
-    for (const row of seen("l")) {
+    for (const row of rows("t")) mind.things.push({ kind: of("tk", row), x: of("tx", row) * 0.08, y: of("ty", row) * 0.08 });
+    for (const row of rows("l")) {
       const thing = { kind: of("lk", row), x: of("lx", row) * 0.08, y: of("ly", row) * 0.08 };
       const end = this.lines[index][row];
       if (thing.kind === LINE) Object.assign(thing, { endX: of("ex", end) * 0.08, endY: of("ey", end) * 0.08 });

@@ -1,19 +1,19 @@
 // The pitch, the ball and the robots in 3-D. Everything is in the pitch frame, z up; one turn of the root makes it three's.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, CapsuleGeometry, Color, CylinderGeometry, DirectionalLight,
-  DoubleSide, Euler, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial,
-  MeshLambertMaterial, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Quaternion, Scene, SphereGeometry, Sprite,
-  SpriteMaterial, SRGBColorSpace, Vector3, WebGLRenderer,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DirectionalLight, Euler, Group, HemisphereLight, InstancedMesh,
+  Line, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera,
+  PlaneGeometry, Quaternion, Scene, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
 } from "three";
 import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
+import { Marks, PEOPLE, points } from "./marks.js";
+import { limb, partsOf, rad, stance } from "./shape.js";
 import { carpet, badge, ballSkin } from "./textures.js";
 
 export const TEAM = { blue: 0x1f5fe0, pink: 0xf0508f };
 const GOALS = { yellow: 0xfaca30, blue: 0x007db6, white: 0xeeeeee };
-/** Layer 0 is the world; people alone see what is in PEOPLE, and robots' eyes see EYES as well. */
-const [PEOPLE, EYES] = [1, 2];
-const [MOST_PARTS, MOST_MARKS] = [1200, 2048];
-const rgb = ([red, green, blue]) => new Color().setRGB(red / 255, green / 255, blue / 255, SRGBColorSpace);
+/** The layer of the floor of the hall, for robots' eyes. */
+const EYES = 2;
+const MOST_PARTS = 1200;
 
 export class Stage {
   constructor(canvas, match) {
@@ -34,7 +34,6 @@ export class Stage {
     this.scale = Math.max(1, this.half.x / 4.2);
     this.camera = new PerspectiveCamera(35, 1, 0.05, 200);
     this.camera.layers.enable(PEOPLE);
-    this.camera.layers.enable(EYES);
     this.eyes = new PerspectiveCamera(45, 1, 0.03, 100);
     this.eyes.layers.enable(EYES);
     this.lights();
@@ -118,7 +117,7 @@ export class Stage {
   }
 
   pool(geometry) {
-    const mesh = new InstancedMesh(geometry, new MeshStandardMaterial({ roughness: 0.55, metalness: 0.05 }), MOST_PARTS);
+    const mesh = new InstancedMesh(geometry, new MeshStandardMaterial({ roughness: 0.55 }), MOST_PARTS);
     mesh.castShadow = true;
     mesh.frustumCulled = false;
     mesh.setColorAt(0, new Color());
@@ -214,145 +213,5 @@ export class Stage {
     const isEye = camera === this.eyes;
     this.floor.visible = isEye;
     renderer.render(this.scene, camera);
-  }
-}
-
-/** Where a robot stands, or lies. */
-function stance({ x, y, heading, posture }) {
-  const matrix = new Matrix4().makeRotationZ(heading).setPosition(x, y, 0);
-  const [pitch, roll] = [[0, 0], [1.5, 0], [-1.5, 0], [0.8, 0], [0, 1.2]][posture] ?? [0, 0];
-  if (pitch || roll) matrix.multiply(new Matrix4().makeRotationFromEuler(new Euler(roll, pitch, 0)).setPosition(0, 0, 0.08));
-  return matrix;
-}
-
-/** The parts of a robot, by the measures of its body: a trunk, a head, legs and arms if it has any. */
-function* partsOf(body, robot, teamColour) {
-  const { torso, base, look, legs, arms, neck_m: neck, height_m: height, foot_y_m: footY } = body;
-  const [shell, joints, eyes, team] = [rgb(look.shell), rgb(look.joints), rgb(look.eyes), new Color(teamColour)];
-  const of = (limb) => (look.team_limbs?.includes?.(limb) ? team : shell);
-  const width = arms ? 1.5 * arms.shoulder_m[1] : 2 * torso.half_width_m;
-  const depth = torso.x_m[1] - torso.x_m[0];
-  const middle = (torso.x_m[0] + torso.x_m[1]) / 2;
-  const hip = legs ? legs.hip_m[2] : torso.z_m[0];
-  const chest = [hip + 0.28 * (neck[2] - hip), neck[2] - 0.02];
-  const swing = 0.35 * Math.sin(robot.stride ?? 0) * (robot.pace ?? 0);
-  // A jersey in the team's colour, with light plates on chest and back.
-  yield { shape: "box", size: [depth * 1.15, width, chest[1] - chest[0]], at: [middle, 0, (chest[0] + chest[1]) / 2], colour: team };
-  yield { shape: "box", size: [depth * 1.05, width * 0.86, 0.42 * (neck[2] - hip)], at: [middle, 0, hip + 0.2 * (neck[2] - hip)], colour: shell };
-  yield { shape: "box", size: [depth * 1.3, width * 0.42, 0.3 * (chest[1] - chest[0])], at: [middle, 0, chest[0] + 0.62 * (chest[1] - chest[0])], colour: shell };
-  const headTurn = new Euler(0, robot.pitch, robot.yaw, "ZYX");
-  const tall = height - neck[2];
-  const around = (x, y, z) => new Vector3(x, y, z).applyEuler(headTurn).add(new Vector3(...neck)).toArray();
-  if (body.head === "mast" || look.head === "mast") {
-    yield { shape: "rod", size: [0.03, 0.03, tall], at: around(0, 0, tall / 2), turn: headTurn, colour: joints };
-    yield { shape: "box", size: [0.06, 0.12, 0.05], at: around(0.02, 0, tall - 0.03), turn: headTurn, colour: of("head") };
-  } else {
-    yield { shape: "ball", size: [tall * 1.12, tall * 1.25, tall * 1.08], at: around(0.005, 0, tall * 0.48), turn: headTurn, colour: of("head") };
-    for (const side of [-1, 1]) {
-      yield { shape: "ball", size: [0.02, 0.2 * tall, 0.2 * tall], at: around(tall * 0.5, side * tall * 0.24, tall * 0.55), turn: headTurn, colour: eyes };
-      yield { shape: "rod", size: [0.4 * tall, 0.4 * tall, 0.1 * tall], at: around(0, side * tall * 0.62, tall * 0.5), turn: new Euler(Math.PI / 2 + robot.pitch * 0, 0, robot.yaw, "ZYX"), colour: joints };
-    }
-  }
-  for (const side of [-1, 1]) {
-    const step = swing * side;
-    if (legs) {
-      const y = side * footY;
-      const length = legs.thigh_m + legs.shank_m;
-      const thick = 0.36 * Math.max(0.1, 2 * Math.abs(footY));
-      const bend = 0.22;
-      const knee = [legs.thigh_m * Math.sin(step + bend), y, hip - legs.thigh_m * Math.cos(step + bend)];
-      const ankle = [knee[0] + legs.shank_m * Math.sin(step - bend), y, Math.max(0.04, knee[2] - legs.shank_m * Math.cos(step - bend))];
-      yield bone([0, y, hip], knee, 1.15 * thick, of("legs"));
-      yield bone(knee, ankle, thick, of("legs"));
-      yield { shape: "ball", size: [1.15 * thick, 1.15 * thick, 1.15 * thick], at: knee, colour: joints };
-      const foot = base.x_m[1] - base.x_m[0];
-      yield { shape: "box", size: [foot, 0.85 * 2 * Math.min(Math.abs(footY), base.half_width_m / 2), 0.16 * length + 0.015], at: [ankle[0] + (base.x_m[0] + base.x_m[1]) / 2, y * 1.02, ankle[2] - 0.02 + Math.max(0, step) * 0.03], colour: of("legs") };
-    } else {
-      yield { shape: "box", size: [base.x_m[1] - base.x_m[0], base.half_width_m * 0.9, base.z_m[1] - base.z_m[0]], at: [(base.x_m[0] + base.x_m[1]) / 2, (side * base.half_width_m) / 2, (base.z_m[0] + base.z_m[1]) / 2], colour: joints };
-    }
-    if (arms) {
-      const [x, y, z] = arms.shoulder_m;
-      const thick = 0.17 * arms.length_m + 0.025;
-      const elbow = [x - 0.35 * arms.length_m * Math.sin(0.3 + step), side * (y + 0.035), z - 0.5 * arms.length_m];
-      const hand = [elbow[0] + 0.5 * arms.length_m * Math.cos(0.55 - step), side * (y + 0.015), elbow[2] - 0.22 * arms.length_m];
-      yield { shape: "ball", size: [1.5 * thick, 1.4 * thick, 1.5 * thick], at: [x, side * y, z], colour: joints };
-      yield bone([x, side * (y + 0.01), z], elbow, thick, of("arms"));
-      yield bone(elbow, hand, 0.9 * thick, of("arms"));
-    }
-  }
-}
-
-/** A limb between two places. */
-function bone(from, to, thick, colour) {
-  const [start, end] = [new Vector3(...from), new Vector3(...to)];
-  const middle = start.clone().lerp(end, 0.5);
-  const way = end.sub(start);
-  const length = way.length();
-  const turn = new Euler().setFromQuaternion(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), way.normalize()));
-  return { shape: "rod", size: [thick, thick, length + thick * 0.5], at: middle.toArray(), turn, colour };
-}
-
-const limb = () => new CapsuleGeometry(0.5, 0.35, 6, 16).scale(1, 1 / 1.35, 1).rotateX(Math.PI / 2);
-const rad = (degrees) => ((degrees ?? 0) * Math.PI) / 180;
-const points = (places) => new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(places), 3));
-
-/** Marks on the ground and above it: ellipses, rings, lines and dots, made anew for every picture. */
-class Marks {
-  constructor(root) {
-    const flat = (inner) => {
-      const ring = [];
-      for (let step = 0; step < 48; step++) {
-        const [from, to] = [step, step + 1].map((at) => [Math.cos((at * Math.PI) / 24), Math.sin((at * Math.PI) / 24)]);
-        ring.push(...[[from, inner], [from, 1], [to, 1], [from, inner], [to, 1], [to, inner]].flatMap(([[x, y], scale]) => [x * scale, y * scale, 0]));
-      }
-      return points(ring);
-    };
-    this.sets = {
-      disc: this.set(flat(0), 0.22),
-      ring: this.set(flat(0.86), 0.95),
-      arrow: this.set(points([0.5, 0, 0, -0.4, 0.32, 0, -0.4, -0.32, 0]), 0.95),
-      bar: this.set(points([0, -0.5, 0, 1, -0.5, 0, 1, 0.5, 0, 0, -0.5, 0, 1, 0.5, 0, 0, 0.5, 0]), 0.85),
-    };
-    root.add(...Object.values(this.sets));
-  }
-
-  set(geometry, opacity) {
-    const mesh = new InstancedMesh(geometry, new MeshBasicMaterial({ transparent: true, opacity, side: DoubleSide, depthWrite: false }), MOST_MARKS);
-    mesh.count = 0;
-    mesh.frustumCulled = false;
-    mesh.renderOrder = 2;
-    mesh.layers.set(PEOPLE);
-    mesh.setColorAt(0, new Color());
-    return mesh;
-  }
-
-  clear() {
-    for (const mesh of Object.values(this.sets)) mesh.count = 0;
-  }
-
-  add(name, { x, y, z = 0.012, turn = 0, a, b = a, colour }) {
-    const mesh = this.sets[name];
-    if (mesh.count >= MOST_MARKS) return;
-    const pose = new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), turn);
-    mesh.setMatrixAt(mesh.count, new Matrix4().compose(new Vector3(x, y, z), pose, new Vector3(a, b, 1)));
-    mesh.setColorAt(mesh.count, new Color(colour));
-    mesh.count += 1;
-    mesh.instanceMatrix.needsUpdate = true;
-    mesh.instanceColor.needsUpdate = true;
-  }
-
-  line(from, to, width, colour, z = 0.014) {
-    const [dx, dy] = [to.x - from.x, to.y - from.y];
-    this.add("bar", { x: from.x, y: from.y, z, turn: Math.atan2(dy, dx), a: Math.hypot(dx, dy), b: width, colour });
-  }
-
-  ellipse({ x, y, ellipse: { a, b, turn } }, colour) {
-    this.add("disc", { x, y, turn, a, b, colour });
-    const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
-    const at = (step) => {
-      const [along, across] = [a * Math.cos((step * Math.PI) / 16), b * Math.sin((step * Math.PI) / 16)];
-      return { x: x + along * cos - across * sin, y: y + along * sin + across * cos };
-    };
-    for (let step = 0; step < 32; step++) this.line(at(step), at(step + 1), 0.014, colour, 0.013);
   }
 }

@@ -257,7 +257,9 @@ class Match:
         if page is not None:
             return frame_of(page)
         picture = base64.b64encode(self._repr_png_()).decode()
-        hint = "To see the match played here, call <code>record(html=&quot;match.html&quot;)</code> before it is played."
+        hint = (
+            "To see the match played here, call <code>record(html=&quot;match.html&quot;)</code> before it is played."
+        )
         return f'<img alt="The field now" src="data:image/png;base64,{picture}"><p>{escape(repr(self))}. {hint}</p>'
 
     def _repr_png_(self) -> bytes:

@@ -16,7 +16,9 @@ HEIGHT_PX = 680
 def frame_of(page: str) -> str:
     """A page as a frame of a notebook, in which its scripts reach nothing of the notebook."""
     style = f"width:100%;height:{HEIGHT_PX}px;border:0"
-    return f'<iframe title="A match of naoisis" sandbox="allow-scripts" style="{style}" srcdoc="{escape(page)}"></iframe>'
+    return (
+        f'<iframe title="A match of naoisis" sandbox="allow-scripts" style="{style}" srcdoc="{escape(page)}"></iframe>'
+    )
 
 
 class Page:

@@ -35,7 +35,7 @@ const FARTHEST_M: f32 = 20.0;
 /// In a list that is left out of this sample: the page shows the one before.
 const LEFT_OUT: i32 = -1;
 
-/// How much of what robots saw is left out.
+/// How much is left out, the least first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub(super) enum Thinning {
     /// Nothing.
@@ -43,18 +43,18 @@ pub(super) enum Thinning {
     None,
     /// Landmarks in every other sample.
     Landmarks,
-    /// Everything but the ball in every other sample.
-    Everything,
-    /// All landmarks, and other robots and posts in every other sample.
-    NoLandmarks,
+    /// Everything that robots saw but the ball in every other sample.
+    Seen,
+    /// All landmarks; other robots and posts, seen or believed, but in every fourth sample.
+    Others,
 }
 
 impl Thinning {
     pub(super) fn next(self) -> Self {
         match self {
             Self::None => Self::Landmarks,
-            Self::Landmarks => Self::Everything,
-            Self::Everything | Self::NoLandmarks => Self::NoLandmarks,
+            Self::Landmarks => Self::Seen,
+            Self::Seen | Self::Others => Self::Others,
         }
     }
 
@@ -63,11 +63,34 @@ impl Thinning {
         match self {
             Self::None => None,
             Self::Landmarks => Some("the lines that robots saw are there 5 times a second"),
-            Self::Everything => Some("what robots saw, but for the ball, is there 5 times a second"),
-            Self::NoLandmarks => {
-                Some("the lines that robots saw are left out, and other robots and posts are there 5 times a second")
-            }
+            Self::Seen => Some("what robots saw, but for the ball, is there 5 times a second"),
+            Self::Others => Some(
+                "the lines that robots saw are left out, and other robots and posts, seen or believed, are there 2.5 times a second",
+            ),
         }
+    }
+
+    /// Whether sample number `sample` has landmarks.
+    fn has_landmarks(self, sample: u64) -> bool {
+        match self {
+            Self::None => true,
+            Self::Landmarks | Self::Seen => sample.is_multiple_of(2),
+            Self::Others => false,
+        }
+    }
+
+    /// Whether it has the robots and posts that were seen.
+    fn has_seen(self, sample: u64) -> bool {
+        match self {
+            Self::None | Self::Landmarks => true,
+            Self::Seen => sample.is_multiple_of(2),
+            Self::Others => sample.is_multiple_of(4),
+        }
+    }
+
+    /// Whether it has the other robots that were believed.
+    fn has_believed(self, sample: u64) -> bool {
+        self < Self::Others || sample.is_multiple_of(4)
     }
 }
 
@@ -90,13 +113,7 @@ pub(super) fn add_truth(columns: &mut Columns, robot: &RobotRecord) {
 }
 
 /// Adds what the robot saw, from where it was when it sensed.
-pub(super) fn add_percepts(
-    columns: &mut Columns,
-    robot: &RobotRecord,
-    sensed: Pose,
-    thinning: Thinning,
-    is_even: bool,
-) {
+pub(super) fn add_percepts(columns: &mut Columns, robot: &RobotRecord, sensed: Pose, thinning: Thinning, sample: u64) {
     let about = About::Robot(robot.id);
     let Percepts { ball, goal_posts, robots, landmarks, .. } = &robot.percepts;
     let far = Vec2::splat(FARTHEST_M);
@@ -105,7 +122,7 @@ pub(super) fn add_percepts(
     if let Some(ball) = ball {
         add_place(columns, about, ["vx", "vy"], place(ball.position_m), BALL_M);
     }
-    if is_even || thinning < Thinning::Everything {
+    if thinning.has_seen(sample) {
         columns.push(about, "t", (goal_posts.len() + robots.len()) as i32);
         let posts = goal_posts.iter().map(|post| (0, post.position_m));
         let kind = |team| if team == Team::Blue { 1 } else { 2 };
@@ -116,9 +133,7 @@ pub(super) fn add_percepts(
     } else {
         columns.push(about, "t", LEFT_OUT);
     }
-    if thinning == Thinning::NoLandmarks {
-        columns.push(about, "l", 0);
-    } else if is_even || thinning == Thinning::None {
+    if thinning.has_landmarks(sample) {
         columns.push(about, "l", landmarks.len() as i32);
         for landmark in landmarks {
             let kind = match landmark.kind {
@@ -135,15 +150,19 @@ pub(super) fn add_percepts(
             }
         }
     } else {
-        columns.push(about, "l", LEFT_OUT);
+        let is_all = thinning == Thinning::Others;
+        columns.push(about, "l", if is_all { 0 } else { LEFT_OUT });
     }
 }
 
 /// Adds what the robot believed; its team defends `own_end`.
-pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: End) {
+pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: End, thinning: Thinning, sample: u64) {
     let about = About::Robot(robot.id);
     columns.push(about, "b", i32::from(robot.belief.is_some()));
-    let Some(belief) = &robot.belief else { return };
+    let Some(belief) = &robot.belief else {
+        ["o", "m", "p"].into_iter().for_each(|quantity| columns.push(about, quantity, 0));
+        return;
+    };
     let Belief { pose_covariance: [xx, xy, yy, ..], ball, team_mates, opponents, .. } = belief;
     let pose = belief.pose_in_pitch(own_end);
     let place = |place| point_pitch_from_team(place, own_end);
@@ -155,6 +174,11 @@ pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: En
     if let Some(ball) = ball {
         add_place(columns, about, ["ox", "oy"], place(ball.position_m), BALL_M);
         add_ellipse(columns, about, ["oa", "ob", "oc"], ball.position_covariance);
+    }
+    if !thinning.has_believed(sample) {
+        columns.push(about, "m", LEFT_OUT);
+        columns.push(about, "p", LEFT_OUT);
+        return;
     }
     columns.push(about, "m", team_mates.len() as i32);
     for mate in team_mates {

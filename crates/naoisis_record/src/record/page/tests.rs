@@ -127,9 +127,15 @@ fn a_page_that_breaks_off_has_the_parts_that_were_written() {
 fn a_page_that_would_grow_too_large_leaves_out_and_says_so() {
     // As if the match took a year.
     let scenario = Scenario { duration_s: Some(3e7), ..default() };
-    let page = page_of(&scenario, records(15_000));
+    let page = page_of(&scenario, records(4000));
     let said: Vec<String> =
         blocks(&page).iter().filter_map(|(json, _)| json["left_out"].as_str().map(str::to_owned)).collect();
-    assert_eq!(said[0], "To keep the page small, the lines that robots saw are there 5 times a second, from 3:53 on.");
-    assert!(said[1].starts_with("To keep the page small, what robots saw, but for the ball,"), "{said:?}");
+    let from = |said: &str| said.rsplit(", from ").next().unwrap().to_owned();
+    assert_eq!(said[0], "To keep the page small, the lines that robots saw are there 5 times a second, from 0:08 on.");
+    assert!(said[1].starts_with("To keep the page small, what robots saw, but for the ball, is there"), "{said:?}");
+    assert!(said[2].contains("seen or believed, are there 2.5 times a second"), "{said:?}");
+    assert_eq!([&said[1], &said[2]].map(|said| from(said)), ["0:23 on.", "0:53 on."]);
+    // A sample that has a list is followed by those that show it again.
+    let (_, columns) = &blocks(&page)[4];
+    assert_eq!(column(columns, "pink2.t")[..5], [-1, -1, -1, 0, -1]);
 }

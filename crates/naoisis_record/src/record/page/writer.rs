@@ -97,10 +97,10 @@ impl PageWriter {
     pub fn record(&mut self, record: &CycleRecord) -> Option<String> {
         let is_full = record.time_s - self.part_begins_s >= self.part_length_s;
         let part = is_full.then(|| self.part());
-        if is_full {
+        if let Some(part) = &part {
+            self.thin(record.time_s, part.len());
             self.part_begins_s = record.time_s;
             self.part_length_s = (2.0 * self.part_length_s).min(LONGEST_PART_S);
-            self.thin(record.time_s);
         }
         self.add(record);
         part
@@ -173,13 +173,13 @@ impl PageWriter {
         let sample = i32::try_from(record.cycle).unwrap_or(i32::MAX);
         self.columns.push(About::Match, "sense", sample);
         let every = (1.0 / (SENSE_HZ * self.cycle_s)).round().max(1.0) as u64;
-        let is_even = (record.cycle / every).is_multiple_of(2);
+        let sample_number = record.cycle / every;
         for (index, id) in self.robots.iter().enumerate() {
             let robot = robot_in(record, *id);
             let own_end = record.game.own_end(id.team);
             let sensed = self.sensed.get(id).copied().unwrap_or(robot.pose);
-            add_percepts(&mut self.columns, &robot, sensed, self.thinning, is_even);
-            add_belief(&mut self.columns, &robot, own_end);
+            add_percepts(&mut self.columns, &robot, sensed, self.thinning, sample_number);
+            add_belief(&mut self.columns, &robot, own_end, self.thinning, sample_number);
             add_wish(&mut self.columns, &mut self.strings, &robot, own_end, self.cycle_s);
             let Some(reasons) = robot.reasons.as_ref().filter(|reasons| !reasons.options.is_empty()) else { continue };
             let is_old = |&(chosen, at_s): &(Option<usize>, f64)| {
@@ -238,15 +238,13 @@ impl PageWriter {
         text
     }
 
-    /// Leaves out more from `time_s` on, if the page would grow too large as it does now.
-    fn thin(&mut self, time_s: f64) {
-        let (gone_s, rest_s) = (time_s - self.began_s, self.began_s + self.length_s - time_s);
-        // Short parts tell little: they pack less well.
-        if gone_s < LONGEST_PART_S {
-            return;
-        }
-        let written = (self.written_bytes - TEMPLATE.len()) as f64;
-        if self.written_bytes as f64 + written / gone_s * rest_s.max(0.0) > BUDGET_BYTES {
+    /// Leaves out more after a part of `bytes`, from `time_s` on, if the page would grow too large as it does now.
+    fn thin(&mut self, time_s: f64, bytes: usize) {
+        let rest_s = (self.began_s + self.length_s - time_s).max(0.0);
+        let in_the_end = self.written_bytes as f64 + bytes as f64 / self.part_length_s * rest_s;
+        // Short parts pack less well.
+        let most = if self.part_length_s < LONGEST_PART_S { 1.3 * BUDGET_BYTES } else { BUDGET_BYTES };
+        if in_the_end > most {
             self.thinning = self.thinning.next();
         }
     }
