@@ -5,7 +5,7 @@
     controller.report(fallen=False, pose=(0.0, 0.0, 0.0), ball=None)
 
 Nothing in it knows of naoisis: what plays with it here plays with it on a field. Control packets of versions 18 (Standard
-Platform League, 2025) and 19 (Humanoid Soccer League, 2026) are understood, and return packets of version 4 are sent.
+Platform League, 2025), 19 and 20 (Humanoid Soccer League, German Open and RoboCup 2026) are understood, and return packets of version 4 are sent.
 """
 
 import socket
@@ -16,7 +16,9 @@ HEAD = struct.Struct("<4s10B2h")
 TEAM = struct.Struct("<6B2H")
 PLAYERS = 20
 # Bytes that a version has for a player.
-PLAYER_BYTES = {18: 2, 19: 4}
+PLAYER_BYTES = {18: 2, 19: 4, 20: 3}
+# Since 19 play can be stopped for a moment; its byte follows that of the division.
+FIRST_WITH_STOP = 19
 
 
 class GameController:
@@ -51,7 +53,7 @@ class GameController:
     def _read(self, packet):
         if len(packet) < HEAD.size:
             return None
-        header, version, _, _, _, _, phase, state, set_play, first_half, kicking_team, left, secondary = HEAD.unpack_from(packet)
+        header, version, _, _, _, stopped, phase, state, set_play, first_half, kicking_team, left, secondary = HEAD.unpack_from(packet)
         player_bytes = PLAYER_BYTES.get(version)
         if header != b"RGme" or player_bytes is None:
             return None
@@ -68,6 +70,7 @@ class GameController:
         return {
             "state": STATES.get(state, "initial"),
             "is_shoot_out": phase == 1,
+            "is_stopped": version >= FIRST_WITH_STOP and stopped == 1,
             "set_play": set_play,
             "is_first_half": first_half == 1,
             "is_kicking": kicking_team == self.team,

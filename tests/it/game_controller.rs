@@ -5,7 +5,7 @@ use naoisis::agents::{self, RobotCommand};
 use naoisis::communication::{Datagram, Inbox, MessageStatistics, StatusReport, TeamMessage};
 use naoisis::cycle::perceive;
 use naoisis::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
-use naoisis::game::{GameState, Penalty, PenaltyReason};
+use naoisis::game::{Game, GameState, Penalty, PenaltyReason};
 use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
     self, ControlPacket, Division, GameController, GameControllerSettings, GamePhase, Listener, NetworkSettings,
@@ -39,7 +39,7 @@ fn free_ports() -> (u16, UdpSocket) {
 
 fn settings(version: ProtocolVersion, port_offset: u16) -> GameControllerSettings {
     let network = NetworkSettings { port_offset, ..default() };
-    GameControllerSettings { version, network, team_numbers: PerTeam { blue: 5, pink: 12 } }
+    GameControllerSettings { version, network, team_numbers: PerTeam { blue: 5, pink: 12 }, at_once: false }
 }
 
 /// The same, and monitors that ask are told the truth.
@@ -67,11 +67,26 @@ fn packets(socket: &UdpSocket) -> Vec<ControlPacket> {
 }
 
 #[test]
-fn robots_are_told_twice_a_second_and_at_each_change() {
+fn robots_are_told_twice_a_second() {
+    let (offset, control) = free_ports();
+    let scenario = r#"{ "rules": "naoisis", "teams": { "blue": "chasers", "pink": "chasers" }, "messages": { "max_text_bytes": 512 },
+        "interventions": [ { "at_s": 2.1, "do": { "penalise": { "robot": "blue2", "reason": "pushing" } } } ] }"#;
+    let mut app = told_match(scenario, settings(ProtocolVersion::V20, offset));
+    app.run_cycles(3 * 30);
+    let told = packets(&control);
+    // At the beginning, and every half second: the penalty 0.4 s late.
+    let code = ProtocolVersion::V20.penalty_code(PenaltyReason::Pushing);
+    let codes: Vec<u8> = told.iter().map(|packet| packet.teams[0].players[1].penalty).collect();
+    assert_eq!(codes, [0, 0, 0, 0, 0, code, code]);
+}
+
+#[test]
+fn robots_are_told_of_each_change_where_that_is_asked_for() {
     let (offset, control) = free_ports();
     let scenario = r#"{ "rules": "naoisis", "teams": { "blue": "chasers", "pink": "chasers" },
         "interventions": [ { "at_s": 2.1, "do": { "penalise": { "robot": "blue2", "reason": "pushing" } } } ] }"#;
-    let mut app = told_match(scenario, settings(ProtocolVersion::V19, offset));
+    let settings = GameControllerSettings { at_once: true, ..settings(ProtocolVersion::V19, offset) };
+    let mut app = told_match(scenario, settings);
     app.run_cycles(60);
     let told = packets(&control);
     // The beginning, that play begins, and every half second.
@@ -90,7 +105,8 @@ fn what_robots_report_is_on_them_and_monitors_that_are_no_robots_are_told_the_tr
     let (offset, control) = free_ports();
     let scenario = r#"{ "rules": { "preset": "spl2025", "standby_s": 1.0, "ready_s": 1.0, "set_s": 1.0 },
         "robots": [ { "team": "blue", "number": 1, "behaviour": "idle" }, { "team": "pink", "number": 1, "pose": [1, 0, 180] } ] }"#;
-    let mut app = told_match(scenario, told_to_monitors(settings(ProtocolVersion::V18, offset)));
+    let settings = GameControllerSettings { at_once: true, ..told_to_monitors(settings(ProtocolVersion::V18, offset)) };
+    let mut app = told_match(scenario, settings);
     let robot = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     let [asking, game, forwarded] = monitor(Ipv4Addr::new(127, 0, 0, 2), offset);
     for socket in [&robot, &asking] {
@@ -197,6 +213,8 @@ fn a_team_that_is_told_of_the_game_over_udp_plays_as_one_that_is_told_by_the_mat
         &[
             "--game-controller",
             "v18",
+            // To the cycle, as the match tells.
+            "--game-controller-at-once",
             "--team-numbers",
             "5,12",
             "--game-controller-port-offset",
@@ -357,6 +375,51 @@ fn decided_match(listener: Listener) -> App {
     app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
     game_controller::listen_to(app.world_mut(), listener);
     app
+}
+
+#[test]
+fn what_is_wrong_with_a_gamecontroller_is_said_once_in_the_trace() {
+    let (offset, control) = free_ports();
+    drop(control);
+    let mut app = decided_match(Listener::open(Ipv4Addr::LOCALHOST.into(), offset, None).unwrap());
+    let [first, second] = [(); 2].map(|()| UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap());
+    let send = |socket: &UdpSocket, bytes: &[u8]| {
+        socket.send_to(bytes, (Ipv4Addr::LOCALHOST, 3838 + offset)).unwrap();
+    };
+    let (mut good, mut other) = (said(ProtocolVersion::V20), said(ProtocolVersion::V20));
+    good.for_monitors = false;
+    (other.for_monitors, other.teams[0].score) = (false, 9);
+    let mut same_numbers = good.clone();
+    same_numbers.teams[0].number = same_numbers.teams[1].number;
+    let mut unknown = good.to_bytes();
+    unknown[4] = 17;
+    let mut messages = Vec::new();
+    for _ in 0..3 {
+        for (socket, bytes) in [
+            (&first, &good.to_bytes()),
+            (&first, &unknown),
+            (&second, &other.to_bytes()),
+            (&first, &same_numbers.to_bytes()),
+        ] {
+            send(socket, bytes);
+        }
+        app.run_cycles(1);
+        messages.extend(app.events().iter().filter_map(|event| match event {
+            MatchEvent::GameController { message } => Some(message.clone()),
+            _ => None,
+        }));
+        send(&first, &good.to_bytes());
+        app.run_cycles(1);
+        let more = app.events().iter().filter(|event| matches!(event, MatchEvent::GameController { .. })).count();
+        assert_eq!(more, 0);
+    }
+    let score = app.world().resource::<Game>().score;
+    assert!(![score.blue, score.pink].contains(&9), "{score:?}");
+    let said: Vec<bool> = ["expected 18, 19 or 20", "second GameController", "same number"]
+        .iter()
+        .map(|what| messages.iter().filter(|message| message.contains(what)).count() == 1)
+        .collect();
+    assert!(said == [true; 3] && messages.len() == 3, "{messages:?}");
 }
 
 /// Hears a GameController at this address, and tells monitors the truth.

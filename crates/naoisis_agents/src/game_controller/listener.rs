@@ -8,9 +8,10 @@
 
 use bevy::prelude::*;
 use core::fmt;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
-use super::packet::{ControlPacket, ProtocolVersion};
+use super::complaints::Complaints;
+use super::packet::{ControlPacket, MOST_PLAYERS, PacketError, ProtocolVersion};
 use super::packet_series::MatchStatus;
 use super::report::ReturnPacket;
 use super::sockets::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind, place};
@@ -19,6 +20,7 @@ use super::truth::{Truth, true_report};
 use naoisis_core::ball::Ball;
 use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::CycleClock;
+use naoisis_core::events::CycleEvents;
 use naoisis_core::game::{GameState, OutsideReferee, Score};
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;
@@ -30,14 +32,13 @@ use naoisis_sensing::sensing::status::BodyStatus;
 
 /// After how long without a true state it is asked for again, s.
 const TRUTH_IS_OLD_S: f64 = 2.0;
+/// After how long without a packet another GameController is followed, s.
+const SILENT_S: f64 = 5.0;
 /// The most packets that are read in a cycle. Further ones wait.
 const MOST_PACKETS: usize = 64;
 
 /// The time between two reports of a robot, s.
 const REPORT_PERIOD_S: f32 = 1.0;
-
-/// A function that receives messages about what is heard.
-pub type HeardNotes = Box<dyn Fn(&str) + Send + Sync>;
 
 /// Receives the packets of a GameController.
 #[derive(Resource)]
@@ -52,15 +53,15 @@ pub struct Listener {
     truth_at_s: Option<f64>,
     /// The address and version of the GameController that was heard last.
     controller: Option<(IpAddr, ProtocolVersion)>,
-    /// The numbers of teams of another match that were heard last.
-    strangers: Option<[u8; 2]>,
+    /// From where the GameController that is followed sends to robots and to monitors, and when it was heard last, s since the start.
+    followed: [Option<(SocketAddr, f64)>; 2],
     reporter: Reporter,
     /// Whether monitors that ask receive the truth.
     tells_monitors: bool,
     /// The sockets for monitors, opened when a GameController is heard, which then has the ports that it needs.
     /// `Some(None)` if no port is free.
     truth: Option<Option<Truth>>,
-    notes: Option<HeardNotes>,
+    complaints: Complaints,
 }
 
 impl fmt::Debug for Listener {
@@ -89,18 +90,19 @@ impl Listener {
             team_numbers,
             truth_at_s: None,
             controller: None,
-            strangers: None,
+            followed: [None; 2],
             reporter: Reporter::default(),
             tells_monitors: false,
             truth: None,
-            notes: None,
+            complaints: Complaints::default(),
         })
     }
 
     /// Returns the listener with a function that receives messages about the teams that are heard.
     #[must_use]
-    pub fn with_notes(self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self { notes: Some(Box::new(notes)), ..self }
+    pub fn with_notes(mut self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        self.complaints.notes = Some(Box::new(notes));
+        self
     }
 
     /// Returns the listener with the true positions of robots and ball available to monitors. Any program that asks
@@ -116,8 +118,18 @@ impl Listener {
         let mut bytes = [0; 256];
         for _ in 0..MOST_PACKETS {
             let Ok((length, from)) = self.socket.recv_from(&mut bytes) else { break };
-            let Ok(packet) = ControlPacket::from_bytes(&bytes[..length]) else { continue };
+            let packet = match ControlPacket::from_bytes(&bytes[..length]) {
+                Ok(packet) => packet,
+                Err(error @ PacketError::Version(_)) => {
+                    self.complaints.add(format!("a packet from {} is not understood: {error}", from.ip()));
+                    continue;
+                }
+                Err(_) => continue,
+            };
             let Some(numbers) = self.numbers(&packet) else { continue };
+            if !self.follows(&packet, from, time_s) {
+                continue;
+            }
             self.controller = Some((from.ip(), packet.version));
             let is_fresh = self.truth_at_s.is_some_and(|truth_at_s| time_s - truth_at_s < TRUTH_IS_OLD_S);
             if packet.for_monitors {
@@ -133,29 +145,50 @@ impl Listener {
         said
     }
 
+    /// Whether the packet is of the GameController that is followed: the first one that is heard, until it is silent. Another one is named
+    /// once.
+    fn follows(&mut self, packet: &ControlPacket, from: SocketAddr, time_s: f64) -> bool {
+        let followed = &mut self.followed[usize::from(packet.for_monitors)];
+        let other_version =
+            self.controller.filter(|(address, version)| *address == from.ip() && *version != packet.version);
+        match *followed {
+            Some((first, heard_s)) if time_s - heard_s < SILENT_S && (first != from || other_version.is_some()) => {
+                let version = packet.version.number();
+                let message =
+                    format!("a second GameController, of version {version} at {from}, is not followed; {first} is");
+                self.complaints.add(message);
+                false
+            }
+            _ => {
+                *followed = Some((from, time_s));
+                true
+            }
+        }
+    }
+
     /// The numbers of the teams, if the packet is of this match. Packets of another match are reported once.
     fn numbers(&mut self, packet: &ControlPacket) -> Option<PerTeam<u8>> {
         let there = numbers_in(packet);
-        let note = |text: &str| self.notes.iter().for_each(|note| note(text));
-        let numbers = *self.team_numbers.get_or_insert_with(|| {
+        if there.blue == there.pink {
+            self.complaints.add(format!("a GameController tells of two teams of the same number, {}", there.blue));
+            return None;
+        }
+        let numbers = self.team_numbers.unwrap_or_else(|| {
             let version = packet.version.number();
-            note(&format!(
+            self.complaints.note(&format!(
                 "a GameController of version {version} is heard: team {} is blue, {} pink",
                 there.blue, there.pink
             ));
             there
         });
+        self.team_numbers = Some(numbers);
         if there == numbers || there == (PerTeam { blue: numbers.pink, pink: numbers.blue }) {
             return Some(numbers);
         }
-        let strangers = Some([there.blue, there.pink]);
-        if self.strangers != strangers {
-            note(&format!(
-                "a GameController tells of the teams {} and {}, which do not play here; expected {} and {}",
-                there.blue, there.pink, numbers.blue, numbers.pink
-            ));
-        }
-        self.strangers = strangers;
+        self.complaints.add(format!(
+            "a GameController tells of the teams {} and {}, which do not play here; expected {} and {}",
+            there.blue, there.pink, numbers.blue, numbers.pink
+        ));
         None
     }
 
@@ -170,7 +203,7 @@ impl Listener {
                 }
                 Err(error) => (None, format!("monitors cannot ask for the truth: {error}")),
             };
-            self.notes.iter().for_each(|tell| tell(&note));
+            self.complaints.note(&note);
             truth
         };
         self.truth.get_or_insert_with(open).as_mut()
@@ -182,9 +215,17 @@ pub(super) fn listen(
     roster: Res<Roster>,
     mut listener: ResMut<Listener>,
     mut outside: ResMut<OutsideReferee>,
+    mut events: ResMut<CycleEvents>,
 ) {
     let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
-    if let Some(said) = listener.heard(clock.start_time_s(), &robots) {
+    for robot in robots.iter().filter(|robot| usize::from(robot.number) > MOST_PLAYERS) {
+        listener
+            .complaints
+            .add(format!("packets have no room for {robot}: their players have numbers up to {MOST_PLAYERS}"));
+    }
+    let said = listener.heard(clock.start_time_s(), &robots);
+    listener.complaints.publish(&mut events);
+    if let Some(said) = said {
         outside.set_if_neq(said);
     }
 }
@@ -246,6 +287,7 @@ fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) 
     let score = |team: Team| u32::from(packet.teams[places[team]].score);
     Some(OutsideReferee {
         state: state(packet),
+        is_stopped: packet.is_stopped,
         half: if packet.is_first_half { 1 } else { 2 },
         blue_end: if places.blue == 0 { End::NegativeX } else { End::PositiveX },
         score: Score { blue: score(Team::Blue), pink: score(Team::Pink) },
@@ -269,7 +311,7 @@ fn state(packet: &ControlPacket) -> GameState {
 #[cfg(test)]
 mod tests {
     use super::super::division::Division;
-    use super::super::packet::{GamePhase, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
+    use super::super::packet::{GamePhase, PlayerPacket, TeamPacket};
     use super::*;
     use naoisis_core::game::PenaltyReason;
 

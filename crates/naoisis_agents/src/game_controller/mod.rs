@@ -1,8 +1,9 @@
 //! The protocol of the league's GameController: robots receive the state of the game as from a real one, over UDP, in
 //! simulated time.
 //!
-//! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice per simulated second
-//! and at each change (of more than a clock), and receives the [reports](report) of robots. These are on the robots as
+//! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice per simulated second, as the real one
+//! does: robots hear of a change up to half a second later. If it is [asked to](GameControllerSettings::at_once), it sends each change (of
+//! more than a clock or a message budget) at once, too. It receives the [reports](report) of robots. These are on the robots as
 //! [`StatusReport`](naoisis_core::communication::StatusReport), in traces, and in the window. With
 //! [`tells_monitors`](NetworkSettings::tells_monitors), monitors that ask receive the true state without delay, and
 //! which team takes a free kick.
@@ -17,6 +18,7 @@
 
 use bevy::prelude::*;
 
+mod complaints;
 mod division;
 mod listener;
 mod monitors;
@@ -39,11 +41,13 @@ pub use report::ReturnPacket;
 pub use sockets::{HERE, NetworkError, robot_address};
 pub use team_messages::TeamMessages;
 
+use complaints::Complaints;
 use network::Network;
 use packet_series::{MatchStatus, PacketSeries};
 
 use naoisis_core::communication::deliver_messages;
 use naoisis_core::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
+use naoisis_core::events::CycleEvents;
 use naoisis_core::game::{OutsideReferee, ShootOut};
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{PerTeam, RobotId, Team};
@@ -57,6 +61,8 @@ pub struct GameControllerSettings {
     pub network: NetworkSettings,
     /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,
+    /// Whether changes are sent at once, too, and not only twice per simulated second as by the real one.
+    pub at_once: bool,
 }
 
 /// A simulated GameController, which sends the state of the match to robots.
@@ -66,6 +72,8 @@ pub struct GameController {
     network: Network,
     /// The packets for robots, and those for monitors.
     packets: [PacketSeries; 2],
+    /// What is to be told of it, as events and to the user.
+    complaints: Complaints,
     /// The shoot-out after the last cycle, with its scored shots.
     shoot_out: Option<ShootOut>,
     shots_scored: PerTeam<u16>,
@@ -81,9 +89,17 @@ impl GameController {
             settings,
             network: Network::open(settings.network)?,
             packets: Default::default(),
+            complaints: Complaints::default(),
             shoot_out: None,
             shots_scored: PerTeam::default(),
         })
+    }
+
+    /// Returns it with a function that is told what is wrong.
+    #[must_use]
+    pub fn with_notes(mut self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        self.complaints.notes = Some(Box::new(notes));
+        self
     }
 
     /// Sends the state of the match to robots and monitors if `is_time` or something has changed.
@@ -98,7 +114,10 @@ impl GameController {
 
     /// Sends a packet if `is_time` or something has changed.
     fn send(&mut self, status: &MatchStatus, for_monitors: bool, is_time: bool) {
-        let GameControllerSettings { version, team_numbers, .. } = self.settings;
+        let GameControllerSettings { version, team_numbers, at_once, .. } = self.settings;
+        if !is_time && !at_once {
+            return;
+        }
         let packet = status.packet(version, for_monitors, team_numbers, self.shots_scored);
         if let Some(packet) = self.packets[usize::from(for_monitors)].next(packet, is_time) {
             self.network.send(&packet);
@@ -107,7 +126,15 @@ impl GameController {
 }
 
 /// Starts sending the state of the match in `world`, from its current state on.
-pub fn start(world: &mut World, controller: GameController) {
+pub fn start(world: &mut World, mut controller: GameController) {
+    for (robot, _) in world.get_resource::<Roster>().iter().flat_map(|roster| roster.iter()) {
+        if usize::from(robot.number) > packet::MOST_PLAYERS {
+            let most = packet::MOST_PLAYERS;
+            controller
+                .complaints
+                .add(format!("packets have no room for {robot}: their players have numbers up to {most}"));
+        }
+    }
     if !world.contains_resource::<GameController>() {
         world.get_resource_or_init::<Schedules>().add_systems(
             Cycle,
@@ -153,7 +180,8 @@ pub fn carry(world: &mut World, messages: TeamMessages) {
 }
 
 /// Sends changes since the last cycle: a match begins at the start of a cycle.
-fn send_changes(status: MatchStatus, mut controller: ResMut<GameController>) {
+fn send_changes(status: MatchStatus, mut controller: ResMut<GameController>, mut events: ResMut<CycleEvents>) {
+    controller.complaints.publish(&mut events);
     controller.send_state(&status, false);
 }
 

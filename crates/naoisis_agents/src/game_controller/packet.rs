@@ -6,7 +6,7 @@
 //! a table, [`LAYOUTS`].
 
 use super::division::Division;
-use naoisis_core::game::{GameState, PenaltyReason, SetPlayKind};
+use naoisis_core::game::{GameState, PenaltyReason, Rules, SetPlayKind};
 
 /// The number of robots per team that a packet has room for.
 pub const MOST_PLAYERS: usize = 20;
@@ -164,6 +164,16 @@ impl ProtocolVersion {
             ProtocolVersion::V18 => &LAYOUTS[0],
             ProtocolVersion::V19 => &LAYOUTS[1],
             ProtocolVersion::V20 => &LAYOUTS[2],
+        }
+    }
+
+    /// The version that is spoken where these rules are played: 20 by the rules of the Humanoid Soccer League, 19 by those of its German Open
+    /// of 2026, else 18.
+    pub fn of_rules(rules: &Rules) -> Self {
+        match rules.name.as_str() {
+            "hsl2026_german_open" => Self::V19,
+            name if name.starts_with("hsl") => Self::V20,
+            _ => Self::V18,
         }
     }
 
@@ -443,12 +453,13 @@ impl ControlPacket {
         })
     }
 
-    /// The packet without its number and clocks, for comparing whether anything else changed.
+    /// The packet without its number, clocks and message budgets, for comparing whether anything else changed.
     #[must_use]
     pub fn without_time(&self) -> Self {
         let mut packet = Self { packet_number: 0, seconds_left: 0, secondary_seconds_left: 0, ..self.clone() };
-        for player in packet.teams.iter_mut().flat_map(|team| &mut team.players) {
-            player.seconds_left = 0;
+        for team in &mut packet.teams {
+            team.message_budget = 0;
+            team.players.iter_mut().for_each(|player| player.seconds_left = 0);
         }
         packet
     }

@@ -1,5 +1,5 @@
 //! Return packets: the status reports of robots to a GameController, version 4 of `RoboCupGameControlReturnData`, which
-//! versions 18 and 19 of the protocol share. 32 bytes, little-endian; millimetres and radians.
+//! versions 18 to 20 of the protocol share. 32 bytes, little-endian; millimetres and radians.
 
 use bevy::prelude::*;
 
@@ -28,7 +28,7 @@ pub struct ReturnPacket {
 
 /// The error that bytes are no return packet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("expected 32 bytes that begin with RGrt and version 4, and finite numbers")]
+#[error("expected 32 bytes that begin with RGrt and version 4, fallen 0 or 1, and finite numbers")]
 pub struct NotAReturnPacket;
 
 impl ReturnPacket {
@@ -63,7 +63,7 @@ impl ReturnPacket {
         let mut numbers = numbers.iter().map(|number| f32::from_le_bytes(*number));
         let [x, y, heading, age_s, ball_x, ball_y] = [(); 6].map(|()| numbers.next().unwrap_or(f32::NAN));
         let all_finite = [x, y, heading, age_s, ball_x, ball_y].iter().all(|number| number.is_finite());
-        if bytes[..5] != HEADER || !all_finite {
+        if bytes[..5] != HEADER || bytes[7] > 1 || !all_finite {
             return Err(NotAReturnPacket);
         }
         let is_seen = age_s >= 0.0;
@@ -107,7 +107,7 @@ mod tests {
         let read = ReturnPacket::from_bytes(&bytes, 0.0).unwrap().report;
         assert_eq!((read.ball_age_s, read.ball_m), (None, None));
         assert_eq!(ReturnPacket::from_bytes(&bytes[1..], 0.0), Err(NotAReturnPacket));
-        for (at, value) in [(0, b'X'), (4, 3), (11, 0x7f)] {
+        for (at, value) in [(0, b'X'), (4, 3), (7, 2), (11, 0x7f)] {
             let mut wrong = bytes;
             wrong[at] = value;
             // The last is a number that is not finite.

@@ -9,6 +9,7 @@ use super::report;
 use naoisis_agents::game_controller::{
     self, GameController, GameControllerSettings, Listener, NetworkSettings, ProtocolVersion, TeamMessages,
 };
+use naoisis_core::game::Rules;
 use naoisis_core::team::PerTeam;
 
 /// The default numbers of the teams.
@@ -21,7 +22,7 @@ fn protocol_versions() -> impl TypedValueParser<Value = ProtocolVersion> {
     let values = ProtocolVersion::ALL.map(|version| PossibleValue::new(version.name()).help(version.league()));
     PossibleValuesParser::new(values).map(|name| {
         let mut versions = ProtocolVersion::ALL.into_iter();
-        versions.find(|version| version.name() == name).unwrap_or(ProtocolVersion::V19)
+        versions.find(|version| version.name() == name).unwrap_or(ProtocolVersion::V20)
     })
 }
 
@@ -30,9 +31,12 @@ fn protocol_versions() -> impl TypedValueParser<Value = ProtocolVersion> {
 #[command(group = ArgGroup::new("numbered").multiple(true))]
 pub struct GameControllerArguments {
     /// Send the state of the game as the league's GameController does: control packets to UDP port 3838, twice a
-    /// simulated second and at each change; robots report to port 3939
-    #[arg(long, value_parser = protocol_versions(), value_name = "v18|v19", groups = ["protocol", "numbered"])]
-    pub game_controller: Option<ProtocolVersion>,
+    /// simulated second; robots report to port 3939 [default version: that of the rules]
+    #[arg(long, value_parser = protocol_versions(), value_name = "v18|v19|v20", groups = ["protocol", "numbered"])]
+    pub game_controller: Option<Option<ProtocolVersion>>,
+    /// Send each change at once, too, and not only twice a simulated second
+    #[arg(long, requires = "game_controller")]
+    pub game_controller_at_once: bool,
     /// Follow a real GameController, whose packets are received at UDP port 3838 of this address: its operator
     /// whistles, penalises and restarts. Plays in real time unless --pace is given [default: 127.0.0.1]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1", groups = ["protocol", "numbered"])]
@@ -74,8 +78,11 @@ impl GameControllerArguments {
             let address = self.game_controller_address.unwrap_or(Ipv4Addr::LOCALHOST.into());
             let network = NetworkSettings { address, port_offset, tells_monitors: self.truth_for_monitors };
             let team_numbers = self.team_numbers.unwrap_or(TEAM_NUMBERS);
-            let controller = GameController::open(GameControllerSettings { version, network, team_numbers });
-            let controller = controller.map_err(|error| format!("--game-controller: {error}"))?;
+            let version = version.unwrap_or_else(|| ProtocolVersion::of_rules(world.resource::<Rules>()));
+            let at_once = self.game_controller_at_once;
+            let controller = GameController::open(GameControllerSettings { version, network, team_numbers, at_once });
+            let controller =
+                controller.map_err(|error| format!("--game-controller: {error}"))?.with_notes(report::note);
             if self.truth_for_monitors {
                 report::note(&format!("monitors that ask at {} receive the true state", network.requests()));
             }

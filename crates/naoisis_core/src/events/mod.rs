@@ -354,6 +354,11 @@ pub enum MatchEvent {
         /// The cause in a sentence.
         message: String,
     },
+    /// Something is wrong with a GameController, or with what it can tell. Said once.
+    GameController {
+        /// What it is.
+        message: String,
+    },
     /// An invariant of the simulation is broken: a bug.
     InvariantBroken {
         /// The invariant and what was found instead.

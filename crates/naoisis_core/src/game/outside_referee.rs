@@ -14,6 +14,8 @@ use crate::team::{RobotId, Team};
 pub struct OutsideReferee {
     /// The state of the game.
     pub state: GameState,
+    /// Whether the match is stopped briefly.
+    pub is_stopped: bool,
     /// The half, from 1.
     pub half: u32,
     /// The end that the blue team defends.

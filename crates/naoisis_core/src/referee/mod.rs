@@ -11,35 +11,35 @@
 //! [`Rules`] has a switch and the figures of each rule. Presets are files in `assets/rules`; a scenario names one, or
 //! changes some of its fields: `rules: (preset: "spl2010", half_s: 300, pushing_limit: None)`.
 //!
-//! Sections are those of the rule books of the Standard Platform League of 2010 and 2025, and of the Humanoid Soccer League's draft of
-//! January 2026.
+//! Sections are those of the rule books of the Standard Platform League of 2010 and 2025; laws and headings those of the Humanoid Soccer
+//! League's book of 2026 (1.1.1). `hsl2026_german_open` has that league's rules before it: its GameController 6 and the draft of January.
 //!
 //! | rule | source | `naoisis` | `spl2010` | `spl2025` | `hsl2026` | `extended` | `free` |
 //! |---|---|---|---|---|---|---|---|
 //! | [goals](goal), own goals | 2010: 3.3; 2025: 3.3 | yes | yes | yes | yes | yes | |
 //! | [no goal straight from the kick-off](kick_off_shot) | 2010: 4.5 | | yes | | | | |
-//! | [indirect goals](indirect_goal) | 2025: 3.4 | | | yes | after an indirect restart | | |
+//! | [indirect goals](indirect_goal) | 2025: 3.4 | | | yes | after an indirect restart; of two robots, straight from the kick-off | | |
 //! | a lead of ten goals ends the match | 2025: 3.16 | | | yes | yes | | |
 //! | [message budget](crate::game::Rules::message_budget) | 2025: 2.4.2 | | | 1200 | 12,000 | | |
 //! | [ball out](ball_out) leads to | 2010: 3.9; 2025: 3.8 | kick-off | throw-in | [free kick](set_play) | [free kick](set_play) | kick-off | |
 //! | `ready` and `set` before a kick-off, [legal places](positions) | 2010: 3.5; 2025: 3.7 | placed | yes | yes | yes | placed | |
 //! | [`standby`](crate::game::Rules::standby_s) before a half's first `ready` | 2025: 3.2 | | | 10 s | | | |
-//! | an illegal place in `set` | 2010: 3.5; 2025: 4.4.1; HSL GameController | | by hand | 15 s | 30 s + 15 s | | |
-//! | [motion in `set`](forbidden_motion) | 2025: 4.5.2; HSL GameController | | | 15 s in place | 10 s + 15 s in place | | |
+//! | an illegal place in `set` | 2010: 3.5; 2025: 4.4.1; HSL GameController | | by hand | 15 s | 45 s + 10 s | | |
+//! | [motion in `set`](forbidden_motion) | 2025: 4.5.2; HSL GameController | | | 15 s in place | 15 s + 10 s in place | | |
 //! | [motion in `standby`](forbidden_motion) | 2025: 4.5.1 | | | the team, up to 45 s | | | |
 //! | [fouls in `ready`](crate::game::Rules::fouls_in_ready) | 2025: 4; `GameController`s | | | yes | yes | | |
 //! | a robot that begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
-//! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s + 15 s, caution, free kick | 30 s | |
+//! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 45 s + 10 s if it destabilises or lasts 5 s, caution, free kick | 30 s | |
 //! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | yes | | |
 //! | [obstruction] | 2010: 4.14 | | yes | | | | |
 //! | [stalling] | paper: 3.4 | yes | | | | yes | |
 //! | [ball holding](ball_holding), the ball is put back | 2010: 4.6; 2025: 4.8 | | yes | yes | yes | | |
 //! | [leaving the field](leaving_field), staying in a goal | 2010: 4.12; 2025: 4.12 | | yes | yes | yes | | |
-//! | [illegal defender](illegal_defender) | 2010: 4.13; 2025: 4.4.2 | | all but the keeper | the 4th | | | |
-//! | [inactive robots](inactive) | 2010: 4.7; 2025: 4.6 | | yes | yes | | | |
-//! | [game stuck](game_stuck) | 2010: 3.10; 2025: 3.11 | | 15 s | 30 s, walking counts | 30 s, walking counts | | |
+//! | [illegal defender](illegal_defender) | 2010: 4.13; 2025: 4.4.2 | | all but the keeper | the 4th | the 4th | | |
+//! | [inactive robots](inactive) | 2010: 4.7; 2025: 4.6 | | yes | yes | yes | | |
+//! | [game stuck](game_stuck) | 2010: 3.10; 2025: 3.11 | | 15 s | 30 s, walking counts | 10 s at the ball, 30 s with nobody within 1 m | | |
 //! | falls, getting up | paper: 4 | | | | | yes | |
-//! | [lying for too long](fallen) | 2010: 4.7; 2025: 4.6 | | 20 s | 2 attempts | 20 s | 20 s | |
+//! | [lying for too long](fallen) | 2010: 4.7; 2025: 4.6 | | 20 s | 2 attempts | 3 attempts | 20 s | |
 //! | dives | paper: 4 | | | | | yes | |
 //! | [penalty shoot-out](shoot_out) | 2010: 3.8; 2025: 3.19; paper: 4 | | 5 x 60 s | 3 x 30 s | 3 x 60 s | 5 x 60 s | |
 //! | halves, change of sides, clock | 2010: 3.1; 2025: 3.1 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s, runs on | 2 x 600 s | |
@@ -47,11 +47,18 @@
 //! | [information about the start of play](GameStatus) | 2025: 3.2; HSL GameController | at once | at once | 15 s late | 10 s late | at once | at once |
 //! | [information about goals](GameStatus) | 2025: 3.3; HSL GameController | at once | at once | 15 s late | at once | at once | at once |
 //! | [information about a half's first `ready`](GameStatus) | 2025: 3.2 | at once | at once | 45 s late | at once | at once | at once |
-//! | [an offence near the ball](crate::game::Rules::offence_free_kick_m) stops play | HSL draft: 5.1 | | | | free kick | | |
-//! | [cautions](crate::game::Rules::cautions_to_send_off) | HSL GameController | | | | not counted | | |
+//! | [an offence near the ball](crate::game::Rules::offence_free_kick_m) stops play | HSL: law 12 | | | | free kick | | |
+//! | [cautions](crate::game::Rules::cautions_to_send_off) | HSL: law 12 | | | | the 2nd is a red card | | |
+//! | [who may be where before a kick-off is taken](set_play) | 2025: 3.7, 4.4.1; HSL: law 8 | | | both teams | both teams | | |
+//! | [double touch](indirect_goal::judge_double_touch) | HSL: kick-in, goal kick, corner kick | | | | indirect free kick | | |
+//! | [a set play into the own goal](indirect_goal::judge_own) | HSL: law 13 | goal | goal | goal | corner kick | goal | |
+//! | [motion in a brief stop](forbidden_motion) | HSL: emergency stop | | | | 45 s + 10 s | | |
+//! | [extra time](crate::game::Rules::extra_time_halves) | HSL: law 10 | if set | if set | if set | if set | if set | |
 //!
 //! Not modelled are hands and arms (no robot moves them), wide stances (2010: 4.8; 2025: 4.9; a dive is the only one, and ends by
-//! itself), pick-ups, time-outs, extra time, and the break at half time. The referee makes no mistakes, and decides at once.
+//! itself), time-outs, substitutes, and the break at half time. Pick-ups on request and brief stops are [interventions](crate::game::Intervention). The
+//! referee makes no mistakes, and decides at once. At a restart the ball is put exactly where the book says: a robot that stands there is moved
+//! aside.
 //!
 //! A robot that is penalised for motion stays where it is, as an obstacle. One that is [removed](removal) waits beside the pitch,
 //! cannot act, is no obstacle, and is informed by its [`GameStatus`]. It returns on the halfway line at the side away from the

@@ -21,6 +21,14 @@ impl Referee<'_, '_> {
         self.apply_score(outside);
         self.apply_penalties(outside);
         self.apply_state(outside);
+        match (outside.is_stopped, self.decisions.game.stop) {
+            (true, None) => self.stop(),
+            (false, Some(stop)) => {
+                self.decisions.game.stop = None;
+                self.resume(stop);
+            }
+            _ => {}
+        }
         if self.decisions.game.state == GameState::Playing {
             self.apply_set_play(outside);
         }

@@ -132,6 +132,7 @@ fn announcement(event: &MatchEvent) -> Option<String> {
             format!("The program of {robot} stopped; it starts again in {duration_s} s.")
         }
         MatchEvent::Dive { robot, side } => format!("{robot} dives to its {}.", side.name()),
+        MatchEvent::GameController { message } => format!("GameController: {message}."),
         MatchEvent::AgentLost { robot, message, .. } => format!("{robot} has lost its program: {message}."),
         _ => return None,
     })
