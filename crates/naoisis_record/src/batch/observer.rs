@@ -152,18 +152,18 @@ impl MatchRow {
     }
 }
 
-/// A digest as sixteen hexadecimal digits.
+/// A digest as sixteen hexadecimal digits after an `x`, so that no reader takes it for a number.
 mod hexadecimal {
     use serde::de::Error as _;
     use serde::{Deserialize, Deserializer, Serializer};
 
     pub fn serialize<S: Serializer>(digest: &u64, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(&format_args!("{digest:016x}"))
+        serializer.collect_str(&format_args!("x{digest:016x}"))
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
         let digits = String::deserialize(deserializer)?;
-        u64::from_str_radix(&digits, 16).map_err(D::Error::custom)
+        u64::from_str_radix(digits.trim_start_matches('x'), 16).map_err(D::Error::custom)
     }
 }
 

@@ -20,7 +20,7 @@ use crate::viewer::shared::{Notice, Playback, is_over};
 use crate::viewer::theme::{card, dim, minutes, team_colour};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::Game;
+use naoisis_core::game::{Game, Rules};
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_record::record::history::History;
 use naoisis_record::record::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
@@ -60,7 +60,7 @@ impl FinalSummary {
 }
 
 fn sum_up(
-    (game, clock, playback, timeline): (Res<Game>, Res<CycleClock>, Res<Playback>, Res<Timeline>),
+    (game, rules, clock, playback, timeline): (Res<Game>, Res<Rules>, Res<CycleClock>, Res<Playback>, Res<Timeline>),
     history: Res<History>,
     keyframes: Res<Keyframes>,
     scenario: Option<Res<Scenario>>,
@@ -88,7 +88,10 @@ fn sum_up(
     let Some(read) = &shown.read else { return };
     let summary = read.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
     match summary {
-        Ok(summary) => (shown.summary, shown.read) = (Some(summary), None),
+        Ok(mut summary) => {
+            summary.how = game.result(&rules).how();
+            (shown.summary, shown.read) = (Some(summary), None);
+        }
         Err(TryRecvError::Disconnected) => shown.read = None,
         Err(TryRecvError::Empty) => {}
     }
@@ -134,6 +137,9 @@ fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut
                     ui.end_row();
                 }
             });
+            if let Some(how) = &summary.how {
+                ui.label(text(how.clone()).strong());
+            }
             for (time_s, by) in &summary.goals {
                 ui.label(dim(format!("{}   {by}", minutes(*time_s as f32))));
             }
