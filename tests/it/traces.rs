@@ -161,6 +161,8 @@ fn examples() -> Vec<MatchEvent> {
         MatchEvent::Intervention { intervention: Intervention::SetScore { blue: 1, pink: 0 } },
         MatchEvent::InterventionRefused { intervention: Intervention::Return { robot }, message: "no".to_owned() },
         MatchEvent::PenaltyOver { robot, position_m },
+        MatchEvent::MovedAside { robot, position_m },
+        MatchEvent::GameController { message: "a second one".to_owned() },
         MatchEvent::HalfBegins { half: 2 },
         MatchEvent::AgentLost { robot, reason: AgentLoss::TimedOut, message: "it says nothing".to_owned() },
         MatchEvent::FinalWhistle,
@@ -201,6 +203,7 @@ fn examples() -> Vec<MatchEvent> {
             MatchEvent::GameStuck { robot: who, evidence: evidence.clone() },
             MatchEvent::PlacedByHand { robot, position_m, evidence: evidence.clone() },
             MatchEvent::Caution { robot, cautions: 2, evidence: evidence.clone() },
+            MatchEvent::DoubleTouch { robot, evidence: evidence.clone() },
             MatchEvent::Penalty {
                 robot,
                 reason: PenaltyReason::BallHolding,
