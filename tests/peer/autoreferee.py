@@ -29,7 +29,9 @@ MOST_IN_GOAL_AREA = 3
 # Verdicts that are apart by no more than this are the same, s.
 NEAR_S = 2.0
 
-FREE_KICKS = {"goal_kick", "corner_kick", "kick_in", "throw_in", "pushing_free_kick", "free_kick"}
+DOUBLE_TOUCH = {"goal_kick", "corner_kick", "kick_in", "throw_in"}
+INDIRECT = {"kick_in", "throw_in", "kick_off"}
+FREE_KICKS = {*DOUBLE_TOUCH, "pushing_free_kick", "free_kick", "penalty_kick"}
 
 
 @dataclass
@@ -136,6 +138,8 @@ class Peer:
             kind = set_play[0] if set_play else None
             if set_play and kind in FREE_KICKS:
                 self.restart = {"kind": kind, "team": set_play[1], "kicker": None, "other": False, "moved": False}
+            if game["state"] == "set" and not set_play and game["kicking_team"]:
+                self.restart = {"kind": "kick_off", "team": game["kicking_team"], "kicker": None, "other": False, "moved": False}
         if game["state"] not in ("ready", "set", "playing"):
             self.restart = None
         self.state, self.stopped, self.set_play = game["state"], bool(game.get("stopped")), set_play
@@ -173,8 +177,8 @@ class Peer:
             restart["kicker"], restart["from"] = robot, ball
         elif robot == restart["kicker"]:
             playing = sum(other.playing for name, other in robots.items() if name[:4] == team)
-            if not restart["other"] and restart["moved"] and restart["kind"] != "pushing_free_kick" and playing >= 3:
-                self.say(time_s, "double_touch", robot)
+            if not restart["other"] and restart["moved"] and restart["kind"] in DOUBLE_TOUCH and playing >= 3:
+                self.say(time_s, "double_touch", "pink" if team == "blue" else "blue")
                 self.restart = None
         else:
             restart["other"] = True
@@ -313,6 +317,11 @@ class Peer:
         attacker = "pink" if defender == "blue" else "blue"
         other = {"blue": "pink", "pink": "blue"}
         if over_goal_line and abs(ball[1]) + pitch.ball < pitch.goal_half_width and ball[2] + pitch.ball < pitch.goal_height:
+            restart = self.restart
+            if restart and not restart["other"] and restart["team"] == defender:
+                return self.say(time_s, "corner_kick", attacker, once=False)
+            if restart and not restart["other"] and restart["kind"] in INDIRECT:
+                return self.say(time_s, "goal_kick", defender, once=False)
             return self.say(time_s, "goal", attacker, once=False)
         if over_goal_line:
             kicked_out = (self.last_contact or attacker) == attacker
@@ -324,12 +333,12 @@ def ours(event):
     """The verdict of an event of the trace as (rule, who), if it is one that the automatic referee judges, too."""
     kind = event["kind"]
     if kind == "penalty":
-        reason = {"local_game_stuck": "local_stuck", "leaving_the_field": "leaving_field"}.get(event["reason"], event["reason"])
+        reason = {"game_stuck": "local_stuck", "leaving_the_field": "leaving_field"}.get(event["reason"], event["reason"])
         return (reason, event["robot"])
     if kind == "goal":
         return ("goal", event["team"])
     if kind == "free_kick":
-        place = {"kick_in": "kick_in", "throw_in": "kick_in"}.get(event["set_play"], event["set_play"])
+        place = {"throw_in": "kick_in", "indirect_free_kick": "double_touch"}.get(event["set_play"], event["set_play"])
         return (place, event["team"])
     if kind == "free_kick_over" and event.get("taken"):
         return ("ball_free", event["team"])
@@ -344,10 +353,11 @@ COMPARED = [
 ]
 
 
-def play(program, scenario, seed):
+def play(program, scenario, seed, settings):
     """Yields the records of a match's trace."""
     fields = "ball,robots.pose,robots.penalised,game,events"
     command = [program, "run", scenario, "--seed", str(seed), "--trace", "-", "--trace-fields", fields]
+    command += [word for setting in settings for word in ("--set", setting)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         for line in process.stdout:
             yield json.loads(line)
@@ -379,7 +389,11 @@ def compare(records):
             if event["kind"] in ("goal", "ball_out", "goal_disallowed") and event.get("evidence"):
                 ball = [*event["evidence"]["ball_m"], ball[2]]
         peer.cycle(time_s, record["game"], ball, robots, touches)
-        own += [(time_s, *verdict) for verdict in map(ours, events) if verdict and verdict[0] in COMPARED]
+        found = {verdict for verdict in map(ours, events) if verdict and verdict[0] in COMPARED}
+        if any(rule == "local_stuck" for rule, _ in found):
+            # The event that play is stuck comes with the penalty of the robot next to the ball.
+            found.discard(("game_stuck", "-"))
+        own += [(time_s, *verdict) for verdict in sorted(found)]
     result = {rule: ([], [], []) for rule in COMPARED}
     for time_s, rule, who, context in peer.verdicts:
         same = [v for v in own if v[1:] == (rule, who) and abs(v[0] - time_s) <= NEAR_S]
@@ -398,10 +412,11 @@ def main():
     parser.add_argument("--matches", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--show", type=int, default=3, help="differences of each rule that are listed with seed and time")
+    parser.add_argument("--set", action="append", default=[], help="a setting of the scenario, as of `naoisis run`")
     options = parser.parse_args()
     total = {rule: ([], [], []) for rule in COMPARED}
     for seed in range(options.seed, options.seed + options.matches):
-        for rule, lists in compare(play(options.program, options.scenario, seed)).items():
+        for rule, lists in compare(play(options.program, options.scenario, seed, options.set)).items():
             for part, found in zip(total[rule], lists):
                 part += [(seed, *verdict) for verdict in found]
         print(f"match {seed} of {options.seed + options.matches - 1}", file=sys.stderr)

@@ -18,7 +18,7 @@ use crate::team::Team;
 /// Time for which all robots must stand at legal positions before `ready` may end early, s.
 const LINED_UP_S: f32 = 1.0;
 /// Overlap of the ball and a robot's base that only touch, m.
-const TOUCHING_M: f32 = 0.005;
+const TOUCHING_M: f32 = 5e-4;
 
 impl Referee<'_, '_> {
     /// Whistles.

@@ -5,6 +5,7 @@ use bevy::ecs::query::QueryData;
 use bevy::log::warn;
 use bevy::prelude::*;
 
+use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use naoisis_core::communication::Inbox;
 use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems};
@@ -74,6 +75,8 @@ pub struct BallState {
     pub velocity: Vec2,
     /// Its radius, m.
     pub radius: f32,
+    /// Whether it was on the ground during the whole cycle. One in the air may be above what it is not in.
+    pub is_on_ground: bool,
 }
 
 fn check_invariants(
@@ -84,7 +87,7 @@ fn check_invariants(
     robots: Query<(&Pose, &PreviousPose, &Velocity, &Body, &Penalty)>,
     minds: Query<Mind>,
     posts: Query<(&Pose, &Post)>,
-    balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics), (With<Ball>, With<BallPath>)>,
+    balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics, &BallFlight, &BallPath), With<Ball>>,
 ) {
     robots_now.clear();
     robots_now.extend(roster.iter().filter_map(|(id, entity)| {
@@ -98,11 +101,12 @@ fn check_invariants(
             base: body.base,
         })
     }));
-    let ball = balls.iter().next().map(|(pose, previous, velocity, physics)| BallState {
+    let ball = balls.iter().next().map(|(pose, previous, velocity, physics, flight, path)| BallState {
         position: pose.position,
         previous: previous.0.position,
         velocity: velocity.0,
         radius: physics.radius_m,
+        is_on_ground: !flight.is_airborne() && !path.start_flight.is_airborne(),
     });
     posts_now.clear();
     posts_now.extend(posts.iter().map(|(pose, post)| (pose.position, post.radius)));
@@ -168,7 +172,7 @@ pub fn broken_invariants(
                 report(format!("{} overlaps the post at {centre} by {} m", robot.id, overlap.depth));
             }
         }
-        let Some(ball) = ball else { continue };
+        let Some(ball) = ball.filter(|ball| ball.is_on_ground) else { continue };
         if is_within(robot.pose.position, ball.position, robot.base.reach() + ball.radius) {
             let now = robot.base.footprint(robot.pose).signed_distance(ball.position).0;
             let before = robot.base.footprint(robot.previous).signed_distance(ball.previous).0;

@@ -196,7 +196,13 @@ fn check_ball(
         return Err(parts.wrong::<BallFlight>("it is below the ground"));
     }
     let (position, velocity) = (parts.need::<Pose>()?.position, parts.need::<BallVelocity>()?.0);
-    seen.ball = Some(BallState { position, previous: position, velocity, radius: physics.radius_m });
+    seen.ball = Some(BallState {
+        position,
+        previous: position,
+        velocity,
+        radius: physics.radius_m,
+        is_on_ground: !flight.is_airborne(),
+    });
     Ok(())
 }
 
