@@ -3,7 +3,7 @@
 //! `RoboCupGameControlData`. Little-endian, no padding.
 //!
 //! In memory a packet has the types of this library; the codes of the versions exist only on the wire. What differs between versions is
-//! a table, [`LAYOUTS`].
+//! a table, `LAYOUTS`.
 
 use super::division::Division;
 use naoisis_core::game::{GameState, PenaltyReason, Rules, SetPlayKind};
