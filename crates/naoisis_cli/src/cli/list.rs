@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(text.lines().filter_map(|line| line.split_whitespace().next()).collect::<Vec<_>>(), names);
         let fields = table(&fields());
         assert!(fields.contains("naoisis         6 x 4 m, goals 1.4 m wide\n"), "{fields}");
-        assert!(fields.contains("hsl2026_middle  14 x 9 m, goals 2.5 m wide\n"), "{fields}");
+        assert!(fields.contains("hsl2026_middle  13.95 x 8.95 m, goals 2.5 m wide\n"), "{fields}");
         assert!(table(&rules()).contains("\nfree      no referee"));
     }
 }

@@ -124,7 +124,7 @@ mod tests {
         for preset in MODELS {
             let model = RobotModel::named(preset.name).unwrap();
             assert_eq!(model.measures_of_nao(), [""; 0], "{}", preset.name);
-            let open = if preset.name == "rover" { vec!["sonar.noise"] } else { vec![] };
+            let open = if preset.name == "rover" { vec!["sonar.noise", "breakdowns"] } else { vec![] };
             assert_eq!(model.without_errors(), open, "{}", preset.name);
         }
     }
@@ -133,13 +133,13 @@ mod tests {
     fn errors_that_a_file_does_not_give_are_named_and_those_of_what_there_is_not_are_none() {
         let torso = json!({ "torso": { "x_m": [-0.1, 0.1], "half_width_m": 0.2, "z_m": [0.0, 0.4] } });
         let blind = model(json!({ "body": torso }), json!({}));
-        let open = ["motion.gait", "odometry.noise", "falls", "latency", "messages.loss"];
+        let open = ["motion.gait", "odometry.noise", "falls", "breakdowns", "latency", "messages.loss"];
         assert_eq!(blind.without_errors(), open);
         let own = json!({ "own": { "flap": { "speed_sd": 0.1 } } });
         let realistic = json!({ "kicks": own, "falls": {}, "motion": { "gait": { "step_s": 0.3 } } });
         assert_eq!(
             model(json!({ "body": torso }), realistic).without_errors(),
-            ["odometry.noise", "latency", "messages.loss"]
+            ["odometry.noise", "breakdowns", "latency", "messages.loss"]
         );
     }
 
