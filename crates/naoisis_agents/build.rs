@@ -1,5 +1,5 @@
-//! Tells the crate where its assets are, as `NAOISIS_ASSETS`: in its own folder, or at the top of the repository where a
-//! checkout has no symbolic links, as on Windows.
+//! Tells the crate where its assets are, as `NAOISIS_ASSETS`, relative to the folder of the crate: there, or at the top of the repository
+//! where a checkout has no symbolic links, as on Windows. An absolute path would be wrong in another checkout that shares the build folder.
 
 use std::path::PathBuf;
 
@@ -7,6 +7,6 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     let crate_folder = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     let own = crate_folder.join("assets");
-    let assets = if own.join("challenges").is_dir() { own } else { crate_folder.join("../../assets") };
-    println!("cargo::rustc-env=NAOISIS_ASSETS={}", assets.display());
+    let assets = if own.join("challenges").is_dir() { "assets" } else { "../../assets" };
+    println!("cargo::rustc-env=NAOISIS_ASSETS={assets}");
 }

@@ -202,7 +202,7 @@ macro_rules! embedded {
     ($($name:literal)*) => {
         /// The built-in challenges by name, from `assets/challenges`.
         pub const CHALLENGES: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!(env!("NAOISIS_ASSETS"), "/challenges/", $name, ".json")))),*];
+            &[$(($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"), "/challenges/", $name, ".json")))),*];
     };
 }
 
@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn all_challenges_of_the_folder_are_there_and_can_be_started_in_many_ways() {
-        let folder = Path::new(env!("NAOISIS_ASSETS")).join("challenges");
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"))).join("challenges");
         let mut files: Vec<String> = folder
             .read_dir()
             .unwrap()

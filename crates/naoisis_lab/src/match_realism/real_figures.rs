@@ -35,7 +35,7 @@ const KICK_KIND: &str = "kicks.";
 
 macro_rules! embedded {
     ($($name:literal)*) => {
-        [$(($name, include_str!(concat!(env!("NAOISIS_ASSETS"), "/real/", $name, ".ron")))),*]
+        [$(($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"), "/real/", $name, ".ron")))),*]
     };
 }
 
@@ -237,7 +237,7 @@ mod tests {
 
     #[test]
     fn every_file_of_the_folder_is_embedded_and_reads() {
-        let folder = Path::new(env!("NAOISIS_ASSETS")).join("real");
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"))).join("real");
         let read = RealFigures::read(&folder).unwrap_or_else(|error| panic!("{error}"));
         let built_in = RealFigures::built_in();
         assert_eq!(built_in.len(), read.len(), "a file of assets/real is not embedded");

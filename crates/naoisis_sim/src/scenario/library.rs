@@ -18,7 +18,7 @@ macro_rules! embedded {
         &[$(LibraryScenario {
             name: $name,
             format: Format::$format,
-            text: include_str!(concat!(env!("NAOISIS_ASSETS"), "/scenarios/", $name, ".", $extension)),
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"), "/scenarios/", $name, ".", $extension)),
         }),*]
     };
 }
@@ -59,7 +59,7 @@ mod tests {
 
     /// The names of the files in a folder of `assets`, sorted.
     fn files_in(folder: &str) -> Vec<String> {
-        let path = Path::new(env!("NAOISIS_ASSETS")).join(folder);
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"))).join(folder);
         let mut names: Vec<String> =
             path.read_dir().unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();

@@ -27,7 +27,7 @@ macro_rules! presets {
     ($folder:literal: $($name:literal)*) => {
         &[$($crate::scenario::preset::Preset {
             name: $name,
-            text: include_str!(concat!(env!("NAOISIS_ASSETS"), "/", $folder, "/", $name, ".ron")),
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"), "/", $folder, "/", $name, ".ron")),
         }),*]
     };
 }
