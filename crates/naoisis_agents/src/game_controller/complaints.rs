@@ -7,6 +7,9 @@ use naoisis_core::events::{CycleEvents, MatchEvent};
 /// A function that receives messages about what is heard.
 pub type HeardNotes = Box<dyn Fn(&str) + Send + Sync>;
 
+/// The most messages that are said. Senders can make up as many as they like.
+const MOST_MESSAGES: usize = 50;
+
 /// Messages that are said once.
 #[derive(Default)]
 pub struct Complaints {
@@ -23,9 +26,9 @@ impl fmt::Debug for Complaints {
 }
 
 impl Complaints {
-    /// Adds a message, unless it was said before.
+    /// Adds a message, unless it was said before or there are too many.
     pub fn add(&mut self, message: String) {
-        if !self.said.contains(&message) {
+        if self.said.len() < MOST_MESSAGES && !self.said.contains(&message) {
             self.note(&message);
             self.said.push(message);
         }
@@ -42,5 +45,21 @@ impl Complaints {
             self.said[self.published..].iter().map(|message| MatchEvent::GameController { message: message.clone() });
         events.extend(new);
         self.published = self.said.len();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_message_is_an_event_once_and_there_are_no_more_than_so_many() {
+        let (mut complaints, mut events) = (Complaints::default(), CycleEvents::default());
+        for port in 0..200 {
+            complaints.add(format!("a second GameController at 10.0.0.1:{port}"));
+            complaints.add("a second GameController at 10.0.0.1:0".to_owned());
+            complaints.publish(&mut events);
+        }
+        assert_eq!(events.iter().count(), MOST_MESSAGES);
     }
 }
