@@ -10,17 +10,17 @@ use super::ball_obstacle::BallObstacle;
 use crate::ball::RollingBall;
 
 /// Distance at which ball and obstacle are in contact, m.
-const CONTACT_DISTANCE: f32 = 1e-4;
+pub(super) const CONTACT_DISTANCE: f32 = 1e-4;
 /// Least approach speed of a contact, m/s.
-const LEAST_APPROACH: f32 = 1e-5;
+pub(super) const LEAST_APPROACH: f32 = 1e-5;
 /// Greatest number of bounces in a cycle; with more the ball is wedged.
-const MOST_BOUNCES: usize = 24;
+pub(super) const MOST_BOUNCES: usize = 24;
 /// Number of consecutive bounces off the same obstacle from which the ball rolls along it.
 const BOUNCES_TO_ROLL_ALONG: usize = 8;
 /// Least speed at which such a ball separates from the obstacle, m/s, doubled with each further contact.
 const LEAST_PARTING_SPEED: f32 = 0.002;
 /// Greatest penetration of an obstacle in a step of the search for contacts, m.
-const DEEPEST_STEP: f32 = 5.0 * CONTACT_DISTANCE;
+pub(super) const DEEPEST_STEP: f32 = 5.0 * CONTACT_DISTANCE;
 /// Most steps of one conservative advancement: a ball that grazes a turning robot at little more than the contact
 /// distance goes ahead by as much at a time, and in a long cycle has some 20 cm to go.
 const MOST_ADVANCES: usize = 2048;

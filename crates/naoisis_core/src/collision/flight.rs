@@ -5,23 +5,15 @@
 
 use bevy::prelude::*;
 
-use super::ball::BallContact;
+use super::ball::{BallContact, CONTACT_DISTANCE, DEEPEST_STEP, LEAST_APPROACH, MOST_BOUNCES};
 use super::ball_obstacle::BallObstacle;
 use crate::ball::flight::{FlyingBall, LONGEST_STEP_S};
 use crate::geometry::Pose;
 use crate::pitch::{End, Pitch};
 use crate::robot::body::{Body, BodyBox};
 
-/// Distance at which ball and obstacle are in contact, m.
-const CONTACT_DISTANCE: f32 = 1e-4;
-/// Least approach speed of a contact, m/s.
-const LEAST_APPROACH: f32 = 1e-5;
-/// Greatest number of bounces in a cycle; after these the ball falls straight down.
-const MOST_BOUNCES: usize = 24;
 /// Most steps of one conservative advancement.
 const MOST_ADVANCES: usize = 128;
-/// Greatest penetration of an obstacle in a step of the search for contacts, m.
-const DEEPEST_STEP: f32 = 5.0 * CONTACT_DISTANCE;
 /// Share of the approach speed that a net leaves the ball: it hangs loosely.
 const NET_RESTITUTION: f32 = 0.0;
 /// Speed with which a ball that lies on an obstacle rolls off it, m/s.
@@ -75,7 +67,7 @@ impl Solid {
         self.signed_distance(start.centre(), 0.0).0.min(start.physics.radius_m)
     }
 
-    /// Whether a ball at `centre` could touch it after going `way` m.
+    /// Whether it comes within `reach` m of `centre`.
     fn is_near(&self, centre: Vec3, reach: f32) -> bool {
         let reach = reach + self.rounding_m;
         self.outline.is_near(centre.truncate(), reach)

@@ -23,7 +23,8 @@ use crate::game::{Game, GameState, Intervention, Interventions, Penalty};
 use crate::random::RandomStreams;
 use crate::team::RobotId;
 
-/// Robots break down after their falls and before the referee; robots whose programs start again do nothing from [`CycleSystems::Act`] on.
+/// Robots break down after their falls and before the referee; robots whose programs start again do nothing from
+/// [`CycleSystems::Act`] on.
 pub struct BreakdownsPlugin;
 
 impl Plugin for BreakdownsPlugin {
