@@ -7,8 +7,8 @@ use naoisis_sensing::sensing::vision::ClassNoise;
 pub(super) const GREATEST_HANDICAP: f32 = 0.9;
 
 impl RobotSettings {
-    /// The settings of a robot with a `handicap` between 0 (none) and 0.9: it walks and turns slower by this share, falls and fails to get up more often by
-    /// 1 / (1 - `handicap`), and detects the share 1 - `handicap` of what it would detect.
+    /// The settings of a robot with a `handicap` between 0 (none) and 0.9: it walks and turns slower by this share, falls and fails to get
+    /// up more often by the factor 1 / (1 - `handicap`), and detects the share 1 - `handicap` of what it would detect.
     #[must_use]
     pub(super) fn with_handicap(mut self, handicap: f32) -> RobotSettings {
         if handicap <= 0.0 {
@@ -71,6 +71,8 @@ mod tests {
         assert_abs_diff_eq!(blue.falls.falls_per_min, pink.falls.falls_per_min / 0.75, epsilon = 1e-4);
         let [few, many] = [&blue, &pink].map(|settings| 1.0 - settings.vision.noise.ball.miss_probability);
         assert_abs_diff_eq!(few, 0.75 * many, epsilon = 1e-6);
+        // Tables say so.
+        assert!(scenario.realism_in_words().ends_with("but for handicaps"), "{}", scenario.realism_in_words());
         // It is written as it was read, and is none by default.
         let written = serde_json::to_string(&scenario).unwrap();
         assert!(written.contains(r#""handicap":0.25"#), "{written}");

@@ -6,6 +6,7 @@ use super::presets;
 use super::realism::Realisms;
 use super::robot_spec::RobotSpec;
 use super::shape;
+use super::teams_spec::TeamsSpec;
 use super::types::{BallSpec, Scenario};
 use naoisis_core::team::Team;
 use naoisis_sensing::sensing::fidelity::{Fidelity, SensorFidelity};
@@ -71,6 +72,8 @@ impl Scenario {
             own.push("messages");
         }
         own.extend(any_has_own.then_some("single robots"));
+        let has_handicap = |teams: &TeamsSpec| Team::BOTH.iter().any(|team| teams.robots[*team].handicap > 0.0);
+        own.extend(self.teams.as_ref().is_some_and(has_handicap).then_some("handicaps"));
         let words = self.realism.to_string();
         if own.is_empty() { words } else { format!("{words} but for {}", own.join(", ")) }
     }

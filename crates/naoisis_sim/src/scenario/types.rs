@@ -247,8 +247,8 @@ impl Default for ScenarioForm {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BallSpec {
-    /// Centre, m, pitch frame. Two numbers are a place on the ground; a third is the height of the centre. A ball that is lower than its radius
-    /// lies on the ground.
+    /// Centre, m, pitch frame. Two numbers are a place on the ground; a third is the height of the centre. A ball that is lower than its
+    /// radius lies on the ground.
     #[serde(with = "super::plane_or_space")]
     #[schemars(with = "Vec<f32>", extend("minItems" = 2, "maxItems" = 3))]
     pub position_m: Vec3,
