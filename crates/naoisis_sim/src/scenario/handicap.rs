@@ -3,9 +3,6 @@
 use super::robot_settings::RobotSettings;
 use naoisis_sensing::sensing::vision::ClassNoise;
 
-/// The greatest handicap of a team.
-pub(super) const GREATEST_HANDICAP: f32 = 0.9;
-
 impl RobotSettings {
     /// The settings of a robot with a `handicap` between 0 (none) and 0.9: it walks and turns slower by this share, falls and fails to get
     /// up more often by the factor 1 / (1 - `handicap`), and detects the share 1 - `handicap` of what it would detect.
@@ -14,7 +11,7 @@ impl RobotSettings {
         if handicap <= 0.0 {
             return self;
         }
-        let left = 1.0 - handicap.min(GREATEST_HANDICAP);
+        let left = 1.0 - handicap.min(0.9);
         let motion = &mut self.motion;
         motion.max_linear_mps *= left;
         motion.max_angular *= left;

@@ -14,7 +14,6 @@ use robots::SensorsAtBody;
 use super::expectation::Quantity;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::handicap::GREATEST_HANDICAP;
 use super::robot_settings::{RobotPatch, RobotSettings, robot_settings};
 use super::robot_spec::RobotSpec;
 use super::types::Scenario;
@@ -205,15 +204,6 @@ impl Checks {
             for team in Team::BOTH {
                 // Numbers are given when they are lined up.
                 self.robot(&path.field(team.name()), &teams.robot(team, 1), scenario);
-                let handicap = teams.robots[team].handicap;
-                if !(0.0..=GREATEST_HANDICAP).contains(&handicap) {
-                    let expected = format!("a number from 0 to {GREATEST_HANDICAP}");
-                    self.fault(
-                        path.field(team.name()).field("handicap"),
-                        format!("the handicap is {handicap}"),
-                        expected,
-                    );
-                }
             }
         }
     }
