@@ -143,13 +143,16 @@ impl<'a> Laboratory<'a> {
         Self { model, app }
     }
 
-    /// A scenario with the settings of the model.
+    /// A scenario with the settings of the model, without break-downs: whether a robot is picked up or hot must not change what is measured of
+    /// its walk and its falls.
     fn scenario(&self, own: Value) -> Result<Scenario, TrialError> {
         let mut fields = Map::new();
         fields.insert("model".to_owned(), json!(self.model.reference()));
         fields.insert("realism".to_owned(), json!("realistic"));
         fields.insert("rules".to_owned(), json!("free"));
         fields.insert("field".to_owned(), json!("spl2025"));
+        let never = json!({ "pick_ups_per_hour": 0, "restarts_per_hour": 0, "hot_after_s": null });
+        fields.insert("breakdowns".to_owned(), never);
         if let Value::Object(own) = own {
             fields.extend(own);
         }
