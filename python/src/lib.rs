@@ -41,7 +41,7 @@ mod _naoisis {
     #[pymodule_export]
     use super::matches::Match;
     #[pymodule_export]
-    use super::traces::{TraceLines, page_of_trace, read_trace};
+    use super::traces::{TraceLines, page_of_trace, read_tables, read_trace};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -6,6 +6,7 @@ use naoisis::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis::interface::fields::Fields;
 use naoisis::record::page;
 use naoisis::record::read::{Ending, TraceReader};
+use naoisis::record::tables::{Cells, Column, ColumnValues, TABLES, Tables};
 use naoisis::team::RobotId;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -219,6 +220,59 @@ pub fn read_trace<'py>(
     };
     let scenario = to_python(py, reader.scenario(), Digits::All)?;
     Ok((columns.into_python(py, reader.fields())?, scenario, happened, ending))
+}
+
+/// Reads a trace as tables: for each a dictionary of its columns. Missing numbers are not a number, and missing texts None; a
+/// column of whole numbers has no missing ones, or is one of numbers.
+#[pyfunction]
+pub fn read_tables(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let failed = |error| trace_error(py, &error);
+    let mut reader = TraceReader::open(&path).map_err(failed)?;
+    let mut tables = Tables::new(reader.fields().clone());
+    let mut lines = 0_usize;
+    while let Some(record) = reader.next_cycle().map_err(failed)? {
+        tables.push(&record);
+        lines += 1;
+        if lines.is_multiple_of(LINES_PER_SIGNAL) {
+            py.check_signals()?;
+        }
+    }
+    let dictionary = PyDict::new(py);
+    for table in TABLES.iter().filter_map(|definition| tables.of(definition.name)) {
+        let columns = PyDict::new(py);
+        for (column, values) in table.definition().columns.iter().zip(table.columns()) {
+            columns.set_item(column.name, array(py, column, values)?)?;
+        }
+        dictionary.set_item(table.definition().name, columns)?;
+    }
+    Ok(dictionary)
+}
+
+/// The values of a column as an array of numbers or a list of texts.
+fn array<'py>(py: Python<'py>, column: &Column, values: &ColumnValues) -> PyResult<Bound<'py, PyAny>> {
+    /// All rows, with `missing` where there is no value.
+    fn rows<T: Clone>(presence: &[i16], cells: &[T], missing: &T) -> Vec<T> {
+        let mut cells = cells.iter();
+        presence
+            .iter()
+            .map(|&is_there| if is_there == 1 { cells.next() } else { None }.unwrap_or(missing).clone())
+            .collect()
+    }
+    let presence = &values.presence;
+    Ok(match &values.cells {
+        Cells::Whole(cells) if !column.is_optional => PyArray1::from_slice(py, cells).into_any(),
+        Cells::Whole(cells) => {
+            let cells: Vec<f64> = cells.iter().map(|&cell| cell as f64).collect();
+            PyArray1::from_vec(py, rows(presence, &cells, &f64::NAN)).into_any()
+        }
+        Cells::Single(cells) => PyArray1::from_vec(py, rows(presence, cells, &f32::NAN)).into_any(),
+        Cells::Double(cells) => PyArray1::from_vec(py, rows(presence, cells, &f64::NAN)).into_any(),
+        Cells::Text(cells) => {
+            let cells: Vec<Option<&str>> = cells.iter().map(|cell| Some(cell.as_str())).collect();
+            PyList::new(py, rows(presence, &cells, &None))?.into_any()
+        }
+        _ => PyList::empty(py).into_any(),
+    })
 }
 
 /// The cycles of a trace as dictionaries, one after the other.

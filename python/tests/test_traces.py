@@ -68,3 +68,30 @@ def test_what_is_no_trace_is_refused_with_its_place(tmp_path):
     with pytest.raises(naoisis.TraceError, match="missing field") as error:
         naoisis.read_trace(path)
     assert (error.value.file, error.value.line) == (str(path), 1) and error.value.column > 0
+
+
+def test_a_trace_is_tables_for_pandas_polars_and_duckdb(recorded, tmp_path):
+    path, _, truth = recorded
+    tables = naoisis.read_tables(path)
+    assert list(tables) == ["cycles", "robots", "percepts", "beliefs", "events", "messages"]
+    robots = [robot for line in truth for robot in line["robots"]]
+    assert list(tables["robots"]["robot"]) == [robot["id"] for robot in robots]
+    assert tables["robots"]["x_m"] == pytest.approx(np.array([robot["pose"][0] for robot in robots]), abs=2e-5)
+    balls = [robot["percepts"]["ball"] for robot in robots if robot["percepts"]["ball"]]
+    seen = tables["percepts"]["kind"] == "ball"
+    assert tables["percepts"]["x_m"][seen] == pytest.approx(np.array([ball["position_m"][0] for ball in balls]), abs=2e-5)
+    assert list(tables["events"]["kind"]) == [event["kind"] for line in truth for event in line["events"]]
+    subprocess.run(["naoisis", "convert", path, "--parquet", tmp_path / "p", "--csv", tmp_path / "c"], check=True)
+    pandas, polars, duckdb = (pytest.importorskip(name) for name in ("pandas", "polars", "duckdb"))
+    pytest.importorskip("pyarrow")
+    for name, columns in tables.items():
+        frame = pandas.read_parquet(tmp_path / "p" / f"{name}.parquet")
+        assert list(frame) == list(columns) == list(pandas.read_csv(tmp_path / "c" / f"{name}.csv"))
+        assert list(polars.read_parquet(tmp_path / "p" / f"{name}.parquet").columns) == list(columns)
+        (rows,) = duckdb.sql(f"select count(*) from '{tmp_path}/p/{name}.parquet'").fetchone()
+        assert rows == len(frame) == len(columns["cycle"])
+        for column, values in columns.items():
+            if values.dtype == object:
+                assert list(frame[column].astype(object).where(frame[column].notna(), None)) == list(values), column
+            else:
+                assert frame[column].to_numpy(dtype=np.float64) == pytest.approx(values.astype(np.float64), nan_ok=True)

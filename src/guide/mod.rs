@@ -18,6 +18,7 @@
 //! 16. [Random numbers](random_numbers): of behaviours, sensors and programs.
 //! 17. [Matches beside real ones](real_matches): goals, falls, penalties and seventy other quantities, and logs of the GameController.
 //! 18. [A web page](web_page): a match that plays in a browser, in one file.
+//! 19. [Tables](tables): a match as Parquet or CSV, for pandas, Polars and DuckDB.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -55,6 +56,9 @@ pub mod watching {}
 
 #[doc = include_str!("web_page.md")]
 pub mod web_page {}
+
+#[doc = include_str!("tables.md")]
+pub mod tables {}
 
 #[doc = include_str!("pictures.md")]
 pub mod pictures {}

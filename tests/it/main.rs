@@ -60,6 +60,7 @@ mod sensors;
 mod situation;
 mod snapshot;
 mod support;
+mod tables;
 mod teams;
 mod traces;
 #[cfg(feature = "viewer")]

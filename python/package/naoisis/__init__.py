@@ -19,7 +19,7 @@ from naoisis._batch import Batch, batch
 from naoisis._match import Match
 from naoisis._naoisis import LABELS, Environments, __version__, challenges
 from naoisis._pages import Page, show
-from naoisis._traces import Trace, read_beliefs, read_trace, trace_lines
+from naoisis._traces import Trace, read_beliefs, read_tables, read_trace, trace_lines
 from naoisis.environments import MatchEnv, VectorEnv, vector_env
 from naoisis.errors import MatchError, NaoisisError, ScenarioError, SnapshotError, TraceError
 
@@ -40,6 +40,7 @@ __all__ = [
     "batch",
     "parallel_env",
     "read_beliefs",
+    "read_tables",
     "read_trace",
     "rewards",
     "show",

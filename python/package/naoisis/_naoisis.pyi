@@ -15,6 +15,7 @@ __all__ = [
     "challenges",
     "command",
     "page_of_trace",
+    "read_tables",
     "read_trace",
 ]
 
@@ -24,6 +25,7 @@ LABELS: dict[str, int]
 
 def command(words: list[str]) -> int: ...
 def page_of_trace(path: str) -> str: ...
+def read_tables(path: str) -> dict[str, dict[str, np.ndarray | list[str | None]]]: ...
 def read_trace(
     path: str,
 ) -> tuple[dict[str, np.ndarray], dict[str, Any], list[dict[str, Any]], str | None]: ...

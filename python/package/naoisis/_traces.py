@@ -14,7 +14,7 @@ from naoisis._tables import Columns, columns_of
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Trace", "read_beliefs", "read_trace", "trace_lines"]
+__all__ = ["Trace", "read_beliefs", "read_tables", "read_trace", "trace_lines"]
 
 
 class Trace(Columns):
@@ -87,6 +87,24 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
         TraceError: It cannot be read; the error has line and column.
     """
     return Trace(*_naoisis.read_trace(os.fspath(path)))
+
+
+def read_tables(path: str | os.PathLike[str]) -> dict[str, dict[str, np.ndarray]]:
+    """Reads a trace as the tables ``cycles``, ``robots``, ``percepts``, ``beliefs``, ``events`` and ``messages``: columns by name.
+
+    The columns are those that ``naoisis convert TRACE --parquet DIR`` writes. Missing numbers are NaN, missing texts None.
+
+    Raises:
+        TraceError: It cannot be read; the error has line and column.
+    """
+    tables = _naoisis.read_tables(os.fspath(path))
+    return {
+        name: {
+            column: np.array(values, dtype=object) if isinstance(values, list) else values
+            for column, values in columns.items()
+        }
+        for name, columns in tables.items()
+    }
 
 
 def trace_lines(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:

@@ -14,6 +14,9 @@ use naoisis_record::record::RecordPlugin;
 use naoisis_record::record::convert::{ConvertError, convert as convert_trace};
 use naoisis_record::record::formats::{LogFormat, LogFormats};
 use naoisis_record::record::read::{Ending, TraceReader};
+use naoisis_record::record::recorder::{RecordError, Recorder};
+use naoisis_record::record::tables::{TableFormat, TablesRecorder};
+use naoisis_sim::interface::fields::Fields;
 
 /// Arguments of `naoisis convert`.
 #[derive(Args, Debug, Clone)]
@@ -21,24 +24,79 @@ pub struct ConvertArguments {
     /// A trace, as `naoisis run --trace` writes it (.jsonl or .jsonl.zst)
     pub trace: PathBuf,
     /// The file to write; its ending says the format: .html, .jsonl, .jsonl.zst
-    pub file: PathBuf,
-    /// Replace the file if it exists
+    #[arg(required_unless_present_any = ["parquet", "csv"])]
+    pub file: Option<PathBuf>,
+    /// Write tables as Parquet into this folder: cycles, robots, percepts, beliefs, events, messages
+    #[arg(long, value_name = "DIR")]
+    pub parquet: Option<PathBuf>,
+    /// Write the same tables as CSV into this folder
+    #[arg(long, value_name = "DIR")]
+    pub csv: Option<PathBuf>,
+    /// Replace files that exist
     #[arg(long)]
     pub force: bool,
 }
 
+impl ConvertArguments {
+    /// A trace that becomes `file`.
+    pub fn to_file(trace: PathBuf, file: PathBuf) -> Self {
+        Self { trace, file: Some(file), parquet: None, csv: None, force: false }
+    }
+}
+
+/// What a trace is converted to.
+enum Target<'a> {
+    File(&'a Path, &'a LogFormat),
+    Tables(&'a Path, TableFormat),
+}
+
+impl Target<'_> {
+    fn outputs(&self) -> Vec<Output> {
+        match self {
+            Target::File(file, _) => vec![Output { option: "convert", path: file.to_path_buf() }],
+            Target::Tables(folder, format) => {
+                let option = if *format == TableFormat::Csv { "--csv" } else { "--parquet" };
+                format.files(folder).map(|path| Output { option, path }).collect()
+            }
+        }
+    }
+
+    fn recorder(&self, fields: &Fields) -> Result<Box<dyn Recorder>, RecordError> {
+        match self {
+            Target::File(file, format) => format.create(file),
+            Target::Tables(folder, format) => Ok(Box::new(TablesRecorder::create(folder, *format, fields.clone())?)),
+        }
+    }
+}
+
 /// Runs the command.
-pub fn convert(program: Program<'_>, ConvertArguments { trace, file, force }: &ConvertArguments) -> ExitCode {
+pub fn convert(program: Program<'_>, arguments: &ConvertArguments) -> ExitCode {
+    let ConvertArguments { trace, file, parquet, csv, force } = arguments;
     let app = program.simulator_with(RecordPlugin);
     let formats = app.world().resource::<LogFormats>();
-    let Some(format) = formats.of_file(file) else {
-        return report::usage_error(&unknown_ending(file, formats));
-    };
-    let outputs = [Output { option: "convert", path: file.clone() }];
+    let mut targets = Vec::new();
+    if let Some(file) = file {
+        match formats.of_file(file) {
+            Some(format) => targets.push(Target::File(file, format)),
+            None => return report::usage_error(&unknown_ending(file, formats)),
+        }
+    }
+    targets.extend(parquet.iter().map(|folder| Target::Tables(folder, TableFormat::Parquet)));
+    targets.extend(csv.iter().map(|folder| Target::Tables(folder, TableFormat::Csv)));
+    let outputs: Vec<Output> = targets.iter().flat_map(Target::outputs).collect();
     if let Err(message) = check_files(trace, &outputs, *force) {
         return report::usage_error(&message);
     }
-    write(trace, format, file)
+    let interrupt = match Interrupt::watch(|| {}) {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
+    };
+    for target in &targets {
+        if let Err(status) = write(trace, target, &interrupt) {
+            return status;
+        }
+    }
+    interrupt.finish(ExitCode::SUCCESS)
 }
 
 fn unknown_ending(file: &Path, formats: &LogFormats) -> String {
@@ -46,24 +104,21 @@ fn unknown_ending(file: &Path, formats: &LogFormats) -> String {
     format!("{}: no format has this ending; expected one of {}", file.display(), endings.join(", "))
 }
 
-fn write(trace: &Path, format: &LogFormat, file: &Path) -> ExitCode {
-    let interrupt = match Interrupt::watch(|| {}) {
-        Ok(interrupt) => interrupt,
-        Err(message) => return report::failure(&message),
-    };
-    let mut reader = match TraceReader::open(trace) {
-        Ok(reader) => reader,
-        Err(error) => return report::usage_error(&error.to_string()),
-    };
+fn write(trace: &Path, target: &Target<'_>, interrupt: &Interrupt) -> Result<(), ExitCode> {
+    let mut reader = TraceReader::open(trace).map_err(|error| report::usage_error(&error.to_string()))?;
     let progress = ProgressBar::new_spinner().with_message(format!("converting {}", trace.display()));
     if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {
         progress.set_style(style);
     }
-    let create = || format.create(file);
-    let converted = convert_trace(&mut reader, create, |time_s| {
-        progress.set_position(time_s as u64);
-        if interrupt.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    let fields = reader.fields().clone();
+    let converted = convert_trace(
+        &mut reader,
+        || target.recorder(&fields),
+        |time_s| {
+            progress.set_position(time_s as u64);
+            if interrupt.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        },
+    );
     progress.finish_and_clear();
     match converted {
         Ok(said) => {
@@ -72,10 +127,11 @@ fn write(trace: &Path, format: &LogFormat, file: &Path) -> ExitCode {
             }
             let mut printer = Printer::default();
             printer.print(said.unwrap_or_default());
-            printer.finish(interrupt.finish(ExitCode::SUCCESS))
+            printer.finish(ExitCode::SUCCESS);
+            Ok(())
         }
-        Err(ConvertError::Record(error)) => report::failure(&error.to_string()),
-        Err(ConvertError::Trace(error)) => report::usage_error(&error.to_string()),
-        Err(error) => report::usage_error(&format!("{}: {error}", trace.display())),
+        Err(ConvertError::Record(error)) => Err(report::failure(&error.to_string())),
+        Err(ConvertError::Trace(error)) => Err(report::usage_error(&error.to_string())),
+        Err(error) => Err(report::usage_error(&format!("{}: {error}", trace.display()))),
     }
 }

@@ -36,7 +36,7 @@ const BROKEN_OFF: &str = "the trace is incomplete: it is shown as far as it goes
 /// Runs the command. Without a display, the trace is read and summarised.
 pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
     if let Some(file) = arguments.file.clone() {
-        return convert(program, &ConvertArguments { trace: arguments.trace.clone(), file, force: false });
+        return convert(program, &ConvertArguments::to_file(arguments.trace.clone(), file));
     }
     // A long one takes a while.
     let progress = ProgressBar::new_spinner().with_message(format!("reading {}", arguments.trace.display()));

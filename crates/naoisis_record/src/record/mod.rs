@@ -39,6 +39,7 @@ pub mod summary_page;
 pub mod summary_picture;
 pub mod summary_recorder;
 pub mod summary_rows;
+pub mod tables;
 pub mod trace;
 pub mod video;
 mod video_file;
