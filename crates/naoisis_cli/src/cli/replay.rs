@@ -4,7 +4,7 @@ use clap::Args;
 use core::ops::ControlFlow;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::convert::{ConvertArguments, convert};
@@ -38,62 +38,83 @@ pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCod
     if let Some(file) = arguments.file.clone() {
         return convert(program, &ConvertArguments::to_file(arguments.trace.clone(), file));
     }
-    // A long one takes a while.
-    let progress = ProgressBar::new_spinner().with_message(format!("reading {}", arguments.trace.display()));
+    match display() {
+        #[cfg(feature = "viewer")]
+        Ok(()) => watch(program, arguments),
+        #[cfg(not(feature = "viewer"))]
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => summarise(&arguments.trace, &reason),
+    }
+}
+
+/// Reads a trace, which takes a while if it is long, and prints a summary.
+fn summarise(path: &Path, reason: &str) -> ExitCode {
+    let progress = ProgressBar::new_spinner().with_message(format!("reading {}", path.display()));
     if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {
         progress.set_style(style);
     }
-    let trace = ReadTrace::open_told(&arguments.trace, |time_s| {
+    let trace = ReadTrace::open_told(path, |time_s| {
         progress.set_position(time_s as u64);
         ControlFlow::Continue(())
     });
     progress.finish_and_clear();
-    let trace = match trace {
-        Ok(trace) => trace,
-        Err(error) => return report::usage_error(&error.to_string()),
-    };
-    if trace.last.is_none() {
-        let path = arguments.trace.display();
-        return report::usage_error(&format!("{path}: the trace has no cycle after its header; expected at least one"));
-    }
-    if trace.ending == Ending::BrokenOff {
-        report::note(BROKEN_OFF);
-    }
-    match display() {
-        #[cfg(feature = "viewer")]
-        Ok(()) => watch(program, arguments, trace),
-        #[cfg(not(feature = "viewer"))]
-        Ok(()) => ExitCode::SUCCESS,
-        Err(reason) => {
+    match trace.map_err(|error| error.to_string()).and_then(|trace| not_empty(path, trace)) {
+        Ok(trace) => {
             report::note(&format!("{reason}: printing a summary of the trace instead"));
+            if trace.ending == Ending::BrokenOff {
+                report::note(BROKEN_OFF);
+            }
             let mut printer = Printer::default();
             printer.print(summary(&trace));
             printer.finish(ExitCode::SUCCESS)
         }
+        Err(message) => report::usage_error(&message),
+    }
+}
+
+fn not_empty(path: &Path, trace: ReadTrace) -> Result<ReadTrace, String> {
+    match trace.last {
+        Some(_) => Ok(trace),
+        None => Err(format!("{}: the trace has no cycle after its header; expected at least one", path.display())),
     }
 }
 
 #[cfg(feature = "viewer")]
-fn watch(program: Program<'static>, arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
+fn watch(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
     use super::window;
+    use naoisis_viewer::viewer::match_panel::trace_reading::TraceReading;
     use naoisis_viewer::viewer::memory::ViewerMemory;
     use naoisis_viewer::viewer::shared::Notice;
     use naoisis_viewer::viewer::teach::bookmark_file::OpenedTrace;
     use naoisis_viewer::viewer::timeline;
 
+    let path = &arguments.trace;
+    let mut reading = TraceReading::default();
+    let trace = match reading.begin(path) {
+        Ok(()) => reading.wait().map_err(|error| error.map_or_else(String::new, |error| error.to_string())),
+        Err(error) => Err(format!("{}: cannot be read: {error}", path.display())),
+    };
+    let trace = match trace.and_then(|trace| not_empty(path, trace)) {
+        Ok(trace) => trace,
+        Err(message) => return report::usage_error(&message),
+    };
     let mut app = match window::open(program, &arguments.window) {
         Ok(app) => app,
         Err(message) => return report::usage_error(&message),
     };
-    let is_broken_off = trace.ending == Ending::BrokenOff;
+    let ending = trace.ending;
     if let Err(fault) = timeline::start_replay(app.world_mut(), trace) {
-        return report::usage_error(&format!("{}:1: {fault}", arguments.trace.display()));
+        return report::usage_error(&format!("{}:1: {fault}", path.display()));
     }
-    app.insert_resource(OpenedTrace(Some(arguments.trace.clone())));
-    if let Some(file) = arguments.trace.canonicalize().ok().as_deref().and_then(|path| path.to_str()) {
+    if ending == Ending::NotYet {
+        app.insert_resource(reading);
+    }
+    app.insert_resource(OpenedTrace(Some(path.clone())));
+    if let Some(file) = path.canonicalize().ok().as_deref().and_then(|path| path.to_str()) {
         app.world_mut().resource_mut::<ViewerMemory>().note_recent(file);
     }
-    if is_broken_off {
+    if ending == Ending::BrokenOff {
+        report::note(BROKEN_OFF);
         app.world_mut().resource_mut::<Notice>().tell(BROKEN_OFF);
     }
     window::show(app)

@@ -161,6 +161,28 @@ impl History {
         Ok(())
     }
 
+    /// Moves the records of `later` to the end of this history. If they do not follow its last one, its own are removed.
+    ///
+    /// # Errors
+    /// When records cannot be compressed.
+    pub fn append(&mut self, mut later: History) -> Result<(), HistoryError> {
+        let Some(cycles) = later.cycles() else { return Ok(()) };
+        if !self.last_cycle().is_some_and(|last| last < *cycles.start() && *cycles.start() - last <= self.every) {
+            self.clear();
+        }
+        for history in [&mut *self, &mut later] {
+            if !history.open.ends.is_empty() {
+                history.pack()?;
+            }
+        }
+        self.packed_bytes += later.packed_bytes;
+        self.packed.append(&mut later.packed);
+        self.marks.append(&mut later.marks);
+        self.kicks.append(&mut later.kicks);
+        self.forget_oldest();
+        Ok(())
+    }
+
     /// The record of `cycle`, or the first one after it. `None` if there is neither.
     ///
     /// # Errors
@@ -240,6 +262,12 @@ impl History {
         block.bytes = zstd::bulk::compress(&block.bytes, LEVEL).map_err(|error| HistoryError(error.to_string()))?;
         self.packed_bytes += block.bytes.len();
         self.packed.push_back(block);
+        self.forget_oldest();
+        Ok(())
+    }
+
+    /// Removes the oldest records of a history that takes too much memory.
+    fn forget_oldest(&mut self) {
         while self.packed_bytes > MOST_BYTES
             && let Some(oldest) = self.packed.pop_front()
         {
@@ -249,7 +277,6 @@ impl History {
             self.marks.retain(|mark| mark.cycle > forgotten);
             self.kicks.retain(|kick| kick.cycle > forgotten);
         }
-        Ok(())
     }
 }
 
@@ -287,6 +314,34 @@ mod tests {
             assert_eq!(history.record(cycle).unwrap().as_ref(), Some(&records[cycle as usize]), "cycle {cycle}");
         }
         assert_eq!(history.record(201).unwrap(), None);
+    }
+
+    #[test]
+    fn a_history_of_parts_is_that_of_the_whole() {
+        let mut whole = History::default();
+        let mut parts = [0..=99_u64, 100..=100, 101..=300].map(|cycles| {
+            let mut part = History::default();
+            cycles.for_each(|cycle| part.push(&empty_record(cycle)).unwrap());
+            part
+        });
+        (0..=300).for_each(|cycle| whole.push(&empty_record(cycle)).unwrap());
+        let [joined, later @ ..] = &mut parts;
+        later.iter().for_each(|part| joined.append(part.clone()).unwrap());
+        joined.append(History::default()).unwrap();
+        assert_eq!(joined.cycles(), Some(0..=300));
+        assert_eq!(joined.last_cycle(), Some(300));
+        for cycle in (0..=301).rev() {
+            assert_eq!(joined.record(cycle).unwrap(), whole.record(cycle).unwrap(), "cycle {cycle}");
+            assert_eq!(joined.around(cycle), whole.around(cycle), "cycle {cycle}");
+        }
+        // It goes on where it ended.
+        joined.push(&empty_record(301)).unwrap();
+        assert_eq!(joined.cycles(), Some(0..=301));
+        // Other records take its place.
+        let mut other = History::default();
+        other.push(&empty_record(5)).unwrap();
+        joined.append(other).unwrap();
+        assert_eq!(joined.cycles(), Some(5..=5));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::history::History;
 use super::read::{Ending, TraceError, TraceReader};
@@ -45,8 +45,37 @@ impl ReadTrace {
     ///
     /// # Errors
     /// What is wrong with it, and where.
-    pub fn open_told(path: &Path, mut told: impl FnMut(f64) -> ControlFlow<()>) -> Result<ReadTrace, TraceError> {
-        let mut reader = TraceReader::open(path)?;
+    pub fn open_told(path: &Path, told: impl FnMut(f64) -> ControlFlow<()>) -> Result<ReadTrace, TraceError> {
+        TraceParts::open(path)?.next_part(usize::MAX, told)
+    }
+}
+
+/// A trace that is read in parts, so that the first ones can be shown while the rest is read.
+pub struct TraceParts {
+    path: PathBuf,
+    reader: TraceReader,
+}
+
+impl TraceParts {
+    /// Opens a trace and reads its header.
+    ///
+    /// # Errors
+    /// What is wrong with it, and where.
+    pub fn open(path: &Path) -> Result<Self, TraceError> {
+        Ok(Self { path: path.to_owned(), reader: TraceReader::open(path)? })
+    }
+
+    /// Reads the next `records` cycles at most, and calls `told` after each with its time, s. The part ends there if that returns
+    /// `Break`. Its ending is [`Ending::NotYet`] if there may be more.
+    ///
+    /// # Errors
+    /// What is wrong with the trace, and where.
+    pub fn next_part(
+        &mut self,
+        records: usize,
+        mut told: impl FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<ReadTrace, TraceError> {
+        let Self { path, reader } = self;
         let mut read = ReadTrace {
             scenario: reader.scenario().clone(),
             history: History::of_every(reader.every()),
@@ -57,18 +86,21 @@ impl ReadTrace {
             ending: Ending::NotYet,
             result: None,
         };
-        while let Some(record) = reader.next_cycle()? {
+        for _ in 0..records {
+            let Some(record) = reader.next_cycle()? else {
+                (read.ending, read.result) = (reader.ending(), reader.result());
+                break;
+            };
             if let Err(error) = read.history.push(&record) {
-                return Err(TraceError::Io { path: path.to_owned(), error: io::Error::other(error) });
+                return Err(TraceError::Io { path: path.clone(), error: io::Error::other(error) });
             }
             read.events.extend(record.events.iter().map(|event| (record.time_s, event.clone())));
             let time_s = record.time_s;
             read.last = Some(record);
             if told(time_s).is_break() {
-                return Ok(read);
+                break;
             }
         }
-        (read.ending, read.result) = (reader.ending(), reader.result());
         Ok(read)
     }
 }

@@ -1,16 +1,28 @@
-//! Reads traces on a thread, because a long one takes many seconds.
+//! Reads traces on a thread, and shows them from the first records on.
 
 use bevy::prelude::*;
 use core::ops::ControlFlow;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::mpsc::{self, Receiver, TryRecvError};
+use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
+use crate::viewer::event_log::EventLog;
 use crate::viewer::shared::{Notice, Playback};
-use naoisis_record::record::read_trace::ReadTrace;
+use crate::viewer::timeline::Timeline;
+use naoisis_record::record::history::History;
+use naoisis_record::record::read::{Ending, TraceError};
+use naoisis_record::record::read_trace::{ReadTrace, TraceParts};
+
+/// The number of records with which a trace is shown.
+const FIRST_RECORDS: usize = 128;
+/// The number of records that are added to it at once.
+const MORE_RECORDS: usize = 1024;
+
+/// The notice about a trace without an end.
+const BROKEN_OFF: &str = "the trace is incomplete: it is shown as far as it goes";
 
 /// The trace that is being read, if any.
 #[derive(Resource, Default)]
@@ -18,7 +30,9 @@ pub struct TraceReading(Option<Reading>);
 
 struct Reading {
     path: PathBuf,
-    trace: Mutex<Receiver<Result<ReadTrace, String>>>,
+    parts: Mutex<Receiver<Result<ReadTrace, TraceError>>>,
+    /// Whether the first part is shown.
+    is_shown: bool,
     progress: Arc<Progress>,
 }
 
@@ -45,19 +59,14 @@ impl TraceReading {
     pub fn begin(&mut self, path: &Path) -> io::Result<()> {
         let (sender, receiver) = mpsc::channel();
         let progress = Arc::<Progress>::default();
-        let reading = Reading { path: path.to_owned(), trace: Mutex::new(receiver), progress: progress.clone() };
+        let reading = Reading {
+            path: path.to_owned(),
+            parts: Mutex::new(receiver),
+            is_shown: false,
+            progress: Arc::clone(&progress),
+        };
         let path = path.to_owned();
-        thread::Builder::new().name("trace".to_owned()).spawn(move || {
-            let told = |time_s: f64| {
-                progress.until_s.store(time_s as u32, Ordering::Relaxed);
-                if progress.is_given_up.load(Ordering::Relaxed) {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
-            };
-            let _nobody_waits = sender.send(ReadTrace::open_told(&path, told).map_err(|error| error.to_string()));
-        })?;
+        thread::Builder::new().name("trace".to_owned()).spawn(move || read(&path, &sender, &progress))?;
         self.0 = Some(reading);
         Ok(())
     }
@@ -67,18 +76,50 @@ impl TraceReading {
         self.0 = None;
     }
 
-    /// The trace, once it has been read.
-    fn take(&mut self) -> Option<(PathBuf, Result<ReadTrace, String>)> {
+    /// Waits for the first part, and says that it is shown.
+    ///
+    /// # Errors
+    /// What is wrong with the trace, and where; `None` if nothing is read.
+    pub fn wait(&mut self) -> Result<ReadTrace, Option<TraceError>> {
+        let reading = self.0.as_mut().ok_or(None)?;
+        let part = reading.parts.lock().unwrap_or_else(PoisonError::into_inner).recv();
+        reading.is_shown = true;
+        part.map_err(|_| None)?.map_err(Some)
+    }
+
+    /// The next part, once it has been read.
+    fn take(&mut self) -> Option<Result<ReadTrace, String>> {
         let reading = self.0.as_ref()?;
-        let trace = reading.trace.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
-        let result = match trace {
-            Ok(result) => result,
-            Err(TryRecvError::Empty) => return None,
-            Err(TryRecvError::Disconnected) => Err(format!("{}: reading failed", reading.path.display())),
-        };
-        let path = reading.path.clone();
-        self.0 = None;
-        Some((path, result))
+        let part = reading.parts.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
+        match part {
+            Ok(part) => Some(part.map_err(|error| error.to_string())),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err(format!("{}: reading failed", reading.path.display()))),
+        }
+    }
+}
+
+/// Reads a trace and sends its parts, until it ends, it cannot be read or nobody wants it any more.
+fn read(path: &Path, sender: &Sender<Result<ReadTrace, TraceError>>, progress: &Progress) {
+    let mut parts = match TraceParts::open(path) {
+        Ok(parts) => parts,
+        Err(error) => {
+            let _nobody_waits = sender.send(Err(error));
+            return;
+        }
+    };
+    let mut records = FIRST_RECORDS;
+    loop {
+        let part = parts.next_part(records, |time_s| {
+            progress.until_s.store(time_s as u32, Ordering::Relaxed);
+            let is_given_up = progress.is_given_up.load(Ordering::Relaxed);
+            if is_given_up { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let is_last = !part.as_ref().is_ok_and(|part| part.ending == Ending::NotYet);
+        if sender.send(part).is_err() || is_last {
+            return;
+        }
+        records = MORE_RECORDS;
     }
 }
 
@@ -87,27 +128,54 @@ pub(super) fn is_reading(reading: Res<TraceReading>) -> bool {
     reading.0.is_some()
 }
 
-/// Shows the trace once it has been read, and the progress before.
+/// Shows the trace once its first part has been read, and adds the other parts.
 pub(super) fn show_when_read(world: &mut World) {
-    let mut reading = world.resource_mut::<TraceReading>();
-    match reading.take() {
-        Some((path, trace)) => {
-            let shown = trace.and_then(|trace| super::show_trace(world, &path, trace));
-            if shown.is_ok()
-                && let Some(mut notice) = world.get_resource_mut::<Notice>()
-            {
-                notice.left_s = 0.0;
-            }
-            world.resource_mut::<Playback>().problem = shown.err();
-        }
-        None => {
-            let Some(Reading { path, progress, .. }) = &reading.0 else { return };
-            let words = format!("Reading {}: {} s", path.display(), progress.until_s.load(Ordering::Relaxed));
-            if let Some(mut notice) = world.get_resource_mut::<Notice>() {
-                notice.tell(words);
-            }
-        }
+    let Some(Reading { path, is_shown, progress, .. }) = &world.resource::<TraceReading>().0 else { return };
+    let (path, is_shown) = (path.clone(), *is_shown);
+    let words = format!("Reading {}: {} s", path.display(), progress.until_s.load(Ordering::Relaxed));
+    if is_shown && !world.resource::<Timeline>().is_replay() {
+        // Another branch is shown. The rest is added when the trace is shown again.
+        return;
     }
+    let Some(part) = world.resource_mut::<TraceReading>().take() else {
+        notify(world, &words);
+        return;
+    };
+    let is_last = !part.as_ref().is_ok_and(|part| part.ending == Ending::NotYet);
+    let is_broken_off = part.as_ref().is_ok_and(|part| part.ending == Ending::BrokenOff);
+    let shown = part.and_then(|part| match is_shown {
+        false => super::show_trace(world, &path, part),
+        true => add(world, part),
+    });
+    let is_wrong = shown.is_err();
+    if is_last || is_wrong {
+        world.resource_mut::<TraceReading>().give_up();
+        if let Some(mut notice) = world.get_resource_mut::<Notice>() {
+            notice.left_s = 0.0;
+        }
+    } else if let Some(reading) = &mut world.resource_mut::<TraceReading>().0 {
+        reading.is_shown = true;
+    }
+    if is_broken_off {
+        notify(world, BROKEN_OFF);
+    }
+    if is_wrong || !is_shown {
+        world.resource_mut::<Playback>().problem = shown.err();
+    }
+}
+
+fn notify(world: &mut World, words: &str) {
+    if let Some(mut notice) = world.get_resource_mut::<Notice>() {
+        notice.tell(words);
+    }
+}
+
+/// Adds a part to the trace that is shown.
+fn add(world: &mut World, part: ReadTrace) -> Result<(), String> {
+    world.resource_mut::<History>().append(part.history).map_err(|error| error.to_string())?;
+    let mut log = world.resource_mut::<EventLog>();
+    part.events.iter().for_each(|(time_s, event)| log.note(*time_s, [event]));
+    Ok(())
 }
 
 #[cfg(test)]
@@ -139,6 +207,18 @@ mod tests {
         app.start_match(&Scenario { seed, ..Scenario::named("match3v3").unwrap() }).unwrap();
         recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::create(path).unwrap())]);
         app.run_cycles(60);
+        assert!(recorder::finish(app.world_mut(), EndReason::Duration).into_iter().all(|said| said.is_ok()));
+    }
+
+    const LONG: u64 = 1500;
+
+    /// Writes a trace of several parts.
+    fn write_long_trace(path: &Path) {
+        let mut app = App::new();
+        app.add_plugins((NaoisisPlugins, RecordPlugin));
+        app.start_match(&Scenario::default()).unwrap();
+        recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::create(path).unwrap())]);
+        app.run_cycles(LONG as usize);
         assert!(recorder::finish(app.world_mut(), EndReason::Duration).into_iter().all(|said| said.is_ok()));
     }
 
@@ -174,6 +254,19 @@ mod tests {
             let problem = app.world().resource::<Playback>().problem.clone().unwrap_or_default();
             assert!(problem.contains(name), "{problem}");
         }
+        // A long one is shown whole.
+        write_long_trace(&path("long.jsonl"));
+        open(&mut app, &path("long.jsonl"));
+        assert_eq!(app.world().resource::<History>().cycles(), Some(0..=LONG));
+        let last = app.world_mut().resource_mut::<History>().record(LONG).unwrap().unwrap();
+        assert_eq!(last.cycle, LONG);
+        // What is wrong at its end is said, and what is right is shown.
+        let text = fs::read_to_string(path("long.jsonl")).unwrap();
+        fs::write(path("long.jsonl"), text.replace(&format!("\"cycle\":{LONG},"), "\"bicycle\":1,")).unwrap();
+        open(&mut app, &path("long.jsonl"));
+        let problem = app.world().resource::<Playback>().problem.clone().unwrap_or_default();
+        assert!(problem.contains("long.jsonl"), "{problem}");
+        assert!(app.world().resource::<History>().last_cycle() >= Some(FIRST_RECORDS as u64 - 1));
         // A match in its place is not replaced by what was asked for before.
         app.world_mut().write_message(MatchCommand::Open(path("one.jsonl")));
         open(&mut app, Path::new("match3v3"));
