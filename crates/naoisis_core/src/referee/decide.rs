@@ -58,6 +58,7 @@ pub fn decide(
         None => referee.judge(),
     }
     referee.intervene();
+    referee.grant_requests();
     referee.note_robots();
     memory.announcement.advance(snapshot, &decisions.game, &decisions.events);
 }
@@ -99,6 +100,7 @@ impl Referee<'_, '_> {
             GameState::Standby => self.judge_standby(),
             GameState::Ready => self.judge_ready(),
             GameState::Set => self.judge_set(),
+            GameState::Timeout => self.follow_timeout(),
             GameState::Playing => match self.seen.game.shoot_out {
                 Some(shoot_out) => self.follow_shot(shoot_out),
                 None => self.judge_play(),

@@ -105,7 +105,9 @@ impl Referee<'_, '_> {
     pub(super) fn end_match(&mut self) {
         let Score { blue, pink } = self.decisions.game.score;
         if blue == pink && self.seen.rules.shoot_out && self.seen.ball.is_some() {
-            self.begin_shoot_out();
+            if !self.begin_timeout_before_shoot_out() {
+                self.begin_shoot_out();
+            }
         } else {
             self.finish();
         }
@@ -147,11 +149,12 @@ impl Referee<'_, '_> {
         self.begin_ready();
     }
 
-    fn announce_kick_off(&mut self, team: Option<Team>) {
+    pub(super) fn announce_kick_off(&mut self, team: Option<Team>) {
         let game = &mut self.decisions.game;
         game.kick_off_team = team.unwrap_or(game.kick_off_team);
         game.drop_ball = team.is_none();
         game.set_play = None;
+        self.memory.clock_at_stoppage = game.cycles_left;
         self.memory.kick_off = None;
         self.memory.stuck = default();
         self.memory.cycles_lined_up = 0;
@@ -187,6 +190,7 @@ impl Referee<'_, '_> {
 
     fn bring_ball_into_play(&mut self) {
         let team = self.decisions.game.kick_off();
+        self.memory.clock_at_stoppage = None;
         self.whistle();
         self.memory.kick_off = team.map(KickOffPlay::new);
         self.memory.plays = team.map_or_else(Plays::default, |team| Plays::after(SetPlayKind::KickOff, team));

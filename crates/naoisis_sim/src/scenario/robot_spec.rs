@@ -29,6 +29,8 @@ pub struct RobotSpec {
     pub behaviour: BehaviourSpec,
     /// The [model](super::RobotModel) of this robot, if it is another than the scenario's.
     pub model: Option<String>,
+    /// Whether it begins as a substitute, beside the pitch, wherever its `pose` is.
+    pub substitute: bool,
     /// The settings that it has of its own.
     pub own: RobotPatch,
 }
@@ -55,8 +57,15 @@ robot_settings! { patch_beside_fields {
         /// The model of this robot, if it is another than the scenario's.
         #[serde(skip_serializing_if = "Option::is_none")]
         model: Option<String>,
+        /// Whether it begins as a substitute, beside the pitch, wherever its `pose` is.
+        #[serde(skip_serializing_if = "is_false")]
+        substitute: bool,
     }
 } }
+
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
 
 impl RobotSpec {
     /// The robot's identity.

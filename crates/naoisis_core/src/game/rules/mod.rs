@@ -6,6 +6,7 @@ mod procedures;
 pub use limits::RulesError;
 pub use procedures::{
     BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, ShootOutProcedure, SideContacts,
+    SubstitutionProcedure,
 };
 
 use bevy::prelude::*;
@@ -22,7 +23,7 @@ use crate::team::Team;
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless documented otherwise.
 ///
-/// Groups of fields, in this order: clock and halves; messages; goals; balls that are out and free kicks; penalty kicks;
+/// Groups of fields, in this order: clock and halves; time-outs and substitutes; messages; goals; balls that are out and free kicks; penalty kicks;
 /// kick-offs; penalties; collisions; stalling and ball holding; places; inactivity and stuck games; falls and dives;
 /// shoot-outs; the delay of the robots' information.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
@@ -59,6 +60,17 @@ pub struct Rules {
     pub team_size: u8,
     /// The team that kicks off the first half, and shoots first in a shoot-out.
     pub first_kick_off: Team,
+
+    /// Time-outs that a team may take in a match (2010 and 2025: 1).
+    pub timeouts: u32,
+    /// Longest duration of a team's time-out, s (2010 and 2025: 300).
+    pub timeout_s: f32,
+    /// Longest duration of a referee's time-out, s (2025 rule book, section 3.14: 600).
+    pub referee_timeout_s: f32,
+    /// Number of substitutes of a team that a scenario lines up beside the pitch.
+    pub substitutes: u8,
+    /// When a substitute may replace a player, beside time-outs and half time.
+    pub substitution: SubstitutionProcedure,
 
     /// Messages that a team may send in a match, except in shoot-outs; none: unlimited. The goals of a team that sends more do
     /// not count (2025 rule book, section 2.4.2: 1200).
@@ -297,6 +309,11 @@ impl Default for Rules {
             mercy_goals: None,
             team_size: 3,
             first_kick_off: Team::Blue,
+            timeouts: 0,
+            timeout_s: 300.0,
+            referee_timeout_s: 600.0,
+            substitutes: 0,
+            substitution: SubstitutionProcedure::InTimeouts,
             message_budget: None,
             goals: true,
             no_kick_off_shots: false,
