@@ -262,7 +262,8 @@ fn rules() -> impl Strategy<Value = Rules> {
     (select(names), 1u8..=11, [seconds(), seconds(), seconds(), seconds(), seconds()], any::<[bool; 4]>()).prop_map(
         |(name, team_size, [half_s, ready_s, set_s, penalty_s, stall_s], [falls, dives, shoot_out, is_short])| {
             let preset = rules_preset(name).unwrap();
-            let short = Rules { half_s, ready_s, set_s, penalty_s, stall_s, shoot_out, timeout_s: set_s, ..preset.clone() };
+            let short =
+                Rules { half_s, ready_s, set_s, penalty_s, stall_s, shoot_out, timeout_s: set_s, ..preset.clone() };
             let substitutes = team_size % 3;
             Rules { team_size, substitutes, falls, dives, get_up_s: 0.2, ..if is_short { short } else { preset } }
         },

@@ -99,8 +99,8 @@ fn verdicts() -> Vec<(String, Option<String>)> {
     let own = app.world().resource::<RuleRegistry>().names().map(str::to_owned);
     // Of what is not for something that the robot did there are no cases.
     let is_of_a_rule = |reason: &PenaltyReason| {
-            !matches!(reason, PenaltyReason::ShootOut | PenaltyReason::Substitute | PenaltyReason::Manual)
-        };
+        !matches!(reason, PenaltyReason::ShootOut | PenaltyReason::Substitute | PenaltyReason::Manual)
+    };
     let built_in = PenaltyReason::built_in().filter(is_of_a_rule).map(|reason| reason.name().to_owned());
     let penalties = built_in.chain(own).map(|reason| ("penalty".to_owned(), Some(reason)));
     kinds.into_iter().map(|kind| (kind, None)).chain(penalties).collect()

@@ -112,13 +112,11 @@ impl Referee<'_, '_> {
                 (_, Some(_)) => return Err("the match is stopped already".to_owned()),
                 _ => self.stop(),
             },
-            Intervention::Resume => {
-                match (self.decisions.game.stop.take(), self.decisions.game.timeout) {
-                    (Some(stop), _) => self.resume(stop),
-                    (None, Some(timeout)) => self.end_timeout(timeout),
-                    (None, None) => return Err("the match is not stopped".to_owned()),
-                }
-            }
+            Intervention::Resume => match (self.decisions.game.stop.take(), self.decisions.game.timeout) {
+                (Some(stop), _) => self.resume(stop),
+                (None, Some(timeout)) => self.end_timeout(timeout),
+                (None, None) => return Err("the match is not stopped".to_owned()),
+            },
             Intervention::Timeout { team, duration_s } => self.call_timeout(team, duration_s)?,
             Intervention::Substitute { robot, by } => self.ask_for_substitution(robot, by)?,
             Intervention::KickOff { team } => {

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use super::areas::{in_goal, penalty_mark, touches_area, touches_goal_line};
 use super::positions::{IllegalPosition, is_off_pitch};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use crate::game::SetPlay;
+use crate::game::{Evidence, SetPlay};
 use crate::pitch::End;
 use crate::team::Team;
 
@@ -75,6 +75,21 @@ pub(crate) fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &R
         } else {
             !(robot.id.is_goalkeeper() && keeps_its_line(snapshot, team, robot))
         }
+}
+
+/// The evidence against a goalkeeper that left its line, or its feet, before the attackers touched the ball.
+pub(crate) fn keeper_left_its_line(penalty_kick: &SetPlay, snapshot: &MatchSnapshot) -> Option<Evidence> {
+    let team = penalty_kick.team;
+    let has_left = |robot: &&RobotSnapshot| {
+        robot.is_present()
+            && robot.id.team != team
+            && robot.id.is_goalkeeper()
+            && is_in_area(snapshot, team, robot)
+            && !keeps_its_line(snapshot, team, robot)
+    };
+    let keeper = snapshot.robots.iter().find(has_left).filter(|_| !penalty_kick.touched)?;
+    let rule = "Until the attackers touch the ball, the keeper stays on its feet and in contact with the goal line.";
+    Some(snapshot.evidence_against(rule, keeper).otherwise("It had to wait for that touch."))
 }
 
 /// Whether the goalkeeper is upright and in contact with the goal line.

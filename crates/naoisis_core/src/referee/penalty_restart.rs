@@ -3,9 +3,9 @@
 use bevy::prelude::*;
 
 use super::areas::penalty_mark;
-use super::decide::Referee;
+use super::decide::{Referee, Stoppage};
 use super::indirect_goal::Plays;
-use super::penalty_kick::{end, is_in_area, keeps_its_line};
+use super::penalty_kick::{end, is_in_area, keeper_left_its_line, keeps_its_line};
 use super::placing::Occupied;
 use super::snapshot::RobotSnapshot;
 use crate::events::MatchEvent;
@@ -51,6 +51,16 @@ impl Referee<'_, '_> {
         self.decisions.robots[index].pose = pose;
         self.memory.robots[index].hand_placements += 1;
         self.decisions.events.push(MatchEvent::PlacedByHand { robot, position_m: pose.position, evidence });
+    }
+
+    /// Ends a penalty kick with a goal if the goalkeeper has left its line too early, and the rules say so.
+    pub(super) fn judge_keepers_line(&mut self) -> Option<Stoppage> {
+        let penalty_kick = self.decisions.game.penalty_kick().filter(|_| self.seen.rules.penalty_kick_keeper_goal)?;
+        let evidence = keeper_left_its_line(&penalty_kick, self.seen)?;
+        self.decisions.game.set_play = None;
+        let team = penalty_kick.team;
+        self.decisions.events.push(MatchEvent::Goal { team, scorer: None, own_goal: false, evidence });
+        Some(self.count_goal(team))
     }
 
     /// Begins the kick after the whistle: the ball belongs to the attackers, and a direct goal of theirs counts.

@@ -70,6 +70,11 @@ impl Referee<'_, '_> {
         *cycles_left == 0
     }
 
+    /// Whether a penalty kick that is not over lets the half go on after its time.
+    pub(super) fn penalty_kick_goes_on(&self) -> bool {
+        self.seen.rules.penalty_kick_extends_half && self.decisions.game.penalty_kick().is_some()
+    }
+
     /// Changes sides for the next half, or ends the match.
     pub(super) fn end_half(&mut self) {
         let (rules, game) = (self.seen.rules, &mut self.decisions.game);
@@ -207,7 +212,7 @@ impl Referee<'_, '_> {
         if self.seen.rules.penalties_run_in_ready {
             self.count_penalties();
         }
-        if self.run_clock() {
+        if self.run_clock() && !self.penalty_kick_goes_on() {
             self.end_half();
             return;
         }
@@ -288,7 +293,7 @@ impl Referee<'_, '_> {
 
     /// A cycle of `set`.
     pub(super) fn judge_set(&mut self) {
-        if self.run_clock() {
+        if self.run_clock() && !self.penalty_kick_goes_on() {
             self.end_half();
             return;
         }
@@ -322,6 +327,10 @@ impl Referee<'_, '_> {
 
     /// Begins a free kick; play continues.
     pub(super) fn begin_free_kick(&mut self, kind: SetPlayKind, team: Team, place: Vec2) {
+        let place = match kind {
+            SetPlayKind::IndirectFreeKick => set_play::indirect_free_kick_place(self.seen, team, place),
+            _ => place,
+        };
         let place = self.put_ball(place);
         self.memory.kick_off = None;
         self.memory.plays = Plays::after(kind, team);

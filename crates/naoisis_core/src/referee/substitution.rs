@@ -137,7 +137,8 @@ mod tests {
         situation.interventions = vec![REPLACE];
         let decided = situation.pass();
         assert!(decided.events.contains(&MatchEvent::Substitution { robot: BLUE3, replaced: BLUE2 }));
-        let waits = (0..100).take_while(|_| present(&situation) == [false, false] && situation.pass().events.is_empty());
+        let waits =
+            (0..100).take_while(|_| present(&situation) == [false, false] && situation.pass().events.is_empty());
         // 1 s of 1/30 s.
         assert_eq!(waits.count(), 29);
         assert_eq!(present(&situation), [false, true]);

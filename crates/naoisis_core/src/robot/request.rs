@@ -26,9 +26,7 @@ impl TeamRequest {
         match self {
             TeamRequest::Timeout => Intervention::Timeout { team: Some(robot.team), duration_s: None },
             TeamRequest::PickUp => Intervention::PickUp { robot },
-            TeamRequest::Substitute(number) => {
-                Intervention::Substitute { robot, by: RobotId::new(robot.team, number) }
-            }
+            TeamRequest::Substitute(number) => Intervention::Substitute { robot, by: RobotId::new(robot.team, number) },
         }
     }
 }

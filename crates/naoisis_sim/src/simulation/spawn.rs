@@ -25,6 +25,7 @@ use naoisis_core::referee::removal::waiting_pose;
 use naoisis_core::robot::head::{HeadAngles, HeadCommand};
 use naoisis_core::robot::kick::{KickCommand, KickPhase};
 use naoisis_core::robot::motion::{ExecutedStep, WalkCommand};
+use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{PreviousPose, Roster, Velocity};
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::localisation_method::LocalisationMethod;
@@ -218,6 +219,9 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
         RandomStreams::new(scenario.seed, id),
         if robot.substitute { Penalty::SUBSTITUTE } else { Penalty::default() },
     ));
+    if let Some(on) = robot.lies_on {
+        entity.insert(Posture::fallen(on));
+    }
     give_behaviour(&mut entity, scenario, robot);
     entity
 }

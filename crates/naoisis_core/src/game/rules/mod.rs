@@ -104,6 +104,9 @@ pub struct Rules {
     pub free_kick_distance_m: Option<f32>,
     /// Whether at a goal kick opponents keep out of the whole penalty area (HSL 2026, 15.2).
     pub goal_kick_clears_area: bool,
+    /// Whether an indirect free kick for an offence in the offenders' own penalty area is taken from the line of that area that is parallel to
+    /// the goal line (HSL 2026, 13.3.1).
+    pub indirect_free_kick_at_area_line: bool,
     /// Time for defenders to reach that distance, s (2025: 10 as a guideline).
     pub free_kick_leave_s: f32,
 
@@ -114,6 +117,11 @@ pub struct Rules {
     pub penalty_kick_ready_s: f32,
     /// For how long the ball belongs to the attackers in a penalty kick, s (2025: 30).
     pub penalty_kick_s: f32,
+    /// Whether a half goes on after its time until a penalty kick is over (HSL 2026, 7.4).
+    pub penalty_kick_extends_half: bool,
+    /// Whether the attackers have a goal if the goalkeeper leaves its goal line, or its feet, before they touch the ball of a penalty kick
+    /// (HSL 2026, penalty kick).
+    pub penalty_kick_keeper_goal: bool,
 
     /// The procedure of a kick-off.
     pub kick_off: KickOffProcedure,
@@ -326,10 +334,13 @@ impl Default for Rules {
             free_kick_s: 30.0,
             free_kick_distance_m: Some(0.75),
             goal_kick_clears_area: false,
+            indirect_free_kick_at_area_line: false,
             free_kick_leave_s: 10.0,
             penalty_kicks: false,
             penalty_kick_ready_s: 30.0,
             penalty_kick_s: 30.0,
+            penalty_kick_extends_half: false,
+            penalty_kick_keeper_goal: false,
             kick_off: KickOffProcedure::Placed,
             standby_s: 0.0,
             standby_random_s: 0.0,

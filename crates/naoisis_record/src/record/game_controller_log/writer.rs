@@ -231,8 +231,7 @@ fn simple_action(event: &MatchEvent, record: &CycleRecord) -> Option<Action> {
         MatchEvent::Goal { team, .. } => action("user", "goal", json!({ "side": side(*team) })),
         MatchEvent::Timeout { team, .. } => action("user", "timeout", json!({ "side": team.map(side) })),
         MatchEvent::Substitution { robot, replaced } => {
-            let arguments =
-                json!({ "side": side(robot.team), "playerIn": robot.number, "playerOut": replaced.number });
+            let arguments = json!({ "side": side(robot.team), "playerIn": robot.number, "playerOut": replaced.number });
             action("user", "substitute", arguments)
         }
         MatchEvent::PenaltyOver { robot, .. } => {
