@@ -60,9 +60,11 @@ impl Referee<'_, '_> {
                 if !self.decisions.robots[index].is_present() {
                     return Err(format!("{robot} serves a penalty already"));
                 }
-                let evidence = self
-                    .seen
-                    .evidence_against("Whoever runs the match can penalise a robot.", &self.seen.robots[index]);
+                let rule = match reason {
+                    PenaltyReason::PickUp => "A team may ask for a robot to be picked up.",
+                    _ => "The person that runs the match can penalise a robot.",
+                };
+                let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
                 match duration_s {
                     None => self.penalise(index, reason, evidence),
                     Some(seconds) if seconds.is_finite() && seconds >= 0.0 => {
