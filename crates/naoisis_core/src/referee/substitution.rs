@@ -16,6 +16,7 @@ impl Referee<'_, '_> {
     /// # Errors
     /// Why it cannot be.
     pub(super) fn ask_for_substitution(&mut self, robot: RobotId, by: RobotId) -> Result<(), String> {
+        self.require_own_referee()?;
         self.require_no_shoot_out()?;
         if self.decisions.game.state == GameState::Finished {
             return Err("the match is over".to_owned());

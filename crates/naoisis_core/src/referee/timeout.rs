@@ -14,6 +14,7 @@ impl Referee<'_, '_> {
     /// # Errors
     /// Why there is none.
     pub(super) fn call_timeout(&mut self, team: Option<Team>, duration_s: Option<f32>) -> Result<(), String> {
+        self.require_own_referee()?;
         self.require_no_shoot_out()?;
         let rules = self.seen.rules;
         let longest_s = if team.is_some() { rules.timeout_s } else { rules.referee_timeout_s };
@@ -34,6 +35,14 @@ impl Referee<'_, '_> {
                 self.begin_timeout(None, self.seen.cycles(duration_s), false);
                 Ok(())
             }
+        }
+    }
+
+    /// Checks that no referee outside the match decides.
+    pub(super) fn require_own_referee(&self) -> Result<(), String> {
+        match self.seen.outside {
+            Some(_) => Err("a referee outside the match decides".to_owned()),
+            None => Ok(()),
         }
     }
 
