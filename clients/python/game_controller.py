@@ -70,6 +70,7 @@ class GameController:
         return {
             "state": STATES.get(state, "initial"),
             "is_shoot_out": phase == 1,
+            "is_timeout": phase == 3,
             "is_stopped": version >= FIRST_WITH_STOP and stopped == 1,
             "set_play": set_play,
             "is_first_half": first_half == 1,

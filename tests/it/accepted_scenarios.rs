@@ -27,6 +27,7 @@ use naoisis::robot::kick::{KickModel, KickSettings};
 use naoisis::robot::latency::Latency;
 use naoisis::robot::motion::{MotionError, MotionLimits};
 use naoisis::robot::posture::PostureRequest;
+use naoisis::robot::request::TeamRequest;
 use naoisis::scenario::{
     BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotPatch, RobotSettings, RobotSpec, TeamsSpec, rules_preset,
 };
@@ -225,15 +226,17 @@ fn script_entry() -> impl Strategy<Value = ScriptEntry> {
         option::of(kick),
         option::of(head),
         option::of(posture),
+        option::of(select(vec![TeamRequest::Timeout, TeamRequest::PickUp, TeamRequest::Substitute(3)])),
         option::of(message()),
     )
-        .prop_map(|(from_s, duration_s, walk, kick, head, posture, say)| ScriptEntry {
+        .prop_map(|(from_s, duration_s, walk, kick, head, posture, request, say)| ScriptEntry {
             from_s,
             until_s: duration_s.map(|duration_s| from_s + duration_s),
             walk: Some(walk),
             kick,
             head,
             posture,
+            request,
             say,
         })
 }
@@ -244,10 +247,10 @@ fn robot() -> impl Strategy<Value = RobotSpec> {
         1 => named.prop_map(|name| BehaviourSpec::Named(name.to_owned())),
         2 => vec(script_entry(), 1..4).prop_map(BehaviourSpec::Script),
     ];
-    (select(Team::BOTH.to_vec()), pose(0.8), behaviour, option::of(motion())).prop_map(
-        |(team, pose, behaviour, motion)| {
+    (select(Team::BOTH.to_vec()), pose(0.8), behaviour, option::of(motion()), mostly(false, Just(true))).prop_map(
+        |(team, pose, behaviour, motion, substitute)| {
             let own = RobotPatch { motion, ..RobotPatch::default() };
-            RobotSpec { team, pose, behaviour, own, ..RobotSpec::default() }
+            RobotSpec { team, pose, behaviour, substitute, own, ..RobotSpec::default() }
         },
     )
 }
@@ -259,8 +262,10 @@ fn rules() -> impl Strategy<Value = Rules> {
     (select(names), 1u8..=11, [seconds(), seconds(), seconds(), seconds(), seconds()], any::<[bool; 4]>()).prop_map(
         |(name, team_size, [half_s, ready_s, set_s, penalty_s, stall_s], [falls, dives, shoot_out, is_short])| {
             let preset = rules_preset(name).unwrap();
-            let short = Rules { half_s, ready_s, set_s, penalty_s, stall_s, shoot_out, ..preset.clone() };
-            Rules { team_size, falls, dives, get_up_s: 0.2, ..if is_short { short } else { preset } }
+            let short =
+                Rules { half_s, ready_s, set_s, penalty_s, stall_s, shoot_out, timeout_s: set_s, ..preset.clone() };
+            let substitutes = team_size % 3;
+            Rules { team_size, substitutes, falls, dives, get_up_s: 0.2, ..if is_short { short } else { preset } }
         },
     )
 }
@@ -296,6 +301,9 @@ fn intervention() -> impl Strategy<Value = TimedIntervention> {
         robot().prop_map(|robot| Intervention::Return { robot }),
         place(1.0).prop_map(|position_m| Intervention::DropBall { position_m }),
         select(Team::BOTH.to_vec()).prop_map(|team| Intervention::KickOff { team }),
+        option::of(select(Team::BOTH.to_vec())).prop_map(|team| Intervention::Timeout { team, duration_s: Some(0.3) }),
+        (robot(), robot()).prop_map(|(robot, by)| Intervention::Substitute { robot, by }),
+        Just(Intervention::Resume),
         Just(Intervention::Whistle),
     ];
     (0.0f64..2.0, what).prop_map(|(at_s, intervention)| TimedIntervention { at_s, intervention })

@@ -1,11 +1,11 @@
 //! What must hold in every match, whatever happens in it: two hundred seeded matches of every rules preset.
 //!
 //! The matches are short, a few seconds a half, and full of trouble: fast robots on a small part of the pitch, falls,
-//! lost messages, kicks that go astray.
+//! lost messages, kicks that go astray. Ten whole matches of every league are for a release build.
 
 use bevy::math::{Vec2, ops};
 use naoisis::prelude::*;
-use naoisis::scenario::{RULES_PRESETS, rules_preset};
+use naoisis::scenario::{LEAGUES, RULES_PRESETS, rules_preset};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -18,8 +18,8 @@ const MATCHES: u64 = 200;
 const CYCLES_PER_S: f32 = 10.0;
 /// Half of the time, s.
 const HALF_S: f32 = 5.0;
-/// The same in cycles.
-const CYCLES_PER_HALF: u32 = 50;
+/// Whole matches of each league.
+const WHOLE_MATCHES: u64 = 10;
 
 /// A short and wild match by these rules.
 fn scenario(preset: &str, seed: u64) -> Scenario {
@@ -70,21 +70,21 @@ fn scenario(preset: &str, seed: u64) -> Scenario {
 }
 
 /// Plays a match and checks it. What happened in it, by kind.
-fn check(preset: &str, seed: u64) -> BTreeMap<String, u64> {
-    let scenario = scenario(preset, seed);
-    let rules = scenario.rules.clone();
+fn check(name: &str, scenario: &Scenario) -> BTreeMap<String, u64> {
+    let (rules, seed) = (scenario.rules.clone(), scenario.seed);
+    let (cycles_per_s, half_s) = ((1.0 / scenario.cycle_s) as f32, rules.half_s);
     let mut app = headless_app();
-    app.start_match(&scenario).unwrap();
+    app.start_match(scenario).unwrap();
     let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
     let mut goals = [0_u32; 2];
     let mut played: u64 = 0;
     let mut stopped: u64 = 0;
-    let limit = (CYCLES_PER_S * 600.0) as u64;
+    let limit = (cycles_per_s * (600.0 + 3.0 * rules.longest_s())) as u64;
     let mut removed: Vec<RobotId> = Vec::new();
     while !app.is_finished() && scenario.last_cycle().is_none_or(|last| app.cycle() < last) {
         let before = app.game().clone();
         app.run_cycles(1);
-        let at = format!("{preset}, seed {seed}, cycle {}", app.cycle());
+        let at = format!("{name}, seed {seed}, cycle {}", app.cycle());
         assert!(app.cycle() < limit, "{at}: the match hangs in {:?}", app.game());
         for event in app.events() {
             *kinds.entry(kind_of(event)).or_default() += 1;
@@ -137,7 +137,7 @@ fn check(preset: &str, seed: u64) -> BTreeMap<String, u64> {
             let runs = matches!(before.state, GameState::Initial | GameState::Playing)
                 && !matches!(app.game().state, GameState::Standby | GameState::Ready)
                 || before.state == GameState::Playing
-                || rules.clock_runs_in_stoppages && then < u64::from(CYCLES_PER_HALF);
+                || rules.clock_runs_in_stoppages && then < (half_s * cycles_per_s).round() as u64;
             // A half goes on after its time while a shot rolls.
             let runs = runs && before.state != GameState::Finished && then > 0;
             assert_eq!(then - now, u64::from(runs), "{at}: {before:?}");
@@ -149,7 +149,7 @@ fn check(preset: &str, seed: u64) -> BTreeMap<String, u64> {
         }
         if matches!(app.game().state, GameState::Ready | GameState::Set) {
             stopped += 1;
-            let longest = CYCLES_PER_S * (rules.ready_s + rules.set_s) + 2.0;
+            let longest = cycles_per_s * (rules.ready_s + rules.set_s) + 2.0;
             assert!(stopped as f32 <= longest, "{at}: no play for {stopped} cycles: {:?}", app.game());
         } else {
             stopped = 0;
@@ -161,13 +161,13 @@ fn check(preset: &str, seed: u64) -> BTreeMap<String, u64> {
                 SetPlayKind::PenaltyKick => rules.penalty_kick_ready_s + rules.set_s + rules.penalty_kick_s,
                 _ => rules.free_kick_s,
             };
-            assert!(set_play.cycles as f32 <= CYCLES_PER_S * longest_s + 2.0, "{at}: {set_play:?} without end");
+            assert!(set_play.cycles as f32 <= cycles_per_s * longest_s + 2.0, "{at}: {set_play:?} without end");
         }
     }
     if rules.clock && rules.mercy_goals.is_none_or(|most| goals[0].abs_diff(goals[1]) < most) {
-        let whole = rules.halves as f32 * HALF_S * CYCLES_PER_S;
+        let whole = rules.halves as f32 * half_s * cycles_per_s;
         // The last cycle of a half is that in which its clock comes to nought, and the next half's is set.
-        assert!((played as f32 - whole).abs() <= 2.0, "{preset}, seed {seed}: {played} of {whole} cycles");
+        assert!((played as f32 - whole).abs() <= 2.0, "{name}, seed {seed}: {played} of {whole} cycles");
     }
     kinds
 }
@@ -185,6 +185,11 @@ fn kind_of(event: &MatchEvent) -> String {
 
 /// All matches of a preset, on all cores. What happened in them.
 fn check_all(preset: &str) -> BTreeMap<String, u64> {
+    check_seeds(preset, MATCHES, |seed| scenario(preset, seed))
+}
+
+/// Matches of seeds from 1 on, on all cores. What happened in them.
+fn check_seeds(name: &str, matches: u64, scenario: impl Fn(u64) -> Scenario + Sync) -> BTreeMap<String, u64> {
     let next = AtomicU64::new(1);
     let mut all: BTreeMap<String, u64> = BTreeMap::new();
     std::thread::scope(|scope| {
@@ -194,10 +199,10 @@ fn check_all(preset: &str) -> BTreeMap<String, u64> {
                     let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
                     loop {
                         let seed = next.fetch_add(1, Ordering::Relaxed);
-                        if seed > MATCHES {
+                        if seed > matches {
                             break kinds;
                         }
-                        for (kind, count) in check(preset, seed) {
+                        for (kind, count) in check(name, &scenario(seed)) {
                             *kinds.entry(kind).or_default() += count;
                         }
                     }
@@ -255,6 +260,18 @@ fn matches_by_the_rules_of_the_humanoid_league() {
 fn matches_without_a_referee() {
     let kinds = check_all("free");
     assert!(kinds.keys().all(|kind| ["kick", "collision", "intervention"].contains(&kind.as_str())), "{kinds:?}");
+}
+
+#[test]
+#[ignore = "for a release build: cargo test --release --no-default-features --test it -- --ignored whole_matches"]
+fn whole_matches_of_every_league() {
+    for league in LEAGUES {
+        let text = format!(r#"{{ "league": "{}", "teams": {{ "blue": "roles", "pink": "passers" }} }}"#, league.name);
+        let scenario = Scenario::from_json(&text).unwrap();
+        let kinds = check_seeds(league.name, WHOLE_MATCHES, |seed| Scenario { seed, ..scenario.clone() });
+        println!("{}: {kinds:?}", league.name);
+        assert_happened(&kinds, &["kick", "ball_out", "final_whistle"]);
+    }
 }
 
 #[test]

@@ -60,6 +60,8 @@ fn change_colours(scenario: &mut Scenario) {
             Intervention::Whistle | Intervention::Stop | Intervention::Resume => {}
             Intervention::DropBall { position_m } => *position_m = -*position_m,
             Intervention::KickOff { team } => *team = team.opponent(),
+            Intervention::Timeout { team, .. } => *team = team.map(Team::opponent),
+            Intervention::Substitute { robot, by } => (*robot, *by) = (other(*robot), other(*by)),
         }
     }
 }
@@ -96,7 +98,9 @@ fn verdicts() -> Vec<(String, Option<String>)> {
     let app = headless_app();
     let own = app.world().resource::<RuleRegistry>().names().map(str::to_owned);
     // Of what is not for something that the robot did there are no cases.
-    let is_of_a_rule = |reason: &PenaltyReason| !matches!(reason, PenaltyReason::ShootOut | PenaltyReason::Manual);
+    let is_of_a_rule = |reason: &PenaltyReason| {
+        !matches!(reason, PenaltyReason::ShootOut | PenaltyReason::Substitute | PenaltyReason::Manual)
+    };
     let built_in = PenaltyReason::built_in().filter(is_of_a_rule).map(|reason| reason.name().to_owned());
     let penalties = built_in.chain(own).map(|reason| ("penalty".to_owned(), Some(reason)));
     kinds.into_iter().map(|kind| (kind, None)).chain(penalties).collect()

@@ -164,6 +164,9 @@ fn examples() -> Vec<MatchEvent> {
         MatchEvent::MovedAside { robot, position_m },
         MatchEvent::GameController { message: "a second one".to_owned() },
         MatchEvent::HalfBegins { half: 2 },
+        MatchEvent::Timeout { team: Some(team), duration_s: 300.0 },
+        MatchEvent::Timeout { team: None, duration_s: 60.5 },
+        MatchEvent::Substitution { robot, replaced: blue(3) },
         MatchEvent::AgentLost { robot, reason: AgentLoss::TimedOut, message: "it says nothing".to_owned() },
         MatchEvent::FinalWhistle,
         MatchEvent::ShootOutBegins,
@@ -186,6 +189,9 @@ fn examples() -> Vec<MatchEvent> {
         Intervention::Whistle,
         Intervention::DropBall { position_m },
         Intervention::KickOff { team },
+        Intervention::Timeout { team: Some(team), duration_s: None },
+        Intervention::Timeout { team: None, duration_s: Some(30.0) },
+        Intervention::Substitute { robot, by: blue(6) },
     ];
     events.extend(interventions.map(|intervention| MatchEvent::Intervention { intervention }));
     for evidence in evidence() {
@@ -361,7 +367,7 @@ fn the_guide_describes_every_field_of_a_trace() {
     app.add_sensor::<Clock, Time, _>("clock", || {});
     let commanding = r#"{ "rules": { "preset": "extended", "clock": false }, "robots": [{ "behaviour": { "script": [
         { "from_s": 0, "walk": [0.01, 0, 1], "head_deg": [10, 20], "kick": { "type": "left_side", "speed": 0.5, "direction_deg": 20 },
-          "posture": { "dive": "left" }, "say": { "intention": "dive" } }] } }] }"#;
+          "posture": { "dive": "left" }, "request": "pick_up", "say": { "intention": "dive" } }] } }] }"#;
     app.start_match(&Scenario::from_json(commanding).unwrap()).unwrap();
     let bytes = begin_trace(&mut app);
     // What a robot reports to a GameController comes from outside.

@@ -1,7 +1,7 @@
 // The match, unpacked: columns of whole numbers, one a quantity, and how they are looked up by time.
 // The other side, with the format in words, is crates/naoisis_record/src/record/page.
 
-export const STATES = ["initial", "standby", "ready", "set", "playing", "finished"];
+export const STATES = ["initial", "standby", "ready", "set", "playing", "timeout", "finished"];
 export const POSTURES = ["upright", "lies on its front", "lies on its back", "gets up", "dives"];
 /** What a robot saw: the last kinds are landmarks. */
 export const KINDS = ["goal post", "blue robot", "pink robot", "robot", "line", "junction", "penalty mark", "centre circle", "corner arc"];

@@ -13,7 +13,7 @@ const $ = (id) => document.getElementById(id);
 const isStill = matchMedia("(prefers-reduced-motion: reduce)");
 const isDark = matchMedia("(prefers-color-scheme: dark)");
 /** Important for the next and the previous event, and worth a mark. */
-const LOUD = new Set(["goal", "goal_disallowed", "penalty", "caution", "half_begins", "final_whistle", "shot", "shoot_out_begins"]);
+const LOUD = new Set(["goal", "goal_disallowed", "penalty", "caution", "timeout", "half_begins", "final_whistle", "shot", "shoot_out_begins"]);
 
 function fault(words) {
   $("fault").textContent = words;

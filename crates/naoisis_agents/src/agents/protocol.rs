@@ -114,7 +114,7 @@ pub struct Welcome<'a> {
     pub robot: RobotId,
     /// The duration of a cycle, s.
     pub cycle_s: f64,
-    /// The number of robots of a team.
+    /// The number of robots of a team, without substitutes.
     pub team_size: u8,
     /// The dimensions of pitch and goals.
     pub field: &'a Pitch,
@@ -150,7 +150,8 @@ impl Model {
 impl<'a> Welcome<'a> {
     /// What the robot with this id may know of a scenario.
     pub fn of(scenario: &'a Scenario, robot: RobotId) -> Self {
-        let of_team = scenario.robots.iter().filter(|spec| spec.team == robot.team).count();
+        let plays = |spec: &&RobotSpec| spec.team == robot.team && !spec.substitute;
+        let of_team = scenario.robots.iter().filter(plays).count();
         let team_size = if of_team > 0 { of_team as u8 } else { scenario.rules.team_size };
         Welcome {
             protocol: PROTOCOL,

@@ -10,6 +10,7 @@ use naoisis_core::robot::head::HeadCommand;
 use naoisis_core::robot::kick::{KickCommand, KickSettings, UnknownKick};
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::robot::posture::PostureCommand;
+use naoisis_core::robot::request::RequestCommand;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sim::interface::vocabulary::{Perceived, Perception, RobotCommand};
@@ -108,6 +109,7 @@ pub(super) struct CommandComponents {
     head: &'static mut HeadCommand,
     kick: &'static mut KickCommand,
     posture: &'static mut PostureCommand,
+    request: &'static mut RequestCommand,
     outbox: &'static mut Outbox,
     kicks: &'static KickSettings,
 }
@@ -118,7 +120,7 @@ impl CommandComponentsItem<'_, '_> {
     /// # Errors
     /// When the robot has no kick of the name in `command`.
     pub(super) fn apply(&mut self, command: RobotCommand) -> Result<(), UnknownKick> {
-        let RobotCommand { walk, head, kick, posture, say } = command;
+        let RobotCommand { walk, head, kick, posture, request, say } = command;
         kick.map_or(Ok(()), |kick| self.kicks.check(kick.kick_type))?;
         if let Some(walk) = walk {
             *self.walk = walk;
@@ -131,6 +133,9 @@ impl CommandComponentsItem<'_, '_> {
         }
         if posture.is_some() {
             self.posture.0 = posture;
+        }
+        if request.is_some() {
+            self.request.0 = request;
         }
         if say.is_some() {
             self.outbox.0 = say;

@@ -208,7 +208,7 @@ impl ProtocolVersion {
 
     /// The code of a penalty. Penalties that the league does not have become the operator's own decision.
     pub fn penalty_code(self, reason: PenaltyReason) -> u8 {
-        if reason == PenaltyReason::ShootOut {
+        if matches!(reason, PenaltyReason::ShootOut | PenaltyReason::Substitute) {
             return self.substitute_code();
         }
         code_of(self.layout().penalties, &reason).unwrap_or(self.layout().other_penalty)
@@ -221,12 +221,16 @@ impl ProtocolVersion {
 
     /// The penalty with this code; `None` for a robot without a penalty.
     pub fn penalty_reason(self, code: u8) -> Option<PenaltyReason> {
+        if code == self.layout().substitute {
+            return Some(PenaltyReason::Substitute);
+        }
         (code != 0).then(|| named(self.layout().penalties, code).unwrap_or(PenaltyReason::Manual))
     }
 
     fn state_code(self, state: GameState) -> u8 {
         match state {
-            GameState::Initial => 0,
+            // A time-out is a phase.
+            GameState::Initial | GameState::Timeout => 0,
             GameState::Standby => self.layout().standby,
             GameState::Ready => 1,
             GameState::Set => 2,
@@ -297,7 +301,7 @@ pub struct ControlPacket {
     pub is_stopped: bool,
     /// The phase of the match.
     pub phase: GamePhase,
-    /// The state of the game. In version 19, `standby` is sent as `initial`.
+    /// The state of the game. From version 19 on, `standby` is sent as `initial`; so is a time-out, with its phase.
     pub state: GameState,
     /// The current set play.
     pub set_play: Option<SetPlayKind>,
@@ -434,6 +438,11 @@ impl ControlPacket {
             true => Division::of_code(bytes[7]).ok_or_else(|| unknown("competitionType", bytes[7]))?,
         };
         let team = |start: usize| team_from(version, &bytes[start..]);
+        let phase = GamePhase::of_code(bytes[9]).ok_or_else(|| unknown("gamePhase", bytes[9]))?;
+        let state = match (phase, state_of(bytes[10])?) {
+            (GamePhase::Timeout, GameState::Initial) => GameState::Timeout,
+            (_, state) => state,
+        };
         Ok(ControlPacket {
             version,
             for_monitors,
@@ -442,8 +451,8 @@ impl ControlPacket {
             is_knockout: !has_division && bytes[7] == 1,
             division,
             is_stopped: has_division && bytes[8] == 1,
-            phase: GamePhase::of_code(bytes[9]).ok_or_else(|| unknown("gamePhase", bytes[9]))?,
-            state: state_of(bytes[10])?,
+            phase,
+            state,
             set_play: version.set_play_of(bytes[11])?,
             is_first_half: bytes[12] == 1,
             kicking_team: Some(bytes[13]).filter(|team| *team != NO_TEAM),

@@ -1,7 +1,7 @@
 //! Makes control packets from the state of a match.
 
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::{Game, GameState, Penalty, Rules, SetPlay, ShootOut};
+use naoisis_core::game::{Game, GameState, Penalty, PenaltyReason, Rules, SetPlay, ShootOut};
 use naoisis_core::pitch::End;
 use naoisis_core::referee::{RobotMemory, SetPlayStatus};
 use naoisis_core::team::{PerTeam, RobotId, Team};
@@ -36,7 +36,8 @@ impl PacketSource<'_> {
         let PacketSource { game, rules, clock, .. } = *self;
         let left = Team::BOTH.into_iter().find(|team| game.own_end(*team) == End::NegativeX).unwrap_or_default();
         let [primary, secondary] = self.cycles_left();
-        let numbers = |team: Team| self.robots.iter().filter(move |(id, _)| id.team == team);
+        let plays = |penalty: &Penalty| penalty.0.is_none_or(|penalty| penalty.reason != PenaltyReason::Substitute);
+        let numbers = |team: Team| self.robots.iter().filter(move |(id, penalty)| id.team == team && plays(penalty));
         let largest_team = Team::BOTH.into_iter().map(|team| numbers(team).count()).max().unwrap_or(0);
         ControlPacket {
             version,
@@ -46,7 +47,9 @@ impl PacketSource<'_> {
             is_knockout: rules.shoot_out,
             division: self.division,
             is_stopped: game.stop.is_some(),
-            phase: if game.shoot_out.is_some() {
+            phase: if game.state == GameState::Timeout {
+                GamePhase::Timeout
+            } else if game.shoot_out.is_some() {
                 GamePhase::ShootOut
             } else if rules.is_extra_time(game.half) {
                 GamePhase::ExtraTime
@@ -91,7 +94,7 @@ impl PacketSource<'_> {
             (None, Some(set_play)) => is_told(set_play),
             (None, None) => match self.game.state {
                 GameState::Playing | GameState::Finished => None,
-                GameState::Initial | GameState::Standby | GameState::Ready | GameState::Set => self.game.kick_off(),
+                _ => self.game.kick_off(),
             },
         }
     }
@@ -150,7 +153,7 @@ pub fn note_shots(scored: &mut PerTeam<u16>, before: Option<&ShootOut>, after: O
 mod tests {
     use super::*;
     use bevy::math::Vec2;
-    use naoisis_core::game::{ActivePenalty, PenaltyReason, SetPlayKind};
+    use naoisis_core::game::{ActivePenalty, SetPlayKind, Timeout};
 
     const VERSION: ProtocolVersion = ProtocolVersion::V18;
 
@@ -212,6 +215,24 @@ mod tests {
         }
         let drop_ball = Game { state: GameState::Ready, drop_ball: true, ..Game::default() };
         assert_eq!(packet(&drop_ball, &rules, &robots(), true).kicking_team, None);
+    }
+
+    #[test]
+    fn a_time_out_is_a_phase_and_substitutes_are_no_players() {
+        let (rules, mut robots) = (Rules::default(), robots());
+        robots.push((RobotId::new(Team::Blue, 3), Penalty::SUBSTITUTE));
+        let timeout = Timeout { team: Some(Team::Blue), cycles_left: 300, before_shoot_out: false };
+        let (state, timeout) = (GameState::Timeout, Some(timeout));
+        let game = Game { state, timeout, kick_off_team: Team::Pink, ..Game::default() };
+        let told = packet(&game, &rules, &robots, false);
+        assert_eq!((told.phase, told.kicking_team, told.secondary_seconds_left), (GamePhase::Timeout, Some(12), 10));
+        assert_eq!((told.players_per_team, told.teams[0].players[2]), (2, told.teams[0].players[19]));
+        let bytes = told.to_bytes();
+        // Phase and state.
+        assert_eq!(bytes[9..11], [3, 0]);
+        let read = ControlPacket::from_bytes(&bytes).unwrap();
+        assert_eq!(read.state, GameState::Timeout);
+        assert_eq!(read.version.penalty_reason(read.teams[0].players[2].penalty), Some(PenaltyReason::Substitute));
     }
 
     #[test]

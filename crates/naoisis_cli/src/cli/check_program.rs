@@ -127,12 +127,13 @@ impl Trial {
 
 /// The parts that a command sets, named as in a trace.
 fn words_of(command: &RobotCommand) -> impl Iterator<Item = &'static str> {
-    let RobotCommand { walk, head, kick, posture, say } = command;
+    let RobotCommand { walk, head, kick, posture, request, say } = command;
     let words = [
         ("walk", walk.is_some()),
         ("head_deg", head.is_some()),
         ("kick", kick.is_some()),
         ("posture", posture.is_some()),
+        ("request", request.is_some()),
         ("say", say.is_some()),
     ];
     words.into_iter().filter_map(|(word, is_wanted)| is_wanted.then_some(word))

@@ -12,6 +12,7 @@ use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickCommand, KickRequest};
 use crate::robot::motion::WalkCommand;
 use crate::robot::posture::{PostureCommand, PostureRequest};
+use crate::robot::request::{RequestCommand, TeamRequest};
 
 /// A script that controls a robot instead of a behaviour.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -43,6 +44,9 @@ pub struct ScriptEntry {
     /// Getting up, or a dive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posture: Option<PostureRequest>,
+    /// A request to the referee: `timeout`, `pick_up`, or `{ "substitute": 6 }`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub request: Option<TeamRequest>,
     /// A message for the team-mates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub say: Option<TeamMessage>,
@@ -57,9 +61,10 @@ pub(super) fn run_scripts(
         &mut KickCommand,
         &mut PostureCommand,
         &mut Outbox,
+        &mut RequestCommand,
     )>,
 ) {
-    for (script, mut walk, mut head, mut kick, mut posture, mut outbox) in &mut robots {
+    for (script, mut walk, mut head, mut kick, mut posture, mut outbox, mut request) in &mut robots {
         for entry in script.0.iter().filter(|entry| is_active(entry, &clock)) {
             if let Some([dx, dy, dtheta]) = entry.walk {
                 *walk = WalkCommand { dx, dy, dtheta };
@@ -72,6 +77,9 @@ pub(super) fn run_scripts(
             }
             if entry.posture.is_some() {
                 posture.0 = entry.posture;
+            }
+            if entry.request.is_some() {
+                request.0 = entry.request;
             }
             if entry.say.is_some() {
                 outbox.0.clone_from(&entry.say);

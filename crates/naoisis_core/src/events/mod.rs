@@ -320,6 +320,20 @@ pub enum MatchEvent {
         /// Position at which it was placed, m, pitch frame.
         position_m: Vec2,
     },
+    /// A time-out begins.
+    Timeout {
+        /// The team that takes it; none: the referee.
+        team: Option<Team>,
+        /// Its longest duration, s.
+        duration_s: f32,
+    },
+    /// A substitute replaces a player.
+    Substitution {
+        /// The substitute.
+        robot: RobotId,
+        /// The player.
+        replaced: RobotId,
+    },
     /// A half begins.
     HalfBegins {
         /// Its number, from 1.

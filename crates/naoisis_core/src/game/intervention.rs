@@ -83,8 +83,25 @@ pub enum Intervention {
     },
     /// Stops the match briefly: nobody may move, and no clock runs.
     Stop,
-    /// Ends a brief stop: the match goes on as it was.
+    /// Ends a brief stop: the match goes on as it was. Ends a time-out before its time.
     Resume,
+    /// Asks for a time-out of a team in the next stoppage of play, or begins one of the referee at once.
+    Timeout {
+        /// The team; none: the referee.
+        #[serde(default)]
+        team: Option<Team>,
+        /// Duration, s; none: as long as the rules allow.
+        #[serde(default)]
+        #[schemars(range(min = 0.0, max = 100_000.0))]
+        duration_s: Option<f32>,
+    },
+    /// Asks for a player to be replaced by a substitute as soon as the rules allow it.
+    Substitute {
+        /// The player.
+        robot: RobotId,
+        /// The substitute.
+        by: RobotId,
+    },
 }
 
 impl fmt::Display for Intervention {
@@ -111,6 +128,9 @@ impl fmt::Display for Intervention {
             Intervention::KickOff { team } => write!(formatter, "kick-off for {team}"),
             Intervention::Stop => formatter.write_str("a brief stop"),
             Intervention::Resume => formatter.write_str("the match goes on"),
+            Intervention::Timeout { team: Some(team), .. } => write!(formatter, "{team} asks for a time-out"),
+            Intervention::Timeout { team: None, .. } => formatter.write_str("a time-out of the referee"),
+            Intervention::Substitute { robot, by } => write!(formatter, "{by} is to replace {robot}"),
         }
     }
 }

@@ -22,7 +22,7 @@ pub use penalty::{ActivePenalty, Penalty, PenaltyReason, RuleName};
 pub use result::{DecidedBy, MatchResult};
 pub use rules::{
     BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError,
-    ShootOutProcedure, SideContacts,
+    ShootOutProcedure, SideContacts, SubstitutionProcedure,
 };
 pub use set_play::{SetPlay, SetPlayKind};
 pub use shoot_out::{ShootOut, Shot, ShotRank, Standing};
@@ -49,6 +49,8 @@ pub enum GameState {
     Set,
     /// The ball is in play.
     Playing,
+    /// A time-out: robots stand, and only its own time runs.
+    Timeout,
     /// After the final whistle.
     Finished,
 }
@@ -77,6 +79,17 @@ pub struct BriefStop {
     pub ball_m: Option<Vec2>,
     /// Cycles since it began.
     pub cycles: u64,
+}
+
+/// A time-out (2025 rule book, sections 3.13 and 3.14; HSL 2026, time-out).
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+pub struct Timeout {
+    /// The team that took it; none: the referee.
+    pub team: Option<Team>,
+    /// Cycles until it ends.
+    pub cycles_left: u64,
+    /// Whether the shoot-out follows it, rather than a kick-off.
+    pub before_shoot_out: bool,
 }
 
 /// The true state of the match.
@@ -109,6 +122,10 @@ pub struct Game {
     pub shoot_out: Option<ShootOut>,
     /// The brief stop under way.
     pub stop: Option<BriefStop>,
+    /// The time-out under way.
+    pub timeout: Option<Timeout>,
+    /// How many time-outs each team may still take.
+    pub timeouts_left: PerTeam<u32>,
     /// How often the robots were placed for a restart.
     pub restarts: u32,
     /// How often the referee has whistled.
@@ -127,6 +144,7 @@ impl Game {
             cycles_left: rules.clock.then(|| rules.half_cycles(1, clock)),
             kick_off_team: rules.first_kick_off,
             messages_left: rules.message_budget.map(|budget| PerTeam { blue: budget, pink: budget }),
+            timeouts_left: PerTeam { blue: rules.timeouts, pink: rules.timeouts },
             ..Self::default()
         }
     }
@@ -173,7 +191,7 @@ impl Game {
             GameState::Ready | GameState::Set => {
                 rules.clock_runs_in_stoppages && self.shoot_out.is_none() && self.half_has_begun(rules, clock)
             }
-            GameState::Initial | GameState::Standby | GameState::Finished => false,
+            GameState::Initial | GameState::Standby | GameState::Timeout | GameState::Finished => false,
         }
     }
 
@@ -187,12 +205,13 @@ impl Game {
         self.set_play.filter(|set_play| set_play.kind == SetPlayKind::PenaltyKick)
     }
 
-    /// The secondary time in cycles: what is left of `ready` or `set`, of a free kick, or of a shot in a shoot-out.
+    /// The secondary time in cycles: what is left of `ready` or `set`, of a free kick, of a time-out, or of a shot in a shoot-out.
     pub fn secondary_cycles_left(&self, rules: &Rules, clock: &CycleClock) -> Option<u64> {
         let left = |duration_s: f32, cycles: u64| u64::from(clock.cycles_in(duration_s)).saturating_sub(cycles);
         match (self.state, &self.set_play, &self.shoot_out) {
             (GameState::Ready, ..) => Some(left(self.ready_s(rules), self.state_cycles)),
             (GameState::Set, ..) => Some(left(rules.set_s, self.state_cycles)),
+            (GameState::Timeout, ..) => self.timeout.map(|timeout| timeout.cycles_left),
             (GameState::Playing, Some(set_play), _) => Some(set_play.cycles_left),
             (GameState::Playing, None, Some(shoot_out)) => Some(left(shoot_out.shot_s(rules), shoot_out.shot.cycles)),
             (GameState::Initial | GameState::Standby | GameState::Playing | GameState::Finished, ..) => None,

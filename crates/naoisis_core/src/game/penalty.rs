@@ -18,6 +18,9 @@ use crate::short_name::short_name;
 pub struct Penalty(pub Option<ActivePenalty>);
 
 impl Penalty {
+    /// That of a substitute, until it comes on.
+    pub const SUBSTITUTE: Penalty = Penalty(Some(ActivePenalty { reason: PenaltyReason::Substitute, cycles_left: 0 }));
+
     /// Whether the robot serves a penalty.
     pub fn is_active(&self) -> bool {
         self.0.is_some()
@@ -34,14 +37,14 @@ impl Penalty {
 pub struct ActivePenalty {
     /// The offence.
     pub reason: PenaltyReason,
-    /// Cycles of play until the robot may return, or until the end of the match if it may not.
+    /// Cycles of play until the robot may return, or until the end of the match if it may not; 0 for substitutes.
     pub cycles_left: u64,
 }
 
 impl ActivePenalty {
-    /// Whether the robot is out for the rest of the match.
+    /// Whether no time ends it: the robot is out for the rest of the match, or until it comes on as a substitute.
     pub fn is_for_the_match(&self) -> bool {
-        self.reason == PenaltyReason::SentOff
+        matches!(self.reason, PenaltyReason::SentOff | PenaltyReason::Substitute)
     }
 
     /// Time of play until the robot may return, s.
@@ -87,6 +90,8 @@ pub enum PenaltyReason {
     PickUp,
     /// It was cautioned too often, and is out for the rest of the match.
     SentOff,
+    /// It is a substitute, or was replaced by one.
+    Substitute,
     /// It was removed by an [intervention](crate::game::Intervention::Penalise).
     #[default]
     Manual,
@@ -125,6 +130,7 @@ impl PenaltyReason {
                 | PenaltyReason::MotionInSet
                 | PenaltyReason::MotionInStandby
                 | PenaltyReason::SentOff
+                | PenaltyReason::Substitute
         )
     }
 
@@ -146,6 +152,7 @@ impl PenaltyReason {
             PenaltyReason::MotionInStandby => "its team's motion in standby",
             PenaltyReason::PickUp => "a request for pick-up",
             PenaltyReason::SentOff => "being cautioned too often",
+            PenaltyReason::Substitute => "being a substitute",
             PenaltyReason::Manual => "a reason of its own",
             named => return Cow::Owned(named.name().replace('_', " ")),
         })

@@ -5,6 +5,7 @@ use super::set_play;
 use super::{ball_out, boundary, goal, indirect_goal, kick_off_shot};
 use crate::events::{DisallowedGoal, MatchEvent};
 use crate::game::{BallOutRestart, SetPlayKind};
+use crate::team::Team;
 
 impl Referee<'_, '_> {
     /// Judges goals and outs, unless the ball has just been placed.
@@ -64,16 +65,21 @@ impl Referee<'_, '_> {
             self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
             return Some(Stoppage::KickOff(Some(opponent)));
         }
-        let score = &mut self.decisions.game.score;
-        score[goal.team] += 1;
         self.decisions.events.push(MatchEvent::Goal {
             team: goal.team,
             scorer: goal.scorer,
             own_goal: goal.is_own_goal(),
             evidence: goal::evidence(self.seen, goal, crossing),
         });
+        Some(self.count_goal(goal.team))
+    }
+
+    /// Counts a goal of `team`. Returns how play goes on.
+    pub(super) fn count_goal(&mut self, team: Team) -> Stoppage {
+        let score = &mut self.decisions.game.score;
+        score[team] += 1;
         let decided = self.seen.rules.mercy_goals.is_some_and(|most| score.blue.abs_diff(score.pink) >= most);
-        Some(if decided { Stoppage::Mercy } else { Stoppage::KickOff(Some(opponent)) })
+        if decided { Stoppage::Mercy } else { Stoppage::KickOff(Some(team.opponent())) }
     }
 }
 
@@ -84,7 +90,7 @@ mod tests {
     use crate::events::BoundaryLine;
     use crate::geometry::Pose;
     use crate::robot::posture::{LyingOn, Posture};
-    use crate::team::{RobotId, Team};
+    use crate::team::RobotId;
     use approx::assert_abs_diff_eq;
     use bevy::prelude::*;
 

@@ -58,6 +58,7 @@ pub fn decide(
         None => referee.judge(),
     }
     referee.intervene();
+    referee.grant_requests();
     referee.note_robots();
     memory.announcement.advance(snapshot, &decisions.game, &decisions.events);
 }
@@ -99,6 +100,7 @@ impl Referee<'_, '_> {
             GameState::Standby => self.judge_standby(),
             GameState::Ready => self.judge_ready(),
             GameState::Set => self.judge_set(),
+            GameState::Timeout => self.follow_timeout(),
             GameState::Playing => match self.seen.game.shoot_out {
                 Some(shoot_out) => self.follow_shot(shoot_out),
                 None => self.judge_play(),
@@ -120,9 +122,10 @@ impl Referee<'_, '_> {
         }
         self.judge_collisions();
         self.judge_robots();
-        let stoppage = self.judge_ball().or_else(|| self.judge_stuck());
+        let stoppage = self.judge_keepers_line().or_else(|| self.judge_ball()).or_else(|| self.judge_stuck());
         let stopped = stoppage.is_some() || self.decisions.ball.is_some();
-        let half_is_over = self.run_clock() && (stopped || !attack_goes_on(self.seen));
+        let goes_on = self.penalty_kick_goes_on() || !stopped && attack_goes_on(self.seen);
+        let half_is_over = self.run_clock() && !goes_on;
         match stoppage {
             Some(Stoppage::Mercy) => self.end_match(),
             _ if half_is_over => self.end_half(),

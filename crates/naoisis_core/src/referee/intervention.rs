@@ -10,6 +10,9 @@ use crate::game::{GameState, Intervention, PenaltyReason, Score};
 use crate::geometry::{Pose, wrap_angle};
 use crate::team::RobotId;
 
+/// Why play cannot go on in a time-out.
+const IN_TIMEOUT: &str = "there is a time-out, which `resume` ends";
+
 impl Referee<'_, '_> {
     /// Applies the interventions of this cycle.
     pub(super) fn intervene(&mut self) {
@@ -57,9 +60,11 @@ impl Referee<'_, '_> {
                 if !self.decisions.robots[index].is_present() {
                     return Err(format!("{robot} serves a penalty already"));
                 }
-                let evidence = self
-                    .seen
-                    .evidence_against("Whoever runs the match can penalise a robot.", &self.seen.robots[index]);
+                let rule = match reason {
+                    PenaltyReason::PickUp => "A team may ask for a robot to be picked up.",
+                    _ => "The person that runs the match can penalise a robot.",
+                };
+                let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
                 match duration_s {
                     None => self.penalise(index, reason, evidence),
                     Some(seconds) if seconds.is_finite() && seconds >= 0.0 => {
@@ -77,6 +82,9 @@ impl Referee<'_, '_> {
                 if self.decisions.robots[index].is_present() {
                     return Err(format!("{robot} serves no penalty"));
                 }
+                if self.decisions.robots[index].penalty.0.is_some_and(|it| it.reason == PenaltyReason::Substitute) {
+                    return Err(format!("{robot} is a substitute"));
+                }
                 self.bring_back(index);
             }
             Intervention::Whistle => match self.decisions.game.state {
@@ -88,6 +96,7 @@ impl Referee<'_, '_> {
                 }
                 GameState::Set => self.begin_play(),
                 GameState::Playing => self.whistle(),
+                GameState::Timeout => return Err(IN_TIMEOUT.to_owned()),
                 GameState::Initial | GameState::Finished => return Err("there is no play to whistle for".to_owned()),
             },
             Intervention::DropBall { position_m } => {
@@ -99,14 +108,19 @@ impl Referee<'_, '_> {
                 self.decisions.events.push(MatchEvent::DropBall { position_m });
             }
             Intervention::Stop => match (self.decisions.game.state, self.decisions.game.stop) {
-                (GameState::Initial | GameState::Finished, _) => return Err("there is nothing to stop".to_owned()),
+                (GameState::Initial | GameState::Timeout | GameState::Finished, _) => {
+                    return Err("there is nothing to stop".to_owned());
+                }
                 (_, Some(_)) => return Err("the match is stopped already".to_owned()),
                 _ => self.stop(),
             },
-            Intervention::Resume => {
-                let stop = self.decisions.game.stop.take().ok_or_else(|| "the match is not stopped".to_owned())?;
-                self.resume(stop);
-            }
+            Intervention::Resume => match (self.decisions.game.stop.take(), self.decisions.game.timeout) {
+                (Some(stop), _) => self.resume(stop),
+                (None, Some(timeout)) => self.end_timeout(timeout),
+                (None, None) => return Err("the match is not stopped".to_owned()),
+            },
+            Intervention::Timeout { team, duration_s } => self.call_timeout(team, duration_s)?,
+            Intervention::Substitute { robot, by } => self.ask_for_substitution(robot, by)?,
             Intervention::KickOff { team } => {
                 self.require_play()?;
                 self.begin_kick_off(Some(team));
@@ -115,7 +129,7 @@ impl Referee<'_, '_> {
         Ok(())
     }
 
-    fn find(&self, robot: RobotId) -> Result<usize, String> {
+    pub(super) fn find(&self, robot: RobotId) -> Result<usize, String> {
         self.seen.robot_index(robot).ok_or_else(|| format!("there is no robot {robot}"))
     }
 
@@ -126,12 +140,13 @@ impl Referee<'_, '_> {
     fn require_play(&self) -> Result<(), String> {
         match self.decisions.game.state {
             GameState::Finished => Err("the match is over".to_owned()),
+            GameState::Timeout => Err(IN_TIMEOUT.to_owned()),
             _ => self.require_no_shoot_out(),
         }
     }
 
     /// Checks that there is no shoot-out, in which all but the shooter and the goalkeeper wait beside the pitch without a penalty.
-    fn require_no_shoot_out(&self) -> Result<(), String> {
+    pub(super) fn require_no_shoot_out(&self) -> Result<(), String> {
         match self.decisions.game.shoot_out {
             Some(_) => Err("there is a shoot-out".to_owned()),
             None => Ok(()),

@@ -45,6 +45,12 @@ pub struct RefereeMemory {
     pub coin: Option<RandomStream>,
     /// The delayed information of the robots.
     pub announcement: Announcement,
+    /// The time left in the half when the current stoppage of play began, cycles: a time-out sets the clock back to it.
+    pub clock_at_stoppage: Option<u64>,
+    /// The duration of the time-out that each team has asked for, cycles.
+    pub timeout_requests: PerTeam<Option<u64>>,
+    /// The substitutions that were asked for: each a player and its substitute.
+    pub substitution_requests: Vec<[RobotId; 2]>,
     /// The memory of each robot, ordered by id.
     pub robots: Vec<RobotMemory>,
 }

@@ -31,6 +31,8 @@
 //! | a robot that begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
 //! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 45 s + 10 s if it destabilises or lasts 5 s, caution, free kick | 30 s | |
 //! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | yes | | |
+//! | a half goes on for a penalty kick; a keeper off its line gives a goal | HSL: 7.4, penalty kick | | | | yes | | |
+//! | an indirect free kick in the offenders' area is taken from its line | HSL: 13.3.1 | | | | yes | | |
 //! | [obstruction] | 2010: 4.14 | | yes | | | | |
 //! | [stalling] | paper: 3.4 | yes | | | | yes | |
 //! | [ball holding](ball_holding), the ball is put back | 2010: 4.6; 2025: 4.8 | | yes | yes | yes | | |
@@ -54,10 +56,12 @@
 //! | [a set play into the own goal](indirect_goal::judge_own) | HSL: law 13 | goal | goal | goal | corner kick | goal | |
 //! | [motion in a brief stop](forbidden_motion) | HSL: emergency stop | | | | 45 s + 10 s | | |
 //! | [extra time](crate::game::Rules::extra_time_halves) | HSL: law 10 | if set | if set | if set | if set | if set | |
+//! | [time-outs](crate::game::Rules::timeouts) of a team | 2010: 3.12; 2025: 3.13; HSL: time-out | | 1 x 300 s | 1 x 300 s | 1 x 300 s | | |
+//! | [substitutes](crate::game::Rules::substitution) enter in time-outs, at half time, and | 2025: 3.12; HSL: 3.4 | if set | | as picked up | in stoppages | if set | |
 //!
 //! Not modelled are hands and arms (no robot moves them), wide stances (2010: 4.8; 2025: 4.9; a dive is the only one, and ends by
-//! itself), time-outs, substitutes, and the break at half time. Pick-ups on request and brief stops are [interventions](crate::game::Intervention). The
-//! referee makes no mistakes, and decides at once. At a restart the ball is put exactly where the book says: a robot that stands there is moved
+//! itself), and the break at half time. Brief stops and what a team may ask for - pick-ups, time-outs, substitutes - are
+//! [interventions](crate::game::Intervention); behaviours and programs ask by a [request](crate::robot::request). The referee makes no mistakes, and decides at once. At a restart the ball is put exactly where the book says: a robot that stands there is moved
 //! aside.
 //!
 //! A robot that is penalised for motion stays where it is, as an obstacle. One that is [removed](removal) waits beside the pitch,
@@ -115,9 +119,11 @@ pub mod snapshot;
 pub mod stalling;
 mod standby;
 mod status;
+mod substitution;
 mod systems;
 #[cfg(test)]
 mod testing;
+mod timeout;
 pub mod touch;
 
 pub use custom_rules::CustomRule;
@@ -131,6 +137,7 @@ use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::game::{Game, Interventions, OutsideReferee, Penalty, Rules, TimedIntervention};
 use crate::random::RandomStream;
 use crate::robot::falls::FallSystems;
+use crate::robot::request::RequestCommand;
 use crate::team::RobotId;
 
 /// The referee, in [`CycleSystems::Officiate`], and the robots' [`GameStatus`], in [`CycleSystems::Sense`].
@@ -150,6 +157,8 @@ impl Plugin for RefereePlugin {
             .register_type::<RefereeMemory>()
             .register_type::<Penalty>()
             .register_type::<GameStatus>()
+            .register_type::<RequestCommand>()
+            .register_required_components::<RobotId, RequestCommand>()
             .register_required_components::<RobotId, Penalty>()
             .register_required_components::<RobotId, GameStatus>()
             .add_systems(
@@ -157,7 +166,10 @@ impl Plugin for RefereePlugin {
                 (
                     systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
                     systems::update_status.in_set(CycleSystems::Sense),
-                    systems::officiate.in_set(CycleSystems::Officiate).after(FallSystems),
+                    (systems::pass_on_requests, systems::officiate)
+                        .chain()
+                        .in_set(CycleSystems::Officiate)
+                        .after(FallSystems),
                 ),
             );
     }

@@ -8,7 +8,7 @@ use super::decide::Referee;
 use super::penalty_kick;
 use super::set_play;
 use crate::events::MatchEvent;
-use crate::game::{GameState, OutsideReferee, SetPlay, SetPlayKind};
+use crate::game::{GameState, OutsideReferee, SetPlay, SetPlayKind, Timeout};
 use crate::team::Team;
 
 /// The rule in the evidence of these decisions.
@@ -21,6 +21,9 @@ impl Referee<'_, '_> {
         self.apply_score(outside);
         self.apply_penalties(outside);
         self.apply_state(outside);
+        let cycles_left = self.seen.cycles(outside.secondary_time_left_s.max(0.0));
+        let timeout = Timeout { team: None, cycles_left, before_shoot_out: false };
+        self.decisions.game.timeout = (outside.state == GameState::Timeout).then_some(timeout);
         match (outside.is_stopped, self.decisions.game.stop) {
             (true, None) => self.stop(),
             (false, Some(stop)) => {
@@ -105,7 +108,7 @@ impl Referee<'_, '_> {
             }
             GameState::Playing => self.begin_play(),
             GameState::Finished => self.finish(),
-            GameState::Initial | GameState::Standby => {
+            GameState::Initial | GameState::Standby | GameState::Timeout => {
                 self.decisions.game.set_play = None;
                 self.enter(outside.state);
             }
@@ -224,6 +227,19 @@ mod tests {
         assert!(x > 2.0 && x < 3.0 && y > 0.0, "{x}, {y}");
         let over = MatchFixture { outside: Some(with_outside_referee().1), ..with_outside_referee().0 };
         assert_eq!(over.decide().game.set_play, None);
+    }
+
+    #[test]
+    fn a_time_out_from_outside_stands_until_it_is_over() {
+        let (mut fixture, outside) = with_outside_referee();
+        let (state, secondary_time_left_s) = (GameState::Timeout, 10.0);
+        fixture.outside = Some(OutsideReferee { state, secondary_time_left_s, ..outside.clone() });
+        fixture.pass();
+        let left = fixture.game.timeout.map(|timeout| timeout.cycles_left);
+        assert_eq!((fixture.game.state, left), (GameState::Timeout, Some(300)));
+        fixture.outside = Some(OutsideReferee { state: GameState::Ready, ..outside });
+        fixture.pass();
+        assert_eq!((fixture.game.state, fixture.game.timeout), (GameState::Ready, None));
     }
 
     #[test]

@@ -136,7 +136,9 @@ impl Referee<'_, '_> {
             pose
         } else {
             let waiting = Occupied::by_waiting(&snapshot);
-            waiting_pose(&snapshot, snapshot.game.own_end(id.team), pose.position, &bounds, &waiting)
+            let own_end = snapshot.game.own_end(id.team);
+            let place = snapshot.rules.return_place;
+            waiting_pose(snapshot.pitch, place, own_end, pose.position, &bounds, &waiting)
         };
         let until_s = (self.seen.clock.end_time_s() + cycles as f64 * self.seen.clock.period_s) as f32;
         let robot = &mut self.decisions.robots[index];
@@ -167,7 +169,7 @@ impl Referee<'_, '_> {
     pub(super) fn bring_all_back(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let robot = &self.decisions.robots[index];
-            if !robot.is_present() && !robot.is_sent_off() {
+            if !robot.is_present() && !robot.is_out() {
                 self.bring_back(index);
             }
         }
@@ -177,7 +179,7 @@ impl Referee<'_, '_> {
     pub(super) fn end_penalties(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let robot = &mut self.decisions.robots[index];
-            if !robot.is_present() && !robot.is_sent_off() {
+            if !robot.is_present() && !robot.is_out() {
                 robot.penalty = Penalty(None);
                 let (robot, position_m) = (robot.id, robot.pose.position);
                 self.decisions.events.push(MatchEvent::PenaltyOver { robot, position_m });

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use super::areas::{in_goal, penalty_mark, touches_area, touches_goal_line};
 use super::positions::{IllegalPosition, is_off_pitch};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use crate::game::SetPlay;
+use crate::game::{Evidence, SetPlay};
 use crate::pitch::End;
 use crate::team::Team;
 
@@ -18,7 +18,7 @@ pub fn end(snapshot: &MatchSnapshot, team: Team) -> End {
 }
 
 /// Whether any part of a robot is in the penalty area of a penalty kick of `team`.
-pub(crate) fn is_in_area(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
+fn is_in_area(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
     touches_area(snapshot.pitch, snapshot.pitch.penalty_area, end(snapshot, team), robot)
 }
 
@@ -77,7 +77,26 @@ pub(crate) fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &R
         }
 }
 
+/// The index of a goalkeeper in its penalty area that has left its line, or its feet, at a penalty kick of `team`.
+pub(crate) fn keeper_off_its_line(snapshot: &MatchSnapshot, team: Team) -> Option<usize> {
+    snapshot.robots.iter().position(|robot| {
+        robot.is_present()
+            && robot.id.team != team
+            && robot.id.is_goalkeeper()
+            && is_in_area(snapshot, team, robot)
+            && !keeps_its_line(snapshot, team, robot)
+    })
+}
+
+/// The evidence against a goalkeeper that has left its line, or its feet, before the attackers touched the ball.
+pub(crate) fn keeper_left_too_early(penalty_kick: &SetPlay, snapshot: &MatchSnapshot) -> Option<Evidence> {
+    let index = keeper_off_its_line(snapshot, penalty_kick.team).filter(|_| !penalty_kick.touched)?;
+    let keeper = &snapshot.robots[index];
+    let rule = "Until the attackers touch the ball, the keeper stays on its feet and in contact with the goal line.";
+    Some(snapshot.evidence_against(rule, keeper).otherwise("It had to wait for that touch."))
+}
+
 /// Whether the goalkeeper is upright and in contact with the goal line.
-pub(crate) fn keeps_its_line(snapshot: &MatchSnapshot, team: Team, keeper: &RobotSnapshot) -> bool {
+fn keeps_its_line(snapshot: &MatchSnapshot, team: Team, keeper: &RobotSnapshot) -> bool {
     keeper.posture.is_upright() && touches_goal_line(snapshot.pitch, end(snapshot, team), keeper)
 }

@@ -3,11 +3,10 @@
 use bevy::prelude::*;
 
 use super::areas::penalty_mark;
-use super::decide::Referee;
+use super::decide::{Referee, Stoppage};
 use super::indirect_goal::Plays;
-use super::penalty_kick::{end, is_in_area, keeps_its_line};
+use super::penalty_kick::{end, keeper_left_too_early, keeper_off_its_line};
 use super::placing::Occupied;
-use super::snapshot::RobotSnapshot;
 use crate::events::MatchEvent;
 use crate::game::{GameState, SetPlay, SetPlayKind};
 use crate::geometry::Pose;
@@ -33,14 +32,7 @@ impl Referee<'_, '_> {
     /// Puts a goalkeeper that stands ahead of its line in its penalty area back onto the line, without turning it.
     pub(super) fn put_keeper_on_its_line(&mut self, team: Team) {
         let snapshot = self.now();
-        let is_ahead = |robot: &RobotSnapshot| {
-            robot.is_present()
-                && robot.id.team != team
-                && robot.id.is_goalkeeper()
-                && is_in_area(&snapshot, team, robot)
-                && !keeps_its_line(&snapshot, team, robot)
-        };
-        let Some(index) = snapshot.robots.iter().position(is_ahead) else { return };
+        let Some(index) = keeper_off_its_line(&snapshot, team) else { return };
         let robot = &snapshot.robots[index];
         let line = end(&snapshot, team).sign() * snapshot.pitch.half_length();
         let wanted = Pose { position: Vec2::new(line, robot.pose.position.y), ..robot.pose };
@@ -51,6 +43,16 @@ impl Referee<'_, '_> {
         self.decisions.robots[index].pose = pose;
         self.memory.robots[index].hand_placements += 1;
         self.decisions.events.push(MatchEvent::PlacedByHand { robot, position_m: pose.position, evidence });
+    }
+
+    /// Ends a penalty kick with a goal if the goalkeeper has left its line too early, and the rules say so.
+    pub(super) fn judge_keepers_line(&mut self) -> Option<Stoppage> {
+        let penalty_kick = self.decisions.game.penalty_kick().filter(|_| self.seen.rules.penalty_kick_keeper_goal)?;
+        let evidence = keeper_left_too_early(&penalty_kick, self.seen)?;
+        self.decisions.game.set_play = None;
+        let team = penalty_kick.team;
+        self.decisions.events.push(MatchEvent::Goal { team, scorer: None, own_goal: false, evidence });
+        Some(self.count_goal(team))
     }
 
     /// Begins the kick after the whistle: the ball belongs to the attackers, and a direct goal of theirs counts.

@@ -50,7 +50,7 @@ pub struct Occupied {
 
 impl Occupied {
     /// Only the posts and, if there is one, a ball at `ball`.
-    pub(crate) fn by_posts(pitch: &Pitch, posts: &[Disc], ball: Option<Disc>) -> Self {
+    pub fn by_posts(pitch: &Pitch, posts: &[Disc], ball: Option<Disc>) -> Self {
         let carpet = pitch.carpet_half_extents();
         Self { carpet, torsos: Vec::new(), bases: Vec::new(), posts: posts.to_vec(), ball }
     }
@@ -77,7 +77,7 @@ impl Occupied {
     }
 
     /// Adds a robot.
-    pub(crate) fn add_robot(&mut self, pose: Pose, bounds: &Body) {
+    pub fn add_robot(&mut self, pose: Pose, bounds: &Body) {
         self.torsos.push(grown(bounds.torso.footprint(pose)));
         self.bases.push(grown(bounds.base.footprint(pose)));
     }

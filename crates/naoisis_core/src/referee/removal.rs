@@ -9,7 +9,7 @@ use super::placing::Occupied;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::ReturnPlace;
 use crate::geometry::Pose;
-use crate::pitch::End;
+use crate::pitch::{End, Pitch};
 use crate::robot::body::Body;
 
 /// Distance of a waiting robot from the side line, m (rule book of 2025).
@@ -21,10 +21,16 @@ const WAITING_ROWS: u32 = 64;
 
 /// The pose at which a robot that was removed from `position` waits: beyond the side line nearest to it, level with its own
 /// penalty mark, at the next free place. It faces away from the pitch (2010), or towards it (2025).
-pub fn waiting_pose(snapshot: &MatchSnapshot, own_end: End, position: Vec2, bounds: &Body, waiting: &Occupied) -> Pose {
-    let pitch = snapshot.pitch;
+pub fn waiting_pose(
+    pitch: &Pitch,
+    return_place: ReturnPlace,
+    own_end: End,
+    position: Vec2,
+    bounds: &Body,
+    waiting: &Occupied,
+) -> Pose {
     let side = side_of(position.y);
-    let faces_pitch = snapshot.rules.return_place == ReturnPlace::PenaltyMark;
+    let faces_pitch = return_place == ReturnPlace::PenaltyMark;
     let heading = if faces_pitch { -side } else { side } * FRAC_PI_2;
     let y = side * (pitch.half_width() + WAITING_DISTANCE.min(pitch.border_m));
     let mark = penalty_mark(pitch, own_end).x;

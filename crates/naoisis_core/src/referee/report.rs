@@ -112,6 +112,11 @@ fn announcement(event: &MatchEvent) -> Option<String> {
             format!("Not done by hand: {intervention}: {message}.")
         }
         MatchEvent::StateChanged { state } => format!("The game is in state {}.", state.name()),
+        MatchEvent::Timeout { team, duration_s } => {
+            let who = team.map_or("the referee", |team| team.name());
+            format!("Time-out of {who}: {duration_s:.0} s at most.")
+        }
+        MatchEvent::Substitution { robot, replaced } => format!("{robot} replaces {replaced}."),
         MatchEvent::HalfBegins { half } => format!("Half {half} begins."),
         MatchEvent::FinalWhistle => "Final whistle.".to_owned(),
         MatchEvent::ShootOutBegins => "The match is drawn: penalty shoot-out.".to_owned(),

@@ -70,6 +70,11 @@ impl Referee<'_, '_> {
         *cycles_left == 0
     }
 
+    /// Whether a penalty kick that is not over lets the half go on after its time.
+    pub(super) fn penalty_kick_goes_on(&self) -> bool {
+        self.seen.rules.penalty_kick_extends_half && self.decisions.game.penalty_kick().is_some()
+    }
+
     /// Changes sides for the next half, or ends the match.
     pub(super) fn end_half(&mut self) {
         let (rules, game) = (self.seen.rules, &mut self.decisions.game);
@@ -105,7 +110,9 @@ impl Referee<'_, '_> {
     pub(super) fn end_match(&mut self) {
         let Score { blue, pink } = self.decisions.game.score;
         if blue == pink && self.seen.rules.shoot_out && self.seen.ball.is_some() {
-            self.begin_shoot_out();
+            if !self.begin_timeout_before_shoot_out() {
+                self.begin_shoot_out();
+            }
         } else {
             self.finish();
         }
@@ -147,11 +154,12 @@ impl Referee<'_, '_> {
         self.begin_ready();
     }
 
-    fn announce_kick_off(&mut self, team: Option<Team>) {
+    pub(super) fn announce_kick_off(&mut self, team: Option<Team>) {
         let game = &mut self.decisions.game;
         game.kick_off_team = team.unwrap_or(game.kick_off_team);
         game.drop_ball = team.is_none();
         game.set_play = None;
+        self.memory.clock_at_stoppage = game.cycles_left;
         self.memory.kick_off = None;
         self.memory.stuck = default();
         self.memory.cycles_lined_up = 0;
@@ -187,6 +195,7 @@ impl Referee<'_, '_> {
 
     fn bring_ball_into_play(&mut self) {
         let team = self.decisions.game.kick_off();
+        self.memory.clock_at_stoppage = None;
         self.whistle();
         self.memory.kick_off = team.map(KickOffPlay::new);
         self.memory.plays = team.map_or_else(Plays::default, |team| Plays::after(SetPlayKind::KickOff, team));
@@ -203,7 +212,7 @@ impl Referee<'_, '_> {
         if self.seen.rules.penalties_run_in_ready {
             self.count_penalties();
         }
-        if self.run_clock() {
+        if self.run_clock() && !self.penalty_kick_goes_on() {
             self.end_half();
             return;
         }
@@ -284,7 +293,7 @@ impl Referee<'_, '_> {
 
     /// A cycle of `set`.
     pub(super) fn judge_set(&mut self) {
-        if self.run_clock() {
+        if self.run_clock() && !self.penalty_kick_goes_on() {
             self.end_half();
             return;
         }
@@ -318,6 +327,10 @@ impl Referee<'_, '_> {
 
     /// Begins a free kick; play continues.
     pub(super) fn begin_free_kick(&mut self, kind: SetPlayKind, team: Team, place: Vec2) {
+        let place = match kind {
+            SetPlayKind::IndirectFreeKick => set_play::indirect_free_kick_place(self.seen, team, place),
+            _ => place,
+        };
         let place = self.put_ball(place);
         self.memory.kick_off = None;
         self.memory.plays = Plays::after(kind, team);

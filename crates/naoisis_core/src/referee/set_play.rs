@@ -82,6 +82,17 @@ pub(crate) fn goal_kick_place(snapshot: &MatchSnapshot, team: Team, y: f32) -> V
     Vec2::new(x, side * area.width_m / 2.0)
 }
 
+/// Where an indirect free kick of `team` at `place` is taken by rules that have it outside the opponents' penalty area: at the nearest point of that
+/// area's line that is parallel to the goal line.
+pub(crate) fn indirect_free_kick_place(snapshot: &MatchSnapshot, team: Team, place: Vec2) -> Vec2 {
+    let (pitch, end) = (snapshot.pitch, snapshot.game.own_end(team.opponent()));
+    if !snapshot.rules.indirect_free_kick_at_area_line || !pitch.in_penalty_area(end, place) {
+        return place;
+    }
+    let half_width = pitch.penalty_area.width_m / 2.0;
+    Vec2::new(end.sign() * (pitch.half_length() - pitch.penalty_area.depth_m), place.y.clamp(-half_width, half_width))
+}
+
 /// The number of cycles for which a robot of the other team has been at an illegal position in a free kick, including this one.
 /// During the time to leave none count.
 pub(crate) fn advance_encroachment(

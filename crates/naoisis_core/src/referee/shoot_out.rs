@@ -173,7 +173,7 @@ impl Referee<'_, '_> {
         let (behind_ball, _) = places_for_shot(pitch, self.seen.rules.shoot_out_procedure, true);
         let attacker_x = GOAL.sign() * behind_ball.position.x;
         let poses = [Pose::new(attacker_x, 0.0, PI), Pose::new(GOAL.sign() * pitch.half_length(), 0.0, 0.0)];
-        for robot in self.decisions.robots.iter_mut().filter(|robot| !robot.is_sent_off()) {
+        for robot in self.decisions.robots.iter_mut().filter(|robot| !robot.is_out()) {
             let penalty = ActivePenalty { reason: PenaltyReason::ShootOut, cycles_left: u64::from(u32::MAX) };
             robot.penalty = Penalty(Some(penalty));
         }
@@ -201,7 +201,7 @@ impl Referee<'_, '_> {
     /// The robot of a team with the least number from `number` on, or with the least number if there is none.
     fn first_of(&self, team: Team, number: u8) -> Option<usize> {
         let numbers =
-            || self.seen.robots.iter().enumerate().filter(|(_, robot)| robot.id.team == team && !robot.is_sent_off());
+            || self.seen.robots.iter().enumerate().filter(|(_, robot)| robot.id.team == team && !robot.is_out());
         let first = numbers().find(|(_, robot)| robot.id.number >= number).or_else(|| numbers().next());
         first.map(|(index, _)| index)
     }
@@ -213,7 +213,8 @@ impl Referee<'_, '_> {
         let waiting = Occupied::by_waiting(&snapshot);
         let robot = &self.decisions.robots[index];
         let own_end = self.decisions.game.own_end(robot.id.team);
-        let pose = waiting_pose(self.seen, own_end, robot.pose.position, &robot.bounds, &waiting);
+        let (pitch, place) = (self.seen.pitch, self.seen.rules.return_place);
+        let pose = waiting_pose(pitch, place, own_end, robot.pose.position, &robot.bounds, &waiting);
         self.decisions.robots[index].pose = pose;
     }
 

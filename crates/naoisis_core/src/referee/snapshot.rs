@@ -130,8 +130,8 @@ impl RobotSnapshot {
         !self.penalty.is_active()
     }
 
-    /// Whether it is out for the rest of the match.
-    pub fn is_sent_off(&self) -> bool {
+    /// Whether it takes no part in the match: it is sent off, or a substitute.
+    pub fn is_out(&self) -> bool {
         self.penalty.0.is_some_and(|penalty| penalty.is_for_the_match())
     }
 }

@@ -37,7 +37,7 @@ pub struct GameStatus {
     pub half: u32,
     /// Seconds left in this half; none if the rules have no clock.
     pub time_left_s: Option<f32>,
-    /// The secondary time, s: what is left of `ready`, of a free kick, or of a shot in a shoot-out. None in `set`, as the
+    /// The secondary time, s: what is left of `ready`, of a free kick, of a time-out, or of a shot in a shoot-out. None in `set`, as the
     /// GameController does not send the time of the whistle.
     pub secondary_time_left_s: Option<f32>,
     /// Seconds since the start of the match.
@@ -50,6 +50,8 @@ pub struct GameStatus {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlayStatus>,
+    /// How many time-outs this robot's team may still take.
+    pub timeouts_left: u32,
     /// How many messages this robot's team may still send, by the rules and the settings of the scenario; none if unlimited.
     pub messages_left: Option<u32>,
     /// The team that shoots, in a penalty shoot-out.

@@ -27,6 +27,7 @@ use crate::robot::head::HeadAngles;
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::posture::Posture;
+use crate::robot::request::RequestCommand;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::{PerTeam, RobotId, Team};
 
@@ -168,6 +169,20 @@ impl Scratch {
     }
 }
 
+/// Passes the requests of teams on to the referee.
+pub(super) fn pass_on_requests(
+    roster: Res<Roster>,
+    mut interventions: ResMut<Interventions>,
+    mut commands: Query<&mut RequestCommand>,
+) {
+    for (id, entity) in roster.iter() {
+        let Ok(mut command) = commands.get_mut(entity) else { continue };
+        if command.0.is_some() {
+            interventions.queue.extend(command.0.take().map(|request| request.intervention(id)));
+        }
+    }
+}
+
 /// Judges the cycle: gathers a snapshot, [decides](decide), and writes the decisions back.
 pub(super) fn officiate(
     mut scratch: Local<Scratch>,
@@ -262,6 +277,7 @@ pub(super) fn update_status(
             kick_off_team: announced.kick_off_team,
             drop_ball: announced.drop_ball,
             set_play,
+            timeouts_left: game.timeouts_left[id.team],
             messages_left: messages_left(id.team, own_limits),
             shoot_out: announced.shoot_out.map(|shoot_out| shoot_out.team),
             stopped: game.stop.is_some(),

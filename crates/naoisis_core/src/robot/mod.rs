@@ -17,6 +17,7 @@ pub mod look;
 pub mod motion;
 pub mod motion_limits;
 pub mod posture;
+pub mod request;
 pub mod walk_command;
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};

@@ -78,7 +78,7 @@ fn take_walk_commands(
         GameState::Ready | GameState::Playing => true,
         // Walking in these states is possible where the rules penalise it.
         GameState::Standby | GameState::Set => rules.motion_in_set_s.is_some() && game.shoot_out.is_none(),
-        GameState::Initial | GameState::Finished => false,
+        GameState::Initial | GameState::Timeout | GameState::Finished => false,
     };
     for entity in roster.entities() {
         let Ok(mut robot) = robots.get_mut(entity) else { continue };

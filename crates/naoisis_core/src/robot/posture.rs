@@ -25,7 +25,7 @@ pub enum PostureRequest {
 pub struct PostureCommand(pub Option<PostureRequest>);
 
 /// The side of the body on which a fallen robot lies.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LyingOn {
     /// Face down.

@@ -115,7 +115,7 @@ impl PenaltyGroup {
         Self::Other,
     ];
 
-    /// Returns the group of a reason. `None` for robots that take no part in a shot of a shoot-out.
+    /// Returns the group of a reason. `None` for robots that take no part in a shot of a shoot-out, and substitutes.
     pub fn of(reason: PenaltyReason) -> Option<Self> {
         Some(match reason {
             PenaltyReason::Pushing => Self::Pushing,
@@ -130,7 +130,7 @@ impl PenaltyGroup {
             PenaltyReason::PickUp => Self::PickUp,
             PenaltyReason::Custom(name) if name.as_str() == PICK_UP => Self::PickUp,
             PenaltyReason::Obstruction | PenaltyReason::Manual | PenaltyReason::Custom(_) => Self::Other,
-            PenaltyReason::ShootOut => return None,
+            PenaltyReason::ShootOut | PenaltyReason::Substitute => return None,
         })
     }
 

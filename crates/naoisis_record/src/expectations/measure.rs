@@ -1,7 +1,7 @@
 //! What a quantity of an expectation comes to.
 
 use crate::record::match_counts::MatchCounts;
-use naoisis_sim::scenario::{Quantity, RobotQuantity, TeamQuantity};
+use naoisis_sim::scenario::{BallQuantity, Quantity, RobotQuantity, TeamQuantity};
 
 /// Returns the value of `quantity` by the [definitions](crate::record::match_counts) of `counts`. `None` if there was nothing to
 /// measure, and for mistakes, which are not among the counts.
@@ -22,6 +22,14 @@ pub fn value(counts: &MatchCounts, quantity: Quantity) -> Option<f64> {
             TeamQuantity::ProgramsLost => counts.team(team).programs_lost.into(),
             TeamQuantity::Mistakes(_) => return None,
         },
+        Quantity::OfBall(quantity) => {
+            let [from_centre, from_left, from_right] = counts.ball_distances_m()?;
+            f64::from(match quantity {
+                BallQuantity::FromCentreM => from_centre,
+                BallQuantity::FromLeftCornerM => from_left,
+                BallQuantity::FromRightCornerM => from_right,
+            })
+        }
         Quantity::OfRobot(robot, quantity) => {
             let own = counts.robots.get(&robot)?;
             match quantity {

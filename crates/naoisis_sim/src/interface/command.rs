@@ -56,7 +56,7 @@ impl RobotCommand {
     /// # Errors
     /// Which part is not.
     pub fn checked(self) -> Result<Self, CommandError> {
-        let Self { walk, head, kick, posture: _, say } = &self;
+        let Self { walk, head, kick, posture: _, request: _, say } = &self;
         let parts = [
             ("walk", walk.is_none_or(|walk| [walk.dx, walk.dy, walk.dtheta].iter().all(|part| part.is_finite()))),
             ("head_deg", head.is_none_or(|head| head.yaw.is_finite() && head.pitch.is_finite())),

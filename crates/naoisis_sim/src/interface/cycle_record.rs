@@ -214,9 +214,12 @@ pub struct GameRecord {
     /// The free kick under way, or the kick-off that is one team's own.
     #[serde(default)]
     pub set_play: Option<SetPlayStatus>,
-    /// Time left of `ready`, of `set`, of a free kick or of a shot in a shoot-out, s.
+    /// Time left of `ready`, of `set`, of a free kick, of a time-out or of a shot in a shoot-out, s.
     #[serde(default)]
     pub secondary_time_left_s: Option<f64>,
+    /// How many time-outs `blue` and `pink` may still take.
+    #[serde(default)]
+    pub timeouts_left: PerTeam<u32>,
     /// How many messages `blue` and `pink` may still send; none if unlimited.
     #[serde(default)]
     pub messages_left: Option<PerTeam<u32>>,
@@ -252,6 +255,7 @@ impl GameRecord {
             kicking_team: game.set_play.map(|set_play| set_play.team).or(game.kick_off()),
             set_play: game.set_play.map(|set_play| SetPlayStatus { kind: set_play.kind, team: Some(set_play.team) }),
             secondary_time_left_s: game.secondary_cycles_left(rules, clock).map(seconds),
+            timeouts_left: game.timeouts_left,
             messages_left: game.messages_left,
             whistles: game.whistles,
             ready_signals: game.ready_signals,

@@ -19,7 +19,7 @@ pub static TRACE_FIELDS: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
 });
 
 /// Fields whose parts are not listed: programs and messages have them as a whole.
-const WHOLE: [&str; 2] = ["posture", "say"];
+const WHOLE: [&str; 3] = ["posture", "request", "say"];
 
 /// The parts of a value for each team, which are not listed.
 const OF_TEAMS: [&str; 2] = ["blue", "pink"];

@@ -21,6 +21,7 @@ use naoisis_core::robot::head::{HeadAngles, HeadCommand};
 use naoisis_core::robot::kick::{KickCommand, KickRequest};
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::robot::posture::{PostureCommand, PostureRequest};
+use naoisis_core::robot::request::{RequestCommand, TeamRequest};
 use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::sonar::SonarReading;
 use naoisis_sensing::sensing::status::BodyStatus;
@@ -72,6 +73,9 @@ pub struct RobotCommand {
     /// Getting up, or a dive: `get_up`, or `{ "dive": "left" }`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posture: Option<PostureRequest>,
+    /// A request to the referee: `timeout`, `pick_up`, or `{ "substitute": 6 }`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub request: Option<TeamRequest>,
     /// A message for the team-mates, with any of `pose`, `ball_m`, `robots_m`, `intention`, `payload` and `datagram`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub say: Option<TeamMessage>,
@@ -135,6 +139,7 @@ pub struct Commanded {
     head: Ref<'static, HeadCommand>,
     kick: &'static KickCommand,
     posture: &'static PostureCommand,
+    request: &'static RequestCommand,
     outbox: &'static Outbox,
 }
 
@@ -146,6 +151,7 @@ impl CommandedItem<'_, '_> {
             head: self.head.last_changed().is_newer_than(since, now).then_some(*self.head),
             kick: self.kick.0,
             posture: self.posture.0,
+            request: self.request.0,
             say: self.outbox.0.clone(),
         }
     }
@@ -207,7 +213,7 @@ mod tests {
         assert_eq!(serde_json::to_value(RobotCommand::default()).unwrap(), json!({}));
         let words = json!({
             "walk": [0.004, -0.002, 3.0], "head_deg": [20.0, -10.0], "kick": { "type": "right_straight", "speed": 0.5 },
-            "posture": { "dive": "left" }, "say": { "ball_m": [1.0, 0.5], "intention": "pass" },
+            "posture": { "dive": "left" }, "request": { "substitute": 6 }, "say": { "ball_m": [1.0, 0.5], "intention": "pass" },
         });
         let command: RobotCommand = serde_json::from_value(words.clone()).unwrap();
         assert_eq!(command.kick, Some(KickRequest::new(KickType::RightStraight, 0.5)));
@@ -216,6 +222,7 @@ mod tests {
         assert_eq!(command.walk, Some(WalkCommand { dx, dy, dtheta }));
         assert_eq!(command.head.map(|head| [head.yaw, head.pitch]), entry.head);
         assert_eq!((command.kick, command.posture), (entry.kick, entry.posture));
+        assert_eq!((command.request, entry.request), (Some(TeamRequest::Substitute(6)), command.request));
         assert_eq!(command.say, entry.say);
         let entry = serde_json::to_value(&entry).unwrap();
         for (word, value) in serde_json::to_value(&command).unwrap().as_object().unwrap() {

@@ -21,6 +21,27 @@ pub enum Quantity {
     OfTeam(Team, TeamQuantity),
     /// Of a robot.
     OfRobot(RobotId, RobotQuantity),
+    /// Of the ball.
+    OfBall(BallQuantity),
+}
+
+/// What can be measured of the ball: where it is at the end.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
+pub enum BallQuantity {
+    /// Its distance from the centre mark, m.
+    FromCentreM,
+    /// Its distance from the left corner at +x, as seen by who attacks there, m.
+    FromLeftCornerM,
+    /// Its distance from the right corner there, m.
+    FromRightCornerM,
+}
+
+impl BallQuantity {
+    const ALL: [(&str, BallQuantity); 3] = [
+        ("from_centre_m", BallQuantity::FromCentreM),
+        ("from_left_corner_m", BallQuantity::FromLeftCornerM),
+        ("from_right_corner_m", BallQuantity::FromRightCornerM),
+    ];
 }
 
 /// What can be measured of a team.
@@ -228,6 +249,11 @@ impl Quantity {
             let found = found.map(|(_, quantity)| Quantity::OfTeam(team, quantity));
             return found.ok_or_else(|| names(TeamQuantity::all().map(|(name, _)| name).collect()));
         }
+        if whose == "ball" {
+            let found = BallQuantity::ALL.into_iter().find(|(name, _)| *name == what);
+            let found = found.map(|(_, quantity)| Quantity::OfBall(quantity));
+            return found.ok_or_else(|| names(BallQuantity::ALL.map(|(name, _)| name).to_vec()));
+        }
         let robot: RobotId = whose.parse().map_err(|_| {
             (format!("there is nobody called `{whose}`"), "a team or a robot, such as `blue` or `pink3`".to_owned())
         })?;
@@ -247,6 +273,10 @@ impl fmt::Display for Quantity {
             Quantity::OfRobot(robot, quantity) => {
                 let name = RobotQuantity::all().find(|(_, other)| other == quantity).map_or("", |(name, _)| name);
                 write!(formatter, "{robot}.{name}")
+            }
+            Quantity::OfBall(quantity) => {
+                let name = BallQuantity::ALL.iter().find(|(_, other)| other == quantity).map_or("", |(name, _)| name);
+                write!(formatter, "ball.{name}")
             }
         }
     }
@@ -373,6 +403,7 @@ mod tests {
             "pink3.path_m != 0",
             "blue.mistakes <= 3",
             "blue2.own_pose_lost == 0",
+            "ball.from_left_corner_m < 3 within 20 s",
             "pink1.ball_error_m < 0.3 within 20 s",
         ] {
             assert_eq!(text.parse::<Expectation>().unwrap().to_string(), text);
@@ -396,6 +427,7 @@ mod tests {
             ("", "there is nothing in it"),
             ("goals >= 1", "`goals` is nobody's"),
             ("blue.gaols >= 1", "did you mean `goals`?"),
+            ("ball.goals >= 1", "there is no quantity `goals` of `ball`"),
             ("blue.path_m >= 1", "there is no quantity `path_m` of `blue`"),
             ("green.goals >= 1", "there is nobody called `green`"),
             ("blue0.kicks > 1", "there is nobody called `blue0`"),

@@ -56,7 +56,9 @@ mod validate;
 pub mod wording;
 
 pub use error::{Place, ScenarioError, ScenarioErrorKind};
-pub use expectation::{Comparison, Expectation, Frequency, NotAnExpectation, Quantity, RobotQuantity, TeamQuantity};
+pub use expectation::{
+    BallQuantity, Comparison, Expectation, Frequency, NotAnExpectation, Quantity, RobotQuantity, TeamQuantity,
+};
 pub use fault::ScenarioFault;
 pub use fault::unknown_name;
 pub use field_path::{FieldPath, Segment};

@@ -11,6 +11,7 @@ use std::borrow::Cow;
 use super::robot_settings::{RobotPatch, patch_beside_fields, robot_settings};
 use naoisis_core::behaviour::script::ScriptEntry;
 use naoisis_core::geometry::{Pose, file_units};
+use naoisis_core::robot::posture::LyingOn;
 use naoisis_core::team::{RobotId, Team};
 
 /// A robot at the start. In files the fields of `own` are beside the others.
@@ -29,6 +30,10 @@ pub struct RobotSpec {
     pub behaviour: BehaviourSpec,
     /// The [model](super::RobotModel) of this robot, if it is another than the scenario's.
     pub model: Option<String>,
+    /// Whether it begins as a substitute, beside the pitch, wherever its `pose` is.
+    pub substitute: bool,
+    /// The side of the body on which it lies at the start; none: it stands.
+    pub lies_on: Option<LyingOn>,
     /// The settings that it has of its own.
     pub own: RobotPatch,
 }
@@ -55,8 +60,18 @@ robot_settings! { patch_beside_fields {
         /// The model of this robot, if it is another than the scenario's.
         #[serde(skip_serializing_if = "Option::is_none")]
         model: Option<String>,
+        /// Whether it begins as a substitute, beside the pitch, wherever its `pose` is.
+        #[serde(skip_serializing_if = "is_false")]
+        substitute: bool,
+        /// The side of the body on which it lies at the start; none: it stands.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lies_on: Option<LyingOn>,
     }
 } }
+
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
 
 impl RobotSpec {
     /// The robot's identity.

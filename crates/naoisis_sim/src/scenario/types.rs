@@ -99,7 +99,7 @@ impl Scenario {
 
     /// Whether there is such a robot in the match: in the list, or in a team that is lined up.
     pub fn has_robot(&self, id: RobotId) -> bool {
-        let lined_up = self.teams.is_some() && (1..=self.rules.team_size).contains(&id.number);
+        let lined_up = self.teams.is_some() && (1..=self.rules.team_size + self.rules.substitutes).contains(&id.number);
         lined_up || self.robots.iter().any(|robot| robot.id() == id)
     }
 

@@ -27,6 +27,7 @@ use naoisis_core::robot::head::{HeadAngles, HeadCommand};
 use naoisis_core::robot::kick::KickCommand;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::robot::posture::PostureCommand;
+use naoisis_core::robot::request::RequestCommand;
 use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::{RobotId, Team};
 
@@ -190,6 +191,7 @@ fn begin_behaviour(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
         HeadCommand { yaw, pitch },
         KickCommand::default(),
         PostureCommand::default(),
+        RequestCommand::default(),
         Outbox::default(),
         Drawings::default(),
     ));

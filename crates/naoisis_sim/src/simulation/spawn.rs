@@ -14,16 +14,18 @@ use naoisis_core::communication::{Inbox, MessageStatistics, MessagesInFlight, Ou
 use naoisis_core::cycle::{CycleClock, PendingHalf};
 use naoisis_core::events::Contacts;
 use naoisis_core::events::{CycleEvents, StampedEvent};
-use naoisis_core::game::Game;
+use naoisis_core::game::{Game, Penalty};
 use naoisis_core::geometry::{Pose, wrap_angle};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::{Pitch, Post};
 use naoisis_core::random::{BehaviourRandom, RandomStreams};
 use naoisis_core::referee;
-use naoisis_core::referee::placing::LineUp;
+use naoisis_core::referee::placing::{LineUp, Occupied};
+use naoisis_core::referee::removal::waiting_pose;
 use naoisis_core::robot::head::{HeadAngles, HeadCommand};
 use naoisis_core::robot::kick::{KickCommand, KickPhase};
 use naoisis_core::robot::motion::{ExecutedStep, WalkCommand};
+use naoisis_core::robot::posture::Posture;
 use naoisis_core::robot::{PreviousPose, Roster, Velocity};
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sensing::belief::localisation_method::LocalisationMethod;
@@ -109,11 +111,24 @@ pub(super) fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotS
         robots.extend(team_of(scenario, registry, Team::Pink, teams, &mut line_up)?);
     }
     robots.sort_by_key(RobotSpec::id);
+    seat_substitutes(scenario, &mut robots);
     for robot in &mut robots {
         // As a file has it.
         robot.pose.heading = wrap_angle(robot.pose.heading);
     }
     Ok(robots)
+}
+
+/// Puts the substitutes beside the pitch.
+fn seat_substitutes(scenario: &Scenario, robots: &mut [RobotSpec]) {
+    let Scenario { field, rules, .. } = scenario;
+    let game = Game::at_start(rules, &clock_of(scenario));
+    let mut seated = Occupied::by_posts(field, &[], None);
+    for robot in robots.iter_mut().filter(|robot| robot.substitute) {
+        let (body, own_end) = (scenario.body_of(robot), game.own_end(robot.team));
+        robot.pose = waiting_pose(field, rules.return_place, own_end, Vec2::ZERO, &body, &seated);
+        seated.add_robot(robot.pose, &body);
+    }
 }
 
 /// The robots of a registered team at their places for the first kick-off.
@@ -125,16 +140,18 @@ fn team_of(
     line_up: &mut LineUp,
 ) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let (size, name) = (scenario.rules.team_size, teams.name(team));
+    let numbers = 1..=size + scenario.rules.substitutes;
     let mut spec_of = |number, behaviour| {
         let robot = teams.robot(team, number);
-        let pose = line_up.put_down(robot.id(), &scenario.body_of(&robot));
-        RobotSpec { pose, behaviour, ..robot }
+        let substitute = number > size;
+        let pose = if substitute { Pose::default() } else { line_up.put_down(robot.id(), &scenario.body_of(&robot)) };
+        RobotSpec { pose, behaviour, substitute, ..robot }
     };
     if let Some(Some(words)) = TeamsSpec::command_line(name) {
-        return Ok((1..=size).map(|number| spec_of(number, BehaviourSpec::Program(words.clone()))).collect());
+        return Ok(numbers.map(|number| spec_of(number, BehaviourSpec::Program(words.clone()))).collect());
     }
     if name == REMOTE {
-        return Ok((1..=size).map(|number| spec_of(number, BehaviourSpec::Named(REMOTE.to_owned()))).collect());
+        return Ok(numbers.map(|number| spec_of(number, BehaviourSpec::Named(REMOTE.to_owned()))).collect());
     }
     let Some(recipe) = registry.team(name) else {
         return Err(names::no_team(registry, &FieldPath::default().field("teams").field(team.name()), name));
@@ -149,8 +166,9 @@ fn team_of(
             ));
         }
     }
-    let named = |number| BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned());
-    Ok((1..=size).map(|number| spec_of(number, named(number))).collect())
+    // A substitute behaves as the last player.
+    let named = |number: u8| BehaviourSpec::Named(recipe.behaviour_of(number.min(size), size).into_owned());
+    Ok(numbers.map(|number| spec_of(number, named(number))).collect())
 }
 
 fn clock_of(scenario: &Scenario) -> CycleClock {
@@ -199,7 +217,11 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
         (SonarReading::default(), Percepts::default(), Odometry::default(), BodyStatus::default()),
         (Outbox::default(), Inbox::default(), Drawings::default(), SensorRecord::default()),
         RandomStreams::new(scenario.seed, id),
+        if robot.substitute { Penalty::SUBSTITUTE } else { Penalty::default() },
     ));
+    if let Some(on) = robot.lies_on {
+        entity.insert(Posture::fallen(on));
+    }
     give_behaviour(&mut entity, scenario, robot);
     entity
 }

@@ -252,7 +252,7 @@ fn decide_in_game(player: &Player, memory: &mut PlayerMemory, decide: Decide) ->
             without_pushing(player, rule_limits::apply(player, memory, decision))
         }
         GameState::Ready => without_pushing(player, rule_limits::take_place(player)),
-        GameState::Initial | GameState::Standby | GameState::Set | GameState::Finished => {
+        GameState::Initial | GameState::Standby | GameState::Set | GameState::Timeout | GameState::Finished => {
             Decision { intention: "wait", ..default() }
         }
     }

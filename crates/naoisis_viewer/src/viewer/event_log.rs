@@ -192,6 +192,7 @@ fn circumstances(event: &MatchEvent) -> (Option<RobotId>, Option<Vec2>, Option<&
             (Some(*robot), None, Some(evidence))
         }
         MatchEvent::DoubleTouch { robot, evidence } => (Some(*robot), Some(evidence.position_m), Some(evidence)),
+        MatchEvent::Substitution { robot, .. } => (Some(*robot), None, None),
         MatchEvent::MovedAside { robot, position_m } => (Some(*robot), Some(*position_m), None),
         MatchEvent::PlacedByHand { robot, position_m, evidence } => (Some(*robot), Some(*position_m), Some(evidence)),
         MatchEvent::Goal { scorer, evidence, .. } => (*scorer, None, Some(evidence)),

@@ -323,6 +323,7 @@ pub(super) fn state_name(state: GameState) -> &'static str {
         GameState::Ready => "ready",
         GameState::Set => "set",
         GameState::Playing => "playing",
+        GameState::Timeout => "time-out",
         GameState::Finished => "finished",
     }
 }

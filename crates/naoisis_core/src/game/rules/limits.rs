@@ -35,6 +35,8 @@ impl Rules {
         limits.range("halves", self.halves, 1..=10, "");
         limits.range("extra_time_halves", self.extra_time_halves, 0..=10, "");
         limits.range("team_size", self.team_size, 1..=11, " robots");
+        limits.range("substitutes", self.substitutes, 0..=11, " robots");
+        limits.range("timeouts", self.timeouts, 0..=100, "");
         limits.range("mercy_goals", self.mercy_goals.unwrap_or(1), 1..=1000, " goals");
         limits.range("pushing_limit", self.pushing_limit.unwrap_or(1), 1..=1000, " collisions");
         limits.range("cautions_to_send_off", self.cautions_to_send_off.unwrap_or(1), 1..=100, " cautions");
@@ -52,6 +54,8 @@ impl Rules {
         let positive_durations = [
             ("half_s", self.half_s),
             ("extra_half_s", self.extra_half_s),
+            ("timeout_s", self.timeout_s),
+            ("referee_timeout_s", self.referee_timeout_s),
             ("stall_s", self.stall_s),
             ("free_kick_s", self.free_kick_s),
             ("penalty_kick_ready_s", self.penalty_kick_ready_s),

@@ -6,6 +6,7 @@ mod procedures;
 pub use limits::RulesError;
 pub use procedures::{
     BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, ShootOutProcedure, SideContacts,
+    SubstitutionProcedure,
 };
 
 use bevy::prelude::*;
@@ -22,7 +23,7 @@ use crate::team::Team;
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless documented otherwise.
 ///
-/// Groups of fields, in this order: clock and halves; messages; goals; balls that are out and free kicks; penalty kicks;
+/// Groups of fields, in this order: clock and halves; time-outs and substitutes; messages; goals; balls that are out and free kicks; penalty kicks;
 /// kick-offs; penalties; collisions; stalling and ball holding; places; inactivity and stuck games; falls and dives;
 /// shoot-outs; the delay of the robots' information.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
@@ -60,6 +61,17 @@ pub struct Rules {
     /// The team that kicks off the first half, and shoots first in a shoot-out.
     pub first_kick_off: Team,
 
+    /// Time-outs that a team may take in a match (2010 and 2025: 1).
+    pub timeouts: u32,
+    /// Longest duration of a team's time-out, s (2010 and 2025: 300).
+    pub timeout_s: f32,
+    /// Longest duration of a referee's time-out, s (2025 rule book, section 3.14: 600).
+    pub referee_timeout_s: f32,
+    /// Number of substitutes of a team that a scenario lines up beside the pitch.
+    pub substitutes: u8,
+    /// When a substitute may replace a player, beside time-outs and half time.
+    pub substitution: SubstitutionProcedure,
+
     /// Messages that a team may send in a match, except in shoot-outs; none: unlimited. The goals of a team that sends more do
     /// not count (2025 rule book, section 2.4.2: 1200).
     pub message_budget: Option<u32>,
@@ -92,6 +104,9 @@ pub struct Rules {
     pub free_kick_distance_m: Option<f32>,
     /// Whether at a goal kick opponents keep out of the whole penalty area (HSL 2026, 15.2).
     pub goal_kick_clears_area: bool,
+    /// Whether an indirect free kick for an offence in the offenders' own penalty area is taken from the line of that area that is parallel to
+    /// the goal line (HSL 2026, 13.3.1).
+    pub indirect_free_kick_at_area_line: bool,
     /// Time for defenders to reach that distance, s (2025: 10 as a guideline).
     pub free_kick_leave_s: f32,
 
@@ -102,6 +117,11 @@ pub struct Rules {
     pub penalty_kick_ready_s: f32,
     /// For how long the ball belongs to the attackers in a penalty kick, s (2025: 30).
     pub penalty_kick_s: f32,
+    /// Whether a half goes on after its time until a penalty kick is over (HSL 2026, 7.4).
+    pub penalty_kick_extends_half: bool,
+    /// Whether the attackers have a goal if the goalkeeper leaves its goal line, or its feet, before they touch the ball of a penalty kick
+    /// (HSL 2026, penalty kick).
+    pub penalty_kick_keeper_goal: bool,
 
     /// The procedure of a kick-off.
     pub kick_off: KickOffProcedure,
@@ -297,6 +317,11 @@ impl Default for Rules {
             mercy_goals: None,
             team_size: 3,
             first_kick_off: Team::Blue,
+            timeouts: 0,
+            timeout_s: 300.0,
+            referee_timeout_s: 600.0,
+            substitutes: 0,
+            substitution: SubstitutionProcedure::InTimeouts,
             message_budget: None,
             goals: true,
             no_kick_off_shots: false,
@@ -309,10 +334,13 @@ impl Default for Rules {
             free_kick_s: 30.0,
             free_kick_distance_m: Some(0.75),
             goal_kick_clears_area: false,
+            indirect_free_kick_at_area_line: false,
             free_kick_leave_s: 10.0,
             penalty_kicks: false,
             penalty_kick_ready_s: 30.0,
             penalty_kick_s: 30.0,
+            penalty_kick_extends_half: false,
+            penalty_kick_keeper_goal: false,
             kick_off: KickOffProcedure::Placed,
             standby_s: 0.0,
             standby_random_s: 0.0,

@@ -92,3 +92,17 @@ pub enum ShootOutProcedure {
     /// wins (2025 rule book, section 3.19).
     Spl2025,
 }
+
+/// When a substitute may replace a player, beside time-outs and half time, in which it takes the player's place at once.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum SubstitutionProcedure {
+    /// At no other time (2010 rule book).
+    #[default]
+    InTimeouts,
+    /// In any stoppage: the substitute enters where penalised robots return (HSL 2026, 3.4).
+    InStoppages,
+    /// At any time, in place of a robot that is picked up, whose penalty the substitute serves (2025 rule book, section 3.12).
+    AsPickUp,
+}

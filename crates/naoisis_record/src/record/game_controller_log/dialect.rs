@@ -59,7 +59,7 @@ impl Dialect {
             Reason::MotionInSet | Reason::MotionInStop => [["motionInSet"; 2]; 2],
             Reason::MotionInStandby => [["motionInStandby"; 2], ["motionInSet"; 2]],
             Reason::SentOff => [["requestForPickUp", "pickedUp"], ["sendOff", "sentOff"]],
-            Reason::ShootOut => [["requestForPickUp", "substitute"]; 2],
+            Reason::ShootOut | Reason::Substitute => [["requestForPickUp", "substitute"]; 2],
             Reason::Manual | Reason::PickUp | Reason::Custom(_) => [["requestForPickUp", "pickedUp"]; 2],
         };
         if self == Self::Humanoid { humanoid } else { standard }
@@ -134,7 +134,7 @@ pub(super) fn set_play_of(word: &str) -> Option<SetPlayKind> {
     })
 }
 
-/// The state of a word; a timeout is time before the match.
+/// The state of a word.
 pub(super) fn state_of(word: &str) -> GameState {
     match word {
         "standby" => GameState::Standby,
@@ -142,6 +142,7 @@ pub(super) fn state_of(word: &str) -> GameState {
         "set" => GameState::Set,
         "playing" => GameState::Playing,
         "finished" => GameState::Finished,
+        "timeout" => GameState::Timeout,
         _ => GameState::Initial,
     }
 }

@@ -124,7 +124,7 @@ impl GameControllerLogRecorder {
             goalkeeper: Some(RobotId::GOALKEEPER),
             score: record.game.score[team],
             penalty_counter: self.penalties[team as usize],
-            timeout_budget: 1,
+            timeout_budget: u8::try_from(record.game.timeouts_left[team]).unwrap_or(u8::MAX),
             message_budget: record.game.messages_left.map_or_else(|| message_budget(&self.rules), |left| left[team]),
             illegal_communication: false,
             fallback_mode: (self.dialect == Dialect::StandardPlatform).then_some(false),
@@ -229,6 +229,11 @@ fn change(state: GameState, record: &CycleRecord, dialect: Dialect) -> Option<Ac
 fn simple_action(event: &MatchEvent, record: &CycleRecord) -> Option<Action> {
     Some(match event {
         MatchEvent::Goal { team, .. } => action("user", "goal", json!({ "side": side(*team) })),
+        MatchEvent::Timeout { team, .. } => action("user", "timeout", json!({ "side": team.map(side) })),
+        MatchEvent::Substitution { robot, replaced } => {
+            let arguments = json!({ "side": side(robot.team), "playerIn": robot.number, "playerOut": replaced.number });
+            action("user", "substitute", arguments)
+        }
         MatchEvent::PenaltyOver { robot, .. } => {
             let arguments = json!({ "side": side(robot.team), "player": robot.number, "force": false });
             action("user", "unpenalize", arguments)
@@ -317,7 +322,9 @@ fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Va
         };
         ((*name).to_owned(), json!({ "duration": time(duration_s), "readyDuration": time(ready_s) }))
     };
-    let largest = Team::BOTH.map(|team| record.robots.iter().filter(|robot| robot.id.team == team).count());
+    let plays = |robot: &&RobotRecord| robot.penalised.is_none_or(|it| it.reason != PenaltyReason::Substitute);
+    let players = |team: Team| record.robots.iter().filter(plays).filter(move |robot| robot.id.team == team);
+    let largest = Team::BOTH.map(|team| players(team).count());
     let mut competition = json!({
         "name": scenario.league.as_deref().unwrap_or(&scenario.name),
         "playersPerTeam": largest[0].max(largest[1]),
@@ -326,9 +333,9 @@ fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Va
         "setPlays": dialect.set_plays().iter().map(set_play).collect::<serde_json::Map<_, _>>(),
         "halfDuration": time(rules.half_s),
         "halfTimeBreakDuration": time(0.0),
-        "timeoutDuration": time(300.0),
-        "timeoutsPerTeam": 1,
-        "refereeTimeoutDuration": time(600.0),
+        "timeoutDuration": time(rules.timeout_s),
+        "timeoutsPerTeam": rules.timeouts,
+        "refereeTimeoutDuration": time(rules.referee_timeout_s),
         "messagesPerTeam": message_budget(rules),
         "messagesPerTeamPerExtraMinute": 0,
         "mercyRuleScoreDifference": 10,

@@ -98,6 +98,10 @@ pub struct MatchCounts {
     /// The robot that touched the ball last since it was put down.
     last_touch: Option<RobotId>,
     duel: Option<Duel>,
+    /// The corner of the pitch at +x and +y, m.
+    corner_m: Vec2,
+    /// The last position of the ball, m, pitch frame.
+    ball_m: Option<Vec2>,
     /// Cycle, time and score where counting began and where it stands.
     began: Option<(f64, Score)>,
     last_cycle: u64,
@@ -136,6 +140,8 @@ impl MatchCounts {
             kicks: KickFollower::new(scenario),
             last_touch: None,
             duel: None,
+            corner_m: Vec2::new(scenario.field.half_length(), scenario.field.half_width()),
+            ball_m: None,
             began: None,
             last_cycle: 0,
         }
@@ -151,6 +157,7 @@ impl MatchCounts {
     pub fn look<'a>(&mut self, cycle: &Observed, robots: impl Iterator<Item = ObservedRobot<'a>>) -> f64 {
         let cycles = cycle.cycle.saturating_sub(self.last_cycle);
         self.last_cycle = cycle.cycle;
+        self.ball_m = cycle.ball_m;
         let Some((began_s, score)) = self.began else {
             self.began = Some((cycle.time_s, cycle.score));
             self.robots.extend(robots.map(|robot| (robot.id, RobotCounts::default())));
@@ -202,6 +209,13 @@ impl MatchCounts {
         }
         self.count_duel(nearest_m.blue.max(nearest_m.pink));
         cycles as f64 * self.period_s
+    }
+
+    /// The distance of the ball, m, from the centre mark and from the left and the right corner at +x.
+    pub fn ball_distances_m(&self) -> Option<[f32; 3]> {
+        let Vec2 { x, y } = self.corner_m;
+        let ball = self.ball_m?;
+        Some([Vec2::ZERO, Vec2::new(x, y), Vec2::new(x, -y)].map(|target| target.distance(ball)))
     }
 
     fn count_active(&mut self, robot: &ObservedRobot, cycles: u64) {

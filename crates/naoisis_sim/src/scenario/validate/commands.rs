@@ -7,7 +7,7 @@ use crate::scenario::types::Scenario;
 use crate::scenario::wording::{did_you_mean, one_of, quoted};
 use naoisis_core::behaviour::script::ScriptEntry;
 use naoisis_core::communication::MOST_ROBOTS;
-use naoisis_core::game::{Intervention, TimedIntervention};
+use naoisis_core::game::{Intervention, Rules, TimedIntervention};
 use naoisis_core::kick_geometry::KickType;
 use naoisis_core::robot::kick::KickSettings;
 
@@ -65,8 +65,8 @@ impl Checks {
             self.fault(path.field("until_s"), message, expected);
         }
         let acts = entry.walk.is_some() || entry.kick.is_some() || entry.head.is_some() || entry.posture.is_some();
-        if !acts && entry.say.is_none() {
-            let expected = "`walk`, `kick`, `head_deg`, `posture` or `say`";
+        if !acts && entry.say.is_none() && entry.request.is_none() {
+            let expected = "`walk`, `kick`, `head_deg`, `posture`, `request` or `say`";
             self.fault(path.clone(), "this entry of a script does nothing", expected);
         }
     }
@@ -87,6 +87,17 @@ impl Checks {
             Intervention::Penalise { robot, .. } => (Some(("penalise.robot", robot)), None),
             Intervention::PickUp { robot } => (Some(("pick_up.robot", robot)), None),
             Intervention::Return { robot } => (Some(("return.robot", robot)), None),
+            Intervention::Substitute { robot, by } => {
+                if !scenario.has_robot(robot) {
+                    let message = format!("there is no robot {robot}");
+                    self.fault(path.field("substitute.robot"), message, "a robot of this scenario");
+                }
+                (Some(("substitute.by", by)), None)
+            }
+            Intervention::Timeout { team, duration_s } => {
+                self.timeout(&path.field("timeout"), team.is_some(), duration_s, &scenario.rules);
+                (None, None)
+            }
             Intervention::SetScore { .. }
             | Intervention::Whistle
             | Intervention::KickOff { .. }
@@ -105,6 +116,21 @@ impl Checks {
             let message = format!("({}, {}) is outside the carpet", place.x, place.y);
             let expected = format!("within ±{} m and ±{} m", carpet.x, carpet.y);
             self.fault(path.field(field), message, expected);
+        }
+    }
+
+    /// That the rules have such a time-out.
+    fn timeout(&mut self, path: &FieldPath, of_team: bool, duration_s: Option<f32>, rules: &Rules) {
+        if of_team && rules.timeouts == 0 {
+            let expected = "rules with `timeouts`, or no `team`: a time-out of the referee";
+            self.fault(path.field("team"), "by these rules a team has no time-outs", expected);
+        }
+        let longest_s = if of_team { rules.timeout_s } else { rules.referee_timeout_s };
+        if let Some(duration_s) = duration_s
+            && !(0.0..=longest_s).contains(&duration_s)
+        {
+            let message = format!("`duration_s` is {duration_s}");
+            self.fault(path.field("duration_s"), message, format!("0 to {longest_s} s, as the rules say"));
         }
     }
 

@@ -27,13 +27,14 @@ impl Checks {
 
         let robots = &scenario.robots;
         let pose_path = |index: usize| root.field("robots").index(index).field("pose");
-        for (index, robot) in robots.iter().enumerate() {
+        let players = || robots.iter().enumerate().filter(|(_, robot)| !robot.substitute);
+        for (index, robot) in players() {
             let fault = |message: String, expected: &str| ScenarioFault::new(pose_path(index), message, expected);
             if outside(robot.pose.position) {
                 let message = format!("{} at {} is outside the carpet", robot.id(), words(robot.pose.position));
                 self.push(fault(message, &on_carpet));
             }
-            for (other_index, other) in robots.iter().enumerate().take(index) {
+            for (other_index, other) in players().take_while(|(other, _)| *other < index) {
                 if torsos_overlap(scenario, robot, other) {
                     let message = format!("{} and {} stand in one place", other.id(), robot.id());
                     let other = pose_path(other_index);
@@ -55,7 +56,7 @@ impl Checks {
                 let message = format!("the post at {} is outside the carpet", words(post.position_m));
                 self.fault(place.clone(), message, on_carpet.as_str());
             }
-            for (robot_index, robot) in robots.iter().enumerate() {
+            for (robot_index, robot) in players() {
                 if torso_reaches(scenario, robot, post.position_m, post.radius_m) {
                     let message = format!("{} stands in the post at {}", robot.id(), words(post.position_m));
                     let fault = ScenarioFault::new(pose_path(robot_index), message, "a place clear of posts");
@@ -70,7 +71,7 @@ impl Checks {
             let message = format!("the ball at {} is outside the carpet", words(place_m));
             self.fault(path.clone(), message, on_carpet.as_str());
         }
-        for (index, robot) in robots.iter().enumerate() {
+        for (index, robot) in players() {
             if holds_ball(scenario, robot, ball) {
                 let message = format!("the ball at {} is inside {}", words(place_m), robot.id());
                 let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
@@ -92,7 +93,8 @@ impl Checks {
     pub(super) fn room_at_kick_offs(&mut self, scenario: &Scenario) {
         let carpet = scenario.field.carpet_half_extents();
         let is_outside = |place: Vec2| place.abs().cmpgt(carpet).any();
-        let mut robots: Vec<RobotId> = scenario.robots.iter().map(RobotSpec::id).collect();
+        let players = scenario.robots.iter().filter(|robot| !robot.substitute);
+        let mut robots: Vec<RobotId> = players.map(RobotSpec::id).collect();
         let mut balls = vec![Vec2::ZERO];
         if scenario.teams.is_some() {
             let numbers = 1..=scenario.rules.team_size;

@@ -99,7 +99,11 @@ fn way_back(world: &mut World, act: Intervention) -> Vec<Intervention> {
         }
         Intervention::Stop => vec![Intervention::Resume],
         Intervention::Resume => vec![Intervention::Stop],
-        Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => Vec::new(),
+        Intervention::SetScore { .. }
+        | Intervention::Whistle
+        | Intervention::KickOff { .. }
+        | Intervention::Timeout { .. }
+        | Intervention::Substitute { .. } => Vec::new(),
     }
 }
 

@@ -11,6 +11,7 @@ use naoisis_core::referee::GameStatus;
 use naoisis_core::robot::Velocity;
 use naoisis_core::robot::kick::KickRequest;
 use naoisis_core::robot::posture::{Posture, PostureRequest};
+use naoisis_core::robot::request::TeamRequest;
 use naoisis_sensing::belief::covariance::half_axes_95;
 use naoisis_sensing::belief::error::BeliefError;
 use naoisis_sensing::belief::{Belief, PlaceCovariance, point_pitch_from_team};
@@ -120,6 +121,14 @@ pub fn commands(command: &RobotCommand, period: f32) -> Vec<Entry> {
             PostureRequest::Dive(side) => format!("dives to the {}", side.name()),
         };
         entries.push(entry("Body", text));
+    }
+    if let Some(request) = command.request {
+        let text = match request {
+            TeamRequest::Timeout => "a time-out".to_owned(),
+            TeamRequest::PickUp => "to be picked up".to_owned(),
+            TeamRequest::Substitute(number) => format!("substitute {number}"),
+        };
+        entries.push(entry("Asks for", text));
     }
     if let Some(intention) = command.say.as_ref().and_then(|say| say.intention.as_deref()) {
         entries.push(entry("Intends to", intention.to_owned()));
