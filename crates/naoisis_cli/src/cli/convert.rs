@@ -21,9 +21,9 @@ use naoisis_sim::interface::fields::Fields;
 /// Arguments of `naoisis convert`.
 #[derive(Args, Debug, Clone)]
 pub struct ConvertArguments {
-    /// A trace, as `naoisis run --trace` writes it (.jsonl or .jsonl.zst)
+    /// A trace, as `naoisis run --trace` or `--mcap` writes it (.jsonl, .jsonl.zst or .mcap)
     pub trace: PathBuf,
-    /// The file to write; its ending says the format: .html, .jsonl, .jsonl.zst
+    /// The file to write; its ending says the format: .html, .jsonl, .jsonl.zst, .mcap
     #[arg(required_unless_present_any = ["parquet", "csv"])]
     pub file: Option<PathBuf>,
     /// Write tables as Parquet into this folder: cycles, robots, percepts, beliefs, events, messages

@@ -19,13 +19,23 @@ pub struct LogArguments {
     /// Write a page that plays the match in a browser: one file, without a network
     #[arg(long, value_name = "FILE.html")]
     pub html: Option<PathBuf>,
+    /// Write an MCAP file for Foxglove, Lichtblick and Rerun, with the trace in it
+    #[arg(long, value_name = "FILE.mcap")]
+    pub mcap: Option<PathBuf>,
 }
 
 impl LogArguments {
     /// All logs, each with its option.
     fn all(&self) -> impl Iterator<Item = (&'static str, Log)> + '_ {
-        let page = self.html.as_ref().map(|path| ("--html", Log { format: "html".to_owned(), path: path.clone() }));
-        self.log.iter().map(|log| ("--log", log.clone())).chain(page)
+        let named = self.named().into_iter().filter_map(|(option, format, path)| {
+            Some((option, Log { format: format.to_owned(), path: path.clone()? }))
+        });
+        self.log.iter().map(|log| ("--log", log.clone())).chain(named)
+    }
+
+    /// The options that name a format: each with the format, which is the ending too, and the file.
+    fn named(&self) -> [(&'static str, &'static str, &Option<PathBuf>); 2] {
+        [("--html", "html", &self.html), ("--mcap", "mcap", &self.mcap)]
     }
 }
 
@@ -54,12 +64,12 @@ impl Recording for LogArguments {
         if let Some((option, _)) = self.all().find(|(_, log)| log.path.as_os_str() == STANDARD_OUTPUT) {
             return Err(format!("{option}: only --trace goes to standard output; expected a file"));
         }
-        match &self.html {
-            Some(path) if path.extension().is_none_or(|extension| extension != "html") => {
-                Err(format!("--html: {}: expected a name that ends in .html", path.display()))
+        for (option, ending, path) in self.named() {
+            if let Some(path) = path.as_ref().filter(|path| path.extension().is_none_or(|there| there != ending)) {
+                return Err(format!("{option}: {}: expected a name that ends in .{ending}", path.display()));
             }
-            _ => Ok(()),
         }
+        Ok(())
     }
 
     fn outputs(&self) -> Vec<Output> {

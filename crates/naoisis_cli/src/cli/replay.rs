@@ -21,7 +21,7 @@ use naoisis_record::record::recorder::EndReason;
 /// Arguments of `naoisis replay`.
 #[derive(Args, Debug, Clone)]
 pub struct ReplayArguments {
-    /// A trace, as `naoisis run --trace` writes it (.jsonl or .jsonl.zst)
+    /// A trace, as `naoisis run --trace` or `--mcap` writes it (.jsonl, .jsonl.zst or .mcap)
     pub trace: PathBuf,
     /// Write this file instead, as `naoisis convert` does
     pub file: Option<PathBuf>,

@@ -329,7 +329,8 @@ impl RobotErrors {
     }
 }
 
-fn truth(pose: Pose, ball: Option<[Vec2; 2]>, opponents: &[(RobotId, Vec2)], own_end: End) -> Truth {
+/// What the belief of a robot at `pose` is compared with, of a team that defends `own_end`.
+pub(super) fn truth(pose: Pose, ball: Option<[Vec2; 2]>, opponents: &[(RobotId, Vec2)], own_end: End) -> Truth {
     let to_team = |place: Vec2| point_team_from_pitch(place, own_end);
     Truth {
         pose: team_from_pitch(pose, own_end),

@@ -5,6 +5,7 @@ use core::ops::ControlFlow;
 
 use super::read::{TraceError, TraceReader};
 use super::recorder::{EndReason, MatchEnd, RecordError, Recorder};
+use super::trace_lines::TraceExtent;
 
 /// Why a trace is not converted.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +36,7 @@ pub fn convert(
     let mut last = reader.next_cycle()?.ok_or(ConvertError::Empty)?;
     let mut recorder = create()?;
     let mut world = World::new();
+    world.insert_resource(TraceExtent { every: reader.every(), fields: reader.fields().clone() });
     recorder.start(&scenario, &last, &mut world);
     while let Some(record) = reader.next_cycle()? {
         recorder.record(&record, &mut world);

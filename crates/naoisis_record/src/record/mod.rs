@@ -1,5 +1,5 @@
 //! Everything that is written of a match, and how traces are read: traces, [counts](match_counts), summaries, mistakes, beliefs
-//! against the truth, [pages](page), pictures and films.
+//! against the truth, [pages](page), [MCAP files](mcap), pictures and films.
 //!
 //! All of it is made from one [record of each cycle](naoisis_sim::interface::cycle_record::CycleRecord), which is
 //! [gathered](naoisis_sim::interface::gather) once and handed to every [`Recorder`](recorder::Recorder).
@@ -11,6 +11,7 @@ mod colour_description;
 pub mod convert;
 pub mod encoder;
 mod error;
+mod event_words;
 pub mod film;
 pub mod formats;
 pub mod frames;
@@ -21,6 +22,7 @@ pub mod match_counts;
 pub mod match_marks;
 pub mod match_renderer;
 pub mod match_summary;
+pub mod mcap;
 pub mod mistake_recorder;
 pub mod mistakes;
 pub mod output_file;
@@ -41,6 +43,7 @@ pub mod summary_recorder;
 pub mod summary_rows;
 pub mod tables;
 pub mod trace;
+mod trace_lines;
 pub mod video;
 mod video_file;
 

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::formats::LogFormatApp;
 use super::game_controller_log::GameControllerLogRecorder;
+use super::mcap::McapRecorder;
 use super::page::PageRecorder;
 use super::recorder::{self, Recorders};
 use super::trace::TraceRecorder;
@@ -21,6 +22,12 @@ impl Plugin for RecordPlugin {
             .add_log_format("html", "a page that plays the match in a browser, in one file", PageRecorder::create)
             .name_endings("trace", &[".jsonl", ".jsonl.zst"])
             .name_endings("html", &[".html"])
+            .add_log_format(
+                "mcap",
+                "MCAP with the trace and channels for Foxglove and Lichtblick",
+                McapRecorder::create,
+            )
+            .name_endings("mcap", &[".mcap"])
             .add_log_format(
                 "gamecontroller",
                 "YAML as the league's GameController writes it",

@@ -1,14 +1,16 @@
-//! Reading traces, plain or compressed, whole or cut off.
+//! Reading traces, plain, compressed or in an [MCAP file](super::mcap), whole or cut off.
 //!
 //! Errors are [`TraceError`]s with file, line and column, and what was expected. A trace whose program was killed lacks its last line
 //! or has a part of it: it is read up to there, and [`TraceReader::ending`] tells.
 
+use ::mcap::MAGIC;
 use serde::Deserialize;
 use serde_json::Value;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use super::mcap::McapTrace;
 use super::recorder::{EndReason, MatchEnd};
 use super::trace::{FORMAT, VERSION};
 use naoisis_core::game::MatchResult;
@@ -17,7 +19,7 @@ use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::{FieldPath, Scenario, foreign_file, read_settings};
 
 /// A longer line is no line of a trace: it bounds the memory of a reader.
-const LONGEST_LINE_BYTES: u64 = 16 << 20;
+pub(super) const LONGEST_LINE_BYTES: u64 = 16 << 20;
 
 /// The first bytes of a file that is compressed by Zstandard.
 const ZSTANDARD: &[u8] = b"\x28\xb5\x2f\xfd";
@@ -102,7 +104,8 @@ pub struct TraceReader {
 }
 
 impl TraceReader {
-    /// Opens a trace, compressed or not, whatever its name is, and reads its header.
+    /// Opens a trace, plain, compressed or in an MCAP file, whatever its name is, and reads its header. The lines of an MCAP file are the
+    /// header, the messages of its channel `/trace`, and the end.
     ///
     /// # Errors
     /// When there is no such file, or it does not begin as a trace does.
@@ -115,6 +118,9 @@ impl TraceReader {
             let error =
                 io::Error::other(format!("it is packed by gzip, which is not read; unpack it: gunzip -c {name}"));
             return Err(io_error(error));
+        }
+        if start.starts_with(MAGIC) {
+            return Self::new(path, McapTrace::new(file));
         }
         if let Some(kind) = foreign_file(start) {
             return Err(io_error(io::Error::other(format!("this is {kind}; naoisis cannot read it"))));

@@ -5,15 +5,12 @@
 //! percepts, which are in the robot's.
 
 use bevy::prelude::*;
-use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
-use super::shortest_float::ShortestFloats;
-use naoisis_core::behaviour::reasons::{Reasons, ask_for_reasons};
-use naoisis_core::events::MatchEvent;
+use super::trace_lines::TraceLines;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
@@ -47,15 +44,8 @@ pub struct TraceRecorder {
     /// What errors call it.
     name: PathBuf,
     sink: Sink,
-    /// The cycles from one line to the next.
-    every: u64,
-    fields: Fields,
-    line: Vec<u8>,
-    /// What happened in the cycles since the last line.
-    events: Vec<MatchEvent>,
-    last_cycle: Option<u64>,
-    /// Whether robots' reasons are written: they may be there for another recorder.
-    has_reasons: bool,
+    lines: TraceLines,
+    text: Vec<u8>,
     /// Its file, if it has one of its own.
     output: Option<OutputFile>,
     error: Option<io::Error>,
@@ -84,68 +74,39 @@ impl TraceRecorder {
     }
 
     fn new(name: PathBuf, sink: Sink) -> Self {
-        let (line, events) = (Vec::new(), Vec::new());
-        let (every, fields) = (1, Fields::default());
-        Self { name, sink, every, fields, line, events, last_cycle: None, has_reasons: true, output: None, error: None }
+        Self { name, sink, lines: TraceLines::default(), text: Vec::new(), output: None, error: None }
     }
 
     /// Writes a line only every few cycles, and of the first and the last one. Events in between are in the next line.
     #[must_use]
-    pub fn every(self, cycles: u64) -> Self {
-        Self { every: cycles.max(1), ..self }
+    pub fn every(mut self, cycles: u64) -> Self {
+        self.lines.extent.every = cycles.max(1);
+        self
     }
 
     /// With these fields only.
     #[must_use]
-    pub fn with_fields(self, fields: Fields) -> Self {
-        Self { fields, ..self }
+    pub fn with_fields(mut self, fields: Fields) -> Self {
+        self.lines.extent.fields = fields;
+        self
     }
 
-    fn write_record(&mut self, record: &CycleRecord) {
-        self.last_cycle = Some(record.cycle);
-        let has_reasons = record.robots.iter().any(|robot| robot.reasons.is_some());
-        if self.events.is_empty() && (self.has_reasons || !has_reasons) {
-            return self.write_line(record);
-        }
-        let mut record = record.clone();
-        record.events.splice(..0, self.events.drain(..));
-        if !self.has_reasons {
-            record.robots.iter_mut().for_each(|robot| robot.reasons = None);
-        }
-        self.write_line(&record);
-    }
-
-    fn write_line(&mut self, record: &CycleRecord) {
-        self.line.clear();
-        let mut serializer = serde_json::Serializer::with_formatter(&mut self.line, ShortestFloats);
-        let written = if self.fields.is_all() {
-            record.serialize(&mut serializer)
-        } else {
-            self.fields.of(record).serialize(&mut serializer)
-        };
-        self.end_line(written);
-    }
-
-    fn write(&mut self, line: &impl Serialize) {
-        self.line.clear();
-        let written = serde_json::to_writer(&mut self.line, line);
-        self.end_line(written);
-    }
-
-    /// Writes the line, if it could be made.
-    fn end_line(&mut self, made: serde_json::Result<()>) {
-        if self.error.is_some() {
+    /// Writes the lines that `add` makes, if they could be made.
+    fn write(&mut self, add: impl FnOnce(&mut TraceLines, &mut Vec<u8>) -> serde_json::Result<()>) {
+        self.text.clear();
+        let made = add(&mut self.lines, &mut self.text);
+        // Not every cycle has a line.
+        if self.error.is_some() || (made.is_ok() && self.text.is_empty()) {
             return;
         }
         let result = made.map_err(io::Error::from).and_then(|()| {
-            self.line.push(b'\n');
             // Whatever ends the program leaves every line readable. What was compressed before helps to compress what
             // follows, so that this makes a compressed trace 2 % larger.
             let writer: &mut dyn Write = match &mut self.sink {
                 Sink::Plain(writer) => writer,
                 Sink::Compressed(encoder) => encoder,
             };
-            writer.write_all(&self.line)?;
+            writer.write_all(&self.text)?;
             writer.flush()
         });
         self.error = result.err();
@@ -154,29 +115,12 @@ impl TraceRecorder {
 
 impl Recorder for TraceRecorder {
     fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
-        if self.fields.names().iter().any(|name| name.starts_with("robots.reasons")) {
-            ask_for_reasons(world);
-        }
-        self.has_reasons = world.query::<&Reasons>().iter(world).next().is_some();
-        let (every, fields) = (self.every, self.fields.clone());
-        self.write(&Header {
-            line_type: "header",
-            format: FORMAT,
-            version: VERSION,
-            seed: scenario.seed,
-            every,
-            fields: &fields,
-            scenario,
-        });
-        self.write_record(record);
+        self.write(|lines, text| lines.add_header(text, scenario, world));
+        self.write(|lines, text| lines.add(text, record));
     }
 
     fn record(&mut self, record: &CycleRecord, _: &mut World) {
-        if record.cycle.is_multiple_of(self.every) {
-            self.write_record(record);
-        } else {
-            self.events.extend_from_slice(&record.events);
-        }
+        self.write(|lines, text| lines.add_cycle(text, record));
     }
 
     fn has_failed(&self) -> bool {
@@ -184,11 +128,8 @@ impl Recorder for TraceRecorder {
     }
 
     fn finish(mut self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
-        if self.last_cycle.is_some_and(|written| written < last.cycle) {
-            // What happened in it is among what happened since the last line already.
-            self.write_record(&CycleRecord { events: Vec::new(), ..last.clone() });
-        }
-        self.write(end);
+        self.write(|lines, text| lines.add_last(text, last));
+        self.write(|_, text| TraceLines::add_end(text, end));
         let Self { name, sink, output, error, .. } = *self;
         let is_plain = matches!(sink, Sink::Plain(_));
         let closed = match (error, sink) {
@@ -211,22 +152,4 @@ impl Recorder for TraceRecorder {
             format!("  trace  {}, {:.1} MB{hint}\n", name.display(), bytes as f64 / 1e6)
         }))
     }
-}
-
-#[derive(Serialize)]
-struct Header<'a> {
-    #[serde(rename = "type")]
-    line_type: &'static str,
-    format: &'static str,
-    version: u32,
-    seed: u64,
-    #[serde(skip_serializing_if = "is_one")]
-    every: u64,
-    #[serde(skip_serializing_if = "Fields::is_all")]
-    fields: &'a Fields,
-    scenario: &'a Scenario,
-}
-
-fn is_one(every: &u64) -> bool {
-    *every == 1
 }

@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
+use crate::record::event_words::event_words;
 use crate::record::match_summary::{CELLS_ALONG, MatchSummary};
 use crate::record::recorder::MatchEnd;
 use crate::record::summary_rows::{ROBOT_COLUMNS, maps, robot_rows, team_rows};
-use naoisis_core::events::{KickResult, MatchEvent};
+use naoisis_core::events::MatchEvent;
 use naoisis_core::geometry::to_degrees;
-use naoisis_core::referee::report;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sim::scenario::Scenario;
 
@@ -58,17 +58,7 @@ fn robot_of(scenario: &Scenario, id: RobotId) -> Value {
 /// An event: its cycle, its kind, a sentence, whom it is about, where it was, and the referee's reasons. `None` for what
 /// happens all the time.
 pub(super) fn event_of(cycle: u64, time_s: f64, event: &MatchEvent) -> Option<Value> {
-    let (sentence, why) = match event {
-        MatchEvent::StateChanged { .. } => return None,
-        MatchEvent::Kick { robot, kick_type, result: KickResult::Kicked | KickResult::Reduced, .. } => {
-            (format!("{robot} kicks: {}.", kick_type.words()), Vec::new())
-        }
-        _ => {
-            let sentence = report::headline(event)?;
-            let lines = report::report(time_s, None, event)?;
-            (sentence, lines.lines().skip(1).map(|line| line.trim().to_owned()).collect())
-        }
-    };
+    let (sentence, why) = event_words(time_s, event)?;
     let value = serde_json::to_value(event).unwrap_or_default();
     let about = ["robot", "team", "last_touch"].iter().find_map(|field| value[field].as_str()).unwrap_or_default();
     let place = if value["position_m"].is_null() { &value["evidence"]["position_m"] } else { &value["position_m"] };

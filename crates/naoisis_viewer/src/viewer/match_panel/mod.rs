@@ -154,7 +154,7 @@ fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
 
 fn open(world: &mut World, path: &Path) -> Result<(), String> {
     let name = path.to_string_lossy();
-    if [".jsonl", ".jsonl.zst"].iter().any(|ending| name.ends_with(ending)) {
+    if [".jsonl", ".jsonl.zst", ".mcap"].iter().any(|ending| name.ends_with(ending)) {
         let begun = world.resource_mut::<TraceReading>().begin(path);
         return begun.map_err(|error| format!("{}: cannot be read: {error}", path.display()));
     }

@@ -1,0 +1,174 @@
+//! The channels that viewers show, beside the trace.
+
+use bevy::prelude::*;
+use foxglove::messages::{CompressedImage, FrameTransforms, Log, SceneUpdate, log};
+
+use super::file::McapFile;
+use super::nanoseconds;
+use super::pitch::pitch;
+use super::robots::{BALL, Robot, calibration, frames};
+use super::senses::{ErrorOfBelief, annotations, belief_scene, percepts_scene};
+use super::shapes::{Entity, colour, scene, timestamp};
+use crate::record::beliefs::{Sensed, truth};
+use crate::record::encoder::Layer;
+use crate::record::event_words::event_words;
+use crate::record::match_renderer::newest_image;
+use crate::record::png_file::encode_png;
+use naoisis_core::events::MatchEvent;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::RobotId;
+use naoisis_sensing::appearance::colours;
+use naoisis_sensing::belief::error::BeliefError;
+use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_sim::scenario::Scenario;
+
+/// What robots see and believe, and the state of the game, are written so often a second. The truth, commands and messages are in
+/// every cycle.
+const SENSE_HZ: f64 = 10.0;
+
+/// The channels of a match that is being written.
+pub(super) struct Channels {
+    robots: Vec<Robot>,
+    ball_radius_m: f32,
+    cycle_s: f64,
+    /// The cycle from which on robots' senses are due again.
+    due: u64,
+    /// The robots that were drawn as penalised, and whether the ball was drawn.
+    drawn: Option<(Vec<RobotId>, bool)>,
+    /// The truth at the end of the cycle before, where robots sensed.
+    sensed: Sensed,
+}
+
+impl Channels {
+    /// Writes what does not change.
+    pub fn begin(scenario: &Scenario, record: &CycleRecord, file: &mut McapFile) -> Self {
+        let time_ns = nanoseconds(record.time_s);
+        let robots: Vec<Robot> = record.robots.iter().map(|robot| Robot::of(scenario, robot.id)).collect();
+        file.log("/pitch", time_ns, &pitch(scenario));
+        let transforms = robots.iter().flat_map(Robot::camera_frames).collect();
+        file.log("/tf_static", time_ns, &FrameTransforms { transforms });
+        for robot in &robots {
+            for mount in robot.cameras.mounts.iter() {
+                let camera = robot.camera_frame(mount.name);
+                let topic = format!("/{camera}/calibration");
+                file.log(&topic, time_ns, &calibration(&robot.cameras.intrinsics(mount), camera));
+            }
+        }
+        let ball_radius_m = scenario.ball.unwrap_or_default().radius_m;
+        let (cycle_s, sensed) = (scenario.cycle_s, Sensed::of(record));
+        Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, sensed }
+    }
+
+    /// Writes a cycle. The world has the images, if there are any.
+    pub fn write(&mut self, record: &CycleRecord, world: &World, file: &mut McapFile) {
+        let time_ns = nanoseconds(record.time_s);
+        file.log("/tf", time_ns, &frames(&self.robots, record, time_ns));
+        self.draw(record, time_ns, file);
+        let is_due = record.cycle >= self.due;
+        if is_due {
+            let every = (1.0 / (SENSE_HZ * self.cycle_s)).round().max(1.0) as u64;
+            self.due = (record.cycle / every + 1) * every;
+            file.log_json("/game", time_ns, &record.game);
+        }
+        for robot in &record.robots {
+            let id = robot.id;
+            if let Some(command) = &robot.command {
+                file.log_json(&format!("/{id}/command"), time_ns, command);
+            }
+            for message in &robot.inbox {
+                file.log_json(&format!("/{id}/inbox"), time_ns, message);
+            }
+            if is_due {
+                self.write_senses(record, robot, time_ns, file);
+            }
+        }
+        for event in &record.events {
+            write_event(record.time_s, event, file);
+        }
+        self.write_images(record, world, file);
+        self.sensed = Sensed::of(record);
+    }
+
+    /// Draws robots and ball, if they do not look as before. They move with their frames.
+    fn draw(&mut self, record: &CycleRecord, time_ns: u64, file: &mut McapFile) {
+        let penalised = record.robots.iter().filter(|robot| robot.penalised.is_some()).map(|robot| robot.id);
+        let now = (penalised.collect::<Vec<_>>(), record.ball.is_some());
+        let before = self.drawn.replace(now.clone());
+        for robot in &self.robots {
+            let is_penalised = now.0.contains(&robot.id);
+            if before.as_ref().is_none_or(|(penalised, _)| penalised.contains(&robot.id) != is_penalised) {
+                file.log(&format!("/{}/body", robot.id), time_ns, &robot.drawn(is_penalised, time_ns));
+            }
+        }
+        if before.is_none_or(|(_, had_ball)| had_ball != now.1) {
+            file.log("/ball", time_ns, &self.ball(now.1, time_ns));
+        }
+    }
+
+    fn ball(&self, is_there: bool, time_ns: u64) -> SceneUpdate {
+        let mut entity = Entity::new(BALL, BALL, time_ns).locked();
+        entity.sphere(Vec3::ZERO, self.ball_radius_m, colour(colours::BALL, 1.0));
+        scene(is_there.then_some(entity))
+    }
+
+    fn write_senses(&self, record: &CycleRecord, robot: &RobotRecord, time_ns: u64, file: &mut McapFile) {
+        let id = robot.id;
+        file.log(&format!("/{id}/percepts"), time_ns, &percepts_scene(id, &robot.percepts));
+        if let Some(reported) = &robot.reported {
+            file.log_json(&format!("/{id}/reported"), time_ns, reported);
+        }
+        let Some(belief) = &robot.belief else { return };
+        let own_end = record.game.own_end(id.team);
+        file.log(&format!("/{id}/belief"), time_ns, &belief_scene(id, belief, own_end, time_ns));
+        let Some(pose) = self.sensed.pose(id) else { return };
+        let others = record.robots.iter().filter(|other| other.id.team != id.team && other.penalised.is_none());
+        let opponents: Vec<_> =
+            others.filter_map(|other| Some((other.id, self.sensed.pose(other.id)?.position))).collect();
+        let error = BeliefError::of(belief, &truth(pose, self.sensed.ball, &opponents, own_end), |_| ());
+        file.log_json(&format!("/{id}/belief_error"), time_ns, &ErrorOfBelief::from(error));
+    }
+
+    /// Writes the images that arrived in this cycle, if the match has images, and what was recognised in them.
+    fn write_images(&self, record: &CycleRecord, world: &World, file: &mut McapFile) {
+        if !world.contains_resource::<Roster>() {
+            return;
+        }
+        for robot in &self.robots {
+            for mount in robot.cameras.mounts.iter() {
+                let Some(([taken, arrived], image)) = newest_image(world, robot.id, mount.name) else { continue };
+                if arrived != record.cycle {
+                    continue;
+                }
+                let camera = robot.camera_frame(mount.name);
+                // It was taken at the start of its cycle.
+                let taken_ns = nanoseconds(taken.saturating_sub(1) as f64 * self.cycle_s);
+                let mut data = Vec::new();
+                file.attempt(|_| encode_png(&mut data, Layer::Colours, image));
+                let (topic, time_ns) = (format!("/{camera}/image"), nanoseconds(record.time_s));
+                let (timestamp, format) = (timestamp(taken_ns), "png".to_owned());
+                let message = CompressedImage { timestamp, frame_id: camera.clone(), data: data.into(), format };
+                file.log(&topic, time_ns, &message);
+                if let Some(seen) = record.robot(robot.id) {
+                    file.log(&format!("/{camera}/annotations"), time_ns, &annotations(mount.name, &seen.percepts));
+                }
+            }
+        }
+    }
+}
+
+/// Writes an event with the referee's reasons.
+fn write_event(time_s: f64, event: &MatchEvent, file: &mut McapFile) {
+    let Some((sentence, reasons)) = event_words(time_s, event) else { return };
+    let level = match event {
+        MatchEvent::Penalty { .. } => log::Level::Warning,
+        _ => log::Level::Info,
+    };
+    let time_ns = nanoseconds(time_s);
+    let message = core::iter::once(sentence).chain(reasons).collect::<Vec<_>>().join("\n");
+    let name = event.kind();
+    file.log(
+        "/events",
+        time_ns,
+        &Log { timestamp: timestamp(time_ns), level: level.into(), message, name, ..Log::default() },
+    );
+}

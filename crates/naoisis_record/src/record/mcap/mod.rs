@@ -1,0 +1,111 @@
+//! A match as an [MCAP](https://mcap.dev) file: its trace, and channels that Foxglove and Lichtblick show.
+
+mod channels;
+mod file;
+mod pitch;
+mod robots;
+mod senses;
+mod shapes;
+mod trace;
+mod viewer_schema;
+
+use bevy::prelude::*;
+use std::path::Path;
+
+pub(super) use trace::McapTrace;
+
+use super::output_file::OutputFile;
+use super::recorder::{MatchEnd, RecordError, Recorder};
+use super::trace_lines::TraceLines;
+use channels::Channels;
+use file::McapFile;
+use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::scenario::Scenario;
+
+/// The topic of the trace's lines.
+const TRACE: &str = "/trace";
+/// The names of the metadata with the first and the last line of the trace, and the entry in which the line is.
+const HEADER: &str = "naoisis-trace";
+const END: &str = "naoisis-trace-end";
+const LINE: &str = "line";
+
+/// An MCAP file that is being written.
+pub struct McapRecorder {
+    output: OutputFile,
+    file: McapFile,
+    lines: TraceLines,
+    text: Vec<u8>,
+    channels: Option<Channels>,
+}
+
+impl McapRecorder {
+    /// An MCAP file, which replaces any that is there when the match is over.
+    ///
+    /// # Errors
+    /// When the file cannot be made.
+    pub fn create(path: &Path) -> Result<Self, RecordError> {
+        let output = OutputFile::create(path)?;
+        let file = McapFile::create(output.writer()?).map_err(RecordError::io(path))?;
+        Ok(Self { output, file, lines: TraceLines::default(), text: Vec::new(), channels: None })
+    }
+
+    /// The line that `add` makes, without its end. It is empty if there is none.
+    fn line(&mut self, add: impl FnOnce(&mut TraceLines, &mut Vec<u8>) -> serde_json::Result<()>) {
+        self.text.clear();
+        let (lines, text) = (&mut self.lines, &mut self.text);
+        self.file.attempt(|_| Ok(add(lines, text)?));
+        self.text.pop();
+    }
+
+    fn write_cycle(&mut self, record: &CycleRecord) {
+        let time_ns = nanoseconds(record.time_s);
+        if !self.text.is_empty() {
+            self.file.log_text::<CycleRecord>(TRACE, time_ns, &self.text);
+        }
+    }
+
+    fn write_metadata(&mut self, name: &str) {
+        let line = String::from_utf8_lossy(&self.text).into_owned();
+        self.file.metadata(name, [(LINE, line)]);
+    }
+}
+
+impl Recorder for McapRecorder {
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
+        self.line(|lines, text| lines.add_header(text, scenario, world));
+        self.write_metadata(HEADER);
+        self.line(|lines, text| lines.add(text, record));
+        self.write_cycle(record);
+        let mut channels = Channels::begin(scenario, record, &mut self.file);
+        channels.write(record, world, &mut self.file);
+        self.channels = Some(channels);
+    }
+
+    fn record(&mut self, record: &CycleRecord, world: &mut World) {
+        self.line(|lines, text| lines.add_cycle(text, record));
+        self.write_cycle(record);
+        if let Some(channels) = &mut self.channels {
+            channels.write(record, world, &mut self.file);
+        }
+    }
+
+    fn has_failed(&self) -> bool {
+        self.file.has_failed()
+    }
+
+    fn finish(mut self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
+        self.line(|lines, text| lines.add_last(text, last));
+        self.write_cycle(last);
+        self.line(|_, text| TraceLines::add_end(text, end));
+        self.write_metadata(END);
+        let Self { output, file, .. } = *self;
+        let (path, is_file) = (output.path().to_owned(), output.is_file());
+        output.close(file.finish())?;
+        let size_bytes = is_file.then(|| path.metadata().map_or(0, |there| there.len()));
+        Ok(size_bytes.map(|bytes| format!("  mcap   {}, {:.1} MB\n", path.display(), bytes as f64 / 1e6)))
+    }
+}
+
+fn nanoseconds(time_s: f64) -> u64 {
+    (time_s * 1e9).round() as u64
+}
