@@ -7,6 +7,7 @@ use naoisis::game::{Game, GameState, Rules};
 use naoisis::interface::gather::gather_on_demand;
 use naoisis::record::beliefs::BeliefRecorder;
 use naoisis::record::match_renderer::view_of_field;
+use naoisis::record::mcap::McapRecorder;
 use naoisis::record::page::{PageRecorder, PageSoFar};
 use naoisis::record::picture_recorder::PictureRecorder;
 use naoisis::record::recorder::{self, EndReason, Recorder, Recorders};
@@ -312,6 +313,7 @@ impl Match {
         beliefs: Option<PathBuf>,
         video: Option<PathBuf>,
         html: Option<PathBuf>,
+        mcap: Option<PathBuf>,
     ) -> PyResult<()> {
         self.with(py, |played| {
             if played.world.contains_resource::<Recorders>() {
@@ -334,6 +336,9 @@ impl Match {
                 let recorder = PageRecorder::create(&path).map_err(failed)?;
                 played.page = Some(recorder.so_far());
                 recorders.push(Box::new(recorder));
+            }
+            if let Some(path) = mcap {
+                recorders.push(Box::new(McapRecorder::create(&path).map_err(failed)?));
             }
             recorder::start(&mut played.world, recorders);
             Ok(())

@@ -19,6 +19,7 @@
 //! 17. [Matches beside real ones](real_matches): goals, falls, penalties and seventy other quantities, and logs of the GameController.
 //! 18. [A web page](web_page): a match that plays in a browser, in one file.
 //! 19. [Tables](tables): a match as Parquet or CSV, for pandas, Polars and DuckDB.
+//! 20. [MCAP files](mcap): a match in Lichtblick, Foxglove, Rerun and their libraries.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -59,6 +60,9 @@ pub mod web_page {}
 
 #[doc = include_str!("tables.md")]
 pub mod tables {}
+
+#[doc = include_str!("mcap.md")]
+pub mod mcap {}
 
 #[doc = include_str!("pictures.md")]
 pub mod pictures {}

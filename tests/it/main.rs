@@ -33,6 +33,7 @@ mod layers;
 mod localisation;
 mod match_realism;
 mod matches;
+mod mcap_files;
 mod model_files;
 mod models;
 mod mutated;

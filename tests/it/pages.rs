@@ -53,7 +53,7 @@ fn a_trace_becomes_what_the_ending_says() {
     assert!(status == Some(1) && words.starts_with("error: nowhere/c.html: No such file or directory"), "{words}");
     for (file, said) in [
         ("c.html", "error: convert: c.html: the file exists already; expected another name, or --force to replace it"),
-        ("c.gif", "error: c.gif: no format has this ending; expected one of .html, .jsonl, .jsonl.zst"),
+        ("c.gif", "error: c.gif: no format has this ending; expected one of .html, .mcap, .jsonl, .jsonl.zst"),
         (TRACE, "error: convert: t.jsonl.zst: this would replace t.jsonl.zst, which the command reads"),
     ] {
         let (status, words) = convert(folder, file);

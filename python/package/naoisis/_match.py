@@ -226,6 +226,7 @@ class Match:
         beliefs: str | os.PathLike[str] | None = None,
         video: str | os.PathLike[str] | None = None,
         html: str | os.PathLike[str] | None = None,
+        mcap: str | os.PathLike[str] | None = None,
     ) -> None:
         """Records the match from now on, until :meth:`close`, which must be called.
 
@@ -234,8 +235,10 @@ class Match:
             beliefs: A table of the errors of beliefs, ``.csv``.
             video: A video of the field, ``.mp4``.
             html: A page that plays the match in a browser, ``.html``. A notebook then shows the match up to now.
+            mcap: The trace and what Foxglove and Lichtblick show, ``.mcap``.
         """
-        self._match.record(*(None if path is None else os.fspath(path) for path in (trace, beliefs, video, html)))
+        paths = (trace, beliefs, video, html, mcap)
+        self._match.record(*(None if path is None else os.fspath(path) for path in paths))
 
     def close(self) -> list[str]:
         """Ends the recordings, and returns their messages, such as a summary of the beliefs."""

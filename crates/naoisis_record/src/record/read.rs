@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use super::mcap::McapTrace;
+use super::mcap_trace::McapTrace;
 use super::recorder::{EndReason, MatchEnd};
 use super::trace::{FORMAT, VERSION};
 use naoisis_core::game::MatchResult;
@@ -19,7 +19,7 @@ use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::{FieldPath, Scenario, foreign_file, read_settings};
 
 /// A longer line is no line of a trace: it bounds the memory of a reader.
-pub(super) const LONGEST_LINE_BYTES: u64 = 16 << 20;
+const LONGEST_LINE_BYTES: u64 = 16 << 20;
 
 /// The first bytes of a file that is compressed by Zstandard.
 const ZSTANDARD: &[u8] = b"\x28\xb5\x2f\xfd";
@@ -120,7 +120,7 @@ impl TraceReader {
             return Err(io_error(error));
         }
         if start.starts_with(MAGIC) {
-            return Self::new(path, McapTrace::new(file));
+            return Self::new(path, McapTrace::new(file, LONGEST_LINE_BYTES as usize));
         }
         if let Some(kind) = foreign_file(start) {
             return Err(io_error(io::Error::other(format!("this is {kind}; naoisis cannot read it"))));

@@ -11,14 +11,11 @@ use std::path::{Path, PathBuf};
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
 use super::trace_lines::TraceLines;
+pub use super::trace_lines::{FORMAT, VERSION};
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
-/// The format's name in the header.
-pub const FORMAT: &str = "naoisis-trace";
-/// The format's version in the header.
-pub const VERSION: u32 = 1;
 /// How hard a compressed trace is compressed. Lines that are much alike need no more: level 3 takes twice the time, and
 /// the file is larger.
 const COMPRESSION_LEVEL: i32 = 1;

@@ -5,12 +5,16 @@ use serde::Serialize;
 
 use super::recorder::MatchEnd;
 use super::shortest_float::ShortestFloats;
-use super::trace::{FORMAT, VERSION};
 use naoisis_core::behaviour::reasons::{Reasons, ask_for_reasons};
 use naoisis_core::events::MatchEvent;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
+
+/// The format's name in the header.
+pub const FORMAT: &str = "naoisis-trace";
+/// The format's version in the header.
+pub const VERSION: u32 = 1;
 
 /// The cycles and fields of a trace. A resource of the world that recorders get while a trace is [converted](super::convert): a trace
 /// that is written from it has the same.

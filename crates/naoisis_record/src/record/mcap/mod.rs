@@ -1,4 +1,26 @@
 //! A match as an [MCAP](https://mcap.dev) file: its trace, and channels that Foxglove and Lichtblick show.
+//!
+//! The channel `/trace` has a line of the trace a message; the header and the end of the trace are metadata. A
+//! [`TraceReader`](super::read::TraceReader) reads it like any trace. The channels are described in the guide's page on MCAP files.
+//!
+//! ```
+//! use naoisis::prelude::*;
+//! use naoisis::record::RecordPlugin;
+//! use naoisis::record::mcap::McapRecorder;
+//! use naoisis::record::read::TraceReader;
+//! use naoisis::record::recorder::{self, EndReason};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("match.mcap");
+//! let mut app = bevy::app::App::new();
+//! app.add_plugins((NaoisisPlugins, RecordPlugin));
+//! app.start_match(&Scenario::named("match3v3")?)?;
+//! recorder::start(app.world_mut(), vec![Box::new(McapRecorder::create(&path)?)]);
+//! app.run_cycles(30);
+//! recorder::finish(app.world_mut(), EndReason::Interrupted);
+//! assert_eq!(TraceReader::open(&path)?.next_cycle()?.unwrap().robots.len(), 6);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 
 mod channels;
 mod file;
@@ -6,14 +28,12 @@ mod pitch;
 mod robots;
 mod senses;
 mod shapes;
-mod trace;
 mod viewer_schema;
 
 use bevy::prelude::*;
 use std::path::Path;
 
-pub(super) use trace::McapTrace;
-
+use super::mcap_trace::{END, HEADER, LINE, TRACE};
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
 use super::trace_lines::TraceLines;
@@ -21,13 +41,6 @@ use channels::Channels;
 use file::McapFile;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
-
-/// The topic of the trace's lines.
-const TRACE: &str = "/trace";
-/// The names of the metadata with the first and the last line of the trace, and the entry in which the line is.
-const HEADER: &str = "naoisis-trace";
-const END: &str = "naoisis-trace-end";
-const LINE: &str = "line";
 
 /// An MCAP file that is being written.
 pub struct McapRecorder {

@@ -17,6 +17,12 @@ pub(super) const PITCH: &str = "pitch";
 /// The thickness of what lies on the ground, m.
 const FLAT_M: f32 = 0.002;
 const NANOSECONDS: u64 = 1_000_000_000;
+/// Steps of lengths, a metre, and of parts of rotations: a quarter of a millimetre. Numbers with few binary digits make smaller files.
+const STEPS: f32 = 4096.0;
+
+fn stepped(number: f32) -> f64 {
+    f64::from((number * STEPS).round() / STEPS)
+}
 
 pub(super) fn timestamp(time_ns: u64) -> Option<Timestamp> {
     let seconds = u32::try_from(time_ns / NANOSECONDS).unwrap_or(u32::MAX);
@@ -24,17 +30,17 @@ pub(super) fn timestamp(time_ns: u64) -> Option<Timestamp> {
 }
 
 pub(super) fn vector(of: Vec3) -> Option<Vector3> {
-    let [x, y, z] = of.to_array().map(f64::from);
+    let [x, y, z] = of.to_array().map(stepped);
     Some(Vector3 { x, y, z })
 }
 
 fn point(of: Vec3) -> Point3 {
-    let [x, y, z] = of.to_array().map(f64::from);
+    let [x, y, z] = of.to_array().map(stepped);
     Point3 { x, y, z }
 }
 
 pub(super) fn quaternion(of: Quat) -> Option<Quaternion> {
-    let [x, y, z, w] = of.to_array().map(f64::from);
+    let [x, y, z, w] = of.to_array().map(stepped);
     Some(Quaternion { x, y, z, w })
 }
 

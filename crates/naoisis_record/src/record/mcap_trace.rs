@@ -5,15 +5,19 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use mcap::{McapError, parse_record};
 use std::io::{self, ErrorKind, Read};
 
-use super::{END, HEADER, LINE, TRACE};
-use crate::record::read::LONGEST_LINE_BYTES;
+/// The topic of the trace's lines.
+pub(super) const TRACE: &str = "/trace";
+/// The names of the metadata with the first and the last line of the trace, and the entry in which the line is.
+pub(super) const HEADER: &str = "naoisis-trace";
+pub(super) const END: &str = "naoisis-trace-end";
+pub(super) const LINE: &str = "line";
 
-/// Longer records than those of a line are refused: it bounds the memory of a reader.
-const LONGEST_RECORD_BYTES: usize = LONGEST_LINE_BYTES as usize + (64 << 10);
+/// Bytes of a record beside its line.
+const BESIDE_BYTES: usize = 64 << 10;
 
 /// Reads an MCAP file as the text of its trace: a line for the header, one for each message of the trace's channel, and one for the
 /// end.
-pub(in crate::record) struct McapTrace<R> {
+pub(super) struct McapTrace<R> {
     file: R,
     reader: LinearReader,
     /// The bytes of the file that were read.
@@ -27,10 +31,11 @@ pub(in crate::record) struct McapTrace<R> {
 }
 
 impl<R: Read> McapTrace<R> {
-    pub fn new(file: R) -> Self {
+    /// Longer lines than `longest_bytes` are refused: it bounds the memory of the reader.
+    pub fn new(file: R, longest_bytes: usize) -> Self {
         let options = LinearReaderOptions::default()
             .with_validate_chunk_crcs(true)
-            .with_record_length_limit(LONGEST_RECORD_BYTES);
+            .with_record_length_limit(longest_bytes + BESIDE_BYTES);
         let reader = LinearReader::new_with_options(options);
         Self { file, reader, read_bytes: 0, channel: None, has_header: false, line: Vec::new(), used: 0 }
     }
