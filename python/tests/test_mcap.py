@@ -2,7 +2,7 @@
 
 import json
 from collections import defaultdict
-from math import degrees, isclose
+from math import dist
 
 import pytest
 
@@ -68,6 +68,7 @@ def robot(line, name):
 
 def test_channels_say_what_the_trace_says(channels):
     lines = {line["time_s"]: line for _, line in channels["/trace"]}
+    cycles = [line for _, line in channels["/trace"]]
 
     def line_at(time_s):
         return lines[min(lines, key=lambda other: abs(other - time_s))]
@@ -82,7 +83,7 @@ def test_channels_say_what_the_trace_says(channels):
             place = frames[there["id"]].translation
             assert (place.x, place.y) == pytest.approx(there["pose"][:2], abs=2e-4)
             turned = frames[there["id"]].rotation
-            assert isclose(abs(turned.w) ** 2 + turned.x**2 + turned.y**2 + turned.z**2, 1, abs_tol=2e-3)
+            assert sum(part**2 for part in (turned.x, turned.y, turned.z, turned.w)) == pytest.approx(1, abs=2e-3)
     for time_s, game in channels["/game"]:
         assert game == line_at(time_s)["game"]
     for name in (there["id"] for there in line_at(0)["robots"]):
@@ -95,23 +96,27 @@ def test_channels_say_what_the_trace_says(channels):
             (entity,) = scene.entities
             assert entity.frame_id == name and len(entity.spheres) == (percepts["ball"] is not None)
             assert len(entity.cylinders) == len(percepts["goal_posts"]) + len(percepts["robots"])
-        for _, error in channels[f"/{name}/belief_error"]:
-            assert 0 <= error["position_m"] < 1
         assert len(channels[f"/{name}/body"][0][1].entities) == 2
         calibration = channels[f"/{name}/top/calibration"][0][1]
         assert (calibration.width, calibration.height, len(calibration.K), len(calibration.P)) == (32, 24, 9, 12)
         for _, image in channels[f"/{name}/top/image"]:
             assert image.format == "png" and image.data.startswith(b"\x89PNG")
         assert len(channels[f"/{name}/top/annotations"]) == len(channels[f"/{name}/top/image"]) > 100
+        errors = dict(channels[f"/{name}/belief_error"])
+        assert len(errors) == len(channels[f"/{name}/belief"]) > 30
         for time_s, belief in channels[f"/{name}/belief"]:
             believed = robot(line_at(time_s), name)["belief"]
             sign = 1 if name.startswith("blue") else -1
             place = belief.entities[0].cylinders[0].pose.position
             assert (sign * place.x, sign * place.y) == pytest.approx(believed["pose"][:2], abs=2e-4)
+            # Robots sensed at the end of the cycle before.
+            sensed = cycles[max(line_at(time_s)["cycle"] - 1, 0)]
+            error_m = dist(robot(sensed, name)["pose"][:2], (place.x, place.y))
+            assert errors[time_s]["position_m"] == pytest.approx(error_m, abs=1e-3)
     statics = {frame.child_frame_id: frame for frame in channels["/tf_static"][0][1].transforms}
     # A camera looks along its z axis: ahead, which is the head's x axis.
-    ahead = statics["blue1/top"].rotation
-    assert degrees(2 * (ahead.x * ahead.z + ahead.w * ahead.y)) == pytest.approx(degrees(1), abs=0.1)
+    turned = statics["blue1/top"].rotation
+    assert 2 * (turned.x * turned.z + turned.w * turned.y) == pytest.approx(1, abs=1e-3)
     assert len(channels["/pitch"]) == len(channels["/ball"]) == 1
     assert all(event.message and event.name for _, event in channels["/events"])
 

@@ -35,7 +35,7 @@ impl LogArguments {
 
     /// The options that name a format: each with the format, which is the ending too, and the file.
     fn named(&self) -> [(&'static str, &'static str, &Option<PathBuf>); 2] {
-        [("--html", "html", &self.html), ("--mcap", "mcap", &self.mcap)]
+        [("--mcap", "mcap", &self.mcap), ("--html", "html", &self.html)]
     }
 }
 

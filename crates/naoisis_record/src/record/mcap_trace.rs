@@ -32,7 +32,7 @@ pub(super) struct McapTrace<R> {
 
 impl<R: Read> McapTrace<R> {
     /// Longer lines than `longest_bytes` are refused: it bounds the memory of the reader.
-    pub fn new(file: R, longest_bytes: usize) -> Self {
+    pub(super) fn new(file: R, longest_bytes: usize) -> Self {
         let options = LinearReaderOptions::default()
             .with_validate_chunk_crcs(true)
             .with_record_length_limit(longest_bytes + BESIDE_BYTES);

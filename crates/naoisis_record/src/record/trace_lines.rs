@@ -45,7 +45,7 @@ impl Default for TraceLines {
 
 impl TraceLines {
     /// Adds the header of a match.
-    pub fn add_header(&mut self, text: &mut Vec<u8>, scenario: &Scenario, world: &mut World) -> serde_json::Result<()> {
+    pub(super) fn add_header(&mut self, text: &mut Vec<u8>, scenario: &Scenario, world: &mut World) -> serde_json::Result<()> {
         let converted = world.get_resource::<TraceExtent>().cloned();
         let is_converted = converted.is_some();
         self.extent = converted.unwrap_or_else(|| self.extent.clone());
@@ -62,7 +62,7 @@ impl TraceLines {
     }
 
     /// Adds the line of the first cycle, or of the last.
-    pub fn add(&mut self, text: &mut Vec<u8>, record: &CycleRecord) -> serde_json::Result<()> {
+    pub(super) fn add(&mut self, text: &mut Vec<u8>, record: &CycleRecord) -> serde_json::Result<()> {
         self.last_cycle = Some(record.cycle);
         let leaves_out = !self.has_reasons && record.robots.iter().any(|robot| robot.reasons.is_some());
         if self.events.is_empty() && !leaves_out {
@@ -77,7 +77,7 @@ impl TraceLines {
     }
 
     /// Adds the line of a cycle, if it has one.
-    pub fn add_cycle(&mut self, text: &mut Vec<u8>, record: &CycleRecord) -> serde_json::Result<()> {
+    pub(super) fn add_cycle(&mut self, text: &mut Vec<u8>, record: &CycleRecord) -> serde_json::Result<()> {
         if record.cycle.is_multiple_of(self.extent.every) {
             return self.add(text, record);
         }
@@ -86,7 +86,7 @@ impl TraceLines {
     }
 
     /// Adds the line of the last cycle if it is still missing.
-    pub fn add_last(&mut self, text: &mut Vec<u8>, last: &CycleRecord) -> serde_json::Result<()> {
+    pub(super) fn add_last(&mut self, text: &mut Vec<u8>, last: &CycleRecord) -> serde_json::Result<()> {
         if self.last_cycle.is_some_and(|written| written < last.cycle) {
             // What happened in it is among what happened since the last line already.
             self.add(text, &CycleRecord { events: Vec::new(), ..last.clone() })?;
@@ -95,7 +95,7 @@ impl TraceLines {
     }
 
     /// Adds the end of the match.
-    pub fn add_end(text: &mut Vec<u8>, end: &MatchEnd) -> serde_json::Result<()> {
+    pub(super) fn add_end(text: &mut Vec<u8>, end: &MatchEnd) -> serde_json::Result<()> {
         serde_json::to_writer(&mut *text, end)?;
         text.push(b'\n');
         Ok(())

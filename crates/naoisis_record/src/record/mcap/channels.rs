@@ -41,7 +41,7 @@ pub(super) struct Channels {
 
 impl Channels {
     /// Writes what does not change.
-    pub fn begin(scenario: &Scenario, record: &CycleRecord, file: &mut McapFile) -> Self {
+    pub(super) fn begin(scenario: &Scenario, record: &CycleRecord, file: &mut McapFile) -> Self {
         let time_ns = nanoseconds(record.time_s);
         let robots: Vec<Robot> = record.robots.iter().map(|robot| Robot::of(scenario, robot.id)).collect();
         file.log("/pitch", time_ns, &pitch(scenario));
@@ -60,7 +60,7 @@ impl Channels {
     }
 
     /// Writes a cycle. The world has the images, if there are any.
-    pub fn write(&mut self, record: &CycleRecord, world: &World, file: &mut McapFile) {
+    pub(super) fn write(&mut self, record: &CycleRecord, world: &World, file: &mut McapFile) {
         let time_ns = nanoseconds(record.time_s);
         file.log("/tf", time_ns, &frames(&self.robots, record, time_ns));
         self.draw(record, time_ns, file);

@@ -29,7 +29,7 @@ pub(super) struct McapFile {
 }
 
 impl McapFile {
-    pub fn create(file: File) -> io::Result<Self> {
+    pub(super) fn create(file: File) -> io::Result<Self> {
         // Chunks are compressed in this thread, and written whole.
         let options = WriteOptions::new()
             .library(LIBRARY)
@@ -42,26 +42,26 @@ impl McapFile {
         Ok(Self { writer, channels: BTreeMap::new(), message: Vec::new(), error: None })
     }
 
-    pub fn has_failed(&self) -> bool {
+    pub(super) fn has_failed(&self) -> bool {
         self.error.is_some()
     }
 
     /// Writes a record of metadata.
-    pub fn metadata(&mut self, name: &str, entries: impl IntoIterator<Item = (&'static str, String)>) {
+    pub(super) fn metadata(&mut self, name: &str, entries: impl IntoIterator<Item = (&'static str, String)>) {
         let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
         let metadata = Metadata { name: name.to_owned(), metadata };
         self.attempt(|file| file.writer.write_metadata(&metadata).map_err(io_error));
     }
 
     /// Writes a message of a schema of Foxglove.
-    pub fn log<T: Encode>(&mut self, topic: &str, time_ns: u64, message: &T) {
+    pub(super) fn log<T: Encode>(&mut self, topic: &str, time_ns: u64, message: &T) {
         self.log_with(topic, time_ns, "protobuf", T::get_schema, |bytes| {
             message.encode(bytes).map_err(|error| io::Error::other(error.to_string()))
         });
     }
 
     /// Writes a message of JSON, with the numbers of a trace.
-    pub fn log_json<T: JsonSchema + Serialize>(&mut self, topic: &str, time_ns: u64, message: &T) {
+    pub(super) fn log_json<T: JsonSchema + Serialize>(&mut self, topic: &str, time_ns: u64, message: &T) {
         self.log_with(
             topic,
             time_ns,
@@ -75,7 +75,7 @@ impl McapFile {
     }
 
     /// Writes a message that is the JSON of a `T` already.
-    pub fn log_text<T: JsonSchema>(&mut self, topic: &str, time_ns: u64, text: &[u8]) {
+    pub(super) fn log_text<T: JsonSchema>(&mut self, topic: &str, time_ns: u64, text: &[u8]) {
         self.log_with(
             topic,
             time_ns,
@@ -122,14 +122,14 @@ impl McapFile {
     }
 
     /// Keeps an error, the first one.
-    pub fn attempt(&mut self, act: impl FnOnce(&mut Self) -> io::Result<()>) {
+    pub(super) fn attempt(&mut self, act: impl FnOnce(&mut Self) -> io::Result<()>) {
         if self.error.is_none() {
             self.error = act(self).err();
         }
     }
 
     /// Writes the index.
-    pub fn finish(mut self) -> io::Result<()> {
+    pub(super) fn finish(mut self) -> io::Result<()> {
         self.attempt(|file| file.writer.finish().map(drop).map_err(io_error));
         self.error.map_or(Ok(()), Err)?;
         self.writer.into_inner().into_inner().flush()

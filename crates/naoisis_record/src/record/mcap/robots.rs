@@ -31,7 +31,7 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    pub fn of(scenario: &Scenario, id: RobotId) -> Self {
+    pub(super) fn of(scenario: &Scenario, id: RobotId) -> Self {
         let settings = scenario.settings_of(&scenario.robot(id));
         Self { id, body: settings.body, cameras: settings.cameras }
     }
@@ -41,12 +41,12 @@ impl Robot {
     }
 
     /// The frame of a camera: x to the right in its image, y down, z ahead.
-    pub fn camera_frame(&self, camera: CameraName) -> String {
+    pub(super) fn camera_frame(&self, camera: CameraName) -> String {
         format!("{}/{camera}", self.id)
     }
 
     /// The cameras in the head.
-    pub fn camera_frames(&self) -> impl Iterator<Item = FrameTransform> {
+    pub(super) fn camera_frames(&self) -> impl Iterator<Item = FrameTransform> {
         self.cameras.mounts.iter().map(|mount| {
             let view = CameraView::new(self.cameras.intrinsics(mount), mount, self.body.neck_m, HeadAngles::default());
             let head_from_camera =
@@ -68,7 +68,7 @@ impl Robot {
     }
 
     /// The body and the head, with the robot's name above.
-    pub fn drawn(&self, is_penalised: bool, time_ns: u64) -> SceneUpdate {
+    pub(super) fn drawn(&self, is_penalised: bool, time_ns: u64) -> SceneUpdate {
         let opacity = if is_penalised { PENALISED_OPACITY } else { 1.0 };
         let mut trunk = Entity::new("body", &self.id.to_string(), time_ns).locked();
         let mut head = Entity::new("head", &self.head_frame(), time_ns).locked();

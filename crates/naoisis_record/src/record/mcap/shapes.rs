@@ -64,7 +64,7 @@ pub(super) struct Entity(pub SceneEntity);
 
 impl Entity {
     /// Nothing yet, in `frame`. It stays where the frame was at `time_ns`.
-    pub fn new(id: &str, frame: &str, time_ns: u64) -> Self {
+    pub(super) fn new(id: &str, frame: &str, time_ns: u64) -> Self {
         Self(SceneEntity {
             id: id.to_owned(),
             frame_id: frame.to_owned(),
@@ -74,12 +74,12 @@ impl Entity {
     }
 
     /// This, but it goes with its frame.
-    pub fn locked(mut self) -> Self {
+    pub(super) fn locked(mut self) -> Self {
         self.0.frame_locked = true;
         self
     }
 
-    pub fn sphere(&mut self, centre: Vec3, radius: f32, colour: Option<Color>) {
+    pub(super) fn sphere(&mut self, centre: Vec3, radius: f32, colour: Option<Color>) {
         self.ellipsoid(Affine3A::from_translation(centre), Vec3::splat(radius), colour);
     }
 
@@ -88,7 +88,7 @@ impl Entity {
     }
 
     /// An upright cylinder on the ground.
-    pub fn pillar(&mut self, foot: Vec2, radius: f32, height: f32, colour: Option<Color>) {
+    pub(super) fn pillar(&mut self, foot: Vec2, radius: f32, height: f32, colour: Option<Color>) {
         let place = Affine3A::from_translation(foot.extend(height / 2.0));
         self.cylinder(place, Vec2::splat(2.0 * radius).extend(height), [1.0, 1.0], colour);
     }
@@ -105,7 +105,7 @@ impl Entity {
     }
 
     /// The ellipse of 95 % on the ground, if the matrix is a covariance.
-    pub fn ellipse(&mut self, centre: Vec2, covariance: PlaceCovariance, colour: Option<Color>) {
+    pub(super) fn ellipse(&mut self, centre: Vec2, covariance: PlaceCovariance, colour: Option<Color>) {
         let Some([long, short]) = half_axes_95(covariance) else { return };
         // The rotation that takes x to the longer axis, by half of its angle.
         let along = long.normalize_or(Vec2::X);
@@ -116,7 +116,7 @@ impl Entity {
     }
 
     /// A line of this width, m, from each first to each second point.
-    pub fn lines(&mut self, ends: impl IntoIterator<Item = [Vec3; 2]>, width_m: f32, color: Option<Color>) {
+    pub(super) fn lines(&mut self, ends: impl IntoIterator<Item = [Vec3; 2]>, width_m: f32, color: Option<Color>) {
         let points: Vec<Point3> = ends.into_iter().flatten().map(point).collect();
         if !points.is_empty() {
             self.0.lines.push(LinePrimitive {
@@ -131,14 +131,14 @@ impl Entity {
     }
 
     /// Triangles, each of three corners.
-    pub fn triangles(&mut self, corners: impl IntoIterator<Item = Vec3>, color: Option<Color>) {
+    pub(super) fn triangles(&mut self, corners: impl IntoIterator<Item = Vec3>, color: Option<Color>) {
         let points = corners.into_iter().map(point).collect();
         let pose = at(Vec3::ZERO);
         self.0.triangles.push(TriangleListPrimitive { pose, points, color, ..TriangleListPrimitive::default() });
     }
 
     /// A text that faces the viewer.
-    pub fn text(&mut self, place: Vec3, text: &str, height_m: f32, color: Option<Color>) {
+    pub(super) fn text(&mut self, place: Vec3, text: &str, height_m: f32, color: Option<Color>) {
         self.0.texts.push(TextPrimitive {
             pose: at(place),
             billboard: true,
@@ -150,7 +150,7 @@ impl Entity {
     }
 
     /// A part, in a frame that has the part's own at `entity_from_frame`.
-    pub fn part<Frame>(&mut self, part: &Part<Frame>, entity_from_frame: Affine3A, opacity: f64) {
+    pub(super) fn part<Frame>(&mut self, part: &Part<Frame>, entity_from_frame: Affine3A, opacity: f64) {
         let (place, color) = (entity_from_frame * part.frame_from_shape, colour(part.colour, opacity));
         match part.shape {
             Shape::Box { half_size } => {
@@ -172,7 +172,7 @@ impl Entity {
     }
 
     /// This alone, in place of what there was of its topic.
-    pub fn scene(self) -> SceneUpdate {
+    pub(super) fn scene(self) -> SceneUpdate {
         scene([self])
     }
 }
