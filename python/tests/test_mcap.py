@@ -8,7 +8,7 @@ import pytest
 
 import naoisis
 
-make_reader = pytest.importorskip("mcap.reader").make_reader
+exceptions, readers = pytest.importorskip("mcap.exceptions"), pytest.importorskip("mcap.reader")
 DecoderFactory = pytest.importorskip("mcap_protobuf.decoder").DecoderFactory
 
 
@@ -30,7 +30,7 @@ def channels(recorded):
     """All messages by topic: the time in seconds, and the decoded message."""
     messages = defaultdict(list)
     with open(recorded[0], "rb") as file:
-        reader = make_reader(file, decoder_factories=[DecoderFactory()], validate_crcs=True)
+        reader = readers.make_reader(file, decoder_factories=[DecoderFactory()], validate_crcs=True)
         assert reader.get_header().library == "naoisis"
         for schema, channel, message in reader.iter_messages():
             if channel.message_encoding == "json":
@@ -46,7 +46,7 @@ def test_the_trace_is_in_the_file(recorded, channels):
     path, trace = recorded
     lines = trace.read_text().splitlines()
     with open(path, "rb") as file:
-        metadata = {entry.name: entry.metadata["line"] for entry in make_reader(file).iter_metadata()}
+        metadata = {entry.name: entry.metadata["line"] for entry in readers.make_reader(file).iter_metadata()}
     assert metadata == {"naoisis-trace": lines[0], "naoisis-trace-end": lines[-1]}
     assert [line for _, line in channels["/trace"]] == [json.loads(line) for line in lines[1:-1]]
 
@@ -127,3 +127,9 @@ def test_what_a_killed_program_leaves_is_read(recorded, tmp_path):
     path.write_bytes(whole[: len(whole) // 2])
     trace = naoisis.read_trace(path)
     assert trace.ending is None and 40 < len(trace["cycle"]) < 80
+    count = 0
+    with open(path, "rb") as file, pytest.raises(exceptions.EndOfFile):
+        for _ in readers.NonSeekingReader(file).iter_messages(topics="/trace", log_time_order=False):
+            count += 1
+    # Others read whole chunks.
+    assert 40 < count <= len(trace["cycle"])
