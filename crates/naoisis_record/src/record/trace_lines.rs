@@ -45,7 +45,12 @@ impl Default for TraceLines {
 
 impl TraceLines {
     /// Adds the header of a match.
-    pub(super) fn add_header(&mut self, text: &mut Vec<u8>, scenario: &Scenario, world: &mut World) -> serde_json::Result<()> {
+    pub(super) fn add_header(
+        &mut self,
+        text: &mut Vec<u8>,
+        scenario: &Scenario,
+        world: &mut World,
+    ) -> serde_json::Result<()> {
         let converted = world.get_resource::<TraceExtent>().cloned();
         let is_converted = converted.is_some();
         self.extent = converted.unwrap_or_else(|| self.extent.clone());

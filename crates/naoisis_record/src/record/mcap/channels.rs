@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use foxglove::messages::{CompressedImage, FrameTransforms, Log, SceneUpdate, log};
+use std::collections::BTreeMap;
 
 use super::file::McapFile;
 use super::nanoseconds;
@@ -22,8 +23,8 @@ use naoisis_sensing::belief::error::BeliefError;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// What robots see and believe, and the state of the game, are written so often a second. The truth, commands and messages are in
-/// every cycle.
+/// What robots see, believe and want, and the state of the game, are written so often a second, and so are the messages of one robot to
+/// another at most. Kicks, getting up and dives are written always.
 const SENSE_HZ: f64 = 10.0;
 
 /// The channels of a match that is being written.
@@ -37,6 +38,8 @@ pub(super) struct Channels {
     drawn: Option<(Vec<RobotId>, bool)>,
     /// The truth at the end of the cycle before, where robots sensed.
     sensed: Sensed,
+    /// The cycle from which on the next message to a robot from another is written.
+    next_message: BTreeMap<[RobotId; 2], u64>,
 }
 
 impl Channels {
@@ -55,8 +58,8 @@ impl Channels {
             }
         }
         let ball_radius_m = scenario.ball.unwrap_or_default().radius_m;
-        let (cycle_s, sensed) = (scenario.cycle_s, Sensed::of(record));
-        Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, sensed }
+        let (cycle_s, sensed, next_message) = (scenario.cycle_s, Sensed::of(record), BTreeMap::new());
+        Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, sensed, next_message }
     }
 
     /// Writes a cycle. The world has the images, if there are any.
@@ -64,19 +67,25 @@ impl Channels {
         let time_ns = nanoseconds(record.time_s);
         file.log("/tf", time_ns, &frames(&self.robots, record, time_ns));
         self.draw(record, time_ns, file);
+        let every = (1.0 / (SENSE_HZ * self.cycle_s)).round().max(1.0) as u64;
         let is_due = record.cycle >= self.due;
         if is_due {
-            let every = (1.0 / (SENSE_HZ * self.cycle_s)).round().max(1.0) as u64;
             self.due = (record.cycle / every + 1) * every;
             file.log_json("/game", time_ns, &record.game);
         }
         for robot in &record.robots {
             let id = robot.id;
-            if let Some(command) = &robot.command {
+            if let Some(command) = &robot.command
+                && (is_due || command.kick.is_some() || command.posture.is_some())
+            {
                 file.log_json(&format!("/{id}/command"), time_ns, command);
             }
             for message in &robot.inbox {
-                file.log_json(&format!("/{id}/inbox"), time_ns, message);
+                let next = self.next_message.entry([id, message.from]).or_default();
+                if record.cycle >= *next {
+                    *next = record.cycle + every;
+                    file.log_json(&format!("/{id}/inbox"), time_ns, message);
+                }
             }
             if is_due {
                 self.write_senses(record, robot, time_ns, file);

@@ -20,8 +20,10 @@ use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 /// The colour in which a robot draws itself where it believes to be.
 const OWN: Colour = Colour([150, 70, 220]);
 /// The opacity of what is believed, and of its ellipse.
-const BELIEVED: f64 = 0.6;
+const BELIEVED: f64 = 0.5;
 const ELLIPSE: f64 = 0.25;
+/// The height of what lies on the ground, m.
+const FLAT_M: f32 = 0.004;
 /// Radii of what is drawn, m: balls, robots, posts, and marks on the ground.
 const BALL_M: f32 = 0.05;
 const ROBOT_M: f32 = 0.1;
@@ -75,19 +77,18 @@ pub(super) fn belief_scene(id: RobotId, belief: &Belief, own_end: End, time_ns: 
     let above = |place: Vec2| place.extend(LINE_M);
     entity.pillar(pose.position, ROBOT_M, LINE_M, colour(OWN, BELIEVED));
     entity.lines([[above(pose.position), above(nose)]], 2.0 * LINE_M, colour(OWN, 1.0));
-    entity.ellipse(pose.position, [*xx, *xy, *yy], colour(OWN, ELLIPSE));
+    entity.ellipse(pose.position, [*xx, *xy, *yy], FLAT_M, colour(OWN, ELLIPSE));
     if let Some(ball) = ball {
         let centre = place(ball.position_m);
         let rolls_to = place(ball.position_m + ball.velocity_mps);
         entity.sphere(centre.extend(BALL_M), BALL_M, colour(colours::BALL, BELIEVED));
         entity.lines([[above(centre), above(rolls_to)]], LINE_M, colour(colours::BALL, BELIEVED));
-        entity.ellipse(centre, ball.position_covariance, colour(colours::BALL, ELLIPSE));
+        entity.ellipse(centre, ball.position_covariance, FLAT_M, colour(colours::BALL, ELLIPSE));
     }
     let of = |team: Team| colours::team(team);
     let mates = team_mates.iter().map(|robot| (robot, of(id.team)));
     for (robot, team) in mates.chain(opponents.iter().map(|robot| (robot, of(id.team.opponent())))) {
-        entity.pillar(place(robot.position_m), ROBOT_M, ROBOT_HEIGHT_M, colour(team, ELLIPSE));
-        entity.ellipse(place(robot.position_m), robot.covariance, colour(team, ELLIPSE));
+        entity.ellipse(place(robot.position_m), robot.covariance, ROBOT_HEIGHT_M, colour(team, BELIEVED));
     }
     // A frame turned by half a turn has the same ellipses.
     entity.scene()
@@ -202,10 +203,10 @@ mod tests {
             let at = pose.as_ref().unwrap().position.unwrap();
             (at.x, at.y)
         };
-        // Turned by half a turn: the robot itself, the opponent, and its ellipse with half axes of 2.448 times 0.2 and 0.1 m.
+        // Turned by half a turn: the robot itself, and the opponent as its ellipse with half axes of 2.448 times 0.2 and 0.1 m.
         assert_eq!(place(&entity.cylinders[0].pose), (1.0, -0.5));
         assert_eq!(place(&entity.cylinders[1].pose), (-2.0, 0.0));
-        let size = entity.cylinders[2].size.unwrap();
+        let size = entity.cylinders[1].size.unwrap();
         assert!((size.x - 0.979).abs() < 1e-3 && (size.y - 0.4895).abs() < 1e-3, "{size:?}");
         assert_eq!(place(&entity.spheres[0].pose), (-1.0, 0.0));
     }

@@ -14,8 +14,6 @@ use naoisis_sensing::belief::covariance::half_axes_95;
 
 /// The frame of the pitch, which is that of the world.
 pub(super) const PITCH: &str = "pitch";
-/// The thickness of what lies on the ground, m.
-const FLAT_M: f32 = 0.002;
 const NANOSECONDS: u64 = 1_000_000_000;
 /// Steps of lengths, a metre, and of parts of rotations: a quarter of a millimetre. Numbers with few binary digits make smaller files.
 const STEPS: f32 = 4096.0;
@@ -104,14 +102,14 @@ impl Entity {
         });
     }
 
-    /// The ellipse of 95 % on the ground, if the matrix is a covariance.
-    pub(super) fn ellipse(&mut self, centre: Vec2, covariance: PlaceCovariance, colour: Option<Color>) {
+    /// The ellipse of 95 % on the ground, of this height, m, if the matrix is a covariance.
+    pub(super) fn ellipse(&mut self, centre: Vec2, covariance: PlaceCovariance, height: f32, colour: Option<Color>) {
         let Some([long, short]) = half_axes_95(covariance) else { return };
         // The rotation that takes x to the longer axis, by half of its angle.
         let along = long.normalize_or(Vec2::X);
         let rotation = Quat::from_rotation_arc_2d(Vec2::X, along);
-        let size = Vec3::new(2.0 * long.length(), 2.0 * short.length(), FLAT_M);
-        let place = Affine3A::from_rotation_translation(rotation, centre.extend(FLAT_M));
+        let size = Vec3::new(2.0 * long.length(), 2.0 * short.length(), height);
+        let place = Affine3A::from_rotation_translation(rotation, centre.extend(height / 2.0));
         self.cylinder(place, size, [1.0, 1.0], colour);
     }
 
