@@ -18,6 +18,7 @@
 //! 16. [Random numbers](random_numbers): of behaviours, sensors and programs.
 //! 17. [Matches beside real ones](real_matches): goals, falls, penalties and seventy other quantities, and logs of the GameController.
 //! 18. [A web page](web_page): a match that plays in a browser, in one file.
+//! 19. [Data sets of images](data_sets): labelled images for training detectors.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -58,6 +59,9 @@ pub mod web_page {}
 
 #[doc = include_str!("pictures.md")]
 pub mod pictures {}
+
+#[doc = include_str!("data_sets.md")]
+pub mod data_sets {}
 
 #[doc = include_str!("experiments.md")]
 pub mod experiments {}

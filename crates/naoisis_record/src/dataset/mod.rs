@@ -218,3 +218,6 @@ pub fn make(
     let images = folder.finish(settings, matches)?;
     Ok(Made { images, earlier, is_complete: images == settings.images })
 }
+
+#[cfg(test)]
+mod tests;

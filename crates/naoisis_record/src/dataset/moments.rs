@@ -78,7 +78,9 @@ impl Cast {
         let members = world.resource::<Roster>().iter().filter_map(member).collect();
         let of_model = |name: &str| {
             let scenario = Scenario::from_json(&format!(r#"{{ "model": "{name}", "robots": [{{ "number": 1 }}] }}"#)).ok()?;
-            Some((name.to_owned(), scenario.body_of(scenario.robots.first()?)))
+            let body = scenario.body_of(scenario.robots.first()?);
+            // Those on wheels play in no league with the others.
+            body.legs.map(|_| (name.to_owned(), body))
         };
         let others = MODELS.iter().filter_map(|model| of_model(model.name)).collect();
         Self { members, others, ball_radius_m: scenario.ball.unwrap_or_default().radius_m }

@@ -29,7 +29,7 @@ fn place_beside(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) ->
 fn any_colour(stream: &mut RandomStream) -> Rgb {
     // Most things are dull.
     let saturation = if stream.chance(0.3) { 0.9 } else { 0.3 };
-    hsv(360.0 * stream.uniform(), saturation * stream.uniform(), 0.1 + 0.85 * stream.uniform())
+    hsv(360.0 * stream.uniform(), saturation * stream.uniform(), 0.2 + 0.78 * stream.uniform())
 }
 
 /// A part that is turned about the vertical axis through its middle.

@@ -109,7 +109,7 @@ fn wall(noise: &[f32], ray: Vec3, contrast: f32) -> f32 {
     let place = Vec2::new(around, ray.z / spread);
     let large = coarse(noise, place * Vec2::new(5.0, 6.0));
     let small = coarse(noise, place * Vec2::new(23.0, 17.0) + 31.0);
-    let is_detailed = coarse(noise, place * Vec2::new(3.0, 5.0) + 77.0) > 0.3;
+    let is_detailed = coarse(noise, place * Vec2::new(3.0, 5.0) + 77.0) > 0.55;
     let detail = if is_detailed { 0.8 * small } else { 0.0 };
     // Brighter above, where lamps and windows are.
     1.0 + contrast * (large + detail) + 0.15 * place.y.clamp(0.0, 1.0)
