@@ -42,7 +42,18 @@ fn a_league_is_enough_and_a_second_call_finds_all_there() {
     let folder = tempfile::tempdir().unwrap();
     let looks = r#"{ "scenes": { "first_s": [0.1, 0.2], "gap_s": [0.1, 0.2] } }"#;
     fs::write(folder.path().join("quick.json"), looks).unwrap();
-    let command = ["dataset", "hsl2026_small_foundation", "--out", "set", "--images", "2", "--size", "64x48", "--looks", "quick.json"];
+    let command = [
+        "dataset",
+        "hsl2026_small_foundation",
+        "--out",
+        "set",
+        "--images",
+        "2",
+        "--size",
+        "64x48",
+        "--looks",
+        "quick.json",
+    ];
     let first = naoisis(folder.path(), &command);
     assert!(first.status.success() && text(&first.stdout).starts_with("2 images in set, 2 of them in"), "{first:?}");
     let again = naoisis(folder.path(), &command);

@@ -154,11 +154,13 @@ pub fn dataset(program: Program<'_>, arguments: &DatasetArguments) -> ExitCode {
         app.insert_resource(agents.clone());
         app
     };
-    let threads = arguments.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let threads =
+        arguments.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     let started = Instant::now();
-    let made = make(&arguments.out, &scenario, &settings, arguments.force, threads, interrupt.stop(), simulator, |images| {
-        progress.set_position(u64::from(images));
-    });
+    let made =
+        make(&arguments.out, &scenario, &settings, arguments.force, threads, interrupt.stop(), simulator, |images| {
+            progress.set_position(u64::from(images));
+        });
     progress.finish_and_clear();
     match made {
         Ok(made) => {

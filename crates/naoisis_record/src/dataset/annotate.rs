@@ -82,7 +82,8 @@ fn objects(shot: &Shot, limits: &LabelLimits) -> Vec<Annotation> {
         let labels = &shot.image.labels;
         let is_inside = |u: usize, v: usize| labels[v * width as usize + u] == object.number;
         let polygons = outline::polygons(least.map(|it| it as usize), size.map(|it| it as usize), is_inside);
-        let pixels = |polygon: &outline::Polygon| polygon.iter().map(|point| [point.x as u32, point.y as u32]).collect();
+        let pixels =
+            |polygon: &outline::Polygon| polygon.iter().map(|point| [point.x as u32, point.y as u32]).collect();
         Some(Annotation {
             class,
             object: object.name.clone(),

@@ -12,7 +12,8 @@ pub const FILE: &str = "_annotations.coco.json";
 
 /// Writes the annotations of images. `records` are those of one split.
 pub fn write(out: &mut impl Write, names: ClassNames, about: &str, records: &[&ImageRecord]) -> io::Result<()> {
-    let categories: Vec<Value> = names.list().iter().enumerate().map(|(id, (name, class))| category(id, name, *class)).collect();
+    let categories: Vec<Value> =
+        names.list().iter().enumerate().map(|(id, (name, class))| category(id, name, *class)).collect();
     let info = json!({ "description": about, "version": "1.0" });
     write!(out, "{{\"info\":{info},\"licenses\":[],\"categories\":{},\"images\":[", json!(categories))?;
     for (index, record) in records.iter().enumerate() {

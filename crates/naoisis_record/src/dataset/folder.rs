@@ -137,7 +137,8 @@ impl Folder {
     /// Removes an earlier data set: what this module and no other writes.
     fn clear(&self) -> Result<(), DatasetError> {
         // First what says that it is whole.
-        let mut files = vec![self.path.join(SETTINGS_FILE), self.path.join("metadata.jsonl"), self.path.join("data.yaml")];
+        let mut files =
+            vec![self.path.join(SETTINGS_FILE), self.path.join("metadata.jsonl"), self.path.join("data.yaml")];
         let entries = fs::read_dir(&self.path).map_err(self.io(&self.path))?;
         let names = entries.filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()));
         let is_shard = |name: &String| {

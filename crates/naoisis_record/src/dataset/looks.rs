@@ -159,10 +159,9 @@ impl MatchLooks {
         } else {
             goals.map(goal_colour)
         };
-        let stripes = stream.chance(turf.stripe_chance).then(|| Stripes {
-            width_m: turf.stripe_m.draw(stream),
-            contrast: turf.stripe_contrast.draw(stream),
-        });
+        let stripes = stream
+            .chance(turf.stripe_chance)
+            .then(|| Stripes { width_m: turf.stripe_m.draw(stream), contrast: turf.stripe_contrast.draw(stream) });
         let (things, people) = (surroundings.things.draw_whole(stream), surroundings.people.draw_whole(stream));
         let [red, blue] = [0, 1].map(|_| camera.white_balance.draw(stream));
         Self {

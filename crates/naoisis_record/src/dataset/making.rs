@@ -87,10 +87,8 @@ impl Worker {
                 annotations: annotations(&shot, &moment.scene.markings, &settings.ranges.labels),
                 metadata: metadata(facts, moment, &shot, &setting.looks, &image_looks),
             };
-            let files = Files::of(shot, settings, image_looks.jpeg_quality).map_err(|error| DatasetError::Io {
-                path: folder.path().to_owned(),
-                error,
-            })?;
+            let files = Files::of(shot, settings, image_looks.jpeg_quality)
+                .map_err(|error| DatasetError::Io { path: folder.path().to_owned(), error })?;
             write_files(folder, settings, Split::of_match(index), &record, &files)?;
             images.push((record, files));
         }
@@ -146,7 +144,9 @@ impl Files {
     }
 
     fn layers(&self) -> impl Iterator<Item = (&'static str, &Vec<u8>)> {
-        [("masks", &self.mask), ("depth", &self.depth)].into_iter().filter_map(|(name, layer)| Some((name, layer.as_ref()?)))
+        [("masks", &self.mask), ("depth", &self.depth)]
+            .into_iter()
+            .filter_map(|(name, layer)| Some((name, layer.as_ref()?)))
     }
 }
 

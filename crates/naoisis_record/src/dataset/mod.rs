@@ -208,13 +208,20 @@ pub fn make(
         }
         worker.make_match(&folder, scenario, settings, index).map(|()| (count, false))
     };
-    play_in_order(0..matches, threads, stop, || making::Worker::new(simulator()), play, |made| {
-        let (count, was_there) = made?;
-        images += count;
-        earlier += if was_there { count } else { 0 };
-        progress(images);
-        Ok(())
-    })?;
+    play_in_order(
+        0..matches,
+        threads,
+        stop,
+        || making::Worker::new(simulator()),
+        play,
+        |made| {
+            let (count, was_there) = made?;
+            images += count;
+            earlier += if was_there { count } else { 0 };
+            progress(images);
+            Ok(())
+        },
+    )?;
     let images = folder.finish(settings, matches)?;
     Ok(Made { images, earlier, is_complete: images == settings.images })
 }

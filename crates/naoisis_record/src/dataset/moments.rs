@@ -77,7 +77,8 @@ impl Cast {
         };
         let members = world.resource::<Roster>().iter().filter_map(member).collect();
         let of_model = |name: &str| {
-            let scenario = Scenario::from_json(&format!(r#"{{ "model": "{name}", "robots": [{{ "number": 1 }}] }}"#)).ok()?;
+            let scenario =
+                Scenario::from_json(&format!(r#"{{ "model": "{name}", "robots": [{{ "number": 1 }}] }}"#)).ok()?;
             let body = scenario.body_of(scenario.robots.first()?);
             // Those on wheels play in no league with the others.
             body.legs.map(|_| (name.to_owned(), body))
@@ -159,7 +160,13 @@ pub fn played(
 }
 
 /// The moment of a scene that is played, one cycle after another scene.
-fn moment_of(scene: Scene, before: &Scene, cast: &Cast, clock: CycleClock, stream: &mut RandomStream) -> Option<Moment> {
+fn moment_of(
+    scene: Scene,
+    before: &Scene,
+    cast: &Cast,
+    clock: CycleClock,
+    stream: &mut RandomStream,
+) -> Option<Moment> {
     let sees = |robot: &&SceneRobot| robot.is_upright() && cast.member(robot.id).is_some_and(|it| it.cameras.is_some());
     let seeing: Vec<SceneRobot> = scene.robots.iter().filter(sees).copied().collect();
     let robot = *seeing.get(pick(seeing.len(), stream))?;
@@ -182,12 +189,7 @@ const HEAD_PITCH_DEG: [f32; 2] = [-12.0, 30.0];
 const ROOM_M: f32 = 0.03;
 
 /// Draws a situation on the pitch of `empty`, a scene without robots: some robots of the cast, one of which looks, and mostly a ball.
-pub fn drawn(
-    empty: &Scene,
-    cast: &Cast,
-    ranges: &super::ranges::Ranges,
-    stream: &mut RandomStream,
-) -> Option<Moment> {
+pub fn drawn(empty: &Scene, cast: &Cast, ranges: &super::ranges::Ranges, stream: &mut RandomStream) -> Option<Moment> {
     let seeing: Vec<&CastMember> = cast.members.iter().filter(|member| member.cameras.is_some()).collect();
     let own = *seeing.get(pick(seeing.len(), stream))?;
     let settings = own.cameras?;
@@ -219,10 +221,16 @@ pub fn drawn(
         // Half of them where the camera looks.
         let aimed = stream.chance(0.5);
         let free = (0..30).find_map(|_| {
-            let place = if aimed { ahead(position, heading + head.yaw, 0.45 * pitch.length_m, stream) } else { anywhere(along, across, stream) };
+            let place = if aimed {
+                ahead(position, heading + head.yaw, 0.45 * pitch.length_m, stream)
+            } else {
+                anywhere(along, across, stream)
+            };
             let is_on_carpet = place.x.abs() < along && place.y.abs() < across;
-            let mut others = scene.robots.iter().map(|other| place.distance(other.pose.position) > reach + other.reach + ROOM_M);
-            let mut posts = scene.posts.iter().map(|post| place.distance(post.position) > reach + post.post.radius + ROOM_M);
+            let mut others =
+                scene.robots.iter().map(|other| place.distance(other.pose.position) > reach + other.reach + ROOM_M);
+            let mut posts =
+                scene.posts.iter().map(|post| place.distance(post.position) > reach + post.post.radius + ROOM_M);
             (is_on_carpet && others.all(|is_free| is_free) && posts.all(|is_free| is_free)).then_some(place)
         });
         let Some(place) = free else { continue };
@@ -243,7 +251,8 @@ pub fn drawn(
         let radius = cast.ball_radius_m;
         scene.ball = (0..30).find_map(|_| {
             let place = ahead(position, heading + head.yaw, 0.5 * pitch.length_m, stream);
-            let mut others = scene.robots.iter().map(|robot| place.distance(robot.pose.position) > robot.reach + radius);
+            let mut others =
+                scene.robots.iter().map(|robot| place.distance(robot.pose.position) > robot.reach + radius);
             others.all(|is_free| is_free).then(|| SceneBall::on_ground(place, radius))
         });
     }
@@ -319,7 +328,8 @@ mod tests {
         }
         let with_ball = moments.iter().filter(|moment| moment.scene.ball.is_some()).count();
         assert!((30..50).contains(&with_ball), "{with_ball}");
-        let models = |name: &str| moments.iter().flat_map(|moment| &moment.models).filter(|(_, model)| model == name).count();
+        let models =
+            |name: &str| moments.iter().flat_map(|moment| &moment.models).filter(|(_, model)| model == name).count();
         assert!(models("nao") > 50 && models("booster_t1") > 2);
     }
 }

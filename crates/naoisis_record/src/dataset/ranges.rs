@@ -242,7 +242,9 @@ impl Ranges {
         let mut fault = None;
         for (path, value) in leaves(&value) {
             let name = path.rsplit('.').next().unwrap_or_default();
-            let numbers = value.as_array().map_or_else(|| vec![value.as_f64()], |list| list.iter().map(|it| it.as_f64()).collect());
+            let numbers = value
+                .as_array()
+                .map_or_else(|| vec![value.as_f64()], |list| list.iter().map(|it| it.as_f64()).collect());
             let numbers: Vec<f64> = numbers.into_iter().flatten().collect();
             let found = match numbers.as_slice() {
                 [chance] if is_chance(name) && !(0.0..=1.0).contains(chance) => Some(shares.clone()),
@@ -372,7 +374,10 @@ mod tests {
     fn draws_stay_in_their_range() {
         let mut stream = RandomStream::for_match(1, "test");
         let whole: Vec<u32> = (0..200).map(|_| Range([2.0, 4.0]).draw_whole(&mut stream)).collect();
-        assert!([2, 3, 4].iter().all(|number| whole.contains(number)) && whole.iter().all(|number| (2..=4).contains(number)));
+        assert!(
+            [2, 3, 4].iter().all(|number| whole.contains(number))
+                && whole.iter().all(|number| (2..=4).contains(number))
+        );
         assert!((0..200).all(|_| (0.5..0.75).contains(&Range([0.5, 0.75]).draw(&mut stream))));
     }
 }

@@ -109,7 +109,9 @@ pub fn metadata(facts: MatchFacts<'_>, moment: &Moment, shot: &Shot, looks: &Mat
         .objects
         .iter()
         .zip(&shot.visible)
-        .filter_map(|(object, visible)| Some(json!({ "object": object.name, "label": object.label, "visible": (*visible)? })))
+        .filter_map(|(object, visible)| {
+            Some(json!({ "object": object.name, "label": object.label, "visible": (*visible)? }))
+        })
         .collect();
     json!({
         "match": facts.index,

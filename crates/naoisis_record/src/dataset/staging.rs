@@ -61,7 +61,14 @@ impl Builder {
     /// The least number of an object: lower ones are labels of the ground.
     const FIRST: u8 = Label::Ball as u8;
 
-    fn add(&mut self, label: Label, class: Option<Class>, name: String, place: Vec3, parts: Vec<Part<()>>) -> Option<&mut Object> {
+    fn add(
+        &mut self,
+        label: Label,
+        class: Option<Class>,
+        name: String,
+        place: Vec3,
+        parts: Vec<Part<()>>,
+    ) -> Option<&mut Object> {
         let number = self.objects.last().map_or(Self::FIRST, |object| object.number + 1);
         if number > Stage::MOST_BODIES {
             return None;
@@ -100,7 +107,9 @@ pub fn staged(
     builder.add(Label::Clutter, None, "things".to_owned(), Vec3::ZERO, surroundings.things.clone());
     add_goals(&mut builder, scene, &pitch, looks);
     if let Some(ball) = scene.ball {
-        let turn = Mat3::from_quat(Quat::from_rotation_arc(Vec3::Z, direction(stream)) * Quat::from_rotation_arc(Vec3::X, direction(stream)));
+        let turn = Mat3::from_quat(
+            Quat::from_rotation_arc(Vec3::Z, direction(stream)) * Quat::from_rotation_arc(Vec3::X, direction(stream)),
+        );
         let shape = Shape::sphere(ball.radius);
         let part = Part {
             frame_from_shape: Affine3A::from_mat3_translation(turn, ball.centre()),
@@ -149,11 +158,18 @@ fn recoloured(parts: Vec<Part<()>>, recolour: impl Fn(&Part<()>) -> Rgb) -> Vec<
 fn add_goals(builder: &mut Builder, scene: &Scene, pitch: &Pitch, looks: &MatchLooks) {
     for (index, end) in End::BOTH.into_iter().enumerate() {
         let label = field::goal_label(pitch.goal_colour(end));
-        let (bar, frame): (Vec<_>, Vec<_>) = field::goal_frame(pitch, end).into_iter().partition(|part| part.label == label);
+        let (bar, frame): (Vec<_>, Vec<_>) =
+            field::goal_frame(pitch, end).into_iter().partition(|part| part.label == label);
         let place = Vec3::new(end.sign() * pitch.goal_post_x(), 0.0, pitch.goal.height_m);
         let bar = recoloured(bar, |_| looks.goals[index]);
         builder.add(label, None, format!("bar of goal {}", index + 1), place, bar);
-        builder.add(Label::GoalFrame, None, format!("frame of goal {}", index + 1), place, recoloured(frame, |_| looks.net));
+        builder.add(
+            Label::GoalFrame,
+            None,
+            format!("frame of goal {}", index + 1),
+            place,
+            recoloured(frame, |_| looks.net),
+        );
     }
     for (index, there) in scene.posts.iter().enumerate() {
         let is_of_goal = there.post.colour.is_some();
@@ -198,7 +214,8 @@ fn add_robot(builder: &mut Builder, robot: &SceneRobot, team: &TeamLook, moment:
         Part { frame: (), label: part.label, colour, shape: part.shape, frame_from_shape }
     });
     let parts = parts.collect();
-    let (class, name) = if is_own { (None, format!("{} itself", robot.id)) } else { (Some(Class::Robot), robot.id.to_string()) };
+    let (class, name) =
+        if is_own { (None, format!("{} itself", robot.id)) } else { (Some(Class::Robot), robot.id.to_string()) };
     let place = robot.pose.position.extend(0.0);
     if let Some(object) = builder.add(label, class, name, place, parts)
         && !is_own
@@ -259,7 +276,9 @@ mod tests {
             let count = |class| objects.iter().filter(|object| object.class == Some(class)).count();
             assert_eq!((count(Class::GoalPost), count(Class::Person)), (4, 60));
             assert_eq!(count(Class::Robot), moment.scene.robots.len() - 1);
-            let has = |colour: Rgb| stage.bodies.iter().flat_map(|body| &body.parts).any(|part| part.colour == Colour(colour));
+            let has = |colour: Rgb| {
+                stage.bodies.iter().flat_map(|body| &body.parts).any(|part| part.colour == Colour(colour))
+            };
             let teams: Vec<_> = moment.scene.robots.iter().map(|robot| robot.id.team).collect();
             assert!(teams.iter().all(|team| has(looks.teams[*team].colour)));
         }

@@ -36,7 +36,10 @@ fn any_colour(stream: &mut RandomStream) -> Rgb {
 fn turned(label: Label, colour: Rgb, shape: Shape, middle: Vec3, heading: f32) -> Part<()> {
     let Vec2 { x: cos, y: sin } = unit(heading);
     let turn = Mat3::from_cols(Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0), Vec3::Z);
-    Part { frame_from_shape: Affine3A::from_mat3_translation(turn, middle), ..Part::at((), label, Colour(colour), shape, middle) }
+    Part {
+        frame_from_shape: Affine3A::from_mat3_translation(turn, middle),
+        ..Part::at((), label, Colour(colour), shape, middle)
+    }
 }
 
 /// Draws the things beside a pitch.
@@ -112,7 +115,9 @@ fn person(place: Vec2, heading: f32, stream: &mut RandomStream) -> Vec<Part<()>>
     let spread = 0.05 + 0.08 * stream.uniform();
     let bent = 0.5 * stream.uniform();
     let forward = unit(heading);
-    let at = |ahead: f32, left: f32, up: f32| (place + forward * ahead + forward.perp() * left).extend(up) * Vec3::new(1.0, 1.0, height);
+    let at = |ahead: f32, left: f32, up: f32| {
+        (place + forward * ahead + forward.perp() * left).extend(up) * Vec3::new(1.0, 1.0, height)
+    };
     let rod = |colour: Rgb, radius: f32, ends: [Vec3; 2]| Part::rod((), Label::Person, Colour(colour), radius, ends);
     let mut parts = Vec::with_capacity(14);
     for side in [-1.0, 1.0] {
@@ -126,7 +131,8 @@ fn person(place: Vec2, heading: f32, stream: &mut RandomStream) -> Vec<Part<()>>
         parts.push(rod(shirt, 0.05, [shoulder, elbow]));
         parts.push(rod(skin, 0.04, [elbow, hand]));
     }
-    let chest = Shape::Frustum { bottom: Vec2::new(0.12, 0.17), top: Vec2::new(0.12, 0.22), half_height: 0.17 * height };
+    let chest =
+        Shape::Frustum { bottom: Vec2::new(0.12, 0.17), top: Vec2::new(0.12, 0.22), half_height: 0.17 * height };
     parts.push(turned(Label::Person, shirt, chest, at(0.0, 0.0, 0.65), heading));
     parts.push(rod(skin, 0.05, [at(0.0, 0.0, 0.82), at(0.0, 0.0, 0.87)]));
     let skull = Shape::Ellipsoid { radii: Vec3::new(0.1, 0.08, 0.12) };

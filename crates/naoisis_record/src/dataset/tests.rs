@@ -20,7 +20,8 @@ fn simulator() -> App {
 fn settings(images: u32) -> DatasetSettings {
     let folder = tempfile::tempdir().unwrap();
     let looks = folder.path().join("looks.json");
-    fs::write(&looks, r#"{ "scenes": { "first_s": [0.5, 2], "gap_s": [0.1, 0.3] }, "labels": { "least_px": 3 } }"#).unwrap();
+    fs::write(&looks, r#"{ "scenes": { "first_s": [0.5, 2], "gap_s": [0.1, 0.3] }, "labels": { "least_px": 3 } }"#)
+        .unwrap();
     let size = Some([96, 72]);
     DatasetSettings { size, ..DatasetSettings::new(images, Ranges::read(Some(&looks)).unwrap()) }
 }
@@ -52,7 +53,8 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_data_set_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let folder = tempfile::tempdir().unwrap();
     let [one, three, continued] = ["one", "three", "continued"].map(|name| folder.path().join(name));
-    let settings = DatasetSettings { masks: true, formats: vec![DatasetFormat::Coco, DatasetFormat::Yolo], ..settings(12) };
+    let settings =
+        DatasetSettings { masks: true, formats: vec![DatasetFormat::Coco, DatasetFormat::Yolo], ..settings(12) };
     assert_eq!(made(&one, &settings, false, 1).unwrap(), Made { images: 12, earlier: 0, is_complete: true });
     made(&three, &settings, false, 3).unwrap();
     let whole = files(&one);
@@ -130,7 +132,8 @@ fn annotations_are_in_their_images_and_matches_in_one_split() {
             let [left, top, width, height] = numbers.try_into().unwrap();
             assert!(left >= 0.0 && top >= 0.0 && left + width <= 160.0 && top + height <= 120.0, "{annotation}");
             assert!(width >= 3.0 && height >= 3.0);
-            let (area, visible) = (annotation["area"].as_f64().unwrap(), annotation["attributes"]["visible"].as_f64().unwrap());
+            let (area, visible) =
+                (annotation["area"].as_f64().unwrap(), annotation["attributes"]["visible"].as_f64().unwrap());
             assert!(area <= width * height && (0.15..=1.0).contains(&visible), "{annotation}");
             for polygon in annotation["segmentation"].as_array().unwrap() {
                 let polygon: Vec<f64> = polygon.as_array().unwrap().iter().filter_map(Value::as_f64).collect();
@@ -150,7 +153,10 @@ fn annotations_are_in_their_images_and_matches_in_one_split() {
     assert_eq!(lines.len(), 40);
     for line in &lines {
         assert!(files.contains_key(line["file_name"].as_str().unwrap()));
-        assert_eq!(line["objects"]["bbox"].as_array().map(Vec::len), line["objects"]["category"].as_array().map(Vec::len));
+        assert_eq!(
+            line["objects"]["bbox"].as_array().map(Vec::len),
+            line["objects"]["category"].as_array().map(Vec::len)
+        );
     }
     let of_kind = |kind: &str| lines.iter().filter(|line| line["scene"] == kind).count();
     assert!(of_kind("played") > 5 && of_kind("drawn") > 5);

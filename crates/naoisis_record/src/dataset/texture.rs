@@ -100,19 +100,25 @@ const FLOOR: u8 = Label::Floor as u8;
 const CARPET: u8 = Label::Carpet as u8;
 const LINE: u8 = Label::Line as u8;
 
-/// The brightness of the wall of a hall in a direction: panels, windows and posters as blocks of different sizes.
+/// The brightness of the wall of a hall in a direction: panels from the floor to the roof, in places windows or posters, and shades across all.
 fn wall(noise: &[f32], ray: Vec3, contrast: f32) -> f32 {
     let spread = (ray.x.abs() + ray.y.abs()).max(1e-4);
     // Around from 0 to 4, and the slope.
     let quarter = ray.y / spread;
     let around = if ray.x >= 0.0 { 1.0 + quarter } else { 3.0 - quarter };
     let place = Vec2::new(around, ray.z / spread);
-    let large = coarse(noise, place * Vec2::new(5.0, 6.0));
-    let small = coarse(noise, place * Vec2::new(23.0, 17.0) + 31.0);
-    let is_detailed = coarse(noise, place * Vec2::new(3.0, 5.0) + 77.0) > 0.55;
-    let detail = if is_detailed { 0.8 * small } else { 0.0 };
-    // Brighter above, where lamps and windows are.
-    1.0 + contrast * (large + detail) + 0.15 * place.y.clamp(0.0, 1.0)
+    let shade = smooth(noise, place * Vec2::new(3.0, 2.5));
+    let panel = coarse(noise, place * Vec2::new(7.0, 1.6) + 13.0);
+    let window = if (0.22..0.5).contains(&place.y) && coarse(noise, place * Vec2::new(2.0, 0.0) + 77.0) > 0.0 {
+        // Between bars.
+        if (12.0 * around).fract() < 0.1 { -0.8 } else { 1.2 }
+    } else {
+        0.0
+    };
+    let is_poster = place.y < 0.2 && coarse(noise, place * Vec2::new(9.0, 4.0) + 177.0) > 0.5;
+    let poster = if is_poster { coarse(noise, place * Vec2::new(60.0, 50.0) + 31.0) } else { 0.0 };
+    // Brighter above, where lamps are.
+    1.0 + contrast * (0.5 * shade + 0.4 * panel + 0.6 * poster + window) + 0.15 * place.y.clamp(0.0, 1.0)
 }
 
 /// A random number for each square of side 1.
@@ -151,7 +157,13 @@ mod tests {
         let texture = Texture::draw(&mut stream);
         let view = View::looking_at(Vec3::new(0.0, 0.0, 1.0), Vec3::X, 0.8, [64, 48]);
         let painted = |label: u8| {
-            let mut image = Image { width: 64, height: 48, rgb: vec![100; 3 * 64 * 48], labels: vec![label; 64 * 48], ..Image::default() };
+            let mut image = Image {
+                width: 64,
+                height: 48,
+                rgb: vec![100; 3 * 64 * 48],
+                labels: vec![label; 64 * 48],
+                ..Image::default()
+            };
             texture.paint(&mut image, &view, &looks, [1.5, 1.0, 0.5]);
             image
         };

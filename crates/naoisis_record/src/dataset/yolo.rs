@@ -55,8 +55,12 @@ pub fn label_file(annotations: &[Annotation], [width, height]: [u32; 2], names: 
         };
         if task == YoloTask::Segment {
             let polygons = annotation.polygons.iter();
-            let polygons = polygons.map(|polygon| polygon.iter().map(|[u, v]| Vec2::new(*u as f32, *v as f32)).collect());
-            one_polygon(&polygons.collect::<Vec<_>>()).unwrap_or_default().into_iter().for_each(|point| add(point / size));
+            let polygons =
+                polygons.map(|polygon| polygon.iter().map(|[u, v]| Vec2::new(*u as f32, *v as f32)).collect());
+            one_polygon(&polygons.collect::<Vec<_>>())
+                .unwrap_or_default()
+                .into_iter()
+                .for_each(|point| add(point / size));
         } else {
             let [left, top, across, down] = annotation.bbox.map(|side| side as f32);
             add(Vec2::new(left + across / 2.0, top + down / 2.0) / size);

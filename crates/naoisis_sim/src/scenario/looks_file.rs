@@ -29,7 +29,11 @@ pub fn read_looks<T: DeserializeOwned>(path: Option<&Path>) -> Result<T, Scenari
         Some(path) => {
             let (source, own) = read_file(path)?;
             if !own.is_object() {
-                let fault = ScenarioFault::new(FieldPath::default(), "these are no looks", "an object with `light`, `turf` or others");
+                let fault = ScenarioFault::new(
+                    FieldPath::default(),
+                    "these are no looks",
+                    "an object with `light`, `turf` or others",
+                );
                 return Err(source.error(&fault));
             }
             lay_over(&mut value, own, "");
@@ -41,7 +45,8 @@ pub fn read_looks<T: DeserializeOwned>(path: Option<&Path>) -> Result<T, Scenari
 
 fn read_file(path: &Path) -> Result<(ScenarioSource, serde_json::Value), ScenarioError> {
     let name = path.display().to_string();
-    let unreadable = |kind, message: String, expected: &str| ScenarioError::of_file(kind, &name, message, expected.to_owned());
+    let unreadable =
+        |kind, message: String, expected: &str| ScenarioError::of_file(kind, &name, message, expected.to_owned());
     let Some(format) = Format::of_path(path) else {
         let message = "the name of the file does not say its format".to_owned();
         return Err(unreadable(ScenarioErrorKind::Unreadable, message, "a name that ends in `.ron` or `.json`"));
