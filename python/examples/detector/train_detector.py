@@ -52,7 +52,7 @@ class Detector(nn.Module):
         super().__init__()
         layers: list[nn.Module] = []
         before = 3
-        for channels, stride in [(16, 2), (32, 2), (32, 1), (64, 2), (64, 1), (64, 1)]:
+        for channels, stride in [(12, 2), (24, 2), (48, 2), (48, 1)]:
             layers += [nn.Conv2d(before, channels, 3, stride, 1, bias=False), nn.BatchNorm2d(channels), nn.ReLU()]
             before = channels
         self.body = nn.Sequential(*layers)
@@ -187,7 +187,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("train", type=Path, help="a data set in COCO's layout")
     parser.add_argument("test", type=Path, help="another, with images of the same size")
-    parser.add_argument("--epochs", type=int, default=12)
+    parser.add_argument("--epochs", type=int, default=5)
     arguments = parser.parse_args()
     images, boxes = load(arguments.train)
     unseen = load(arguments.test)

@@ -62,7 +62,11 @@ impl Folder {
         }
         let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
         if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
-            let missing = parent.ancestors().filter(|folder| !folder.is_dir()).last().unwrap_or(parent);
+            let missing = parent
+                .ancestors()
+                .filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
+                .last()
+                .unwrap_or(parent);
             return Err(DatasetError::NoParent { path: path.to_owned(), missing: missing.to_owned() });
         }
         let folder = Self { path: path.to_owned(), about };
@@ -85,6 +89,7 @@ impl Folder {
         }
         for inner in folder.folders_needed() {
             fs::create_dir_all(&inner).map_err(folder.io(&inner))?;
+            folder.remove_unfinished(&inner)?;
         }
         folder.write_about(false)?;
         if let Some(task) = settings.formats.contains(&DatasetFormat::Yolo).then_some(settings.yolo) {
@@ -132,6 +137,17 @@ impl Folder {
             }
         }
         folders
+    }
+
+    /// Removes the files that a killed program has left half written.
+    fn remove_unfinished(&self, inner: &Path) -> Result<(), DatasetError> {
+        for entry in fs::read_dir(inner).map_err(self.io(inner))? {
+            let path = entry.map_err(self.io(inner))?.path();
+            if path.extension().is_some_and(|extension| extension == "part") {
+                fs::remove_file(&path).map_err(self.io(&path))?;
+            }
+        }
+        Ok(())
     }
 
     /// Removes an earlier data set: what this module and no other writes.

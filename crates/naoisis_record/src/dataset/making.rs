@@ -18,7 +18,7 @@ use crate::record::png_file::{Layer, encode_png};
 use naoisis_core::random::RandomStream;
 use naoisis_sensing::appearance::scene::Scene;
 use naoisis_sensing::sensing::camera::image::Image;
-use naoisis_sensing::sensing::camera::software::stage::StageCamera;
+use naoisis_sensing::sensing::camera::software::stage_camera::StageCamera;
 use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::MatchApp;
 

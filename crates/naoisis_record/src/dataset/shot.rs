@@ -12,7 +12,7 @@ use naoisis_sensing::appearance::view::View;
 use naoisis_sensing::sensing::camera::image::Image;
 use naoisis_sensing::sensing::camera::lens::Lens;
 use naoisis_sensing::sensing::camera::noise::ImageNoise;
-use naoisis_sensing::sensing::camera::software::stage::StageCamera;
+use naoisis_sensing::sensing::camera::software::stage_camera::StageCamera;
 
 /// Samples along each side of a pixel: an odd number, as the one in the middle says what the pixel is.
 const SUPERSAMPLING: u32 = 3;

@@ -72,6 +72,7 @@ fn a_data_set_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     // Killed in the middle of a match: some of its images are there, and half of one.
     let left = continued.join("train/000009_00.jpg");
     fs::write(&left, "half an image").unwrap();
+    fs::write(continued.join("train/000009_00.jpg.77.part"), "half an image").unwrap();
     let finished = made(&continued, &settings, false, 2).unwrap();
     assert_eq!(finished, Made { images: 12, earlier: stopped.images, is_complete: true });
     assert!(whole == files(&continued), "continued otherwise");

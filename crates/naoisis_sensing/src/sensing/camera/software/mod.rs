@@ -40,6 +40,7 @@ mod prepared;
 mod round;
 mod shadow;
 pub mod stage;
+pub mod stage_camera;
 mod still;
 
 pub use frame::NEAR;
