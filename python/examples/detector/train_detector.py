@@ -7,7 +7,7 @@ Two data sets: one to train on, and one in other light, on another field, of ano
     python train_detector.py train_set test_set
 
 It needs PyTorch and Pillow. The network is a heat map of centres for each class with the size of the box at each (Zhou et al., Objects as
-Points, arXiv 1904.07850), with about 140,000 parameters. What it finds in the second set is transfer between looks of this simulator, and says
+Points, arXiv 1904.07850), with 55,000 parameters. What it finds in the second set is transfer between looks of this simulator, and says
 nothing of real images.
 """
 
@@ -26,6 +26,8 @@ from torch.nn import functional
 
 CLASSES = ["ball", "robot"]
 STRIDE = 8
+# Smaller objects are learned from, and neither count as found nor as missed, pixels.
+LEAST_PX = 8
 
 
 def load(folder: Path) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -122,7 +124,9 @@ def average_precision(found: list[np.ndarray], boxes: list[np.ndarray], number: 
     """Average precision at an overlap of a half, recall and precision at a score of 0.3, and the number of objects."""
     marks, total = [], 0
     for of_image, truth in zip(found, boxes):
-        left = [box[1:] for box in truth if box[0] == number]
+        of_class = [box[1:] for box in truth if box[0] == number]
+        small = [box for box in of_class if min(box[2:]) < LEAST_PX]
+        left = [box for box in of_class if min(box[2:]) >= LEAST_PX]
         total += len(left)
         for detection in of_image[of_image[:, 0] == number]:
             overlaps = [overlap(detection[1:5], box) for box in left]
@@ -130,6 +134,8 @@ def average_precision(found: list[np.ndarray], boxes: list[np.ndarray], number: 
             is_right = best >= 0 and overlaps[best] >= 0.5
             if is_right:
                 left.pop(best)
+            elif min(detection[3:5]) < LEAST_PX or any(overlap(detection[1:5], box) >= 0.3 for box in small):
+                continue
             marks.append((detection[5], is_right))
     marks.sort(key=lambda mark: -mark[0])
     right = np.cumsum([mark[1] for mark in marks])
@@ -187,7 +193,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("train", type=Path, help="a data set in COCO's layout")
     parser.add_argument("test", type=Path, help="another, with images of the same size")
-    parser.add_argument("--epochs", type=int, default=5)
+    parser.add_argument("--epochs", type=int, default=8)
     arguments = parser.parse_args()
     images, boxes = load(arguments.train)
     unseen = load(arguments.test)
