@@ -20,6 +20,7 @@
 //! 18. [A web page](web_page): a match that plays in a browser, in one file.
 //! 19. [Tables](tables): a match as Parquet or CSV, for pandas, Polars and DuckDB.
 //! 20. [MCAP files](mcap): a match in Lichtblick, Foxglove, Rerun and their libraries.
+//! 21. [Data sets of images](data_sets): labelled images for training detectors.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -66,6 +67,9 @@ pub mod mcap {}
 
 #[doc = include_str!("pictures.md")]
 pub mod pictures {}
+
+#[doc = include_str!("data_sets.md")]
+pub mod data_sets {}
 
 #[doc = include_str!("experiments.md")]
 pub mod experiments {}

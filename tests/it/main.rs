@@ -16,6 +16,7 @@ mod commands;
 mod completeness;
 mod counts;
 mod damaged_saves;
+mod datasets;
 mod determinism;
 mod event_messages;
 mod exit_status;

@@ -8,6 +8,7 @@
 )]
 
 pub mod batch;
+pub mod dataset;
 pub mod expectations;
 pub mod record;
 pub mod whatif;

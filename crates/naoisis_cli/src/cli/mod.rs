@@ -46,6 +46,7 @@ mod challenge;
 mod check;
 mod check_program;
 mod convert;
+mod dataset;
 mod expect;
 mod figures;
 mod game_controller;
@@ -122,6 +123,8 @@ enum Command {
     Challenge(challenge::ChallengeArguments),
     /// Fit a robot model to logs of a real robot
     Calibrate(calibrate::CalibrateArguments),
+    /// Make a data set of labelled images, for training detectors
+    Dataset(Box<dataset::DatasetArguments>),
     /// Measure image vision: what it detects in images of random scenes, compared with what is there
     Vision(vision::VisionArguments),
 }
@@ -163,6 +166,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
         Some(Command::Challenge(arguments)) => challenge::challenge(program, &arguments),
         Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
+        Some(Command::Dataset(arguments)) => dataset::dataset(program, &arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
     }

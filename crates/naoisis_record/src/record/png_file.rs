@@ -76,6 +76,8 @@ const LABEL_COLOURS: [[u8; 3]; Label::ALL.len()] = [
     [230, 160, 190], // robot of the pink team
     [20, 30, 200],   // waistband of the blue team
     [220, 20, 130],  // waistband of the pink team
+    [150, 110, 160], // thing beside the pitch
+    [200, 160, 120], // person
 ];
 
 #[cfg(test)]

@@ -50,11 +50,15 @@ pub enum Label {
     BlueWaistband = 12,
     /// The waistband of a robot of the pink team.
     PinkWaistband = 13,
+    /// A thing beside the pitch. Only data sets of images have any.
+    Clutter = 14,
+    /// A person. Only data sets of images have any.
+    Person = 15,
 }
 
 impl Label {
     /// All labels, in the order of their numbers.
-    pub const ALL: [Label; 14] = [
+    pub const ALL: [Label; 16] = [
         Label::Sky,
         Label::Floor,
         Label::Carpet,
@@ -69,6 +73,8 @@ impl Label {
         Label::PinkRobot,
         Label::BlueWaistband,
         Label::PinkWaistband,
+        Label::Clutter,
+        Label::Person,
     ];
 
     /// The label with this number in label images.
@@ -92,6 +98,6 @@ mod tests {
             assert_eq!(label as usize, number);
             assert_eq!(Label::from_number(number as u8), Some(label));
         }
-        assert_eq!(Label::from_number(14), None);
+        assert_eq!(Label::from_number(16), None);
     }
 }

@@ -5,17 +5,15 @@ use bevy::math::Vec3;
 use super::conic::Conic;
 use super::coverage::{self, Levels, NOTHING, SUB_ROWS, Span};
 use super::frame::{Frame, first_sample};
-use super::light::Paint;
 use super::polygon::Outline;
 use super::prepared::PreparedScene;
 use crate::appearance::field::GroundShape;
 use crate::appearance::view::View;
-use crate::appearance::{Label, colours};
 
 /// Fills the whole frame.
 #[inline(always)]
 pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedScene, view: &View) {
-    let (sky, floor) = (Paint::new(colours::SKY, Label::Sky).full(), Paint::new(colours::FLOOR, Label::Floor).full());
+    let [sky, floor] = scene.backdrop;
     let (width, height) = (frame.width, frame.height);
     if view.eye.z <= 0.0 {
         frame.pixels.fill(sky);

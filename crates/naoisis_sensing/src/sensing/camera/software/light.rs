@@ -20,19 +20,48 @@ pub const NET_HIDES: f32 = 230.0;
 /// Full light, in the units of `intensity`.
 pub const FULL: f32 = 256.0;
 
-/// The light on a surface with this unit normal, from 0 to [`FULL`].
-#[inline(always)]
-pub(super) fn intensity(normal: Vec3) -> f32 {
-    of_cosines(normal.dot(GRADIENT), normal.dot(SUN))
+/// The light of a scene. The default is that of all matches.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Light {
+    /// The direction of the sun, unit vector above the horizon, pitch frame.
+    pub sun: Vec3,
+    /// The light of the sun on a surface that faces it, as a share of full light.
+    pub from_sun: f32,
+    /// The ambient light, as a share of full light.
+    pub ambient: f32,
+    /// The gradient of the ambient light, which is added in proportion to its product with the normal of a surface.
+    pub gradient: Vec3,
+    /// Share of the light that is left in a shadow, of 256.
+    pub in_shadow: u32,
 }
 
-/// The light on a surface by the products of its unit normal with [`GRADIENT`] and [`SUN`].
-#[inline(always)]
-pub(super) fn of_cosines(gradient: f32, sun: f32) -> f32 {
-    let sun = if sun > 0.0 { sun } else { 0.0 };
-    let light = AMBIENT + gradient + FROM_SUN * sun;
-    let light = if light < 1.0 { light } else { 1.0 };
-    light * FULL
+impl Default for Light {
+    fn default() -> Self {
+        Self { sun: SUN, from_sun: FROM_SUN, ambient: AMBIENT, gradient: GRADIENT, in_shadow: IN_SHADOW }
+    }
+}
+
+impl Light {
+    /// The light on a surface with this unit normal, from 0 to [`FULL`].
+    #[inline(always)]
+    pub(super) fn intensity(&self, normal: Vec3) -> f32 {
+        self.of_cosines(normal.dot(self.gradient), normal.dot(self.sun))
+    }
+
+    /// The light on a surface by the products of its unit normal with the gradient and the direction of the sun.
+    #[inline(always)]
+    pub(super) fn of_cosines(&self, gradient: f32, sun: f32) -> f32 {
+        let sun = if sun > 0.0 { sun } else { 0.0 };
+        let light = self.ambient + gradient + self.from_sun * sun;
+        let light = if light < 1.0 { light } else { 1.0 };
+        light * FULL
+    }
+
+    /// The point on the ground that is shaded by a point.
+    #[inline(always)]
+    pub(super) fn on_ground(&self, point: Vec3) -> Vec3 {
+        point - self.sun * (point.z / self.sun.z)
+    }
 }
 
 /// A colour as it is in a pixel, with the number of its label in the uppermost byte.

@@ -5,7 +5,7 @@ use bevy::math::Vec3;
 use super::frame::{Frame, NEAR};
 use super::light::NET_HIDES;
 use super::prepared::PreparedScene;
-use crate::appearance::colours;
+use crate::appearance::colours::Colour;
 use crate::appearance::field::STRING_M;
 
 /// The greatest thickness of a string, samples.
@@ -17,14 +17,14 @@ pub(super) fn draw_nets(frame: &mut Frame, scene: &PreparedScene) {
     for net in &scene.nets {
         if frame.may_see(frame.to_camera(net.centre), net.reach) {
             for &ends in &net.strings {
-                draw_string(frame, ends);
+                draw_string(frame, ends, scene.net_colour);
             }
         }
     }
 }
 
 #[inline(always)]
-fn draw_string(frame: &mut Frame, ends: [Vec3; 2]) {
+fn draw_string(frame: &mut Frame, ends: [Vec3; 2], colour: Colour) {
     let [mut one, mut other] = ends.map(|end| frame.to_camera(end));
     if one.z < NEAR && other.z < NEAR {
         return;
@@ -65,15 +65,15 @@ fn draw_string(frame: &mut Frame, ends: [Vec3; 2]) {
         for across in (start as usize).max(window[minor].start)..(start as usize + count).min(window[minor].end) {
             let index = if is_steep { sample * frame.width + across } else { across * frame.width + sample };
             if here > frame.nearness[index] {
-                frame.pixels[index] = blend(frame.pixels[index], share as u32);
+                frame.pixels[index] = blend(frame.pixels[index], colour, share as u32);
             }
         }
     }
 }
 
 #[inline(always)]
-fn blend(pixel: u32, share: u32) -> u32 {
-    let [red, green, blue] = colours::NET.0.map(u32::from);
+fn blend(pixel: u32, Colour(colour): Colour, share: u32) -> u32 {
+    let [red, green, blue] = colour.map(u32::from);
     let mix = |behind: u32, string: u32| (behind * (256 - share) + string * share) >> 8;
     let (low, middle, high) = (pixel & 0xff, (pixel >> 8) & 0xff, (pixel >> 16) & 0xff);
     mix(low, red) | mix(middle, green) << 8 | mix(high, blue) << 16 | pixel & 0xff00_0000

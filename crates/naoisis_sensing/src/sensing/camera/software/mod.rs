@@ -39,6 +39,8 @@ mod polygon;
 mod prepared;
 mod round;
 mod shadow;
+pub mod stage;
+pub mod stage_camera;
 mod still;
 
 pub use frame::NEAR;
@@ -98,7 +100,7 @@ impl Renderer {
                 polygon::draw_face(frame, outline, face, &scene.corners);
             }
             for round in &scene.rounds[body.rounds.clone()] {
-                round::draw(frame, round);
+                round::draw(frame, &scene.light, round, &scene.patches[round.patches.clone()]);
             }
         }
         lines::draw_nets(frame, scene);

@@ -4,8 +4,10 @@ use bevy::math::{Affine3A, Quat, Vec3};
 use core::ops::Range;
 
 use super::frame::Frame;
-use super::light::{self, Paint};
+use super::light::{Light, Paint};
 use super::model::Model;
+use super::stage::{PatchArea, Stage};
+use crate::appearance::colours::Colour;
 use crate::appearance::field::{self, GroundMark};
 use crate::appearance::posing::Limb;
 use crate::appearance::robot::RobotDesign;
@@ -58,13 +60,31 @@ pub(super) struct Face {
     pub(super) colour: u32,
 }
 
-/// An ellipsoid.
+/// An area of an ellipsoid with another paint: between two planes that are perpendicular to an axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Patch {
+    pub(super) area: PatchArea,
+    pub(super) paint: Paint,
+}
+
+impl Patch {
+    #[inline(always)]
+    pub(super) fn covers(&self, point: Vec3) -> bool {
+        let PatchArea { axis, from, to, .. } = self.area;
+        let along = axis.dot(point);
+        from <= along && along <= to
+    }
+}
+
+/// An ellipsoid.
+#[derive(Clone, PartialEq, Debug)]
 pub(super) struct Round {
     pub(super) unit_from_world: Affine3A,
     pub(super) centre: Vec3,
     pub(super) reach: f32,
     pub(super) paint: Paint,
+    /// Its patches, of those of the scene.
+    pub(super) patches: Range<usize>,
 }
 
 /// Faces and ellipsoids that are culled together.
@@ -107,7 +127,6 @@ pub(super) struct Still {
 }
 
 /// A scene prepared for drawing. Keep it, as it reuses its memory and models from cycle to cycle.
-#[derive(Default)]
 pub struct PreparedScene {
     pub(super) still: Option<Still>,
     /// The numbers of static bodies, faces, corners and ellipsoids. They come first.
@@ -119,6 +138,36 @@ pub struct PreparedScene {
     pub(super) faces: Vec<Face>,
     pub(super) corners: Vec<Corner>,
     pub(super) rounds: Vec<Round>,
+    pub(super) patches: Vec<Patch>,
+    pub(super) light: Light,
+    /// The pixels of the sky and of the floor.
+    pub(super) backdrop: [u32; 2],
+    pub(super) net_colour: Colour,
+}
+
+impl Default for PreparedScene {
+    fn default() -> Self {
+        Self {
+            still: None,
+            still_counts: [0; 4],
+            robots: Vec::new(),
+            ground: Vec::new(),
+            nets: Vec::new(),
+            bodies: Vec::new(),
+            faces: Vec::new(),
+            corners: Vec::new(),
+            rounds: Vec::new(),
+            patches: Vec::new(),
+            light: Light::default(),
+            backdrop: backdrop([colours::SKY, colours::FLOOR]),
+            net_colour: colours::NET,
+        }
+    }
+}
+
+/// The pixels of the sky and of the floor.
+fn backdrop([sky, floor]: [Colour; 2]) -> [u32; 2] {
+    [Paint::new(sky, Label::Sky).full(), Paint::new(floor, Label::Floor).full()]
 }
 
 impl PreparedScene {
@@ -168,6 +217,7 @@ impl PreparedScene {
                 centre,
                 reach,
                 paint: Paint::new(colours::BALL, Label::Ball),
+                patches: 0..0,
             });
             let (faces, rounds) = (face..face, round..round + 1);
             self.bodies.push(Body { owner: None, moves: true, centre, reach, faces, rounds });
@@ -177,8 +227,47 @@ impl PreparedScene {
         }
     }
 
+    /// Prepares a stage, with this many faces around a cylinder. Each body's number is its label in the picture.
+    pub fn prepare_stage(&mut self, stage: &Stage, segments: usize) {
+        // Another scene than that of a match: all of that is prepared again when there is one.
+        *self = Self::default();
+        self.light = stage.light;
+        self.backdrop = backdrop([stage.sky, stage.floor]);
+        self.net_colour = stage.net;
+        self.ground = stage.ground.iter().map(|mark| (*mark, Paint::new(mark.colour, mark.label).full())).collect();
+        self.nets.extend(stage.nets.iter().map(|strings| {
+            let [least, most] = bounds_of(strings.iter().flatten().copied());
+            let (centre, reach) = ((least + most) / 2.0, (most - least).length() / 2.0);
+            Net { centre, reach, strings: strings.clone() }
+        }));
+        for body in &stage.bodies {
+            let mut model = Model::new(&body.parts, segments.max(3));
+            let label = u32::from(body.number & Stage::MOST_BODIES) << 24;
+            model.faces.iter_mut().for_each(|face| face.paint.label = label);
+            model.rounds.iter_mut().for_each(|round| round.paint.label = label);
+            let first = self.patches.len();
+            self.patches.extend(body.patches.iter().map(|&area| {
+                let paint = Paint { label, ..Paint::new(area.colour, Label::Ball) };
+                Patch { area, paint }
+            }));
+            let round = self.rounds.len();
+            self.add(None, Vec3::ZERO, 0.0, &model, |()| Affine3A::IDENTITY);
+            for round in &mut self.rounds[round..] {
+                round.patches = first..self.patches.len();
+            }
+            if let Some(mut body) = self.bodies.pop() {
+                let [least, most] = self.bounds(&body);
+                (body.centre, body.reach) = ((least + most) / 2.0, (most - least).length() / 2.0);
+                self.bodies.push(body);
+            }
+        }
+    }
+
     /// Prepares the static objects.
     fn lay_out(&mut self, scene: &Scene, detail: Detail) {
+        (self.light, self.net_colour) = (Light::default(), colours::NET);
+        self.backdrop = backdrop([colours::SKY, colours::FLOOR]);
+        self.patches.clear();
         let pitch = &scene.pitch;
         self.ground =
             field::ground(pitch).into_iter().map(|mark| (mark, Paint::new(mark.colour, mark.label).full())).collect();
@@ -214,13 +303,14 @@ impl PreparedScene {
         place: impl Fn(F) -> Affine3A,
     ) {
         let (first_face, first_round) = (self.faces.len(), self.rounds.len());
+        let light = self.light;
         for face in &model.faces {
             let world_from_frame = place(face.frame);
             let first = self.corners.len() as u32;
             let corners = &model.corners[face.first as usize..(face.first + face.count) as usize];
             self.corners.extend(corners.iter().map(|corner| Corner {
                 position: world_from_frame.transform_point3(corner.position),
-                light: light::intensity(world_from_frame.transform_vector3(corner.normal)),
+                light: light.intensity(world_from_frame.transform_vector3(corner.normal)),
             }));
             let normal = world_from_frame.transform_vector3(face.normal);
             let corner = self.corners[first as usize];
@@ -241,6 +331,7 @@ impl PreparedScene {
                 centre: world_from_unit.translation.into(),
                 reach: round.reach,
                 paint: round.paint,
+                patches: 0..0,
             }
         }));
         let (faces, rounds) = (first_face..self.faces.len(), first_round..self.rounds.len());
@@ -271,4 +362,9 @@ impl PreparedScene {
         }
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
+}
+
+/// The least and greatest corner of a box around points.
+fn bounds_of(points: impl Iterator<Item = Vec3>) -> [Vec3; 2] {
+    points.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[least, most], point| [least.min(point), most.max(point)])
 }

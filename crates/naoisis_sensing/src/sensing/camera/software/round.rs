@@ -4,12 +4,25 @@ use bevy::math::Vec3;
 
 use super::conic::Conic;
 use super::frame::{Frame, NEAR, first_sample};
-use super::light::{self, GRADIENT, SUN};
-use super::prepared::Round;
+use super::light::{Light, Paint};
+use super::prepared::{Patch, Round};
 
 /// Draws an ellipsoid where no other body is nearer.
 #[inline(always)]
-pub(super) fn draw(frame: &mut Frame, round: &Round) {
+pub(super) fn draw(frame: &mut Frame, light: &Light, round: &Round, patches: &[Patch]) {
+    if patches.is_empty() {
+        draw_in(frame, light, round, |_| round.paint);
+    } else {
+        draw_in(frame, light, round, |point| {
+            let patch = patches.iter().rev().find(|patch| patch.covers(point));
+            patch.map_or(round.paint, |patch| patch.paint)
+        });
+    }
+}
+
+/// Draws an ellipsoid with the paint at each point of the unit sphere.
+#[inline(always)]
+fn draw_in(frame: &mut Frame, light: &Light, round: &Round, paint: impl Fn(Vec3) -> Paint) {
     let centre = frame.to_camera(round.centre);
     if !frame.may_see(centre, round.reach) {
         return;
@@ -40,7 +53,8 @@ pub(super) fn draw(frame: &mut Frame, round: &Round) {
     let (first, end) = (within(first_sample(top, height)), within(first_sample(bottom, height)));
     // The normal at a point x of the unit sphere is Mᵀ x, M being the rotation and scale of `unit_from_world`; its products
     // with the gradient g and the sun s are those of x with M g and M s, its length that of Mᵀ x.
-    let shading = Shading { gradient: turned(GRADIENT), sun: turned(SUN), squared: normal_form(round) };
+    let shading =
+        Shading { light, gradient: turned(light.gradient), sun: turned(light.sun), squared: normal_form(round) };
     let per_sample = right / frame.focal_length;
     // Rays are followed from where they pass by the middle: from the eye, a small ellipsoid is lost in rounding.
     let ahead = centre.z;
@@ -67,7 +81,7 @@ pub(super) fn draw(frame: &mut Frame, round: &Round) {
                 let here = 1.0 / (ahead + further);
                 let light = shading.light(point);
                 let is_nearer = here > *nearness && here < 1.0 / NEAR;
-                let colour = round.paint.lit(light as i32 as u32);
+                let colour = paint(point).lit(light as i32 as u32);
                 *nearness = if is_nearer { here } else { *nearness };
                 *pixel = if is_nearer { colour } else { *pixel };
             }
@@ -83,19 +97,20 @@ fn normal_form(round: &Round) -> [f32; 6] {
     [x.dot(x), y.dot(y), z.dot(z), 2.0 * x.dot(y), 2.0 * x.dot(z), 2.0 * y.dot(z)]
 }
 
-struct Shading {
+struct Shading<'a> {
+    light: &'a Light,
     gradient: Vec3,
     sun: Vec3,
     squared: [f32; 6],
 }
 
-impl Shading {
+impl Shading<'_> {
     #[inline(always)]
     fn light(&self, point: Vec3) -> f32 {
         let [xx, yy, zz, xy, xz, yz] = self.squared;
         let Vec3 { x, y, z } = point;
         let squared = x * (xx * x + xy * y + xz * z) + y * (yy * y + yz * z) + zz * z * z;
         let inverse = 1.0 / squared.sqrt();
-        light::of_cosines(self.gradient.dot(point) * inverse, self.sun.dot(point) * inverse)
+        self.light.of_cosines(self.gradient.dot(point) * inverse, self.sun.dot(point) * inverse)
     }
 }

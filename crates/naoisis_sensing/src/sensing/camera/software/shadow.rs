@@ -3,7 +3,7 @@
 use bevy::math::{Vec3, Vec3A};
 
 use super::frame::Frame;
-use super::light::{IN_SHADOW, SUN};
+use super::light::Light;
 use super::polygon::Outline;
 use super::prepared::PreparedScene;
 
@@ -12,12 +12,6 @@ pub(super) const SHADED: u32 = 1 << 31;
 
 /// Corners of a round shadow.
 const CORNERS: usize = 24;
-
-/// The point on the ground that is shaded by a point.
-#[inline(always)]
-pub(super) fn on_ground(point: Vec3) -> Vec3 {
-    point - SUN * (point.z / SUN.z)
-}
 
 /// Darkens the ground where bodies that have a shadow, by their index, are between it and the sun. Everything but the ground
 /// is drawn later.
@@ -28,29 +22,30 @@ pub(super) fn draw(
     scene: &PreparedScene,
     has_shadow: impl Fn(usize) -> bool,
 ) {
+    let light = &scene.light;
     for (_, body) in scene.bodies.iter().enumerate().filter(|(index, _)| has_shadow(*index)) {
         for face in &scene.faces[body.faces.clone()] {
             // A body is as wide as those of its faces that see the sun.
-            if face.normal.dot(SUN) > 0.0 {
+            if face.normal.dot(light.sun) > 0.0 {
                 let corners = &scene.corners[face.first as usize..(face.first + face.count) as usize];
-                darken(frame, outline, corners.iter().map(|corner| corner.position));
+                darken(frame, outline, light, corners.iter().map(|corner| corner.position));
             }
         }
         for round in &scene.rounds[body.rounds.clone()] {
             // On the unit sphere, the sun's light ends on the great circle across its direction there.
             let world_from_unit = round.unit_from_world.inverse();
-            let sun = Vec3::from(round.unit_from_world.matrix3 * Vec3A::from(SUN));
+            let sun = Vec3::from(round.unit_from_world.matrix3 * Vec3A::from(light.sun));
             let (one, other) = sun.normalize_or(Vec3::Z).any_orthonormal_pair();
             let circle = super::model::unit_circle(CORNERS);
             let rim = circle.map(|at| world_from_unit.transform_point3(at.x * one + at.y * other));
-            darken(frame, outline, rim);
+            darken(frame, outline, light, rim);
         }
     }
 }
 
 #[inline(always)]
-fn darken(frame: &mut Frame, outline: &mut Outline, corners: impl Iterator<Item = Vec3>) {
-    if !outline.project(frame, corners.map(|corner| (on_ground(corner), 0.0))) {
+fn darken(frame: &mut Frame, outline: &mut Outline, light: &Light, corners: impl Iterator<Item = Vec3>) {
+    if !outline.project(frame, corners.map(|corner| (light.on_ground(corner), 0.0))) {
         return;
     }
     let (width, height) = (frame.width, frame.height);
@@ -59,7 +54,7 @@ fn darken(frame: &mut Frame, outline: &mut Outline, corners: impl Iterator<Item 
         let (from, to) = outline.span(row, width);
         let (columns, _) = frame.window.clip(from, to);
         for pixel in &mut frame.pixels[row * width + columns.start..row * width + columns.end] {
-            let [low, middle, high] = [0, 8, 16].map(|shift| (((*pixel >> shift) & 0xff) * IN_SHADOW) >> 8);
+            let [low, middle, high] = [0, 8, 16].map(|shift| (((*pixel >> shift) & 0xff) * light.in_shadow) >> 8);
             let dark = low | middle << 8 | high << 16 | *pixel & 0xff00_0000 | SHADED;
             *pixel = if *pixel & SHADED == 0 { dark } else { *pixel };
         }

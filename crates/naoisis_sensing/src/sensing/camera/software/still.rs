@@ -4,8 +4,8 @@ use bevy::math::Vec3;
 use pulp::Arch;
 
 use super::frame::{Frame, NEAR, Window, first_sample};
+use super::light::Light;
 use super::prepared::{PreparedScene, Still};
-use super::shadow::on_ground;
 use super::{Renderer, ground, output, shadow};
 use crate::appearance::view::View;
 use crate::sensing::camera::image::{Image, Layers};
@@ -82,7 +82,7 @@ impl StillRenderer {
             if !body.moves || body.is_hidden_from(view) {
                 continue;
             }
-            let mut window = window_of(frame, scene.bounds(body), view);
+            let mut window = window_of(frame, scene.bounds(body), view, &scene.light);
             if window.area() == 0 {
                 continue;
             }
@@ -101,13 +101,13 @@ impl StillRenderer {
 }
 
 /// The smallest window of whole pixels that contains a box, given by its least and greatest corner, and its shadow.
-fn window_of(frame: &Frame, [low, high]: [Vec3; 2], view: &View) -> Window {
+pub(super) fn window_of(frame: &Frame, [low, high]: [Vec3; 2], view: &View, light: &Light) -> Window {
     let samples = view.supersampling.max(1) as usize;
     let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
     for corner in 0..8 {
         let side = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
         let corner = Vec3::new(side(0), side(1), side(2));
-        for point in [corner, if view.shadows { on_ground(corner) } else { corner }] {
+        for point in [corner, if view.shadows { light.on_ground(corner) } else { corner }] {
             let in_camera = frame.to_camera(point);
             if in_camera.z < NEAR {
                 return Window { columns: 0..frame.width, rows: 0..frame.height };
