@@ -94,7 +94,10 @@ def loss(output: torch.Tensor, heat: torch.Tensor, shape: torch.Tensor, there: t
     # Beside a centre less.
     avoided = functional.logsigmoid(-logits) * probability**2 * (1 - heat) ** 4 * ~is_centre
     count = is_centre.sum().clamp(min=1)
-    return -(found.sum() + avoided.sum()) / count + (functional.l1_loss(output[:, -4:], shape, reduction="none") * there).sum() / count
+    return (
+        -(found.sum() + avoided.sum()) / count
+        + (functional.l1_loss(output[:, -4:], shape, reduction="none") * there).sum() / count
+    )
 
 
 def detections(output: torch.Tensor, least: float) -> list[np.ndarray]:
@@ -155,7 +158,9 @@ def report(name: str, detector: Detector, images: np.ndarray, boxes: list[np.nda
     precisions = []
     for number, label in enumerate(CLASSES):
         ap, recall, precision, total = average_precision(found, boxes, number)
-        print(f"{name}: {label}: AP50 {100 * ap:.1f} %, recall {100 * recall:.1f} %, precision {100 * precision:.1f} % of {total}")
+        print(
+            f"{name}: {label}: AP50 {100 * ap:.1f} %, recall {100 * recall:.1f} %, precision {100 * precision:.1f} % of {total}"
+        )
         precisions.append(ap)
     return precisions
 
@@ -185,7 +190,10 @@ def train(images: np.ndarray, boxes: list[np.ndarray], epochs: int, seed: int = 
             optimiser.step()
             schedule.step()
             sums += value.item()
-        print(f"epoch {epoch + 1} of {epochs}: loss {sums / len(batches):.3f}, {time.monotonic() - begun:.0f} s", flush=True)
+        print(
+            f"epoch {epoch + 1} of {epochs}: loss {sums / len(batches):.3f}, {time.monotonic() - begun:.0f} s",
+            flush=True,
+        )
     return detector
 
 

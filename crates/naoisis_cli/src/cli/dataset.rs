@@ -54,7 +54,7 @@ pub struct DatasetArguments {
     /// The model of robots, instead of the scenario's
     #[arg(long, value_name = "MODEL")]
     robot: Option<String>,
-    /// Set a field of the scenario: cameras.diagonal_fov_deg=70
+    /// Set a field of the scenario: cameras.width=320
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
     /// Seed of the first match; each further match has the next seed

@@ -52,7 +52,7 @@ pub enum DatasetFormat {
     Coco,
     /// Ultralytics' YOLO: `images`, `labels` and `data.yaml`.
     Yolo,
-    /// WebDataset: an archive for each match.
+    /// `WebDataset`: an archive for each match.
     Webdataset,
 }
 

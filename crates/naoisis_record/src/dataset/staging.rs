@@ -231,10 +231,9 @@ fn keypoints(robot: &SceneRobot, limbs: &[Affine3A; Limb::COUNT]) -> Vec<Vec3> {
     let half_head = (robot.body.height_m - robot.body.neck_m.z) / 2.0;
     let mut points = vec![at(Limb::Head, Vec3::Z * half_head)];
     let hand = Vec3::new(0.2, 0.04, -0.86) * arms.length_m;
-    for [left, right] in [Limb::ARMS] {
-        points.extend([at(left, Vec3::ZERO), at(right, Vec3::ZERO)]);
-        points.extend([at(left, on_side(hand, 0)), at(right, on_side(hand, 1))]);
-    }
+    let [left, right] = Limb::ARMS;
+    points.extend([at(left, Vec3::ZERO), at(right, Vec3::ZERO)]);
+    points.extend([at(left, on_side(hand, 0)), at(right, on_side(hand, 1))]);
     for [left, right] in [Limb::THIGHS, Limb::SHANKS, Limb::FEET] {
         points.extend([at(left, Vec3::ZERO), at(right, Vec3::ZERO)]);
     }

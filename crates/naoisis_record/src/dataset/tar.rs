@@ -1,4 +1,4 @@
-//! Archives in the format of POSIX `ustar`, the same bytes for the same files: WebDataset reads them.
+//! Archives in the format of POSIX `ustar`, the same bytes for the same files: `WebDataset` reads them.
 
 use std::io::{self, Write};
 

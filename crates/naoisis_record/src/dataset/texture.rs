@@ -59,7 +59,8 @@ impl Texture {
                         let far = -view.eye.z / ray.z.min(-1e-4);
                         let place = view.eye.truncate() + far * ray.truncate();
                         if *label == LINE {
-                            let wear = looks.wear * (0.5 + 0.5 * smooth(noise, place / 0.15 + self.shifts[1])).powi(2);
+                            let worn = 0.5 + 0.5 * smooth(noise, place / 0.15 + self.shifts[1]);
+                            let wear = looks.wear * worn * worn;
                             for (channel, below) in colour.iter_mut().zip(turf) {
                                 *channel += wear * (below - *channel);
                             }
