@@ -18,7 +18,7 @@
 //! 16. [Random numbers](random_numbers): of behaviours, sensors and programs.
 //! 17. [Matches beside real ones](real_matches): goals, falls, penalties and seventy other quantities, and logs of the GameController.
 //! 18. [A web page](web_page): a match that plays in a browser, in one file.
-//! 19. [Tables](tables): a match as Parquet or CSV, for pandas, Polars and DuckDB.
+//! 19. [Tables](tables): a match as Parquet or CSV, for pandas, Polars and `DuckDB`.
 //! 20. [MCAP files](mcap): a match in Lichtblick, Foxglove, Rerun and their libraries.
 //! 21. [Data sets of images](data_sets): labelled images for training detectors.
 //!

@@ -249,7 +249,7 @@ fn robots_that_cannot_be() {
         (
             "(behaviour: script([(walk: (0, 0, 0)), «(from_s: 2)]))",
             "does nothing",
-            "`walk`, `kick`, `head_deg`, `posture` or `say`",
+            "`walk`, `kick`, `head_deg`, `posture`, `request` or `say`",
         ),
     ];
     for (marked, message, expected) in cases {

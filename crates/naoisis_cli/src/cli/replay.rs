@@ -43,7 +43,7 @@ pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCod
         Ok(()) => watch(program, arguments),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
-        Err(reason) => summarise(&arguments.trace, &reason),
+        Err(reason) => summarise(&arguments.trace, reason),
     }
 }
 

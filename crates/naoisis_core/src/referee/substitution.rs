@@ -157,7 +157,8 @@ mod tests {
         situation.pass();
         assert_eq!(present(&situation), [false, true]);
         // Beside the pitch, level with its penalty mark.
-        assert!(situation.robots[2].pose.position.y.abs() > situation.pitch.half_width());
+        let place = situation.robots[2].pose.position;
+        assert!(place.y.abs() > situation.pitch.half_width(), "{place}");
     }
 
     #[test]

@@ -152,7 +152,8 @@ mod tests {
             let k = calibration(&view.intrinsics, String::new()).k;
             let pixel = [k[0] as f32 * seen.x / seen.z + k[2] as f32, k[4] as f32 * seen.y / seen.z + k[5] as f32];
             let pixel = bevy::math::Vec2::from_array(pixel) + 0.5;
-            assert!(pixel.abs_diff_eq(expected, 0.05), "{}: {pixel} {expected}", mount.name);
+            // A step of the rotations is a tenth of a pixel.
+            assert!(pixel.abs_diff_eq(expected, 0.1), "{}: {pixel} {expected}", mount.name);
         }
         let forward = affine(&base).transform_vector3(Vec3::X).truncate();
         assert!(forward.abs_diff_eq(record.pose.forward(), 1e-6));

@@ -40,7 +40,11 @@ fn simplified(schema: &Value, definitions: &Value, depth: usize) -> Option<Value
                     properties.filter_map(|(name, inner)| Some((name.clone(), within(inner)?))).collect();
                 json!({ "type": name, "properties": properties })
             }
-            "array" => json!({ "type": name, "items": within(schema.get("items")?)? }),
+            "array" => {
+                // Viewers do not read arrays of arrays.
+                let items = within(schema.get("items")?).filter(|items| items["type"] != "array")?;
+                json!({ "type": name, "items": items })
+            }
             _ => json!({ "type": name }),
         }
     };
