@@ -79,7 +79,9 @@ def test_a_trace_is_tables_for_pandas_polars_and_duckdb(recorded, tmp_path):
     assert tables["robots"]["x_m"] == pytest.approx(np.array([robot["pose"][0] for robot in robots]), abs=2e-5)
     balls = [robot["percepts"]["ball"] for robot in robots if robot["percepts"]["ball"]]
     seen = tables["percepts"]["kind"] == "ball"
-    assert tables["percepts"]["x_m"][seen] == pytest.approx(np.array([ball["position_m"][0] for ball in balls]), abs=2e-5)
+    assert tables["percepts"]["x_m"][seen] == pytest.approx(
+        np.array([ball["position_m"][0] for ball in balls]), abs=2e-5
+    )
     assert list(tables["events"]["kind"]) == [event["kind"] for line in truth for event in line["events"]]
     subprocess.run(["naoisis", "convert", path, "--parquet", tmp_path / "p", "--csv", tmp_path / "c"], check=True)
     pandas, polars, duckdb = (pytest.importorskip(name) for name in ("pandas", "polars", "duckdb"))

@@ -12,7 +12,9 @@ pub(super) fn viewer_schema<T: JsonSchema>() -> Schema {
     let whole = Value::from(SchemaGenerator::default().into_root_schema_for::<T>());
     let schema =
         simplified(&whole, &whole["$defs"], 0).unwrap_or_else(|| json!({ "type": "object", "properties": {} }));
-    Schema::new(format!("naoisis.{}", T::schema_name()), "jsonschema", schema.to_string().into_bytes())
+    // Files may have another name of the type.
+    let name = core::any::type_name::<T>().rsplit("::").next().unwrap_or_default();
+    Schema::new(format!("naoisis.{name}"), "jsonschema", schema.to_string().into_bytes())
 }
 
 fn simplified(schema: &Value, definitions: &Value, depth: usize) -> Option<Value> {
