@@ -16,6 +16,7 @@ mod csv_table;
 mod parquet_table;
 mod recorder;
 mod rows;
+mod rows_of_record;
 #[cfg(test)]
 mod tests;
 

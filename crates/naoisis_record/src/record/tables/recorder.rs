@@ -70,6 +70,7 @@ impl TablesRecorder {
     /// When the folder can't be made.
     pub fn create(folder: &Path, format: TableFormat, fields: Fields) -> Result<Self, RecordError> {
         match fs::create_dir(folder) {
+            Err(_) if folder.exists() && !folder.is_dir() => return Err(RecordError::NotAFolder(folder.to_owned())),
             Err(error) if !folder.is_dir() => return Err(RecordError::io(folder)(error)),
             _ => {}
         }
