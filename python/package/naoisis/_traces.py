@@ -81,7 +81,7 @@ class Trace(Columns):
 
 
 def read_trace(path: str | os.PathLike[str]) -> Trace:
-    """Reads a trace (``.jsonl`` or ``.jsonl.zst``) as columns.
+    """Reads a trace (``.jsonl``, ``.jsonl.zst`` or ``.mcap``) as columns.
 
     Raises:
         TraceError: It cannot be read; the error has line and column.

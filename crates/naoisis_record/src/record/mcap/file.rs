@@ -62,30 +62,24 @@ impl McapFile {
 
     /// Writes a message of JSON, with the numbers of a trace.
     pub(super) fn log_json<T: JsonSchema + Serialize>(&mut self, topic: &str, time_ns: u64, message: &T) {
-        self.log_with(
-            topic,
-            time_ns,
-            "json",
-            || Some(viewer_schema::<T>()),
-            |bytes| {
-                let mut serializer = serde_json::Serializer::with_formatter(bytes, ShortestFloats);
-                message.serialize(&mut serializer).map_err(io::Error::from)
-            },
-        );
+        self.log_json_with::<T>(topic, time_ns, |bytes| {
+            let mut serializer = serde_json::Serializer::with_formatter(bytes, ShortestFloats);
+            message.serialize(&mut serializer).map_err(io::Error::from)
+        });
     }
 
     /// Writes a message that is the JSON of a `T` already.
     pub(super) fn log_text<T: JsonSchema>(&mut self, topic: &str, time_ns: u64, text: &[u8]) {
-        self.log_with(
-            topic,
-            time_ns,
-            "json",
-            || Some(viewer_schema::<T>()),
-            |bytes| {
-                bytes.extend_from_slice(text);
-                Ok(())
-            },
-        );
+        self.log_json_with::<T>(topic, time_ns, |bytes| bytes.write_all(text));
+    }
+
+    fn log_json_with<T: JsonSchema>(
+        &mut self,
+        topic: &str,
+        time_ns: u64,
+        write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
+    ) {
+        self.log_with(topic, time_ns, "json", || Some(viewer_schema::<T>()), write);
     }
 
     fn log_with(
