@@ -20,6 +20,9 @@ before(async () => {
 });
 after(() => browser.close());
 
+/** Waits until what was changed so far is drawn: the page draws in the next frame, not at once. */
+const frame = (page) => page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+
 /** Opens a page, and fails the test if it asks for anything, or if anything in it fails. */
 async function open(file, { hash = "", width = 1440, height = 900, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width, height }, ...options });
@@ -31,7 +34,7 @@ async function open(file, { hash = "", width = 1440, height = 900, ...options } 
   page.on("request", (request) => request.url().split("#")[0] !== address && !request.url().startsWith("data:") && faults.push(request.url()));
   await page.goto(address + hash);
   await page.waitForFunction(() => document.body.dataset.state !== "loading");
-  return { page, text: (id) => page.locator(`#${id}`).textContent(), state: () => page.evaluate(() => document.body.dataset.state), done: () => (assert.deepEqual(faults, []), context.close()) };
+  return { page, text: (id) => frame(page).then(() => page.locator(`#${id}`).textContent()), state: () => page.evaluate(() => document.body.dataset.state), done: () => (assert.deepEqual(faults, []), context.close()) };
 }
 
 /** Goes to a time as a link does. */
@@ -110,6 +113,7 @@ test("it plays, seeks, steps and follows links and keys", async () => {
   // The next event, and its reasons.
   await page.getByRole("tab", { name: "Events" }).click();
   await page.locator(".events button[data-kind=goal]").first().click();
+  await frame(page);
   assert.match(await page.locator(".why:visible").first().textContent(), /Rule: /);
   await page.getByRole("slider", { name: "Time of the match" }).focus();
   await page.keyboard.press("Home");
@@ -128,7 +132,7 @@ test("nothing is drawn while nothing changes", async () => {
   assert.equal(await frames(), drawn);
   assert.ok(drawn > 0);
   await page.keyboard.press("ArrowRight");
-  await page.waitForTimeout(300);
+  await frame(page);
   assert.ok((await frames()) > drawn);
   await done();
 });
@@ -147,6 +151,7 @@ test("every control has a name, and the tabs are tabs", async () => {
   assert.deepEqual(nameless, []);
   await page.getByRole("tab", { name: "Robots" }).focus();
   await page.keyboard.press("ArrowRight");
+  await frame(page);
   assert.equal(await page.getByRole("tab", { name: "Match" }).getAttribute("aria-selected"), "true");
   const score = cycles.at(-1).game.score;
   assert.match(await page.locator(".result").textContent(), new RegExp(`${score.blue} : ${score.pink}`));
