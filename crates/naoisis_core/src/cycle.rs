@@ -192,9 +192,9 @@ impl CycleClock {
         self.period_s as f32
     }
 
-    /// `duration_s`, seconds, in cycles, rounded.
+    /// `duration_s` in cycles, rounded.
     pub fn cycles_in(&self, duration_s: f32) -> u32 {
-        // `round` is a function call, for each robot in each cycle.
+        // `round` would be a function call for each robot in each cycle.
         (f64::from(duration_s) / self.period_s + 0.5) as u32
     }
 }
@@ -239,7 +239,7 @@ pub fn try_run_cycle(world: &mut World) -> Result<(), CyclePanic> {
     let run = |world: &mut World, schedule: &mut Schedule| {
         let result = catch_unwind(AssertUnwindSafe(|| schedule.run(world)));
         result.map_err(|payload| {
-            // The old executor is still in the state of running that system.
+            // The old executor still takes that system for running.
             schedule.set_executor(SingleThreadedExecutor::new());
             CyclePanic { message: words_of(&*payload) }
         })

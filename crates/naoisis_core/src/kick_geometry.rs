@@ -204,7 +204,7 @@ pub enum KickDirection {
 }
 
 impl KickGeometry {
-    /// The geometry of the paper's robot (Table 2 and its caption); none for a custom kick.
+    /// The geometry of the paper's robot (Table 2 and its caption); `None` for a custom kick.
     pub fn of_paper(kick_type: KickType) -> Option<Self> {
         let (x_m, y_m, best_m) = match kick_type {
             KickType::LeftStraight => ([0.10, 0.20], [0.0, 0.10], Vec2::new(0.175, 0.05)),
@@ -267,7 +267,7 @@ pub struct Strike {
     pub reduced: bool,
 }
 
-/// The strike of a kick of the paper's robot on a ball at `ball_in_robot`; none if the ball is out of reach (paper, section 3.2).
+/// The strike of a kick of the paper's robot on a ball at `ball_in_robot`; `None` if the ball is out of reach (paper, section 3.2).
 ///
 /// The ball leaves along the ray from the tip of the foot through its centre; straight ahead if it lies on the tip.
 /// A side kick from the wrong side, with the ball where the same foot's straight kick reaches it, is a straight kick
@@ -276,8 +276,8 @@ pub fn strike(kick_type: KickType, ball_in_robot: Vec2) -> Option<Strike> {
     strike_by(kick_type, ball_in_robot, 0.0, KickGeometry::of_paper)
 }
 
-/// Like [`strike`], with the geometry `geometry_of` each kick, none for one that the robot does not have. `wanted` is the
-/// requested direction, radians, robot frame, which only kicks that can be aimed follow.
+/// Like [`strike`], with the geometry that `geometry_of` returns for each kick, `None` for a kick that the robot does not have. `wanted` is
+/// the requested direction, radians, robot frame, which only kicks that can be aimed follow.
 pub fn strike_by(
     kick_type: KickType,
     ball_in_robot: Vec2,

@@ -33,12 +33,12 @@ pub enum Knowledge {
 }
 
 impl Knowledge {
-    /// Whether a behaviour may read what is marked so.
+    /// Whether a behaviour may read a component or resource with this mark.
     pub fn is_readable(self) -> bool {
         self != Knowledge::Truth
     }
 
-    /// Whether a behaviour may write what is marked so.
+    /// Whether a behaviour may write a component or resource with this mark.
     pub fn is_writable(self) -> bool {
         matches!(self, Knowledge::Command | Knowledge::Belief)
     }
@@ -72,7 +72,7 @@ impl fmt::Display for Knowledge {
     }
 }
 
-/// Whether the type of this path is one of naoisis, rather than Bevy's or a user's.
+/// Whether the type with this path belongs to naoisis, rather than to Bevy or a user.
 pub fn is_of_naoisis(type_path: &str) -> bool {
     const CRATES: [&str; 10] = [
         "naoisis",

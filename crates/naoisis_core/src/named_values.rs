@@ -1,4 +1,4 @@
-//! Values by name: settings and readings whose types only the program knows that has registered them.
+//! Values by name: settings and readings whose types are known only to the program that registers them.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// Values by name, as files have them.
+/// Values by name, as written in files.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -19,12 +19,12 @@ impl NamedValues {
         self.0.is_empty()
     }
 
-    /// The value of this name.
+    /// Returns the value of `name`, if there is one.
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.0.get(name)
     }
 
-    /// Sets the value of `name`, or removes it.
+    /// Sets the value of `name`, or removes it if `value` is `None`.
     pub fn set(&mut self, name: &str, value: Option<Value>) {
         match (value, self.0.get_mut(name)) {
             (Some(value), Some(old)) => *old = value,

@@ -1,7 +1,7 @@
 //! Random numbers: one stream for each robot and purpose, derived from the match's seed.
 //!
-//! Because every purpose has a stream of its own, switching on the noise of one sensor of one robot changes no
-//! other robot's noise, and none of the same robot's other sensors.
+//! Because every purpose has a stream of its own, switching on the noise of one sensor of one robot changes neither the noise of other
+//! robots nor that of the same robot's other sensors.
 
 use bevy::prelude::*;
 use core::convert::Infallible;
@@ -25,7 +25,7 @@ impl<'de> Deserialize<'de> for RandomStream {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let stream = Xoshiro256PlusPlus::deserialize(deserializer)?;
         let mut ahead = stream.clone();
-        // Four zeros in a row come from no other state, with a probability of 2^-256.
+        // Any other state yields four zeros in a row only with a probability of 2^-256.
         if (0..4).all(|_| ahead.next_u64() == 0) {
             return Err(D::Error::custom("a stream of random numbers in the all-zero state, which is a fixed point"));
         }
@@ -98,7 +98,7 @@ impl TryRng for RandomStream {
 pub struct RandomStreams {
     seed: u64,
     robot: RobotId,
-    /// Streams for purposes of the program's own, by name.
+    /// Streams for custom purposes, by name.
     own: Vec<(String, RandomStream)>,
     /// Motion error of the walk.
     pub motion: RandomStream,
@@ -126,7 +126,7 @@ pub struct RandomStreams {
     pub balance: RandomStream,
     /// Breakdowns.
     pub breakdowns: RandomStream,
-    /// Slip of its steps.
+    /// Slip of the robot's steps.
     pub slip: RandomStream,
 }
 
@@ -155,11 +155,11 @@ impl RandomStreams {
         }
     }
 
-    /// The robot's stream for a purpose of the program's own, such as the noise of a custom sensor. It is created at the first
-    /// call, and saved with the match.
+    /// Returns the robot's stream for a custom purpose, such as the noise of a custom sensor. The first call creates the stream, which is
+    /// saved with the match.
     pub fn own(&mut self, purpose: &str) -> &mut RandomStream {
         let index = self.own.iter().position(|(name, _)| name == purpose).unwrap_or_else(|| {
-            // A prefix that no stream of the simulation has.
+            // No stream of the simulation itself has this prefix.
             let stream = RandomStream::new(self.seed, self.robot, &format!("own {purpose}"));
             self.own.push((purpose.to_owned(), stream));
             self.own.len() - 1
@@ -200,7 +200,7 @@ impl BehaviourRandom {
 }
 
 impl Default for BehaviourRandom {
-    /// A stream that is the same for all robots, until the match starts.
+    /// A stream that is the same for all robots, used until the match starts.
     fn default() -> Self {
         Self(RandomStream::for_match(0, "behaviour"))
     }

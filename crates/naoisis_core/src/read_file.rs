@@ -4,12 +4,12 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// The bytes of a regular file with a limited length.
+/// Reads a regular file of at most `most_bytes` bytes.
 ///
 /// # Errors
-/// Those of the file system, and when it is another kind of file or a larger one.
+/// If the file cannot be read, is not a regular file, or is larger than `most_bytes`.
 pub fn read_file(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
-    // A pipe would be waited for as soon as it is opened.
+    // Opening a pipe would block, so the kind of the file is checked first.
     if !fs::metadata(path)?.is_file() {
         return Err(io::Error::other("this is no ordinary file"));
     }

@@ -6,13 +6,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::thread;
 
-/// Writes a file atomically: under a temporary name beside `path` until it is complete. If that fails, as on a full disk, an
+/// Writes a file atomically: it has a temporary name beside `path` until it is complete. If writing fails, for example on a full disk, an
 /// earlier file is unchanged.
 ///
-/// A link is followed, so that the file that it leads to is replaced; a device or a pipe is written to as it is.
+/// A symbolic link is followed, and the file that it points to is replaced; a device or a pipe is written to directly.
 ///
 /// # Errors
-/// Those of the file system, and of `write`.
+/// Errors of the file system and of `write`.
 pub fn replace_file(path: &Path, write: impl FnOnce(&File) -> io::Result<()>) -> io::Result<()> {
     let mut unfinished = UnfinishedFile::whole(path)?;
     write(unfinished.file())?;
@@ -21,45 +21,45 @@ pub fn replace_file(path: &Path, write: impl FnOnce(&File) -> io::Result<()>) ->
 
 /// A file that is being written. Until it is [finished](UnfinishedFile::finish), the file that it replaces is unchanged.
 ///
-/// An unfinished file is removed when it is dropped; if the program is killed, `NAME.PROCESS.part` is left behind. Hard links of
-/// an earlier file keep its content.
+/// Dropping an unfinished file removes it; if the program is killed, `NAME.PROCESS.part` is left behind. Hard links to an earlier file keep
+/// the earlier content.
 #[derive(Debug)]
 pub struct UnfinishedFile {
     file: File,
-    /// None of a file that has its own name from the beginning, or has it by now.
+    /// Current and final path; `None` if the file has its final name already.
     places: Option<Places>,
 }
 
 #[derive(Debug)]
 struct Places {
-    /// Where it is.
+    /// The current, temporary path.
     now: PathBuf,
-    /// Where it will be.
+    /// The final path.
     then: PathBuf,
-    /// Whether there is a file in its place.
+    /// Whether there is an earlier file at the final path.
     is_taken: bool,
 }
 
 impl UnfinishedFile {
-    /// A file that has its name when it is whole.
+    /// Creates a file that gets its name when it is finished.
     ///
     /// # Errors
-    /// When it cannot be made, or the earlier one may not be written.
+    /// If the file cannot be created, or an existing file at `path` is not writable.
     pub fn whole(path: &Path) -> io::Result<Self> {
         Self::create(path, UnfinishedFile::beside)
     }
 
-    /// A file that is of use before it is whole: where nothing is replaced, it has its name from the beginning.
+    /// Creates a file that is useful before it is complete: if no file is replaced, it has its name from the beginning.
     ///
     /// # Errors
-    /// When it cannot be made, or the earlier one may not be written.
+    /// If the file cannot be created, or an existing file at `path` is not writable.
     pub fn growing(path: &Path) -> io::Result<Self> {
         Self::create(path, |path| Ok(Self { file: File::create(path)?, places: None }))
     }
 
     fn create(path: &Path, create_new: impl FnOnce(&Path) -> io::Result<Self>) -> io::Result<Self> {
         let Ok(earlier) = fs::metadata(path) else { return create_new(path) };
-        // That it may be written is found out without writing.
+        // Opening the file for writing tests the permission without changing the file.
         let file = File::options().write(true).open(path)?;
         if !earlier.is_file() {
             return Ok(Self { file, places: None });
@@ -81,14 +81,14 @@ impl UnfinishedFile {
         &self.file
     }
 
-    /// All is written: the file gets its name.
+    /// Finishes the file, which gets its name.
     ///
     /// # Errors
-    /// When it cannot be whole on the disk; the earlier file is as it was then.
+    /// If the file cannot be written to the disk completely; the earlier file is unchanged then.
     pub fn finish(&mut self) -> io::Result<()> {
         if let Some(Places { now, then, is_taken }) = &self.places {
             if *is_taken {
-                // Some file systems find out that they are full only here; the earlier file is given up for nothing less.
+                // Some file systems report only here that they are full; the earlier file must not be given up before.
                 self.file.sync_all()?;
             }
             fs::rename(now, then)?;
@@ -97,7 +97,7 @@ impl UnfinishedFile {
         Ok(())
     }
 
-    /// What is written stays, under its other name if it has one: that is returned.
+    /// Keeps what has been written. Returns the temporary path of the file, if it has one.
     pub fn keep(mut self) -> Option<PathBuf> {
         self.places.take().map(|places| places.now)
     }
@@ -105,17 +105,17 @@ impl UnfinishedFile {
 
 impl Drop for UnfinishedFile {
     fn drop(&mut self) {
-        // When the program fails, what it has written may tell why.
+        // After a panic the partial file is kept, as it may show the cause.
         if let Some(places) = &self.places
             && !thread::panicking()
         {
-            // If it cannot be removed, there is an error already that says more.
+            // A failure to remove the file follows an earlier error, which says more.
             let _ = fs::remove_file(&places.now);
         }
     }
 }
 
-/// The name of a file until it is whole: of each process its own, as two may write the same file.
+/// Returns the temporary name of a file. It contains the process number, as two processes may write the same file.
 fn unfinished_name(path: &Path) -> PathBuf {
     let mut name = path.file_name().map(OsString::from).unwrap_or_default();
     name.push(format!(".{}.part", std::process::id()));

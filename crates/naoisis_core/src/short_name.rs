@@ -1,7 +1,7 @@
 //! Names as short words that are `Copy`: of cameras, kicks and custom rules.
 
-/// Defines a type of names, words of lower-case letters, digits and `_`, and its parse error. Files, messages and schemas
-/// have a name as a string.
+/// Defines a type for names, which are words of lower-case letters, digits and `_`, and its parse error. In files, messages and schemas a
+/// name is a string.
 ///
 /// The arguments are the type, its error, the most bytes of a name, what it is a name of, and the description and pattern for
 /// schemas: `short_name! { /// … CameraName, NotACameraName, 15, "a camera", "The name of a camera.", "^[a-z0-9_]{1,15}$" }`.
@@ -83,7 +83,7 @@ macro_rules! short_name {
 
 pub(crate) use short_name;
 
-/// The bytes of a short name, padded with zeros; none if `word` is empty, too long or has other letters.
+/// The bytes of a short name, padded with zeros; `None` if `word` is empty, too long, or contains any other character.
 pub(crate) fn letters<const LONGEST: usize>(word: &str) -> Option<[u8; LONGEST]> {
     let is_letter = |letter: u8| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == b'_';
     if word.is_empty() || !word.bytes().all(is_letter) {

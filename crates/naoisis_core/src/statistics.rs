@@ -33,7 +33,7 @@ impl Estimate {
     }
 }
 
-/// The share of successes, with Wilson's score interval. None without trials.
+/// The share of successes, with Wilson's score interval; `None` without trials.
 pub fn share(successes: usize, trials: usize) -> Option<Estimate> {
     if trials == 0 {
         return None;
@@ -47,7 +47,7 @@ pub fn share(successes: usize, trials: usize) -> Option<Estimate> {
     Some(Estimate { value: p, low: ((centre - spread) / scale).max(0.0), high: ((centre + spread) / scale).min(1.0) })
 }
 
-/// The mean, with Student's interval. None without values; of a single value the interval is infinite.
+/// The mean, with Student's interval; `None` without values. The interval of a single value is infinite.
 pub fn mean(values: &[f64]) -> Option<Estimate> {
     if values.is_empty() {
         return None;
@@ -64,8 +64,8 @@ pub fn mean(values: &[f64]) -> Option<Estimate> {
     Some(Estimate { value: mean, low: mean - margin, high: mean + margin })
 }
 
-/// A statistic of values in independent groups, with the interval of the jackknife (Tukey 1958). None if the statistic has no value;
-/// with a single group the interval is infinite.
+/// A statistic of values in independent groups, with the interval of the jackknife (Tukey 1958); `None` if the statistic has no value. With
+/// a single group the interval is infinite.
 pub fn jackknife<T: Copy>(groups: &[Vec<T>], statistic: impl Fn(&[T]) -> Option<f64>) -> Option<Estimate> {
     let without = |left_out: Option<usize>| {
         let kept = groups.iter().enumerate().filter(|(index, _)| Some(*index) != left_out);
@@ -83,7 +83,7 @@ pub fn jackknife<T: Copy>(groups: &[Vec<T>], statistic: impl Fn(&[T]) -> Option<
     Some(Estimate { value, low: value - margin, high: value + margin })
 }
 
-/// The middle value; the mean of the two in the middle of an even number. None without values.
+/// The median: the middle value, or the mean of the two middle values if their number is even. `None` without values.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
@@ -91,7 +91,7 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     Some(if values.len() % 2 == 1 { upper } else { (values[middle - 1] + upper) / 2.0 })
 }
 
-/// The value below which a `share` of the values lies (0 to 1): the nearest rank. None without values.
+/// The quantile of the values at `share` (0 to 1), by nearest rank; `None` without values.
 pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let rank = ((values.len() as f64 * share).ceil() as usize).clamp(1, values.len().max(1));
