@@ -43,13 +43,13 @@ pub struct LineJunction {
 pub struct Markings {
     /// The straight lines.
     pub lines: Vec<LineSegment>,
-    /// A junction of lines.
+    /// The junctions of the lines.
     pub junctions: Vec<LineJunction>,
     /// The two penalty crosses.
     pub penalty_crosses: [Vec2; 2],
     /// Points on the centre circle, equally spaced; its centre is the origin.
     pub centre_circle: [Vec2; 8],
-    /// The arcs at the corners; none where the pitch has none.
+    /// The arcs at the corners; empty if the pitch has none.
     #[serde(default)]
     pub corner_arcs: Vec<CornerArc>,
     /// The colours of the goals at -x and +x.
@@ -59,9 +59,9 @@ pub struct Markings {
 /// The quarter circle at a corner.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct CornerArc {
-    /// The corner about which it is painted, m, pitch frame.
+    /// The corner at the centre of the arc, m, pitch frame.
     pub corner: Vec2,
-    /// Points on it, equally spaced from end to end, m, pitch frame.
+    /// Points on the arc, equally spaced from end to end, m, pitch frame.
     pub points: [Vec2; 5],
 }
 
@@ -85,7 +85,7 @@ impl Markings {
 }
 
 impl Pitch {
-    /// The quarter circles at the corners; none where the pitch has none.
+    /// The quarter circles at the corners; empty if the pitch has none.
     pub fn corner_arcs(&self) -> Vec<CornerArc> {
         let radius = self.corner_arc_radius_m;
         let signs = [Vec2::ONE, Vec2::new(1.0, -1.0), Vec2::new(-1.0, 1.0), Vec2::NEG_ONE];
@@ -110,7 +110,7 @@ impl Pitch {
         arcs.flat_map(|arc| (0..pieces).map(move |index| piece(arc, index))).collect()
     }
 
-    /// The straight line markings, penalty crosses and centre circle apart.
+    /// The straight line markings, without penalty crosses and centre circle.
     pub fn line_segments(&self) -> Vec<LineSegment> {
         let (x, y) = (self.half_length(), self.half_width());
         let segment = |x1, y1, x2, y2| LineSegment { start: Vec2::new(x1, y1), end: Vec2::new(x2, y2) };

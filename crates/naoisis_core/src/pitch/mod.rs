@@ -59,7 +59,7 @@ pub struct GoalDimensions {
     pub post_diameter_m: f32,
     /// Diameter of the crossbar, m.
     pub bar_diameter_m: f32,
-    /// Whether the bars on the ground that carry the net stop the ball. By default they do not: the paper has posts only.
+    /// Whether the bars on the ground that carry the net stop the ball. By default they do not: the paper's goals are posts only.
     pub ground_bars: bool,
     /// Colour of the goal at -x.
     pub negative_x_colour: GoalColour,
@@ -107,7 +107,7 @@ pub struct Pitch {
     pub penalty_mark_distance_m: f32,
     /// Length of the bars of the penalty cross, m.
     pub penalty_mark_size_m: f32,
-    /// Radius of the quarter circles at the corners, at the centre of their line, m; zero without.
+    /// Radius of the quarter circles at the corners, at the centre of their line, m; zero if the pitch has none.
     pub corner_arc_radius_m: f32,
     /// The goals.
     pub goal: GoalDimensions,
@@ -174,7 +174,7 @@ pub struct Post {
     pub radius: f32,
     /// Height, m.
     pub height: f32,
-    /// The colour of the goal that it belongs to; none for an extra post, which is an obstacle but no goal post.
+    /// The colour of the goal that it belongs to; `None` for an extra post, which is an obstacle but no goal post.
     pub colour: Option<GoalColour>,
 }
 
@@ -229,7 +229,7 @@ impl Pitch {
         self.errors().into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// All fields that are out of range; those whose range depends on others only if these are within theirs.
+    /// Returns all fields that are out of range. A field whose range depends on others is checked only if these are within their ranges.
     pub fn errors(&self) -> Vec<PitchError> {
         let (half_length_m, half_width_m) = (self.length_m / 2.0, self.width_m / 2.0);
         let goal_area = self.goal_area.unwrap_or_default();

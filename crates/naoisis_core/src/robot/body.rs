@@ -99,13 +99,13 @@ pub struct Body {
     /// The point about which the head with its cameras turns, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
     #[schemars(with = "[f32; 3]")]
     pub neck_m: Vec3,
-    /// The band in the team's colour.
+    /// The band about the robot's waist in the team's colour.
     pub waistband: Waistband,
-    /// Its legs; none on wheels.
+    /// The robot's legs; `None` for a robot on wheels.
     pub legs: Option<Legs>,
-    /// Its arms, if it has any.
+    /// The robot's arms, if it has any.
     pub arms: Option<Arms>,
-    /// Its appearance: colours, and the places of its number.
+    /// The robot's appearance: colours, and the places of its number.
     pub look: Look,
 }
 
@@ -127,7 +127,7 @@ impl Default for Body {
 }
 
 impl Body {
-    /// Its width as a multiple of the NAO's.
+    /// The body's width as a multiple of the NAO's.
     pub fn width_in_naos(&self) -> f32 {
         self.torso.half_width_m / 0.15
     }
@@ -138,8 +138,7 @@ impl Body {
     }
 }
 
-/// The band about a robot's waist in its team's colour, by which robots are recognised. The NAO's is 10 cm high (rule book
-/// of 2010).
+/// The band about a robot's waist in its team's colour, by which robots are recognised. The NAO's is 10 cm high (2010 rule book).
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Waistband {

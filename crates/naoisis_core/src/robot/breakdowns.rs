@@ -1,7 +1,7 @@
-//! What fails in robots beside their balance: they have to be picked up, their programs start again, their motors get hot.
+//! Breakdowns of robots other than falls: robots are picked up, their programs restart, their motors get hot.
 //!
-//! - At a constant rate of play, a team asks for its robot to be picked up. The referee removes it for the penalty of the rules.
-//! - At another rate, the program of a robot stops, and starts again: until then the robot stands still, says nothing and does not react.
+//! - At a constant rate during play, a team asks for its robot to be picked up. The referee removes it for the penalty of the rules.
+//! - At another rate, the program of a robot stops and restarts. In the meantime the robot stands still, says nothing and does not react.
 //! - A robot that walks gets hot, and one that stands cools down. A hot robot walks more slowly.
 
 use bevy::ecs::query::QueryData;
@@ -23,8 +23,7 @@ use crate::game::{Game, GameState, Intervention, Interventions, Penalty};
 use crate::random::RandomStreams;
 use crate::team::RobotId;
 
-/// Robots break down after their falls and before the referee; robots whose programs start again do nothing from
-/// [`CycleSystems::Act`] on.
+/// Lets robots break down after their falls and before the referee. Robots whose programs restart do nothing from [`CycleSystems::Act`] on.
 pub struct BreakdownsPlugin;
 
 impl Plugin for BreakdownsPlugin {
@@ -55,7 +54,7 @@ struct Commanded {
     posture: &'static mut PostureCommand,
 }
 
-/// Drops the commands of robots whose programs start again.
+/// Drops the commands of robots whose programs restart.
 fn hold_restarting(mut robots: Query<Commanded>) {
     for mut robot in &mut robots {
         if robot.condition.is_running() {

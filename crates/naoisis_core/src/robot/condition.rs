@@ -18,13 +18,13 @@ pub struct Breakdowns {
     /// Stops of the program per hour of play.
     #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "/h"))]
     pub restarts_per_hour: f32,
-    /// Duration of a start of the program, s: 30.
+    /// Duration of a restart of the program, s: 30.
     #[schemars(range(min = 0.0, max = 600.0))]
     pub restart_s: f32,
-    /// Time of walking at full speed until the motors are hot, s; none: they do not get hot. Standing cools them as fast.
+    /// Time of walking at full speed until the motors are hot, s; if absent, they do not get hot. Standing cools them as fast.
     #[schemars(range(min = 1.0, max = 100_000.0))]
     pub hot_after_s: Option<f32>,
-    /// Share of its speed with which a hot robot walks: 0.7.
+    /// Speed of a hot robot, as a share of its full speed: 0.7.
     #[schemars(range(min = 0.05, max = 1.0))]
     pub hot_speed_share: f32,
 }
@@ -45,14 +45,14 @@ impl Default for Breakdowns {
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Condition {
-    /// Time of walking at full speed of which the motors have not cooled down, s.
+    /// Heat of the motors, as the time of walking at full speed that causes it, s.
     pub heat_s: f32,
-    /// Cycles until its program runs again; 0 while it runs.
+    /// Cycles until the robot's program runs again; 0 while it runs.
     pub restart_cycles_left: u32,
 }
 
 impl Condition {
-    /// The limits of its walk in this condition.
+    /// The limits of the robot's walk in this condition.
     pub(super) fn limits(&self, limits: &MotionLimits, breakdowns: &Breakdowns) -> MotionLimits {
         let is_hot = breakdowns.hot_after_s.is_some_and(|hot_after_s| self.heat_s >= hot_after_s);
         let mut limits = *limits;
@@ -67,7 +67,8 @@ impl Condition {
         limits
     }
 
-    /// The heat after `period` seconds with this share of the full speed. It does not grow beyond `hot_after_s` by more than a tenth.
+    /// Updates the heat after `period` seconds of walking with `speed_share` of the full speed. The heat exceeds `hot_after_s` by at most a
+    /// tenth.
     pub(super) fn warm_up(&mut self, speed_share: f32, hot_after_s: f32, period: f32) {
         let change = if speed_share > 0.0 { speed_share.min(1.0) } else { -1.0 };
         self.heat_s = (self.heat_s + change * period).clamp(0.0, 1.1 * hot_after_s);
@@ -100,7 +101,7 @@ mod tests {
         for _ in 0..100 {
             condition.warm_up(1.0, 60.0, 1.0);
         }
-        // However long it has walked, it is cool enough soon.
+        // The heat is bounded, so that the robot cools down soon even after a long walk.
         for _ in 0..7 {
             condition.warm_up(0.0, 60.0, 1.0);
         }

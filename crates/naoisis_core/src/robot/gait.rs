@@ -47,7 +47,7 @@ pub struct GaitState {
     on_ground: Vec3,
     /// Remaining duration of the current step, s.
     left_s: f32,
-    /// Deviation of this robot's slip and drift from the mean, in standard deviations; none before its first step.
+    /// Deviation of this robot's slip and drift from the mean, in standard deviations; `None` before its first step.
     footing: Option<[f32; 2]>,
 }
 
@@ -112,7 +112,7 @@ impl Gait {
     fn within(&self, velocity: Vec3, limits: &MotionLimits) -> Vec3 {
         let forward = if velocity.x < 0.0 { self.backward_mps } else { limits.max_linear_mps };
         let greatest = Vec3::new(forward, self.sideways_mps, limits.max_angular);
-        // A direction in which it cannot walk does not reduce the others.
+        // A direction in which the robot cannot walk does not reduce the others.
         let possible = Vec3::select(greatest.cmpgt(Vec3::ZERO), velocity, Vec3::ZERO);
         let share = (possible.abs() / greatest.max(Vec3::splat(f32::MIN_POSITIVE))).element_sum();
         if share > 1.0 { possible / share } else { possible }
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
 
-    /// What the legs do in so many seconds of the same command, and how long each velocity lasted.
+    /// The displacement of the legs in `seconds` of a constant command, and how long each velocity lasted.
     fn walked(velocity: [f32; 3], cycles_per_second: u32, seconds: u32, state: &mut GaitState) -> Vec3 {
         let period = 1.0 / cycles_per_second as f32;
         let [x, y, z] = velocity.map(|velocity| velocity * period);

@@ -40,7 +40,7 @@ pub struct HeadAngles {
     pub pitch: f32,
 }
 
-/// The target angles of the head, which it approaches at its full speed. Stays until it is changed.
+/// The target angles of the head, which turns towards them at its full speed. The command stays until it is changed.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct HeadCommand {
@@ -50,7 +50,7 @@ pub struct HeadCommand {
     pub pitch: f32,
 }
 
-/// The command that the joints follow instead of the [`HeadCommand`] where commands are [delayed](super::latency).
+/// The command that the joints follow instead of the [`HeadCommand`] if commands are [delayed](super::latency).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct LateHeadCommand(pub Option<HeadCommand>);
@@ -68,7 +68,7 @@ pub struct HeadLimits {
     #[serde(rename = "pitch_deg", with = "file_units::degree_pair")]
     #[schemars(with = "[f32; 2]", inner(range(min = -90.0, max = 90.0)))]
     pub pitch: [f32; 2],
-    /// Narrower limits of the pitch at some yaws; none by default.
+    /// Narrower limits of the pitch at some yaws; empty by default.
     #[serde(rename = "pitch_at_yaw_deg")]
     pub pitch_at_yaw: PitchAtYaw,
     /// Speed of each joint, rad/s (degrees per second in files). Default 300: the NAO V3.2's joints reach 474
@@ -144,8 +144,8 @@ impl From<PitchLimit> for DegreeTriple {
     }
 }
 
-/// The limits of the pitch at some yaws, from the right to the left: interpolated linearly between them and constant beyond
-/// the first and the last. In files a list of `[yaw, least pitch, greatest pitch]`, degrees.
+/// The limits of the pitch at some yaws, from the right to the left: interpolated linearly between them and constant beyond the first and
+/// the last. In files, a list of `[yaw, least pitch, greatest pitch]` in degrees.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deref, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -168,10 +168,10 @@ impl From<PitchAtYaw> for Vec<PitchLimit> {
 }
 
 impl PitchAtYaw {
-    /// The most yaws.
+    /// The greatest number of yaws.
     pub const MOST: usize = 16;
 
-    /// Least and greatest pitch at `yaw`, radians; none if the pitch does not depend on the yaw.
+    /// Least and greatest pitch at `yaw`, radians; `None` if the pitch does not depend on the yaw.
     fn at(&self, yaw: f32) -> Option<[f32; 2]> {
         let limits = self.0.as_slice();
         let above = limits.iter().position(|limit| limit.yaw >= yaw).unwrap_or(limits.len());
@@ -211,7 +211,7 @@ pub fn turned(angles: HeadAngles, command: HeadCommand, limits: &HeadLimits, per
     let yaw = towards(angles.yaw, command.yaw, limits.yaw);
     let [least, greatest] = limits.pitch_at(yaw);
     let pitch = towards(angles.pitch, command.pitch, [least, greatest]);
-    // A head that turns further is pushed along where the shells meet.
+    // A head that turns to where the shells would meet is pushed up or down along the limits.
     let pitch = if limits.pitch_at_yaw.is_empty() { pitch } else { pitch.max(least).min(greatest) };
     HeadAngles { yaw, pitch }
 }

@@ -1,4 +1,4 @@
-//! Latency: readings are old when a robot decides, and commands are carried out later than they are given.
+//! Latency: sensor readings are old when a robot decides, and commands are executed later than they are given.
 //!
 //! | what | setting | the time of the reading |
 //! |---|---|---|
@@ -139,8 +139,8 @@ pub(super) fn delay_commands(
     }
 }
 
-/// Delays the head command by `cycles`. A head command stays until it is changed: the joints follow the one of then, and before the
-/// first one they stay where they are.
+/// Delays the head command by `cycles`. A head command stays until it is changed: the joints follow the command given `cycles` ago, and
+/// keep their angles until the first one arrives.
 fn delay_head(
     cycles: u32,
     (command, angles): (&HeadCommand, &HeadAngles),
@@ -162,7 +162,7 @@ fn delay_head(
     late.0 = Some(late.0.unwrap_or(stays));
 }
 
-/// Delays `value` by `cycles`: puts it into the queue, and replaces it by the one that is due, or by the default while none is.
+/// Delays `value` by `cycles`: puts it into the queue, and replaces it by the value that is due, or by the default if none is.
 pub fn delay<T: Default>(value: &mut T, cycles: u32, queue: &mut VecDeque<T>) {
     let cycles = cycles as usize;
     // The usual case: the queue has the right length, and the oldest value makes room for the new one.

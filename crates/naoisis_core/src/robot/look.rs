@@ -17,7 +17,7 @@ const LIGHT: Rgb = [228, 230, 234];
 const DARK: Rgb = [74, 78, 86];
 /// The joints of a NAO, and the number on its chest.
 const JOINT: Rgb = [58, 61, 67];
-/// Its eyes.
+/// The eyes of a NAO.
 const EYE: Rgb = [60, 205, 190];
 
 /// The appearance of a robot, without the dimensions of its body. The band in the team's colour is its body's
@@ -26,25 +26,25 @@ const EYE: Rgb = [60, 205, 190];
 /// In files one of the words `nao`, `light` and `dark`, or an object with the fields that differ from `light`.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect)]
 pub struct Look {
-    /// Which shape is drawn.
+    /// The shape by which the robot is drawn.
     pub shape: LookShape,
-    /// What it has on top.
+    /// The top of the robot: a head or a mast.
     pub head: Top,
-    /// The colour of its shells.
+    /// The colour of the robot's shells.
     pub shell: Rgb,
     /// The colour between the shells: joints, wheels, the face.
     pub joints: Rgb,
-    /// The colour of its eyes.
+    /// The colour of the robot's eyes.
     pub eyes: Rgb,
-    /// The places of its number.
+    /// The places of the robot's number.
     pub number: NumberPlaces,
-    /// Height of the centre of its number above the ground, m; none: derived from the trunk.
+    /// Height of the centre of the number above the ground, m; if absent, derived from the trunk.
     pub number_z_m: Option<f32>,
     /// The colour of the number.
     pub number_colour: Rgb,
     /// The colour of the plates that carry the number.
     pub plates: Rgb,
-    /// Limbs whose shells have the team's colour, besides the band. Robots that see by their images find others by the band.
+    /// Limbs whose shells have the team's colour, besides the band. Robots that process images recognise others by the band.
     pub team_limbs: TeamLimbs,
 }
 
@@ -70,7 +70,7 @@ impl Look {
     /// The looks that have a word in files.
     pub const WORDS: [(&'static str, Look); 3] = [("nao", Look::NAO), ("light", Look::LIGHT), ("dark", Look::DARK)];
 
-    /// The look that a word stands for.
+    /// The look with this name in files, if there is one.
     pub fn named(word: &str) -> Option<Look> {
         Self::WORDS.into_iter().find(|(name, _)| *name == word).map(|(_, look)| look)
     }
@@ -92,7 +92,7 @@ pub enum LookShape {
     Measures,
 }
 
-/// What a robot has on top.
+/// The top of a robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -242,7 +242,7 @@ impl Serialize for Look {
     }
 }
 
-// By hand: an untagged enum would lose where something is wrong.
+// Implemented by hand, as an untagged enum would not say where an error is.
 impl<'de> Deserialize<'de> for Look {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct LookVisitor;
@@ -279,7 +279,7 @@ mod tests {
         let written = |look: Look| serde_json::to_string(&look).unwrap();
         for (word, look) in Look::WORDS {
             assert_eq!((read(&format!("\"{word}\"")).unwrap(), written(look)), (look, format!("\"{word}\"")));
-            // Spelt out it is the same.
+            // The same look with all its fields.
             assert_eq!(read(&serde_json::to_string(&look.fields()).unwrap()).unwrap(), look);
         }
         let own = read(r#"{ "shell": [200, 30, 30], "number": ["back"], "team_limbs": ["arms"] }"#).unwrap();

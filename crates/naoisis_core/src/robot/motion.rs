@@ -76,7 +76,7 @@ fn take_walk_commands(
     let may_walk = match game.state {
         _ if game.stop.is_some() => rules.motion_in_stop,
         GameState::Ready | GameState::Playing => true,
-        // Walking in these states is possible where the rules penalise it.
+        // Robots can walk in these states if the rules penalise it.
         GameState::Standby | GameState::Set => rules.motion_in_set_s.is_some() && game.shoot_out.is_none(),
         GameState::Initial | GameState::Timeout | GameState::Finished => false,
     };
@@ -162,7 +162,7 @@ mod tests {
             for _ in 0..cycles_per_second {
                 pose = after_step(pose, executed_step(command, &limits, clock.period(), &mut stream));
             }
-            // An arc of 0.5 rad with a radius of 1 m, but for the corners of its steps: half of a turn of 0.05 rad at most.
+            // An arc of 0.5 rad with a radius of 1 m, except for the corners between its steps: at most half of a turn of 0.05 rad.
             assert_abs_diff_eq!(pose.position, Vec2::new(0.5_f32.sin(), 1.0 - 0.5_f32.cos()), epsilon = 0.0125);
             assert_abs_diff_eq!(pose.heading, 0.5, epsilon = 1e-5);
         }

@@ -37,8 +37,8 @@ pub struct MotionLimits {
     pub max_angular: f32,
     /// Standard deviation of the error of each command. Zero by default.
     pub error_sd: MotionError,
-    /// The gait of a robot that walks step by step, with errors from its slip instead of `error_sd`. None: commands are executed
-    /// at once, as in the paper.
+    /// The gait of a robot that walks step by step, with errors from its slip instead of `error_sd`. If absent, commands are executed at
+    /// once, as in the paper.
     pub gait: Option<Gait>,
 }
 

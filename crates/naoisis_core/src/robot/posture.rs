@@ -19,7 +19,7 @@ pub enum PostureRequest {
     Dive(Side),
 }
 
-/// The request of this cycle, if any. Reset to none after every cycle.
+/// The request of this cycle, if any. Reset to `None` after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct PostureCommand(pub Option<PostureRequest>);
@@ -69,7 +69,7 @@ pub enum Posture {
     },
 }
 
-/// Rear and front of the strip that a dive blocks, robot frame, m: as thick as a lying body.
+/// Rear and front of the strip that a dive blocks, robot frame, m: its thickness is that of a lying body.
 fn strip_x_m(body: &Body) -> [f32; 2] {
     [-body.lying_height_m / 3.0, body.lying_height_m * 2.0 / 3.0]
 }
@@ -93,7 +93,7 @@ impl Posture {
         }
     }
 
-    /// Whether the robot lies on the ground. One that gets up or dives does not.
+    /// Whether the robot lies on the ground. A robot that gets up or dives does not.
     pub fn is_fallen(self) -> bool {
         matches!(self, Posture::Fallen { .. })
     }
@@ -106,7 +106,8 @@ impl Posture {
         }
     }
 
-    /// The strip in which a dive blocks the ball: the pose of its centre in the robot frame, and its box. None in other postures.
+    /// The strip in which a dive blocks the ball: the pose of its centre in the robot frame, and its box. `None` unless the robot dives and
+    /// its dive blocks the ball.
     pub fn strip(self, body: &Body, reach_m: f32) -> Option<(Pose, BodyBox)> {
         match self {
             Posture::Diving { side, blocks: true, .. } => Some(dive_strip(side, body, reach_m)),
@@ -114,7 +115,7 @@ impl Posture {
         }
     }
 
-    /// The posture one cycle later. `request` is the command to the robot, none if it may not act.
+    /// The posture one cycle later. `request` is the command to the robot, `None` if it may not act.
     pub fn advance(self, request: Option<PostureRequest>, get_up_cycles: u64, dive_cycles: u64) -> Posture {
         match (self, request) {
             (Posture::Upright, Some(PostureRequest::Dive(side))) => {
@@ -183,7 +184,7 @@ mod tests {
             posture = posture.advance(None, 5, 3);
             cycles += 1;
         }
-        // Five cycles of getting up, and the next it stands.
+        // Five cycles of getting up; in the next cycle it stands.
         assert_eq!(cycles, 6);
     }
 

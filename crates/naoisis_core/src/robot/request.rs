@@ -1,4 +1,4 @@
-//! What the team of a robot asks of the referee: a time-out, that the robot is picked up, or a substitute for it.
+//! Requests of a robot's team to the referee: a time-out, a pick-up of the robot, or a substitute for it.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -14,9 +14,9 @@ use crate::team::RobotId;
 pub enum TeamRequest {
     /// A time-out in the next stoppage of play, for as long as the rules allow.
     Timeout,
-    /// That the robot is picked up.
+    /// The robot is to be picked up.
     PickUp,
-    /// That the robot is replaced by the substitute with this number, as soon as the rules allow it.
+    /// The robot is to be replaced by the substitute with this number, as soon as the rules allow it.
     Substitute(u8),
 }
 
@@ -31,7 +31,7 @@ impl TeamRequest {
     }
 }
 
-/// The request of this cycle, if any. Reset to none after every cycle.
+/// The request of this cycle, if any. Reset to `None` after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct RequestCommand(pub Option<TeamRequest>);

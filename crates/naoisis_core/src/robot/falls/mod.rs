@@ -59,12 +59,12 @@ impl Plugin for FallsPlugin {
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct FallTendency {
-    /// Deviation of the logarithm of its rate of falls from the mean, in standard deviations; none before it is needed.
+    /// Deviation of the logarithm of the robot's rate of falls from the mean, in standard deviations; `None` until it is first needed.
     deviation: Option<f32>,
 }
 
 impl FallTendency {
-    /// The factor of the robot's rates of falls, for a logarithm that spreads by `spread`. It is 1 on average over robots.
+    /// The factor of the robot's rates of falls, whose logarithm has the standard deviation `spread`. Its mean over robots is 1.
     fn factor(&mut self, spread: f32, stream: &mut RandomStream) -> f32 {
         if spread == 0.0 {
             return 1.0;
@@ -83,7 +83,7 @@ fn probability_within(rate_per_min: f32, period: f32) -> f32 {
     1.0 - ops::exp(-rate_per_min / 60.0 * period)
 }
 
-/// The probability of a fall in a collision at `speed_mps`: that of the robot, or of the rules.
+/// The probability of a fall in a collision at `speed_mps`, by the robot's own model or else by the rules.
 fn in_collision(balance: &FallModel, rules: &Rules, speed_mps: f32) -> f32 {
     let of_rules = CollisionFalls { from_mps: rules.fall_from_mps, certain_mps: rules.fall_certain_mps };
     let falls = balance.collisions.or(rules.falls.then_some(of_rules));

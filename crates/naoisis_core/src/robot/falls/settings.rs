@@ -1,4 +1,4 @@
-//! How often robots fall, and how they get up.
+//! Settings of falls and of getting up.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::knowledge::Knowledge;
 use crate::robot::posture::LyingOn;
 
-/// How often a robot falls, and how it gets up. By default only as the rules say.
+/// How often a robot falls, and how it gets up. By default only the rules apply.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
@@ -21,7 +21,7 @@ pub struct FallModel {
     /// Probability of a fall in a kick at full speed; proportional to the speed of the kick.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub kick_probability: f32,
-    /// Falls in collisions with robots, instead of those of the rules.
+    /// Falls in collisions with robots, instead of those in the rules.
     pub collisions: Option<CollisionFalls>,
     /// Probability of a fall on walking into a robot that lies, instead of that of other collisions.
     #[schemars(range(min = 0.0, max = 1.0))]
@@ -33,7 +33,7 @@ pub struct FallModel {
     /// Share of the falls after which the robot lies on its back.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub on_back_share: f32,
-    /// Duration of getting up, s, instead of that of the rules.
+    /// Duration of getting up, s, instead of that in the rules.
     #[schemars(range(min = 0.0, max = 600.0))]
     pub get_up_s: Option<f32>,
     /// Duration of getting up from the back, s, instead of `get_up_s`.
@@ -42,13 +42,13 @@ pub struct FallModel {
     /// Probability that getting up fails.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub get_up_failure: f32,
-    /// Probability that getting up fails for the reason that another robot touches this one at the end.
+    /// Probability that getting up fails because another robot touches this one at the end.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub get_up_failure_in_contact: f32,
 }
 
 impl FallModel {
-    /// Duration of getting up for a robot that lies on the side `on`, s; none if the rules say it.
+    /// Duration of getting up for a robot that lies on the side `on`, s; `None` if that in the rules applies.
     pub fn get_up_time_s(&self, on: LyingOn) -> Option<f32> {
         match on {
             LyingOn::Front => self.get_up_s,

@@ -69,7 +69,7 @@ fn full_speed() -> f32 {
     1.0
 }
 
-/// The request of this cycle, if any. Reset to none after every cycle.
+/// The request of this cycle, if any. Reset to `None` after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct KickCommand(pub Option<KickRequest>);
@@ -198,7 +198,7 @@ fn swing_legs(
         let strike = ball_in_robot
             .filter(|_| is_low)
             .and_then(|ball| settings.strike(request.kick_type, ball, request.direction));
-        // On the wrong side it is the extending foot that strikes, and not the one that moves aside.
+        // On the wrong side the ball is struck by the foot as it extends, not as it moves aside.
         let strike = strike.filter(|strike| if strike.reduced { is_extended } else { cycles_left == 0 });
         let (Some(strike), Ok((_, physics, ..))) = (strike, ball.single()) else {
             if cycles_left == 0 {
@@ -208,7 +208,7 @@ fn swing_legs(
             continue;
         };
         if cycles_left > 0 {
-            // The foot met the ball on its way to the front: the side motion, which goes on, has nothing left to strike.
+            // The foot met the ball on its way to the front: the side motion goes on without striking anything.
             *phase = recovering((cycles_left + recovery_cycles).saturating_sub(1), in_walk);
         }
         let speed = launch_speed(strike, request.speed, settings, physics.rolling, &mut streams.kick);

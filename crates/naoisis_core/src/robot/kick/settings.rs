@@ -22,17 +22,17 @@ pub struct KickModel {
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 50.0))]
     pub min_distance_m: f32,
-    /// The geometry of the kick; none: that of the paper's Table 2. Custom kicks must have one.
+    /// The geometry of the kick; by default that of the paper's Table 2. Custom kicks must have one.
     pub region: Option<KickGeometry>,
-    /// Time from the command until the foot strikes the ball, s; none: that of [`KickSettings`].
+    /// Time from the command until the foot strikes the ball, s; by default that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 60.0))]
     pub wind_up_s: Option<f32>,
-    /// Time from the strike until the robot can walk or kick again, s; none: that of [`KickSettings`].
+    /// Time from the strike until the robot can walk or kick again, s; by default that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 60.0))]
     pub recovery_s: Option<f32>,
-    /// Standard deviation of the direction, radians (degrees in files); none: that of [`KickSettings`].
+    /// Standard deviation of the direction, radians (degrees in files); by default that of [`KickSettings`].
     #[serde(
         rename = "direction_sd_deg",
         with = "file_units::optional_degrees",
@@ -40,12 +40,12 @@ pub struct KickModel {
     )]
     #[schemars(with = "Option<f32>", range(min = 0.0, max = 180.0))]
     pub direction_sd: Option<f32>,
-    /// Standard deviation of the launch speed, as a share of it; none: that of [`KickSettings`].
+    /// Standard deviation of the launch speed, as a share of it; by default that of [`KickSettings`].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ", a share of the speed"))]
     pub speed_sd: Option<f32>,
-    /// Angle above the ground at which the ball leaves, radians (degrees in files). A ball that is raised starts as fast as one
-    /// that rolls the same distance, and flies part of its way.
+    /// Angle above the ground at which the ball leaves, radians (degrees in files). A raised ball starts as fast as a ball that rolls the
+    /// same distance, and flies part of its way.
     #[serde(rename = "elevation_deg", with = "file_units::degrees", skip_serializing_if = "is_zero")]
     #[schemars(with = "f32", range(min = 0.0, max = 80.0))]
     pub elevation: f32,
@@ -85,23 +85,23 @@ impl Default for KickModel {
     }
 }
 
-/// The kicks of a robot beside the paper's four, in the order of their names. In files a map by name.
+/// The kicks of a robot besides the paper's four, in the order of their names. In files, a map by name.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deref, Reflect)]
 #[reflect(opaque)]
 #[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct CustomKicks(ArrayVec<[(KickName, KickModel); CustomKicks::MOST]>);
 
 impl CustomKicks {
-    /// The most that a robot may have.
+    /// The greatest number of custom kicks of a robot.
     pub const MOST: usize = 6;
 
-    /// These kicks; none if there are more than [`MOST`](Self::MOST).
+    /// These kicks; `None` if there are more than [`MOST`](Self::MOST).
     pub fn new(kicks: impl IntoIterator<Item = (KickName, KickModel)>) -> Option<Self> {
         let sorted: Vec<_> = kicks.into_iter().collect::<BTreeMap<_, _>>().into_iter().collect();
         ArrayVec::try_from(sorted.as_slice()).ok().map(Self)
     }
 
-    /// The kick of this name.
+    /// The custom kick with this name.
     pub fn get(&self, name: KickName) -> Option<&KickModel> {
         self.iter().find(|(own, _)| *own == name).map(|(_, kick)| kick)
     }
@@ -206,7 +206,7 @@ impl KickSettings {
         self.models().filter(|(_, kick)| kick.max_distance_m > 0.0).map(|(kick_type, _)| kick_type)
     }
 
-    /// The kick with the greatest distance; of equals the first.
+    /// The kick with the greatest distance; the first of equals.
     pub fn strongest(&self) -> Option<KickType> {
         let further = |best: KickType, next: KickType| {
             if self.max_distance_m(next) > self.max_distance_m(best) { next } else { best }
@@ -214,7 +214,7 @@ impl KickSettings {
         self.types().reduce(further)
     }
 
-    /// The model of a kick; none if the robot does not have it.
+    /// The model of a kick; `None` if the robot does not have it.
     pub fn get(&self, kick_type: KickType) -> Option<&KickModel> {
         let kick = match kick_type {
             KickType::LeftStraight => &self.left_straight,
@@ -272,18 +272,18 @@ impl KickSettings {
         self.get(kick_type).and_then(|kick| kick.speed_sd).unwrap_or(self.speed_sd)
     }
 
-    /// The geometry of a type of kick; none if the robot does not have it.
+    /// The geometry of a type of kick; `None` if the robot does not have it.
     pub fn geometry(&self, kick_type: KickType) -> Option<KickGeometry> {
         self.get(kick_type)?.region.or_else(|| KickGeometry::of_paper(kick_type))
     }
 
-    /// The strike of a kick of this robot on a ball at `ball_in_robot`; none if the ball is out of reach. `wanted` is the requested
+    /// The strike of a kick of this robot on a ball at `ball_in_robot`; `None` if the ball is out of reach. `wanted` is the requested
     /// direction, radians, robot frame, which only kicks that can be aimed follow.
     pub fn strike(&self, kick_type: KickType, ball_in_robot: Vec2, wanted: f32) -> Option<Strike> {
         strike_by(kick_type, ball_in_robot, wanted, |kick| self.geometry(kick))
     }
 
-    /// Checks that the robot describes this type of kick, even with distance zero.
+    /// Checks that the robot's settings describe this type of kick, even with distance zero.
     ///
     /// # Errors
     /// [`UnknownKick`] otherwise.
@@ -333,7 +333,7 @@ mod tests {
         assert!((strike.direction.to_angle() + 0.5).abs() < 1e-6);
         let again: KickSettings = serde_json::from_str(&serde_json::to_string(&settings).unwrap()).unwrap();
         assert_eq!(again, settings);
-        // What nobody has is not written.
+        // Custom kicks are written only if there are any.
         assert!(!serde_json::to_string(&KickSettings::default()).unwrap().contains("own"));
     }
 
