@@ -1,4 +1,4 @@
-//! The information barrier: a behaviour has access to the sensors of its robots, and not to ground truth.
+//! The information barrier: a behaviour has access to the sensors of its robots, but not to ground truth.
 //!
 //! It has two parts. The compiler restricts the parameters of a behaviour to a [list](super::parameters) of safe ones. For
 //! these, [`inspect`] reads from the engine which components they access. Every component of the simulation has a
@@ -15,17 +15,16 @@
 //!
 //! # What the barrier cannot see
 //!
-//! - Other systems of the program: they may read ground truth and pass it to a behaviour, in a resource or behind an `Arc` that a
-//!   closure shares; and a type with `FromWorld` that is registered for reflection gets the world when a saved match is restored.
-//!   A program marks its own ground truth, and registers it before the behaviours.
+//! - Other systems of the program: they may read ground truth and pass it to a behaviour, in a resource or behind an `Arc` that a closure
+//!   shares. A type with `FromWorld` that is registered for reflection receives the world when a saved match is restored. A program marks
+//!   its own ground truth, and registers it before the behaviours.
 //! - Data shared by behaviours of a program. A behaviour can read every unmarked resource whose type it can name: a team keeps its
 //!   resources private.
-//! - Everything outside the engine: files (such as the trace that is being written), threads, another match with the same seed,
-//!   and `unsafe` code.
-//! - Sharing between robots of one behaviour: its system decides for all robots with its marker, and may use what it keeps in
-//!   resources, `Local`s or one robot's components for another robot. A behaviour that shares by
-//!   [messages](crate::communication) only keeps its memory in components, and handles one robot at a time, as the built-in
-//!   behaviours do.
+//! - Everything outside the engine: files (such as the trace that is being written), threads, another match with the same seed, and
+//!   `unsafe` code.
+//! - Sharing between robots of one behaviour: its system decides for all robots with its marker, and may use what it keeps in resources,
+//!   `Local`s or one robot's components for another robot. A behaviour that shares only by [messages](crate::communication) keeps its
+//!   memory in components, and handles one robot at a time, as the built-in behaviours do.
 
 use bevy::ecs::component::{ComponentId, ComponentInfo};
 use bevy::ecs::query::{ComponentAccessKind, FilteredAccess};
@@ -38,7 +37,8 @@ use core::fmt;
 use super::function::Behaviour;
 use crate::knowledge::{Knowledge, is_of_naoisis};
 
-/// Error of the registration of a behaviour. Its `Debug` form is the sentence too, as `main` and tests that return it print that.
+/// Error of the registration of a behaviour. Its `Debug` form is the same sentence as its `Display` form, as `main` and tests print the
+/// former.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("behaviour `{behaviour}` is refused: its system `{system}` {reason}")]
 pub struct BarrierError {
@@ -60,15 +60,15 @@ impl fmt::Debug for BarrierError {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Breach {
-    /// It reads all components of an entity, as `EntityRef` or `EntityMut` do.
+    /// The system reads all components of an entity, as `EntityRef` or `EntityMut` do.
     #[error(
         "reads whole entities (`EntityRef` and the like), ground truth included; name the sensor components that it needs"
     )]
     Unbounded,
-    /// The app has no simulation yet, so that nothing is known of what the behaviour accesses.
+    /// The app has no simulation yet, so that the marks of what the behaviour accesses are unknown.
     #[error("is registered in an app without the simulation; add the `NaoisisPlugins` before the behaviours")]
     NoSimulation,
-    /// It accesses a component or resource that behaviours may not access.
+    /// The system accesses a component or resource that behaviours may not access.
     #[error(
         "{verb} `{component}`, which is {knowledge}; {}",
         instead_of(component).unwrap_or("a behaviour reads sensors, and writes commands and beliefs")
@@ -81,7 +81,7 @@ pub enum Breach {
         /// Its knowledge mark in words.
         knowledge: String,
     },
-    /// Its marker is carried by other robots, too.
+    /// The marker is also carried by other robots.
     #[error(
         "is registered for robots with `{component}`, which other robots carry too; \
          give the behaviour a marker component of its own"
@@ -93,13 +93,13 @@ pub enum Breach {
     /// The name is in use.
     #[error("has the name of another behaviour; give it a name of its own")]
     NameTaken,
-    /// Its marker, or a component required by it, has hooks, which have access to the world.
+    /// The marker, or a component required by it, has hooks, which have access to the world.
     #[error("comes with `{component}`, whose hooks would see the whole world; leave the hooks away")]
     Hooks {
         /// The component's type.
         component: String,
     },
-    /// Its marker requires a component that a behaviour may not insert.
+    /// The marker requires a component that a behaviour may not insert.
     #[error(
         "comes with `{component}`, which is {knowledge}; a marker may require beliefs, commands and memories of your own"
     )]
@@ -109,7 +109,7 @@ pub enum Breach {
         /// Its knowledge mark in words.
         knowledge: String,
     },
-    /// It queries entities that may not be its own robots.
+    /// The system queries entities that may not be the behaviour's own robots.
     #[error("finds {what} of entities that need not be its own robots; add `With<{marker}>` to the query's filter")]
     ForeignRobots {
         /// What it queries.
@@ -117,13 +117,13 @@ pub enum Breach {
         /// The behaviour's marker.
         marker: String,
     },
-    /// It is ordered before or after a behaviour that does not exist.
+    /// The behaviour is ordered before or after one that does not exist.
     #[error("has its turn before or after `{name}`, which is not registered; register that one first")]
     NoSuchBehaviour {
-        /// The name of that behaviour.
+        /// The name of the missing behaviour.
         name: String,
     },
-    /// It is ordered before one behaviour and after another that comes later.
+    /// The behaviour is ordered before one behaviour and after another that comes later.
     #[error("decides after `{after}` and before `{before}`, which come the other way round")]
     Order {
         /// The behaviour that it should come after.
@@ -169,7 +169,7 @@ pub(super) fn inspect_marker<Marker: Component>(world: &mut World) -> Result<(),
     let is_marker = match Origin::of(marker, world) {
         Origin::Engine => false,
         Origin::Simulation(knowledge) => knowledge == Knowledge::Belief && size_of::<Marker>() == 0,
-        // All robots may have a sensor or a setting.
+        // Any robot may have a sensor or a setting.
         Origin::Own(knowledge) => knowledge.is_none_or(|knowledge| knowledge == Knowledge::Belief),
     };
     if !is_marker {
@@ -206,7 +206,7 @@ fn has_hooks(info: &ComponentInfo) -> bool {
     !free
 }
 
-/// Checks a query of robots, or the access to a resource, which is a query for the engine, too.
+/// Checks a query of robots, or the access to a resource, which to the engine is a query, too.
 fn inspect_query(
     query: &FilteredAccess,
     marker: ComponentId,
@@ -264,7 +264,7 @@ fn forbidden(verb: &'static str, id: ComponentId, knowledge: &str, world: &World
     Breach::Forbidden { verb, component: component_name(id, world), knowledge: knowledge.to_owned() }
 }
 
-/// What a behaviour reads instead of a component or resource that is not for it, where that has a name.
+/// What a behaviour can read instead of a component or resource that it may not access, if there is something.
 fn instead_of(component: &str) -> Option<&'static str> {
     match component.rsplit("::").next()? {
         "Game" | "RefereeMemory" | "Penalty" => Some("what a robot is told of the game is its `GameStatus`"),
@@ -277,10 +277,10 @@ fn instead_of(component: &str) -> Option<&'static str> {
 /// The knowledge of a component or resource of Bevy, in words.
 const THE_ENGINES: &str = "the engine's own";
 
-/// Where a component or resource comes from, and its knowledge mark.
+/// The origin of a component or resource, and its knowledge mark.
 #[derive(Clone, Copy)]
 enum Origin {
-    /// Bevy, or a crate with its prefix: such as `Schedules`, through which systems with access to everything could be added, or
+    /// Bevy, or a crate with its prefix. Examples are `Schedules`, through which systems with access to everything could be added, and
     /// `Transform`, which shows true poses.
     Engine,
     /// The simulation. Without a mark it counts as ground truth.

@@ -31,8 +31,7 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! Drawings change nothing in the match. A system with access to all robots of a behaviour may read them, like the robots' other
-//! commands.
+//! Drawings do not influence the match. A system with access to all robots of a behaviour may read them, like the robots' other commands.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -42,9 +41,9 @@ use strum::VariantArray;
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::knowledge::Knowledge;
 
-/// The most drawings of a robot in a cycle; more are dropped.
+/// The greatest number of drawings of a robot in a cycle; more are dropped.
 pub const MOST: usize = 1000;
-/// The longest text, bytes; longer ones are cut.
+/// The greatest length of a text, bytes; longer texts are cut.
 pub const LONGEST_TEXT_BYTES: usize = 200;
 
 /// Clears the [`Drawings`] at the start of every cycle.
@@ -60,10 +59,10 @@ impl Plugin for DrawingsPlugin {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Frame {
-    /// The team frame: the own goal is at -x. Beliefs are in it.
+    /// The team frame, which is that of beliefs: the own goal is at -x.
     #[default]
     Team,
-    /// The robot frame: the robot is at the origin and looks along x. Percepts are in it.
+    /// The robot frame, which is that of percepts: the robot is at the origin and looks along x.
     Robot,
 }
 
@@ -254,8 +253,8 @@ mod tests {
         assert_eq!(serde_json::from_value::<Drawings>(json).unwrap(), drawings);
     }
 
-    /// How a colour looks to people without one kind of cones: sRGB to sRGB, in linear light (Machado, Oliveira and
-    /// Fernandes 2009, severity 1).
+    /// Returns the colour as seen by people who lack one kind of cones: sRGB to sRGB, in linear light (Machado, Oliveira and Fernandes
+    /// 2009, severity 1).
     fn seen_by(rgb: [u8; 3], matrix: [[f32; 3]; 3]) -> [f32; 3] {
         let linear = rgb.map(|channel| {
             let share = f32::from(channel) / 255.0;

@@ -6,8 +6,8 @@ use bevy::prelude::*;
 
 use super::parameters::BehaviourParam;
 
-/// What can be registered as a behaviour: a function or closure whose parameters are all
-/// [known to be safe](super::parameters), or a [`Behaviour`] made of one.
+/// Conversion into a behaviour: implemented for functions and closures whose parameters are all [known to be safe](super::parameters), and
+/// for [`Behaviour`]s made of them.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no behaviour",
     label = "no behaviour",
@@ -15,7 +15,7 @@ use super::parameters::BehaviourParam;
     note = "for an order or a condition: `behaviour(system).after(\"another\").run_if(condition)`"
 )]
 pub trait IntoBehaviour<M> {
-    /// The behaviour.
+    /// Converts into a behaviour.
     fn into_behaviour(self) -> Behaviour;
 }
 

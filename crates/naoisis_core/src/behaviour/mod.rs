@@ -25,8 +25,8 @@
 //! app.add_behaviour::<BallWatcher, _>("ball watcher", watch_ball);
 //! ```
 //!
-//! The registration checks which components the system accesses, and refuses access to ground truth: see [`barrier`]. The
-//! compiler restricts its parameters to a [list](parameters). A behaviour can have [run conditions](Behaviour::run_if) and an
+//! The registration checks which components the system accesses, and refuses access to ground truth: see [`barrier`]. The compiler
+//! restricts the system's parameters to a [list](parameters). A behaviour can have [run conditions](Behaviour::run_if) and an
 //! [order](Behaviour::after) among the others, [draw](drawings) on the pitch for people, and give [reasons].
 
 use bevy::prelude::*;
@@ -124,7 +124,7 @@ pub struct Program(pub Vec<String>);
 /// A team that a scenario can line up by name.
 #[derive(Clone)]
 pub struct TeamRecipe {
-    /// Its description in a sentence.
+    /// The team's description in a sentence.
     pub description: String,
     behaviour_of: Arc<dyn Fn(u8, u8) -> Cow<'static, str> + Send + Sync>,
 }
@@ -169,7 +169,7 @@ impl BehaviourRegistry {
         self.teams.iter().map(|(name, team)| (name.as_str(), team))
     }
 
-    /// The team of this name.
+    /// The team with this name.
     pub fn team(&self, name: &str) -> Option<&TeamRecipe> {
         self.teams.get(name)
     }
@@ -280,7 +280,8 @@ impl BehaviourApp for App {
         registry.behaviours.insert(name.to_owned(), |robot| {
             robot.insert(Marker::default());
         });
-        // Behaviours write the same components of different robots, which the engine cannot know: they need an order.
+        // Behaviours write the same components of different robots. The engine cannot know that the robots differ, so behaviours need an
+        // order.
         let set = BehaviourSet(registry.execution_order.len());
         registry.execution_order.insert(place, OrderedBehaviour { name: name.to_owned(), set });
         let earlier = place.checked_sub(1).map(|place| registry.execution_order[place].set);

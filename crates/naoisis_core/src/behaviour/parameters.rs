@@ -2,29 +2,29 @@
 //!
 //! | parameter | why it is safe |
 //! |---|---|
-//! | `Query<D, F>`, `Single<D, F>`, `Populated<D, F>`, with derived `QueryData` and `QueryFilter` too | the [barrier](super::barrier) reads from the engine what they access, and they find the behaviour's own robots only |
-//! | `Res<T>`, `ResMut<T>` | the same: resources of the program's own, [public](crate::knowledge::Knowledge::Public) ones of the simulation, the engine's clocks |
+//! | `Query<D, F>`, `Single<D, F>`, `Populated<D, F>` | the [barrier](super::barrier) checks their access; they find only its own robots |
+//! | `Res<T>`, `ResMut<T>` | the same: the program's own resources, [public](crate::knowledge::Knowledge::Public) ones, the engine's clocks |
 //! | `Local<T>` of a `T: Default` | it begins as `T::default()`; a `FromWorld` of its own would be handed the world |
 //! | `Option<P>`, `If<P>`, `ParamSet<(P, ...)>`, tuples of parameters | they are made of others of the list |
 //!
-//! Everything else is no [`BehaviourParam`], and a system that has it does not compile as a behaviour. Not even what is
-//! harmless today: what the engine adds tomorrow is refused until somebody has thought about it.
+//! `D` and `F` may derive `QueryData` and `QueryFilter`. Nothing else is a [`BehaviourParam`], and a system with another parameter does not
+//! compile as a behaviour. This includes parameters that are harmless today: whatever the engine adds is refused until somebody has
+//! examined it.
 //!
 //! | refused | what a behaviour uses instead |
 //! |---|---|
 //! | `&World`, `&mut World`, `Commands`, `Deferred<T>` | queries, and its robot's command components |
-//! | `&Archetypes`, `&Components`, `&Entities`, `&Bundles`, `RemovedComponents<T>`: who is there, and what they are | percepts (`naoisis_sensing::sensing::vision::Percepts`) |
-//! | `MessageReader<M>`, `MessageWriter<M>`: they turn over with the app's frames, not with cycles | a resource, or [messages](crate::communication) between robots |
+//! | `&Archetypes`, `&Components`, `&Entities`, `&Bundles`, `RemovedComponents<T>` | percepts (`naoisis_sensing::sensing::vision::Percepts`) |
+//! | `MessageReader<M>`, `MessageWriter<M>`: they follow frames, not cycles | a resource, or [messages](crate::communication) between robots |
 //! | `NonSend<T>`, `Gizmos` | resources, [drawings](super::drawings) |
-//! | a group of parameters that derives `SystemParam`: nobody can see from outside what is in it | a tuple, which may have a name: `type Known<'w> = (Res<'w, Pitch>, Res<'w, CycleClock>);` |
+//! | a group of parameters that derives `SystemParam`: its content is hidden | a tuple: `type Known<'w> = (Res<'w, Pitch>, Res<'w, CycleClock>);` |
 //! | piped, mapped and combined systems | one function that calls the others |
 //!
-//! Query data need no list: a query can be [transmuted](Query::transmute_lens) to any other data of the same access
-//! anyway, so that a behaviour may know whatever the engine knows of its *own* robots' entities without reading another
-//! component: their ids, when something was changed, and which components they have. A robot has the same ones from the
-//! first cycle to the last, whatever happens to it.
+//! Query data need no list: a query can be [transmuted](Query::transmute_lens) to any other data of the same access anyway. So a behaviour
+//! may know whatever the engine knows of its *own* robots' entities without reading another component: their ids, when something was
+//! changed, and which components they have. A robot keeps the same components from the first cycle to the last, whatever happens to it.
 //!
-//! The list is held by the compiler:
+//! The compiler enforces the list:
 //!
 //! ```compile_fail,E0277
 //! use bevy::prelude::*;
@@ -45,7 +45,7 @@ use bevy::ecs::query::{IterQueryData, QueryData, QueryFilter};
 use bevy::ecs::system::{If, SystemParam};
 use bevy::prelude::*;
 
-/// A parameter that a system may have as a behaviour: see the [list](self).
+/// A parameter that the system of a behaviour may have: see the [list](self).
 #[diagnostic::on_unimplemented(
     message = "a behaviour may not have the parameter `{Self}`",
     label = "has a parameter that is not on the list of what is safe",
@@ -72,7 +72,7 @@ safe! {
     [D: QueryData + 'static, F: QueryFilter + 'static] Populated<'_, '_, D, F>;
     [T: Resource] Res<'_, T>;
     [T: Resource<Mutability = Mutable>] ResMut<'_, T>;
-    // `Default` is what counts: a type that has it gets its `FromWorld` from it.
+    // `Default` suffices: a type that implements it gets its `FromWorld` from it.
     [T: Default + Send + 'static] Local<'_, T>;
     [P: BehaviourParam] Option<P>;
     [P: BehaviourParam] If<P>;

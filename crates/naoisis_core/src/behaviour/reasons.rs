@@ -1,7 +1,7 @@
 //! Reasons of decisions: the options of a behaviour, their values, and the choice.
 //!
-//! A behaviour writes the [`Reasons`] of its robots. Robots have this component only on request, for example of a trace with the
-//! field `robots.reasons`; a behaviour queries `Option<&mut Reasons>`. The built-in teams do:
+//! A behaviour writes the [`Reasons`] of its robots. Robots have this component only on request, for example for a trace with the field
+//! `robots.reasons`; a behaviour queries `Option<&mut Reasons>`. The built-in teams give reasons:
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -44,21 +44,21 @@ pub struct Reasons {
 pub struct Choice {
     /// Name in a word or two.
     pub name: Cow<'static, str>,
-    /// Value in a unit of the behaviour: more is better.
+    /// Value in a unit of the behaviour's own; more is better.
     pub value: f32,
     /// Explanation for people.
     pub why: Cow<'static, str>,
 }
 
 impl Choice {
-    /// An option of this name, value and explanation.
+    /// An option with this name, value and explanation.
     pub fn new(name: impl Into<Cow<'static, str>>, value: f32, why: impl Into<Cow<'static, str>>) -> Self {
         Self { name: name.into(), value, why: why.into() }
     }
 }
 
 impl Reasons {
-    /// These options with the choice `chosen`: of several with this name the best.
+    /// These options with the choice `chosen`; of several options with that name, the best is chosen.
     pub fn of(options: Vec<Choice>, chosen: &str) -> Self {
         let named = options.iter().enumerate().filter(|(_, option)| option.name == chosen);
         let chosen =

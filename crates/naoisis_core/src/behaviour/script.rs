@@ -19,15 +19,15 @@ use crate::robot::request::{RequestCommand, TeamRequest};
 #[reflect(Component, @Knowledge::Command)]
 pub struct Script(pub Vec<ScriptEntry>);
 
-/// An entry of a script: the commands for every cycle with `from_s <= t < until_s`; without `until_s` for the first cycle at or
-/// after `from_s`.
+/// An entry of a script: the commands for every cycle with `from_s <= t < until_s`; without `until_s`, for the first cycle at or after
+/// `from_s`.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScriptEntry {
     /// Start, s.
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
-    /// End, s; none for a single cycle.
+    /// End, s; if absent, the entry is for a single cycle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub until_s: Option<f64>,
     /// Displacement in each of these cycles: dx m, dy m, dθ radians (degrees in files).

@@ -1,4 +1,4 @@
-//! Which bodies touch each other.
+//! The contacts of robots, posts and ball.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ pub struct Contacts {
 }
 
 impl Contacts {
-    /// The robots whose bases the ball touched in the last cycle, in the order in which it touched them.
+    /// The robots whose bases the ball touched in the last cycle, in the order of the contacts.
     pub(crate) fn robots_at_ball(&self) -> impl DoubleEndedIterator<Item = RobotId> + '_ {
         self.touching.iter().filter(|(_, with)| *with == CollisionPartner::Ball).filter_map(|(robot, _)| *robot)
     }
@@ -33,7 +33,7 @@ impl Contacts {
         self.robots_in_contact().any(|(one, other)| one == robot || other == robot)
     }
 
-    /// Replaces the contacts by those of this cycle, `touching`, and returns the indices of those that began in it.
+    /// Replaces the contacts by those of this cycle, `touching`, and returns the indices of those that are new.
     pub(crate) fn update(&mut self, touching: impl Iterator<Item = (Option<RobotId>, CollisionPartner)>) -> Vec<usize> {
         let touching: Vec<_> = touching.collect();
         let is_new = |index: &usize| {

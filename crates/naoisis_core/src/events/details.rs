@@ -141,19 +141,19 @@ pub enum CommandKind {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Refusal {
-    /// A number in it is not finite.
+    /// A number in the command is not finite.
     NotFinite,
-    /// A number in it is beyond [`LARGEST_COMMAND`], or a text in it is too long.
+    /// A number in the command is beyond [`LARGEST_COMMAND`], or a text in it is too long.
     TooLarge,
-    /// The team has spent its budget of messages or bytes. Reported once for each team.
+    /// The team has spent its budget of messages or bytes. Reported once per team.
     BudgetSpent,
-    /// It is not allowed by the rules, or not now because the robot is busy or penalised.
+    /// The command is not allowed by the rules, or not now because the robot is busy or penalised.
     NotAllowed,
 }
 
 impl Refusal {
-    /// Why a command with `numbers`, metres or radians, is refused; none if it is not. Numbers up to [`LARGEST_COMMAND`] are
-    /// scaled down to the robot's limits; larger ones are an error of the behaviour.
+    /// Why a command with `numbers`, metres or radians, is refused; `None` if it is valid. Numbers up to [`LARGEST_COMMAND`] are scaled
+    /// down to the robot's limits; larger ones are an error of the behaviour.
     pub fn of_numbers<const COUNT: usize>(numbers: [f32; COUNT]) -> Option<Refusal> {
         if numbers.iter().any(|number| !number.is_finite()) {
             Some(Refusal::NotFinite)
@@ -173,19 +173,19 @@ pub const LARGEST_COMMAND: f32 = 1000.0;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum AgentLoss {
-    /// It could not be started, or requested something that does not exist.
+    /// The program could not be started, or requested something that does not exist.
     Refused,
-    /// It exited or closed the connection regularly.
+    /// The program exited or closed the connection regularly.
     Closed,
-    /// It exited with an error.
+    /// The program exited with an error.
     Crashed,
-    /// It did not answer in time.
+    /// The program did not answer in time.
     TimedOut,
-    /// It sent a malformed message.
+    /// The program sent a malformed message.
     Malformed,
-    /// It sent a message that is too long.
+    /// The program sent a message that is too long.
     TooLong,
-    /// It answered for another cycle.
+    /// The program answered for another cycle.
     WrongCycle,
 }
 
@@ -204,11 +204,11 @@ pub enum BoundaryLine {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum DisallowedGoal {
-    /// It was shot straight from the kick-off.
+    /// The goal was shot straight from the kick-off.
     KickOffShot,
     /// Only one robot of the team had played the ball since the last restart.
     NotIndirect,
-    /// It went straight from a set play into the goal of the team that took it.
+    /// The ball went straight from a set play into the goal of the team that took it.
     OwnSetPlay,
     /// The team has exceeded its message budget.
     TooManyMessages,

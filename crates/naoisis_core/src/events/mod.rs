@@ -1,7 +1,7 @@
 //! What happened in a cycle: kicks, collisions, goals, verdicts, refused commands.
 //!
-//! [`CycleEvents`] holds the events of the cycle under way. They are also sent as [messages](Message), for systems of a program's
-//! own: a [`StampedEvent`] is an event with the cycle in which it happened.
+//! [`CycleEvents`] holds the events of the current cycle. They are also sent as [messages](Message) to a program's own systems: a
+//! [`StampedEvent`] is an event with the cycle in which it happened.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -22,8 +22,8 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! In the [`Cycle`] a system reads the messages of this cycle from [`CycleSystems::Record`] on, and before that those of the
-//! cycle before; in `Update` and other schedules of a frame it reads those of all cycles since it last ran. They are
+//! In the [`Cycle`], a system that runs in [`CycleSystems::Record`] or later reads the messages of this cycle, and an earlier one those of
+//! the previous cycle. In `Update` and other schedules of a frame, a system reads the messages of all cycles since it last ran. They are
 //! ground truth: a behaviour may not read them.
 //!
 //! For observers, the start and end of a match, goals, kicks, falls and penalties are events: see `naoisis::simulation::triggers`.
@@ -50,7 +50,7 @@ use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
 use crate::team::{RobotId, Team};
 
-/// Least number of messages that are kept in an app without frames. With frames they are kept as all messages of Bevy.
+/// Least number of messages that are kept in an app without frames. With frames they are kept like all messages of Bevy.
 const KEPT_MESSAGES: usize = 256;
 
 /// Collects the events of the current cycle, and publishes them as messages.
@@ -102,7 +102,7 @@ pub enum MatchEvent {
         /// The requested kick.
         #[serde(rename = "type")]
         kick_type: KickType,
-        /// The requested speed, clamped to 0..1; none if it is NaN.
+        /// The requested speed, clamped to 0..1; `None` if it is NaN.
         speed: Option<f32>,
         /// The result.
         result: KickResult,
@@ -117,13 +117,13 @@ pub enum MatchEvent {
             skip_serializing_if = "Option::is_none"
         )]
         direction: Option<f32>,
-        /// The speed with which it left, m/s.
+        /// The launch speed of the ball, m/s.
         #[serde(skip_serializing_if = "Option::is_none")]
         launch_speed_mps: Option<f32>,
     },
     /// A collision of robots, posts and ball. Reported when the contact begins.
     Collision {
-        /// The moving robot, the first by id if both move; none if the ball hit a post.
+        /// The moving robot, the first by id if both move; `None` if the ball hit a post.
         robot: Option<RobotId>,
         /// What it collided with.
         with: CollisionPartner,
@@ -218,14 +218,14 @@ pub enum MatchEvent {
     },
     /// The ball was thrown in, and play continues (2010 rule book, section 3.9).
     ThrowIn {
-        /// The team that did not touch it last.
+        /// The team that did not touch the ball last.
         team: Team,
-        /// Position at which it was placed, m, pitch frame.
+        /// Position at which the ball was placed, m, pitch frame.
         position_m: Vec2,
     },
-    /// Play is restarted by a drop ball: it belongs to neither team.
+    /// Play is restarted by a drop ball, which belongs to neither team.
     DropBall {
-        /// Position at which it was placed, m, pitch frame.
+        /// Position at which the ball was placed, m, pitch frame.
         position_m: Vec2,
     },
     /// A free kick begins; play continues.
@@ -234,7 +234,7 @@ pub enum MatchEvent {
         set_play: SetPlayKind,
         /// The team that the ball belongs to.
         team: Team,
-        /// Position at which it was placed, m, pitch frame.
+        /// Position at which the ball was placed, m, pitch frame.
         position_m: Vec2,
     },
     /// A free kick, or the time in which the ball belongs to the team that kicks off, is over: the ball is free.
@@ -246,7 +246,7 @@ pub enum MatchEvent {
     },
     /// Play was stuck.
     GameStuck {
-        /// The robot that was removed from the ball; none: play was stopped.
+        /// The robot that was removed from the ball; `None` if play was stopped.
         robot: Option<RobotId>,
         /// The evidence.
         evidence: Evidence,
@@ -267,7 +267,7 @@ pub enum MatchEvent {
         /// The evidence.
         evidence: Evidence,
     },
-    /// A robot that stood where the ball is put was moved aside.
+    /// A robot at the position where the ball is placed was moved aside.
     MovedAside {
         /// The robot.
         robot: RobotId,
@@ -322,7 +322,7 @@ pub enum MatchEvent {
     },
     /// A time-out begins.
     Timeout {
-        /// The team that takes it; none: the referee.
+        /// The team that takes it; `None` for the referee.
         team: Option<Team>,
         /// Its longest duration, s.
         duration_s: f32,
@@ -368,9 +368,9 @@ pub enum MatchEvent {
         /// The cause in a sentence.
         message: String,
     },
-    /// Something is wrong with a GameController, or with what it can tell. Said once.
+    /// Something is wrong with a GameController, or with its information. Reported once.
     GameController {
-        /// What it is.
+        /// The fault in a sentence.
         message: String,
     },
     /// An invariant of the simulation is broken: a bug.
@@ -391,7 +391,7 @@ impl MatchEvent {
     }
 }
 
-/// The name of a variant as files spell it: as serde's `rename_all = "snake_case"`.
+/// Returns the name of a variant as spelt in files, like serde's `rename_all = "snake_case"`.
 fn snake_case(name: &str) -> String {
     let mut word = String::with_capacity(name.len() + 4);
     for letter in name.chars() {
