@@ -8,39 +8,39 @@ use super::{MessageSettings, TeamMessage, TeamMessageStatistics};
 use crate::events::Refusal;
 use crate::knowledge::Knowledge;
 
-/// The message limits of a robot, from its model, its team or itself. The smaller of these and the [limits](MessageSettings) of the
-/// match applies.
+/// The message limits of a robot, from its model, its team or itself. The smaller of these and the [limits](MessageSettings) of the match
+/// apply.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct MessageLimits {
-    /// Greatest total length of the texts and the datagram in a message, bytes; none: that of the match.
+    /// Greatest total length of the texts and the datagram in a message, bytes; by default that of the match.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 65_507))]
     pub max_text_bytes: Option<u32>,
-    /// Number of messages of its team in a match beyond which the robot sends none; none: that of the match.
+    /// Number of messages of the team in a match beyond which the robot sends none; by default that of the match.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_messages: Option<u32>,
-    /// Number of bytes of its team in a match beyond which the robot sends none; none: that of the match.
+    /// Number of bytes of the team in a match beyond which the robot sends none; by default that of the match.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_bytes: Option<u64>,
 }
 
 impl MessageLimits {
-    /// The fields of files.
+    /// The names of the fields in files.
     pub const FIELDS: [&'static str; 3] = ["max_text_bytes", "max_messages", "max_bytes"];
 
-    /// Whether it limits nothing.
+    /// Whether there is no limit.
     pub fn is_unset(&self) -> bool {
         *self == Self::default()
     }
 
-    /// How many messages a team that has `sent` messages may still send; none if unlimited.
+    /// How many messages a team that has `sent` messages may still send; `None` if unlimited.
     pub fn messages_left(&self, sent: u32) -> Option<u32> {
         self.max_messages.map(|most| most.saturating_sub(sent))
     }
 
-    /// Why a robot whose team has `sent` messages may not send `message`; none if it may.
+    /// Why a robot whose team has sent the messages `sent` may not send `message`; `None` if it may.
     pub fn refusal(&self, message: &TeamMessage, sent: &TeamMessageStatistics) -> Option<Refusal> {
         let is_too_long = self.max_text_bytes.is_some_and(|most| message.text_bytes() > most as usize);
         let size = message.size_bytes() as u64;

@@ -8,10 +8,10 @@ use std::borrow::Cow;
 use super::datagram::Datagram;
 use crate::geometry::{Pose, file_units};
 
-/// Greatest distance from the origin of a position in a message, m. Others are refused.
+/// Greatest distance from the origin of a position in a message, m. Messages with others are refused.
 pub const FARTHEST_M: f32 = 1000.0;
 
-/// Greatest number of robots in a message. Others are refused.
+/// Greatest number of robots in a message. Messages with more are refused.
 pub const MOST_ROBOTS: usize = 64;
 
 /// The structure that a robot shares with its team-mates. Every part is optional. Positions are in a frame that the team agrees
@@ -19,15 +19,15 @@ pub const MOST_ROBOTS: usize = 64;
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TeamMessage {
-    /// The sender's pose as it believes.
+    /// The sender's belief of its own pose.
     #[serde(with = "file_units::optional_pose", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<[f32; 3]>")]
     pub pose: Option<Pose>,
-    /// The ball's position as the sender believes, m.
+    /// The sender's belief of the ball's position, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<[f32; 2]>")]
     pub ball_m: Option<Vec2>,
-    /// The positions of other robots as the sender believes, m.
+    /// The sender's belief of the positions of other robots, m.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Vec<[f32; 2]>")]
     pub robots_m: Vec<Vec2>,

@@ -1,13 +1,12 @@
 //! Messages between team-mates (paper, section 3.3).
 //!
-//! Once a cycle each robot may share one structure, a [`TeamMessage`], with its team-mates by its [`Outbox`]. Each team-mate
-//! receives it in its [`Inbox`] in a later cycle, unless it gets lost, independently for each recipient. Opponents receive
-//! nothing.
+//! Once a cycle each robot may share one structure, a [`TeamMessage`], with its team-mates by its [`Outbox`]. Each team-mate receives it in
+//! its [`Inbox`] in a later cycle, unless the message gets lost, independently for each recipient. Opponents receive nothing.
 //!
-//! **Delay.** A message arrives `delay_cycles` after it was sent, by default in the next cycle, and up to `jitter_cycles`
-//! later, evenly distributed, so that one message may overtake another.
+//! **Delay.** A message arrives `delay_cycles` after it was sent, by default in the next cycle, and up to `jitter_cycles` later, evenly
+//! distributed, so that one message may overtake another.
 //!
-//! **Loss.** With probability `loss`, and always beyond `range_m` where there is one. None by default.
+//! **Loss.** Messages are lost with probability `loss`, and always beyond `range_m`, if set. By default no message is lost.
 //!
 //! **Size.** Texts and datagrams of more than `max_text_bytes`, by default 128 as for whole messages in 2025 (512 in the Humanoid
 //! Soccer League of 2026), are refused at the sender; so is a message with a number that is not finite, a position more than a
@@ -16,8 +15,7 @@
 //! ([`MessageLimits`]). A league's [budget](crate::game::Rules::message_budget) is different: messages beyond it are sent, and the
 //! referee decides. The rules of 2010 have none (500 kbit/s for everything that a team sends), those of 2025 have 1200 messages.
 //!
-//! **The real NAO** broadcasts UDP packets in the wireless network of the venue, where losing most of them for a while is
-//! nothing unusual.
+//! **The real NAO** broadcasts UDP packets in the wireless network of the venue, where it is common that most of them are lost for a while.
 //!
 //! [`MessageStatistics`] counts the messages.
 
@@ -69,7 +67,7 @@ impl Plugin for CommunicationPlugin {
     }
 }
 
-/// The message of the robot in this cycle, if any. Reset to none after every cycle.
+/// The message of the robot in this cycle, if any. Reset to `None` after every cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct Outbox(pub Option<TeamMessage>);
@@ -101,14 +99,14 @@ pub struct MessageSettings {
     pub delay_cycles: u32,
     /// Greatest additional delay, cycles; uniformly distributed.
     pub jitter_cycles: u32,
-    /// Greatest distance between sender and recipient, m; none: unlimited.
+    /// Greatest distance between sender and recipient, m; unlimited by default.
     pub range_m: Option<f32>,
     /// Greatest length of the texts and the datagram in a message together, bytes.
     pub max_text_bytes: u32,
-    /// Messages that a team can send in a match, beyond which they are refused; none: unlimited. The budget of a league is in its
+    /// Messages that a team can send in a match, beyond which they are refused; unlimited by default. The budget of a league is in its
     /// [rules](crate::game::Rules::message_budget).
     pub max_messages: Option<u32>,
-    /// Bytes that a team can send in a match; none: unlimited.
+    /// Bytes that a team can send in a match; unlimited by default.
     pub max_bytes: Option<u64>,
 }
 
@@ -146,9 +144,9 @@ impl MessageSettings {
 /// The delivery of a message to one recipient.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Delivery {
-    /// It arrives this number of cycles after it was sent.
+    /// The message arrives this number of cycles after it was sent.
     AfterCycles(u32),
-    /// It gets lost.
+    /// The message gets lost.
     Lost,
     /// The recipient is too far away.
     OutOfRange,
@@ -243,7 +241,7 @@ fn send_messages(
             continue;
         }
         let Some(say) = outbox.0.take() else { continue };
-        // What a program says that is only starting, nobody hears.
+        // Nobody hears a program that is still starting.
         if condition.is_some_and(|condition| !condition.is_running()) {
             continue;
         }
@@ -252,7 +250,7 @@ fn send_messages(
         if let Some(reason) = limits.refusal(&say, team) {
             let count = if reason == Refusal::BudgetSpent { &mut team.over_budget } else { &mut team.refused };
             *count += 1;
-            // Once is enough: otherwise a team over its budget would fill the record with the same refusal.
+            // Reported once: otherwise a team over its budget would fill the record with the same refusal.
             if reason != Refusal::BudgetSpent || *count == 1 {
                 events.push(MatchEvent::CommandRefused { robot: from, command: CommandKind::Say, reason });
             }

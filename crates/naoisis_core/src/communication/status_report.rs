@@ -19,7 +19,7 @@ pub struct StatusReport {
     #[serde(with = "file_units::pose")]
     #[schemars(with = "[f32; 3]")]
     pub pose: Pose,
-    /// Time since the ball was seen, s; none if it was not.
+    /// Time since the ball was seen, s; `None` if it has not been seen.
     pub ball_age_s: Option<f32>,
     /// Reported position of the ball, m, robot frame.
     #[schemars(with = "Option<[f32; 2]>")]

@@ -1,8 +1,8 @@
 //! Interventions: requests of a person, a program or a scenario to the referee.
 //!
-//! An [`Intervention`] is a Bevy command (`commands.queue(Intervention::Whistle)`), and a scenario file lists them with
-//! the time at which they happen. They are applied at the end of the cycle, after the rules. One that cannot be applied is
-//! refused and reported, and nothing changes.
+//! An [`Intervention`] is a Bevy command (`commands.queue(Intervention::Whistle)`), and a scenario file lists interventions with their
+//! times. They are applied at the end of the cycle, after the rules. An intervention that cannot be applied is refused and reported, and
+//! nothing changes.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -39,9 +39,9 @@ pub enum Intervention {
     },
     /// Sets the score.
     SetScore {
-        /// Of the blue team.
+        /// Goals of the blue team.
         blue: u32,
-        /// Of the pink team.
+        /// Goals of the pink team.
         pink: u32,
     },
     /// Removes a robot from the pitch.
@@ -51,13 +51,13 @@ pub enum Intervention {
         /// The offence.
         #[serde(default)]
         reason: PenaltyReason,
-        /// Duration, s of play. Without it the duration is that of the rules, and the penalty makes later ones longer as the
-        /// referee's own do; with it, it does not.
+        /// Duration, s of play. Without it the duration is that of the rules, and the penalty makes later ones longer, like the referee's
+        /// own; with it, it does not.
         #[serde(default)]
         #[schemars(range(min = 0.0, max = 100_000.0))]
         duration_s: Option<f32>,
     },
-    /// Picks a robot up at its team's request, for the penalty of the rules.
+    /// Picks up a robot at its team's request, for the penalty of the rules.
     PickUp {
         /// The robot.
         robot: RobotId,
@@ -67,7 +67,8 @@ pub enum Intervention {
         /// The robot.
         robot: RobotId,
     },
-    /// Whistles: `standby` becomes `ready` (for which the referee raises its arms), `ready` becomes `set`, `set` becomes `playing`. In play it has no effect but the sound.
+    /// Whistles: `standby` becomes `ready` (for which the referee raises its arms), `ready` becomes `set`, `set` becomes `playing`. In play
+    /// it has no effect but the sound.
     Whistle,
     /// Places the ball at rest, in play, for either team.
     DropBall {
@@ -81,21 +82,21 @@ pub enum Intervention {
         /// The team that kicks off.
         team: Team,
     },
-    /// Stops the match briefly: nobody may move, and no clock runs.
+    /// Stops the match briefly: no robot may move, and no clock runs.
     Stop,
-    /// Ends a brief stop: the match goes on as it was. Ends a time-out before its time.
+    /// Ends a brief stop, after which the match continues unchanged, or a time-out before its time.
     Resume,
-    /// Asks for a time-out of a team in the next stoppage of play, or begins one of the referee at once.
+    /// Requests a time-out of a team in the next stoppage of play, or begins one of the referee at once.
     Timeout {
-        /// The team; none: the referee.
+        /// The team; absent for the referee.
         #[serde(default)]
         team: Option<Team>,
-        /// Duration, s; none: as long as the rules allow.
+        /// Duration, s; by default as long as the rules allow.
         #[serde(default)]
         #[schemars(range(min = 0.0, max = 100_000.0))]
         duration_s: Option<f32>,
     },
-    /// Asks for a player to be replaced by a substitute as soon as the rules allow it.
+    /// Requests that a player be replaced by a substitute as soon as the rules allow it.
     Substitute {
         /// The player.
         robot: RobotId,
@@ -139,7 +140,7 @@ impl fmt::Display for Intervention {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimedIntervention {
-    /// Time, s since the start: it is applied at the end of the first cycle that ends then or later.
+    /// Time, s since the start: the intervention is applied at the end of the first cycle that ends then or later.
     #[schemars(range(min = 0.0))]
     pub at_s: f64,
     /// The intervention.

@@ -1,5 +1,5 @@
-//! The match as data: its state, score, half, clock and sides, its rules, penalties and set plays, and the evidence for
-//! decisions. Only the [referee](crate::referee) writes them.
+//! The match as data: its state, score, half, clock and sides, its rules, penalties and set plays, and the evidence for decisions. Only the
+//! [referee](crate::referee) writes these data.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -40,8 +40,7 @@ pub enum GameState {
     /// Before the match.
     #[default]
     Initial,
-    /// Before the first `ready` of a half: robots stand, and wait for the referee to raise its arms (2025 rule book, section
-    /// 3.2).
+    /// Before the first `ready` of a half: robots stand and wait for the referee to raise its arms (2025 rule book, section 3.2).
     Standby,
     /// Robots walk to their places for a kick-off.
     Ready,
@@ -49,7 +48,7 @@ pub enum GameState {
     Set,
     /// The ball is in play.
     Playing,
-    /// A time-out: robots stand, and only its own time runs.
+    /// A time-out: robots stand, and only the time of the time-out runs.
     Timeout,
     /// After the final whistle.
     Finished,
@@ -72,23 +71,23 @@ impl Score {
     }
 }
 
-/// A brief stop, in which nobody may move and no clock runs (HSL 2026, emergency stop).
+/// A brief stop, in which no robot may move and no clock runs (HSL 2026, emergency stop).
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct BriefStop {
-    /// Position of the ball when it began, where it is put when play goes on, m, pitch frame.
+    /// Position of the ball when the stop began, to which it returns when play continues, m, pitch frame.
     pub ball_m: Option<Vec2>,
-    /// Cycles since it began.
+    /// Cycles since the stop began.
     pub cycles: u64,
 }
 
 /// A time-out (2025 rule book, sections 3.13 and 3.14; HSL 2026, time-out).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Timeout {
-    /// The team that took it; none: the referee.
+    /// The team that took it; `None` for the referee.
     pub team: Option<Team>,
     /// Cycles until it ends.
     pub cycles_left: u64,
-    /// Whether the shoot-out follows it, rather than a kick-off.
+    /// Whether the shoot-out follows, rather than a kick-off.
     pub before_shoot_out: bool,
 }
 
@@ -104,7 +103,7 @@ pub struct Game {
     pub score: Score,
     /// The half under way, from 1.
     pub half: u32,
-    /// Cycles left in this half; none if the rules have no clock.
+    /// Cycles left in this half; `None` if the rules have no clock.
     pub cycles_left: Option<u64>,
     /// The end that the blue team defends.
     pub blue_end: End,
@@ -112,9 +111,9 @@ pub struct Game {
     pub kick_off_team: Team,
     /// Whether play was last restarted by a drop ball instead: neither team has the kick-off.
     pub drop_ball: bool,
-    /// The free kick, or the kick-off that is one team's own, that is under way.
+    /// The free kick under way, or the kick-off while the ball belongs to one team.
     pub set_play: Option<SetPlay>,
-    /// How many messages each team may still send; none if unlimited.
+    /// Number of messages that each team may still send; `None` if unlimited.
     pub messages_left: Option<PerTeam<u32>>,
     /// Whether each team has exceeded its message budget: its goals do not count.
     pub goals_void: PerTeam<bool>,
@@ -124,13 +123,13 @@ pub struct Game {
     pub stop: Option<BriefStop>,
     /// The time-out under way.
     pub timeout: Option<Timeout>,
-    /// How many time-outs each team may still take.
+    /// Number of time-outs that each team may still take.
     pub timeouts_left: PerTeam<u32>,
-    /// How often the robots were placed for a restart.
+    /// Number of restarts for which the robots were placed so far.
     pub restarts: u32,
-    /// How often the referee has whistled.
+    /// Number of times that the referee has whistled.
     pub whistles: u32,
-    /// How often the referee has raised its arms for the first `ready` of a half.
+    /// Number of times that the referee has raised its arms for the first `ready` of a half.
     pub ready_signals: u32,
 }
 
@@ -167,12 +166,12 @@ impl Game {
         self.kick_off() == Some(team)
     }
 
-    /// The team that has, or had last, the kick-off; none at a drop ball.
+    /// The team that has, or had last, the kick-off; `None` after a drop ball.
     pub fn kick_off(&self) -> Option<Team> {
         (!self.drop_ball).then_some(self.kick_off_team)
     }
 
-    /// Seconds left in this half; none if the rules have no clock.
+    /// Seconds left in this half; `None` if the rules have no clock.
     pub fn time_left_s(&self, clock: &CycleClock) -> Option<f32> {
         self.cycles_left.map(|cycles| (cycles as f64 * clock.period_s) as f32)
     }
@@ -205,7 +204,7 @@ impl Game {
         self.set_play.filter(|set_play| set_play.kind == SetPlayKind::PenaltyKick)
     }
 
-    /// The secondary time in cycles: what is left of `ready` or `set`, of a free kick, of a time-out, or of a shot in a shoot-out.
+    /// The secondary time in cycles: the remaining time of `ready` or `set`, of a free kick, of a time-out, or of a shot in a shoot-out.
     pub fn secondary_cycles_left(&self, rules: &Rules, clock: &CycleClock) -> Option<u64> {
         let left = |duration_s: f32, cycles: u64| u64::from(clock.cycles_in(duration_s)).saturating_sub(cycles);
         match (self.state, &self.set_play, &self.shoot_out) {

@@ -11,14 +11,13 @@ use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::short_name::short_name;
 
-/// The penalty that a robot serves, if any. A penalised robot cannot act. One that is off the pitch is neither an obstacle nor
-/// visible.
+/// The penalty that a robot serves, if any. A penalised robot cannot act. A robot off the pitch is neither an obstacle nor visible.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Penalty(pub Option<ActivePenalty>);
 
 impl Penalty {
-    /// That of a substitute, until it comes on.
+    /// The penalty of a substitute, until it enters the pitch.
     pub const SUBSTITUTE: Penalty = Penalty(Some(ActivePenalty { reason: PenaltyReason::Substitute, cycles_left: 0 }));
 
     /// Whether the robot serves a penalty.
@@ -42,7 +41,7 @@ pub struct ActivePenalty {
 }
 
 impl ActivePenalty {
-    /// Whether no time ends it: the robot is out for the rest of the match, or until it comes on as a substitute.
+    /// Whether the penalty ends at no given time: the robot is out for the rest of the match, or until it enters as a substitute.
     pub fn is_for_the_match(&self) -> bool {
         matches!(self.reason, PenaltyReason::SentOff | PenaltyReason::Substitute)
     }
@@ -86,7 +85,7 @@ pub enum PenaltyReason {
     MotionInStop,
     /// A robot of its team began to walk in `standby`.
     MotionInStandby,
-    /// Its team asked to pick it up.
+    /// The team asked for the robot to be picked up.
     PickUp,
     /// It was cautioned too often, and is out for the rest of the match.
     SentOff,
@@ -111,7 +110,7 @@ impl PenaltyReason {
         PenaltyReason::iter().map(|reason| -> &'a str { <&'static str>::from(reason) })
     }
 
-    /// The reason as files spell it.
+    /// The name of the reason in files.
     pub fn name(&self) -> &str {
         match self {
             PenaltyReason::Custom(rule) => rule.as_str(),

@@ -1,4 +1,4 @@
-//! The result of a match, and how it came about.
+//! The result of a match, and what decided it.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -15,7 +15,7 @@ use crate::team::Team;
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum DecidedBy {
-    /// Its halves.
+    /// Play in its halves.
     #[default]
     Play,
     /// The extra time.
@@ -38,9 +38,9 @@ impl DecidedBy {
 pub struct MatchResult {
     /// Goals of both teams, without those of a shoot-out.
     pub score: Score,
-    /// The winner; none of a draw.
+    /// The winner; `None` for a draw.
     pub winner: Option<Team>,
-    /// What decided it, or ended it as a draw.
+    /// What decided the match, or ended it as a draw.
     pub decided_by: DecidedBy,
     /// Goals of both teams in a shoot-out, if there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -61,7 +61,7 @@ impl Game {
 }
 
 impl MatchResult {
-    /// What is to be said of it beside the score: extra time, or a shoot-out with its goals and its winner.
+    /// Returns what there is to say besides the score: extra time, or a shoot-out with its goals and its winner.
     pub fn how(&self) -> Option<String> {
         let shots = self.shoot_out.map(|shots| format!("penalty shoot-out {} : {}", shots.blue, shots.pink));
         match (self.decided_by, self.winner, shots) {
@@ -76,7 +76,7 @@ impl MatchResult {
 }
 
 impl fmt::Display for MatchResult {
-    /// The score, and what else is to be said of it.
+    /// Writes the score and, in parentheses, [`how`](Self::how) the match was decided.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let how = self.how().map(|how| format!(" ({how})")).unwrap_or_default();
         write!(formatter, "blue {} : {} pink{how}", self.score.blue, self.score.pink)

@@ -1,5 +1,5 @@
-//! Free kicks, and the kick-off while the ball belongs to one team (2025 rule book, section 3.9). They are judged in
-//! [`referee::set_play`](crate::referee::set_play).
+//! Free kicks, and kick-offs while the ball belongs to one team (2025 rule book, section 3.9).
+//! [`referee::set_play`](crate::referee::set_play) judges them.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -39,7 +39,7 @@ impl SetPlayKind {
         }
     }
 
-    /// The name, as at the start of a sentence.
+    /// The name in words, capitalised for the start of a sentence.
     pub fn words(self) -> &'static str {
         match self {
             SetPlayKind::KickOff => "Kick-off",

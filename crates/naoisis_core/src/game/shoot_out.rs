@@ -1,5 +1,5 @@
-//! The state of a penalty shoot-out, and when it is decided (2010 rule book, section 3.8; 2025 rule book, section 3.19). How a
-//! shot is judged is the referee's: [`referee::shoot_out`](crate::referee::shoot_out).
+//! The state of a penalty shoot-out, and when it is decided (2010 rule book, section 3.8; 2025 rule book, section 3.19).
+//! [`referee::shoot_out`](crate::referee::shoot_out) judges the shots.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::{Rules, Score, ShootOutProcedure};
 use crate::team::Team;
 
-/// In sudden death, of two goals the one that came this much faster wins, s.
+/// Least advantage in time by which one of two goals wins in sudden death, s.
 const FASTER_S: f32 = 2.0;
-/// In sudden death without goals, the ball that came this much nearer wins, m.
+/// Least advantage in distance by which one of two balls wins in sudden death without goals, m.
 const NEARER_M: f32 = 0.05;
 
 /// A shoot-out under way.

@@ -102,7 +102,7 @@ impl Rules {
     }
 }
 
-/// Collects the fields that are out of range. NaN always is.
+/// Collects the fields that are out of range, including all that are NaN.
 #[derive(Default)]
 struct Limits {
     errors: Vec<RulesError>,

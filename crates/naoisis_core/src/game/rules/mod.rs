@@ -23,8 +23,8 @@ use crate::team::Team;
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless documented otherwise.
 ///
-/// Groups of fields, in this order: clock and halves; time-outs and substitutes; messages; goals; balls that are out and free kicks; penalty kicks;
-/// kick-offs; penalties; collisions; stalling and ball holding; places; inactivity and stuck games; falls and dives;
+/// Groups of fields, in this order: clock and halves; time-outs and substitutes; messages; goals; balls that are out and free kicks;
+/// penalty kicks; kick-offs; penalties; collisions; stalling and ball holding; places; inactivity and stuck games; falls and dives;
 /// shoot-outs; the delay of the robots' information.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Resource, @Knowledge::Public)]
@@ -44,7 +44,7 @@ pub struct Rules {
     pub half_s: f32,
     /// Number of halves.
     pub halves: u32,
-    /// Halves of the extra time that is played after a draw: none, or usually 2.
+    /// Halves of the extra time that is played after a draw: 0, or usually 2.
     pub extra_time_halves: u32,
     /// Duration of a half of the extra time, s.
     pub extra_half_s: f32,
@@ -54,7 +54,7 @@ pub struct Rules {
     /// Whether a half continues after its time while an attacker's ball rolls towards the opponents' goal (2025 rule book,
     /// section 3.18).
     pub half_ends_when_ball_stops: bool,
-    /// Lead in goals that ends the match (2025 rule book, section 3.16: 10); none: no lead does.
+    /// Lead in goals that ends the match (2025 rule book, section 3.16: 10); if absent, no lead ends it.
     pub mercy_goals: Option<u32>,
     /// Number of robots of a team that a scenario lines up.
     pub team_size: u8,
@@ -69,11 +69,11 @@ pub struct Rules {
     pub referee_timeout_s: f32,
     /// Number of substitutes of a team that a scenario lines up beside the pitch.
     pub substitutes: u8,
-    /// When a substitute may replace a player, beside time-outs and half time.
+    /// When a substitute may replace a player, besides time-outs and half time.
     pub substitution: SubstitutionProcedure,
 
-    /// Messages that a team may send in a match, except in shoot-outs; none: unlimited. The goals of a team that sends more do
-    /// not count (2025 rule book, section 2.4.2: 1200).
+    /// Messages that a team may send in a match, except in shoot-outs; if absent, unlimited. The goals of a team that sends more do not
+    /// count (2025 rule book, section 2.4.2: 1200).
     pub message_budget: Option<u32>,
 
     /// Whether goals count and are followed by a kick-off.
@@ -84,8 +84,9 @@ pub struct Rules {
     /// Whether a goal counts only if two robots of the team have played the ball since the last restart (2025 rule
     /// book, section 3.4).
     pub indirect_goals: bool,
-    /// Whether the taker of a set play may not touch the ball again before another robot has: the other team has an indirect free kick
-    /// (HSL 2026, 14.5, 15.5 and 16.4). From the kick-off of a team with fewer than three robots it may, outside the circle (law 8).
+    /// Whether the taker of a set play is forbidden to touch the ball again before another robot has; if it does, the other team has an
+    /// indirect free kick (HSL 2026, 14.5, 15.5 and 16.4). After the kick-off of a team with fewer than three robots it is allowed outside
+    /// the circle (law 8).
     pub double_touch: bool,
     /// Whether [`indirect_goals`](Self::indirect_goals) applies only to the team that restarted play by a kick-off, a kick-in or
     /// an indirect free kick, until an opponent touches the ball (HSL 2026, laws 8 and 13).
@@ -95,17 +96,17 @@ pub struct Rules {
 
     /// Whether a ball outside the lines is out.
     pub ball_out: bool,
-    /// The restart after a ball that is out.
+    /// The restart after the ball has left the pitch.
     pub ball_out_restart: BallOutRestart,
-    /// For how long the ball belongs to the attackers in a free kick, s (2025: 30).
+    /// Time for which the ball belongs to the attackers in a free kick, s (2025: 30).
     pub free_kick_s: f32,
-    /// Distance that defenders must keep from the ball in a free kick, m (2025: 0.75). None: the radius of the centre circle, but they
-    /// may be nearer on their own goal line between the posts (HSL 2026, 13.3.2).
+    /// Distance that defenders must keep from the ball in a free kick, m (2025: 0.75). If absent, the radius of the centre circle; but
+    /// defenders may be nearer on their own goal line between the posts (HSL 2026, 13.3.2).
     pub free_kick_distance_m: Option<f32>,
-    /// Whether at a goal kick opponents keep out of the whole penalty area (HSL 2026, 15.2).
+    /// Whether opponents must keep out of the whole penalty area at a goal kick (HSL 2026, 15.2).
     pub goal_kick_clears_area: bool,
-    /// Whether an indirect free kick for an offence in the offenders' own penalty area is taken from the line of that area that is parallel to
-    /// the goal line (HSL 2026, 13.3.1).
+    /// Whether an indirect free kick for an offence in the offenders' own penalty area is taken from the line of that area that is parallel
+    /// to the goal line (HSL 2026, 13.3.1).
     pub indirect_free_kick_at_area_line: bool,
     /// Time for defenders to reach that distance, s (2025: 10 as a guideline).
     pub free_kick_leave_s: f32,
@@ -115,24 +116,25 @@ pub struct Rules {
     pub penalty_kicks: bool,
     /// Longest duration of the `ready` before a penalty kick, s (2025: 30).
     pub penalty_kick_ready_s: f32,
-    /// For how long the ball belongs to the attackers in a penalty kick, s (2025: 30).
+    /// Time for which the ball belongs to the attackers in a penalty kick, s (2025: 30).
     pub penalty_kick_s: f32,
-    /// Whether a half goes on after its time until a penalty kick is over (HSL 2026, 7.4).
+    /// Whether a half continues after its time until a penalty kick is over (HSL 2026, 7.4).
     pub penalty_kick_extends_half: bool,
-    /// Whether the attackers have a goal if the goalkeeper leaves its goal line, or its feet, before they touch the ball of a penalty kick
-    /// (HSL 2026, penalty kick).
+    /// Whether a goal is awarded to the attackers if the goalkeeper leaves its goal line, or its feet, before they touch the ball of a
+    /// penalty kick (HSL 2026, penalty kick).
     pub penalty_kick_keeper_goal: bool,
 
     /// The procedure of a kick-off.
     pub kick_off: KickOffProcedure,
-    /// Least duration of the `standby` before a half's first `ready`, s (2025: 10); 0: there is none.
+    /// Least duration of the `standby` before a half's first `ready`, s (2025: 10); 0 for no `standby`.
     pub standby_s: f32,
     /// Greatest random extension of `standby`, s (2025: 110).
     pub standby_random_s: f32,
-    /// Duration of the penalty in place for a robot that begins to walk in `set`, s (2025: 15; HSL 2026: 10). In `standby` its
-    /// whole team is penalised, until the robots know of `ready`. None: robots cannot walk in these states.
+    /// Duration of the penalty in place for a robot that begins to walk in `set`, s (2025: 15; HSL 2026: 10). In `standby` the robot's
+    /// whole team is penalised, until the robots know of `ready`. If absent, robots cannot walk in these states.
     pub motion_in_set_s: Option<f32>,
-    /// Whether a robot that moves, or gets up, in a brief stop is removed (HSL 2026, 7.2: motion in stop); otherwise robots cannot.
+    /// Whether a robot that moves, or gets up, in a brief stop is removed (HSL 2026, 7.2: motion in stop); otherwise robots cannot move
+    /// then.
     pub motion_in_stop: bool,
     /// Longest duration of `ready`, s (2010 and 2025: 45).
     pub ready_s: f32,
@@ -140,9 +142,9 @@ pub struct Rules {
     pub end_ready_early: bool,
     /// Duration of `set`, s.
     pub set_s: f32,
-    /// Which positions are legal at a kick-off.
+    /// The rule book that defines legal positions at a kick-off.
     pub kick_off_positions: KickOffPositions,
-    /// Duration of the penalty for an illegal position in `set`, s (2025: 15); none: the robot is placed by hand (2010).
+    /// Duration of the penalty for an illegal position in `set`, s (2025: 15); if absent, the robot is placed by hand (2010).
     pub illegal_position_s: Option<f32>,
     /// Whether that penalty counts as an infraction and grows like others (GameController of the HSL 2026; not in the 2025 rule
     /// book, section 4.4).
@@ -150,7 +152,7 @@ pub struct Rules {
     /// Whether pushing, leaving the field, lying and inactivity are judged in `ready`, too (2025 rule book, section 4;
     /// `GameController`s of 2025 and 2026).
     pub fouls_in_ready: bool,
-    /// For how long only the team that kicks off may approach the ball, s (2025: 10); none: both may at once.
+    /// Time for which only the team that kicks off may approach the ball, s (2025: 10); if absent, both may at once.
     pub kick_off_free_s: Option<f32>,
     /// Whether a robot that begins a kick-off outside its own half must take it itself (2025 rule book, section 3.7).
     pub kick_off_player: bool,
@@ -159,10 +161,9 @@ pub struct Rules {
     pub penalty_s: f32,
     /// Extension of a penalty for each earlier infraction of the team, s (2025: 10).
     pub penalty_increase_s: f32,
-    /// Offences that make later penalties no longer, beside those that never do (HSL 2026, 12.2: illegal positions).
+    /// Offences that do not make later penalties longer, besides those that never do (HSL 2026, 12.2: illegal positions).
     pub uncounted: Vec<PenaltyReason>,
-    /// Whether penalties that are no infractions, such as those of fallen robots, are extended, too (GameController of the HSL
-    /// 2026).
+    /// Whether penalties that are not infractions, such as those of fallen robots, are extended, too (GameController of the HSL 2026).
     pub all_penalties_increase: bool,
     /// Whether penalties end when play is stopped for a kick-off (2010 rule book, section 4). At half time they always do.
     pub penalties_end_at_kick_off: bool,
@@ -173,7 +174,7 @@ pub struct Rules {
 
     /// Whether the robot that is responsible for a collision is penalised.
     pub collisions: bool,
-    /// Greatest speed of walking towards the other robot without being responsible, m/s.
+    /// Greatest speed of walking towards the other robot at which a robot is not responsible, m/s.
     pub collision_speed_mps: f32,
     /// Whether collisions of team-mates are judged, too.
     pub collisions_between_team_mates: bool,
@@ -181,35 +182,37 @@ pub struct Rules {
     pub keeper_may_push: bool,
     /// Whether both robots are responsible for a collision in which they are equally fast; otherwise neither is (HSL 2026, 12.3.4).
     pub equal_speeds_penalise_both: bool,
-    /// Duration of contact with an opponent from which it is pushing at any speed, s (HSL 2026, 12.3.4: 5). None: it does not matter.
+    /// Duration of contact with an opponent from which it is pushing at any speed, s (HSL 2026, 12.3.4: 5). If absent, the duration does
+    /// not matter.
     pub push_contact_s: Option<f32>,
-    /// Whether contacts of a robot's side on its way to the ball are legal.
+    /// Whether contacts with a robot's side are legal on its way to the ball.
     pub side_contacts: SideContacts,
-    /// Whether both robots are responsible if they collide front to front without the ball between them (2010 rule book, section
-    /// 4.9.1), and not only the faster one.
+    /// Whether both robots, not only the faster one, are responsible if they collide front to front without the ball between them (2010
+    /// rule book, section 4.9.1).
     pub chest_to_chest_penalises_both: bool,
-    /// Number of a team's collision in a half from which the responsible robot is removed for the rest of the half (2010: 4).
+    /// Number of a team's collisions in a half from which the responsible robot is removed for the rest of the half (2010: 4).
     pub pushing_limit: Option<u32>,
     /// Whether a collision within half a metre of the ball gives the other team a free kick (2025).
     pub pushing_free_kick: bool,
-    /// Distance from the ball within which every offence gives the other team a free kick, m: direct for pushing, else indirect
-    /// (HSL 2026, section 5.1: 0.75 in the small division, else 1.5). None: only pushing does.
+    /// Distance from the ball within which every offence gives the other team a free kick, m: direct for pushing, else indirect (HSL 2026,
+    /// section 5.1: 0.75 in the small division, else 1.5). If absent, only pushing does.
     pub offence_free_kick_m: Option<f32>,
-    /// Whether every offence within [the distance of free kicks](Self::free_kick_distance_m) from the ball does so (HSL 2026, 12.1).
+    /// Whether every offence within [the distance of free kicks](Self::free_kick_distance_m) from the ball gives the other team a free kick
+    /// (HSL 2026, 12.1).
     pub offence_free_kick: bool,
-    /// Number of cautions for pushing with which a robot is sent off (GameController of the HSL 2026: 2); none: no cautions.
+    /// Number of cautions for pushing with which a robot is sent off (GameController of the HSL 2026: 2); if absent, there are no cautions.
     pub cautions_to_send_off: Option<u32>,
 
     /// Whether a robot that stands near the ball for too long is penalised.
     pub stalling: bool,
-    /// Longest legal duration, s.
+    /// Longest legal duration of standing near the ball, s.
     pub stall_s: f32,
     /// Distance from the robot's origin to the ball's centre that counts as near, m.
     pub stall_radius_m: f32,
 
     /// Whether a robot that covers the ball for too long is penalised (2010 rule book, section 4.6).
     pub ball_holding: bool,
-    /// Longest legal duration, s (2010 and 2025: 3).
+    /// Longest legal duration of covering the ball, s (2010 and 2025: 3).
     pub ball_holding_s: f32,
     /// Longest legal duration for the goalkeeper with a foot in its own penalty area, s (2010: 5; 2025: 10).
     pub keeper_ball_holding_s: f32,
@@ -223,18 +226,18 @@ pub struct Rules {
     pub illegal_defender: bool,
     /// Which robots of a team may be in front of their own goal.
     pub defender_limit: DefenderLimit,
-    /// Reaction time of the referee, s: for how long an illegal defender is tolerated.
+    /// Reaction time of the referee, s, during which an illegal defender is tolerated.
     pub illegal_defender_s: f32,
 
     /// Whether a robot that keeps an opponent from the ball without going to the ball is penalised (2010 rule book, section
     /// 4.14).
     pub obstruction: bool,
-    /// Longest legal duration, s.
+    /// Longest legal duration of obstruction, s.
     pub obstruction_s: f32,
 
     /// Whether a robot that does nothing is penalised (2010 rule book, section 4.7).
     pub inactive: bool,
-    /// Longest legal duration, s (2010 and 2025: 10).
+    /// Longest legal duration of inactivity, s (2010 and 2025: 10).
     pub inactive_s: f32,
 
     /// Whether stuck games are restarted (2010 rule book, section 3.10).
@@ -244,11 +247,11 @@ pub struct Rules {
     /// Whether robots that approach the ball or explore the pitch count as progress (2025 rule book, section 3.11), as a moving
     /// ball does.
     pub walking_is_progress: bool,
-    /// Time after which the robot nearest to a ball that has not moved is penalised, s, if another than
+    /// Time after which the robot nearest to a ball that has not moved is penalised, s, if different from
     /// [`game_stuck_s`](Self::game_stuck_s) (HSL 2026, 18.1: 10).
     pub local_stuck_s: Option<f32>,
-    /// Distance within which no robot has been for [`game_stuck_s`](Self::game_stuck_s) when play is stopped, m (HSL 2026, 18.2: 1).
-    /// None: play is stopped if the ball has not moved for that time.
+    /// Distance from the ball, m: play is stopped if no robot has been within it for [`game_stuck_s`](Self::game_stuck_s) (HSL 2026, 18.2:
+    /// 1). If absent, play is stopped if the ball has not moved for that time.
     pub global_stuck_m: Option<f32>,
     /// Whether the robot nearest to the ball is penalised for a stuck game (2025), rather than moved to the halfway line (2010).
     pub stuck_robot_is_penalised: bool,
@@ -263,17 +266,17 @@ pub struct Rules {
     pub get_up_s: f32,
     /// Whether a robot that lies on the ground for too long is penalised (2010 rule book, section 4.7).
     pub fallen: bool,
-    /// Time within which it must begin to get up, s (2010: 5).
+    /// Time within which a fallen robot must begin to get up, s (2010: 5).
     pub fallen_s: f32,
-    /// Time within which it must stand, s (2010: 20).
+    /// Time within which a fallen robot must stand, s (2010: 20).
     pub get_up_limit_s: f32,
-    /// Attempts in which it must stand, instead of a time; one more if another robot touched it meanwhile (2025 rule book,
+    /// Attempts within which a fallen robot must stand, instead of a time; one more if another robot touched it meanwhile (2025 rule book,
     /// section 4.6: 2).
     pub get_up_attempts: Option<u32>,
 
     /// Whether robots can dive.
     pub dives: bool,
-    /// For how long a dive blocks its strip, s, in any state of the game.
+    /// Time for which a dive blocks its strip, s, in any state of the game.
     pub dive_s: f32,
     /// Length of the strip beyond the robot's base, m.
     pub dive_reach_m: f32,
@@ -288,7 +291,7 @@ pub struct Rules {
     pub shoot_out_s: f32,
     /// Shots of a team in sudden death before a coin decides (2025: 3; 2010: unlimited).
     pub sudden_death_shots: u32,
-    /// Longest duration of a shot in sudden death, s (2010: 120); none: [`shoot_out_s`](Self::shoot_out_s).
+    /// Longest duration of a shot in sudden death, s (2010: 120); by default [`shoot_out_s`](Self::shoot_out_s).
     pub sudden_death_s: Option<f32>,
 
     /// Delay with which robots are informed of the start of play, s: the referee whistles (2025: 15; HSL 2026: 10).
@@ -437,12 +440,12 @@ impl Rules {
         reason.is_infraction() && !self.uncounted.contains(&reason)
     }
 
-    /// Whether `half` is one of the extra time.
+    /// Whether `half` belongs to the extra time.
     pub fn is_extra_time(&self, half: u32) -> bool {
         half > self.halves
     }
 
-    /// Longest duration of the match without stoppages, s, with its extra time.
+    /// Longest duration of the match without stoppages, s, including its extra time.
     pub fn longest_s(&self) -> f32 {
         self.half_s * self.halves as f32 + self.extra_half_s * self.extra_time_halves as f32
     }

@@ -1,10 +1,10 @@
-//! The procedures that rules choose between.
+//! The procedures that the rules select.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The restart after a ball that is out.
+/// The restart after the ball has left the pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -93,7 +93,7 @@ pub enum ShootOutProcedure {
     Spl2025,
 }
 
-/// When a substitute may replace a player, beside time-outs and half time, in which it takes the player's place at once.
+/// When a substitute may replace a player, besides time-outs and half time, in which it takes the player's place at once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
