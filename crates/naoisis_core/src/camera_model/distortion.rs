@@ -5,8 +5,8 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The least rise of the distorted slope with the slope. Where the polynomial rises less, it is continued as a straight line: it was
-/// fitted to the image, and far outside would lead back into it.
+/// The least slope of the polynomial from undistorted to distorted slopes. Where it rises less, it is continued as a straight line: it was
+/// fitted to the image, and far outside might lead back into it.
 const LEAST_RISE: f32 = 0.1;
 /// The greatest slope of a ray from the axis that a camera may have: that of 85°.
 const STEEPEST: f32 = 11.4;
@@ -30,7 +30,7 @@ pub struct Distortion {
     tangential: [f32; 2],
     /// The slope up to which the polynomial holds, and the radially distorted slope there.
     limit: [f32; 2],
-    /// Whether all coefficients are 0. Known beforehand, as it is asked for each point of a cycle.
+    /// Whether all coefficients are 0. Stored, as it is needed for every projected point.
     is_none: bool,
 }
 
@@ -46,7 +46,7 @@ impl Distortion {
         if radial == [0.0; 3] {
             return distortion;
         }
-        // Where the rise falls below the least one, to a hundredth of a slope.
+        // The first slope, in steps of 0.01, at which the polynomial rises less than `LEAST_RISE`.
         let steps = (1..=(100.0 * STEEPEST) as u32).map(|step| step as f32 / 100.0);
         if let Some(limit) = steps.into_iter().find(|slope| distortion.rise(*slope) < LEAST_RISE) {
             let limit = limit - 0.01;
@@ -55,7 +55,7 @@ impl Distortion {
         distortion
     }
 
-    /// Whether it is that of a pinhole camera.
+    /// Whether there is no distortion, as in a pinhole camera.
     pub fn is_none(&self) -> bool {
         self.is_none
     }
@@ -66,12 +66,12 @@ impl Distortion {
         [k1, k2, p1, p2, k3]
     }
 
-    /// The slope up to which the polynomial rises; beyond, it is continued as a straight line.
+    /// The slope up to which the polynomial is used; beyond, it is continued as a straight line.
     pub fn holds_up_to(&self) -> f32 {
         self.limit[0]
     }
 
-    /// The slope at which a point appears that is at `slope` in a pinhole camera.
+    /// Returns the distorted slope of a point that a pinhole camera shows at `slope`.
     pub fn distorted(&self, slope: Vec2) -> Vec2 {
         let away = slope.length();
         if away <= self.limit[0] {
@@ -80,7 +80,7 @@ impl Distortion {
         slope * (self.radially_distorted(away) / away) + self.aside(slope * (self.limit[0] / away))
     }
 
-    /// The slope in a pinhole camera of a point that appears at `slope`: the inverse of [`distorted`](Self::distorted).
+    /// Returns the slope in a pinhole camera of a point that appears at `slope`: the inverse of [`distorted`](Self::distorted).
     pub fn undistorted(&self, slope: Vec2) -> Vec2 {
         if self.is_none() {
             return slope;
@@ -127,7 +127,7 @@ impl Distortion {
         if away >= at_limit {
             return slope * ((limit + (away - at_limit) / LEAST_RISE) / away);
         }
-        // Newton's method between bounds, as the polynomial rises up to the limit.
+        // Newton's method within bounds, as the polynomial rises up to the limit.
         let (mut least, mut most) = (0.0, limit.min(away / LEAST_RISE));
         let mut undistorted = away.min(most);
         for _ in 0..20 {

@@ -1,4 +1,4 @@
-//! Where a camera shows what: focal lengths, principal point, size of the image, and distortion.
+//! The intrinsics of a camera: focal lengths, principal point, size of the image, and distortion.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use super::distortion::Distortion;
 
-/// The greatest size of a drawn image, as a multiple of the image's size.
+/// The greatest size of the image of a [drawn](CameraIntrinsics::drawn) pinhole, as a multiple of the camera's image size.
 const WIDEST: f32 = 2.0;
-/// Steps along each side of an image in which its outline is followed.
+/// Number of points per side of an image by which its outline is approximated.
 const OUTLINE_STEPS: u32 = 8;
 
-/// The intrinsics of a camera. Without a distortion it is a pinhole.
+/// The intrinsics of a camera: without distortion those of a pinhole.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct CameraIntrinsics {
     /// Focal lengths along u and v, pixels.
@@ -23,7 +23,8 @@ pub struct CameraIntrinsics {
     pub size: Vec2,
     /// The distortion of the lens.
     pub distortion: Distortion,
-    /// Half the size of the least image of a pinhole camera, centred at the principal point, that has all that this one shows, pixels.
+    /// Half the size of the smallest image of a pinhole camera, centred at the principal point, that contains everything in this camera's
+    /// image, pixels.
     half_size: Vec2,
 }
 
@@ -62,28 +63,29 @@ impl CameraIntrinsics {
         intrinsics
     }
 
-    /// This camera with a lens that distorts.
+    /// This camera with the distortion of a lens.
     #[must_use]
     pub fn with_distortion(self, distortion: Distortion) -> Self {
         if distortion.is_none() { self } else { Self::calibrated(self.size, self.focal, self.centre, distortion) }
     }
 
-    /// Whether it shows what a pinhole camera with square pixels shows, with the principal point in the middle.
+    /// Whether the camera is a pinhole with square pixels and the principal point in the middle.
     pub fn is_pinhole(&self) -> bool {
         self.distortion.is_none() && self.focal.x == self.focal.y && self.centre == self.size / 2.0
     }
 
-    /// Half the size of what the image shows, in pixels of a pinhole camera, from its axis.
+    /// Half the size of the smallest image of a pinhole camera, centred at the principal point, that contains everything in this camera's
+    /// image, pixels.
     pub fn half_size(&self) -> Vec2 {
         self.half_size
     }
 
-    /// The slopes from the axis that the image reaches at most, to the sides and up or down.
+    /// The greatest slopes from the axis in the image, to the side and up or down.
     pub fn half_slopes(&self) -> Vec2 {
         self.half_size / self.focal
     }
 
-    /// The pixel at which a ray with this slope appears: to the right and down, for a unit ahead.
+    /// The pixel of a ray with this slope: to the right and down, per unit ahead.
     pub fn pixel(&self, slope: Vec2) -> Vec2 {
         self.centre + self.focal * self.distortion.distorted(slope)
     }
@@ -93,7 +95,8 @@ impl CameraIntrinsics {
         self.distortion.undistorted((pixel - self.centre) / self.focal)
     }
 
-    /// The pinhole camera whose image has all that this one shows: from its image, that of this camera is made.
+    /// The pinhole camera to be drawn, whose image contains everything in this camera's image, so that the latter can be made from the
+    /// former.
     pub fn drawn(&self) -> Pinhole {
         let (focal_length, size) = (self.focal.max_element(), self.size);
         if self.is_pinhole() {
@@ -104,7 +107,7 @@ impl CameraIntrinsics {
         Pinhole { focal_length, centre: size / 2.0 + beside, size: size + 2.0 * beside }
     }
 
-    /// The place of a pixel in the image of the [drawn](Self::drawn) camera.
+    /// The position of a pixel in the image of the [drawn](Self::drawn) camera.
     pub fn in_drawn(&self, pixel: Vec2) -> Vec2 {
         if self.is_pinhole() {
             return pixel;
@@ -113,7 +116,7 @@ impl CameraIntrinsics {
         centre + focal_length * self.slope(pixel)
     }
 
-    /// Pixels along the edges of the image: its corners and, where edges are curved, points between.
+    /// Pixels along the edges of the image: its corners and, if the edges are curved, points between them.
     pub fn outline(&self) -> impl Iterator<Item = Vec2> + use<> {
         let size = self.size;
         let steps = if self.distortion.is_none() { 1 } else { OUTLINE_STEPS };
@@ -124,7 +127,7 @@ impl CameraIntrinsics {
     }
 }
 
-/// A camera as it was calibrated, in the conventions of OpenCV and ROS: the middle of the top-left pixel is at (0, 0).
+/// A calibration of a camera, in the conventions of OpenCV and ROS: the middle of the top-left pixel is at (0, 0).
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraCalibration {
@@ -143,21 +146,21 @@ pub struct CameraCalibration {
     /// The distortion of the lens.
     #[serde(default)]
     pub distortion: Distortion,
-    /// Width and height of the images with which it was calibrated, pixels; none: those of the camera.
+    /// Width and height of the images with which the camera was calibrated, pixels; by default those of the camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(inner(range(min = 1, max = 4096)), extend("unit" = "pixels"))]
     pub size: Option<[u32; 2]>,
 }
 
 impl CameraCalibration {
-    /// The intrinsics for images of `size`, pixels. They are scaled if it was calibrated with others; `usual` is the size where it does
-    /// not say that.
+    /// The intrinsics for images of `size`, pixels, scaled if the camera was calibrated with images of another size. `usual` is that size
+    /// if the calibration does not state it.
     pub fn intrinsics(&self, size: [u32; 2], usual: [u32; 2]) -> CameraIntrinsics {
         let in_floats = |[width, height]: [u32; 2]| Vec2::new(width as f32, height as f32);
         let size = in_floats(size);
         let scale = size / in_floats(self.size.unwrap_or(usual));
         let focal = Vec2::new(self.fx, self.fy) * scale;
-        // Pixels are counted from the outer corner of the image here.
+        // Here, pixels are counted from the outer corner of the image.
         let centre = (Vec2::new(self.cx, self.cy) + 0.5) * scale;
         CameraIntrinsics::calibrated(size, focal, centre, self.distortion)
     }

@@ -1,13 +1,13 @@
 //! The camera model: the pose of each lens, and the projection between points, pixels and the ground.
 //!
-//! Pure geometry in the robot frame, computed once per camera and cycle ([`CameraViews`]). The vision, the renderers and the
-//! overlays all use this one model.
+//! Pure geometry in the robot frame, computed once per camera and cycle ([`CameraViews`]). The vision, the renderers and the overlays all
+//! use this model.
 //!
-//! A robot has as many cameras as its model says ([`CameraMounts`]). A lens turns with the head about the neck. Cameras are
-//! pinholes with square pixels and the principal point at the image's centre, or as they were calibrated
-//! ([`CameraCalibration`]), with a [`Distortion`] that images and all projections here have alike. Of the NAO, Table 1(a) of the paper gives the
-//! lens positions at zero head angles; its top camera looks along the head's x axis, its bottom camera [`BOTTOM_TILT`]
-//! further down: at 320 x 240 and 58° along the diagonal, the focal length is 200 px / tan 29° = 360.81 px.
+//! A robot has as many cameras as its model says ([`CameraMounts`]). A lens turns with the head about the neck. Cameras are pinholes with
+//! square pixels and the principal point at the image's centre, or have a calibration ([`CameraCalibration`]), whose [`Distortion`] applies
+//! both to images and to all projections here. Of the NAO, Table 1(a) of the paper gives the lens positions at zero head angles; its top
+//! camera looks along the head's x axis, its bottom camera [`BOTTOM_TILT`] further down: at 320 x 240 and 58° along the diagonal, the focal
+//! length is 200 px / tan 29° = 360.81 px.
 
 use bevy::prelude::*;
 use core::ops::Deref;
@@ -45,8 +45,8 @@ pub struct CameraViews {
 }
 
 impl CameraViews {
-    /// Sets the views of the cameras at `mounts` in a head at these angles, which turns about `neck`, m, robot frame.
-    /// `intrinsics` gives those of each camera.
+    /// Sets the views of the cameras at `mounts` in a head with the angles `head`, which turns about `neck`, m, robot frame. `intrinsics`
+    /// returns those of each camera.
     pub fn set(
         &mut self,
         mounts: &CameraMounts,
@@ -87,7 +87,7 @@ impl Deref for CameraViews {
 pub enum ViewSide {
     /// To the left of the view.
     Left,
-    /// It may be in view.
+    /// The point may be in view.
     Inside,
     /// To the right of the view.
     Right,
@@ -96,7 +96,7 @@ pub enum ViewSide {
 /// One camera at one instant: its intrinsics and its pose in the robot frame.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct CameraView {
-    /// Where it shows what.
+    /// The intrinsics.
     pub intrinsics: CameraIntrinsics,
     /// The lens, m, robot frame.
     pub lens: Vec3,
@@ -168,7 +168,7 @@ impl CameraView {
         (in_camera.z >= NEAR_PLANE_M).then(|| self.pixel_of(in_camera))
     }
 
-    /// Like [`CameraView::project`], but for points behind the lens, too: these are treated as if they were just before it, far
+    /// Like [`CameraView::project`], but also for points behind the lens: these are treated as if they were just in front of it, far
     /// outside the image on the correct side.
     pub fn project_anywhere(&self, point: Vec3) -> Vec2 {
         let in_camera = self.camera_from_robot(point);
@@ -189,7 +189,7 @@ impl CameraView {
     pub fn surely_sees(&self, centre: Vec3, radius: f32) -> bool {
         let in_camera = self.camera_from_robot(centre);
         let CameraIntrinsics { focal, centre, size, distortion, .. } = self.intrinsics;
-        // As in `may_see`, from within, to the nearer edge of the image.
+        // As in `may_see`, but inwards, to the nearer edge of the image.
         let half_size = centre.min(size - centre);
         distortion.is_none()
             && in_camera.z >= NEAR_PLANE_M + radius
@@ -217,7 +217,7 @@ impl CameraView {
     pub fn side_of(&self, place: Vec2) -> ViewSide {
         let offset = place - self.lens.truncate();
         let left = -self.right.truncate().dot(offset);
-        // At most this far ahead of the lens along its axis: the way ahead on the ground, and the height.
+        // Greatest possible distance ahead of the lens along its axis: the distance ahead on the ground, and the height.
         let ahead = self.right.truncate().perp_dot(offset).abs() + self.lens.z + 0.1;
         let half_width = (self.intrinsics.half_size().x + 1.0) * ahead;
         if left * self.intrinsics.focal.x > half_width {
@@ -241,7 +241,7 @@ impl CameraView {
         self.forward + slope.x * self.right + slope.y * self.down
     }
 
-    /// The point on the plane `height` m above the ground at which a pixel looks: x and y in the robot frame, m. None if the ray is
+    /// The point on the plane `height` m above the ground at which a pixel looks: x and y in the robot frame, m. `None` if the ray is
     /// parallel to the plane or leads away from it.
     pub fn point_at_height(&self, pixel: Vec2, height: f32) -> Option<Vec2> {
         let ray = self.ray(pixel);
@@ -249,20 +249,20 @@ impl CameraView {
         (distance.is_finite() && distance > 0.0).then(|| self.lens.truncate() + distance * ray.truncate())
     }
 
-    /// The point on the ground at which a pixel looks: x and y in the robot frame, m. None above the horizon.
+    /// The point on the ground at which a pixel looks: x and y in the robot frame, m. `None` above the horizon.
     pub fn ground_point(&self, pixel: Vec2) -> Option<Vec2> {
         self.point_at_height(pixel, 0.0)
     }
 
-    /// The part of the segment from `start` to `end` (robot frame, m) that is in the image, as shares of its length from its start.
-    /// None if it is outside.
+    /// The part of the segment from `start` to `end` (robot frame, m) that is in the image, as shares of its length from its start. `None`
+    /// if it is outside.
     pub fn visible_part(&self, start: Vec3, end: Vec3) -> Option<[f32; 2]> {
         let (start, end) = (self.camera_from_robot(start), self.camera_from_robot(end));
         let CameraIntrinsics { focal, centre, size, distortion, .. } = self.intrinsics;
         let [centre, far_corner] = if distortion.is_none() {
             [centre, size - centre]
         } else {
-            // The edges are curved: first to a pinhole's image around them.
+            // The edges are curved: the segment is first clipped to a pinhole's image that contains them.
             [self.intrinsics.half_size(); 2]
         };
         let mut part = [0.0f32, 1.0];
@@ -278,7 +278,7 @@ impl CameraView {
             }
             true
         };
-        // Most lines that are ahead at all are above or below the image.
+        // Most lines that are in front of the camera are above or below the image.
         let is_in_view = cut(start.z - NEAR_PLANE_M, end.z - NEAR_PLANE_M)
             && cut(focal.y * start.y + centre.y * start.z, focal.y * end.y + centre.y * end.z)
             && cut(far_corner.y * start.z - focal.y * start.y, far_corner.y * end.z - focal.y * end.y)
@@ -290,16 +290,16 @@ impl CameraView {
         if distortion.is_none() { Some(part) } else { self.inner_part(part, |share| start.lerp(end, share)) }
     }
 
-    /// The piece of a part of a segment that is in an image with curved edges. `point` gives the point at a share of the segment, camera
-    /// frame, m.
+    /// The part of a segment between the shares `from` and `to` that is in an image with curved edges. `point` returns the point at a share
+    /// of the segment, camera frame, m.
     fn inner_part(&self, [from, to]: [f32; 2], point: impl Fn(f32) -> Vec3) -> Option<[f32; 2]> {
-        /// Pieces in which a first point in the image is looked for.
+        /// Number of pieces in which the first and last point in the image are searched.
         const PIECES: u32 = 16;
 
         let is_inside = |share: f32| self.contains(self.pixel_of(point(share)));
         let shares = || (0..=PIECES).map(|piece| from + (to - from) * piece as f32 / PIECES as f32);
         let (first, last) = (shares().find(|share| is_inside(*share))?, shares().rfind(|share| is_inside(*share))?);
-        // Between a share outside and one inside.
+        // Bisection between a share outside and one inside.
         let edge = |outside: f32, inside: f32| {
             (0..12).fold([outside, inside], |[outside, inside], _| {
                 let middle = f32::midpoint(outside, inside);

@@ -30,15 +30,15 @@ pub struct CameraMount {
     pub name: CameraName,
     /// Its lens with the head straight, m, robot frame.
     pub lens_m: Vec3,
-    /// Width and height of its image, pixels; none: the common size.
+    /// Width and height of its image, pixels; by default those of the robot's cameras in common.
     pub size: Option<[u32; 2]>,
-    /// Its field of view along the diagonal, radians; none: the common one.
+    /// Its field of view along the diagonal, radians; by default the common one.
     pub diagonal_fov: Option<f32>,
-    /// The distortion of its lens; none: the common one.
+    /// The distortion of its lens; by default the common one.
     pub distortion: Option<Distortion>,
-    /// Its calibration, which counts more than fields of view; none: the common one, unless it has a field of view of its own.
+    /// Its calibration, which overrides fields of view; by default the common one, unless the camera has a field of view of its own.
     pub calibration: Option<CameraCalibration>,
-    /// The period of its images, cycles; none: the common one.
+    /// The period of its images, cycles; by default the common one.
     pub every_cycles: Option<u32>,
     /// Tilt below the head's x axis, radians.
     tilt: f32,
@@ -94,7 +94,7 @@ impl CameraMount {
         self.tilt
     }
 
-    /// Whether it shows what the common settings of the robot's cameras say, but for its direction.
+    /// Whether size, field of view, distortion and calibration are those that the robot's cameras have in common.
     pub fn is_as_others(&self) -> bool {
         self.size.is_none() && self.diagonal_fov.is_none() && self.distortion.is_none() && self.calibration.is_none()
     }
@@ -110,7 +110,7 @@ impl Default for CameraMount {
     }
 }
 
-/// A camera as files have it.
+/// A camera as written in files.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct MountFields {
@@ -138,7 +138,7 @@ struct MountFields {
     every_cycles: Option<u32>,
 }
 
-/// Whether `pan` is zero, which is not written.
+/// Whether `pan` is zero, in which case it is not written.
 fn is_zero(pan: &f32) -> bool {
     *pan == 0.0
 }
@@ -196,29 +196,29 @@ impl CameraMounts {
     /// The most cameras that a robot may have.
     pub const MOST: usize = 4;
 
-    /// These cameras; none if there are more than [`MOST`](Self::MOST).
+    /// These cameras; `None` if there are more than [`MOST`](Self::MOST).
     pub fn new(cameras: &[CameraMount]) -> Option<Self> {
         ArrayVec::try_from(cameras).ok().map(Self)
     }
 
-    /// The camera of this name.
+    /// The camera with this name.
     pub fn get(&self, name: CameraName) -> Option<&CameraMount> {
         self.iter().find(|mount| mount.name == name)
     }
 
-    /// The index of the camera of this name; the number of cameras if there is none.
+    /// The index of the camera with this name, or the number of cameras if there is none.
     pub fn order(&self, name: CameraName) -> usize {
         self.iter().position(|mount| mount.name == name).unwrap_or(self.len())
     }
 
-    /// Their names.
+    /// The names of the cameras.
     pub fn names(&self) -> impl Iterator<Item = CameraName> + '_ {
         self.iter().map(|mount| mount.name)
     }
 }
 
 impl Default for CameraMounts {
-    /// The two of a NAO.
+    /// The two cameras of a NAO.
     fn default() -> Self {
         Self([CameraMount::NAO_TOP, CameraMount::NAO_BOTTOM].into_iter().collect())
     }

@@ -5,13 +5,13 @@ use bevy::prelude::*;
 use super::CameraView;
 
 impl CameraView {
-    /// The corners of the visible ground, robot frame, m, at most `furthest_m` ahead of the lens; none if no ground is visible.
+    /// The corners of the visible ground, robot frame, m, at most `furthest_m` ahead of the lens; empty if no ground is visible.
     ///
-    /// The image is cut off at that distance. Straight lines in the image are straight on the ground, unless the lens distorts them: then
+    /// The image is cut off at that distance. Straight lines in the image are straight on the ground, unless the lens distorts them; then
     /// there are points between the corners.
     pub fn seen_ground(&self, furthest_m: f32) -> Vec<Vec2> {
         let corners: Vec<Vec2> = self.intrinsics.outline().collect();
-        // A ray with a unit component ahead that falls by this reaches the ground at `furthest_m`.
+        // The least fall of a ray with a unit component ahead that reaches the ground at `furthest_m` or nearer.
         let level = Vec2::new(self.forward.x, self.forward.y).length().max(1e-6);
         let least_fall = self.lens.z / furthest_m * level;
         let fall = |pixel: Vec2| -self.ray(pixel).z - least_fall;

@@ -1,4 +1,4 @@
-//! The camera model against the paper's table and trigonometry by hand.
+//! The camera model compared with the paper's table and trigonometry by hand.
 
 use super::*;
 use crate::geometry::to_radians;
@@ -71,7 +71,7 @@ fn nodding_moves_the_lens_about_the_neck() {
     // The middle of the image looks at x = 0.08553 + 0.49984 / tan 30° = 0.95128.
     let ground = down.ground_point(down.intrinsics.centre).unwrap();
     assert_abs_diff_eq!(ground, Vec2::new(0.951_28, 0.0), epsilon = 1e-4);
-    // Up by 35° nothing of the ground is in the image of the top camera: its lower edge looks 35° - 18.4° up.
+    // With the head up by 35° no ground is in the image of the top camera: its lower edge looks 35° - 18.4° up.
     let up = view(CameraName::TOP, 0.0, -35.0);
     assert_eq!(up.ground_point(Vec2::new(160.0, 239.9)), None);
 }
@@ -105,10 +105,9 @@ fn the_visible_stretch_of_floor_with_a_level_head() {
 
 #[test]
 fn a_ball_at_the_feet_needs_a_nod_of_19_degrees() {
-    // The paper's kicks want the ball from 10 cm on. A point of the ground at 15 cm comes into view where the lower
-    // edge of the image, 58.396° + pitch below the horizontal, meets it: at a pitch of 19.17°, as the lens is then
-    // at x = 0.0488 cos 19.17 + 0.0114 sin 19.17 = 0.04984 and z = 0.4595 - 0.0488 sin 19.17 + 0.0114 cos 19.17 =
-    // 0.45424, and tan(77.566°) = 4.5354 = 0.45424 / (0.15 - 0.04984).
+    // The paper's kicks need the ball at 10 cm or more. A point of the ground at 15 cm comes into view where the lower edge of the image,
+    // 58.396° + pitch below the horizontal, meets it: at a pitch of 19.17°, as the lens is then at x = 0.0488 cos 19.17 + 0.0114 sin 19.17
+    // = 0.04984 and z = 0.4595 - 0.0488 sin 19.17 + 0.0114 cos 19.17 = 0.45424, and tan(77.566°) = 4.5354 = 0.45424 / (0.15 - 0.04984).
     let ball = Vec3::new(0.15, 0.0, 0.0);
     assert_eq!(view(CameraName::BOTTOM, 0.0, 19.1).pixel_in_image(ball), None);
     assert!(view(CameraName::BOTTOM, 0.0, 19.25).pixel_in_image(ball).is_some());
@@ -150,7 +149,7 @@ fn what_is_beside_the_view_is_not_in_the_image() {
                 assert!(pixel.is_none() || beside == ViewSide::Inside);
                 let beneath = place.extend(height - 0.2);
                 assert!(pixel.is_none() || view.may_see(beneath, 0.2));
-                // Of a ball of which all is in the image, so is this point.
+                // If the whole ball is in the image, so is this point.
                 assert!(pixel.is_some() || !view.surely_sees(beneath, 0.2));
                 seen_whole += usize::from(view.surely_sees(beneath, 0.2));
                 assert_eq!(pixel, view.project(place.extend(height)).filter(|&pixel| view.contains(pixel)));
@@ -182,7 +181,7 @@ fn a_calibrated_camera_projects_as_it_looks() {
             let pixel = Vec2::new(40.0 * u as f32, 40.0 * v as f32);
             let back = view.project(view.lens + 1.7 * view.ray(pixel)).unwrap();
             assert_abs_diff_eq!(back, pixel, epsilon = 0.02);
-            // What is in the image is not beside the view.
+            // A point in the image is not beside the view.
             if let Some(ground) = view.ground_point(pixel).filter(|ground| ground.length() < 10.0) {
                 assert_eq!(view.side_of(ground), ViewSide::Inside);
                 assert!(view.may_see(ground.extend(0.0), 1e-3));
