@@ -72,7 +72,7 @@ pub fn ground(pitch: &Pitch) -> Vec<GroundMark> {
     marks
 }
 
-/// A line with this half width, extended by as much beyond both ends, so that corners are full.
+/// The quadrilateral of a line with this half width. It is extended by `half_width` beyond both ends, so that corners are full.
 fn strip(segment: LineSegment, half_width: f32) -> GroundShape {
     let along = (segment.end - segment.start).normalize_or(Vec2::X) * half_width;
     let aside = along.perp();
@@ -125,7 +125,7 @@ pub fn goal_frame(pitch: &Pitch, end: End) -> Vec<Part<()>> {
     parts
 }
 
-/// The faces of a goal's net, m, pitch frame. A triangle has two equal corners.
+/// The faces of a goal's net, m, pitch frame. In a triangular face, two corners are equal.
 fn net_panels(pitch: &Pitch, end: End) -> [[Vec3; 4]; 3] {
     let (bar, ground) = goal_corners(pitch, end);
     let foot = |bar_end: Vec3| bar_end.with_z(0.0);

@@ -15,7 +15,7 @@ use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::Posture;
 use naoisis_core::team::RobotId;
 
-/// The system parameter with which the [`Scene`] of the match is gathered.
+/// The system parameter that gathers the [`Scene`] of the match.
 #[derive(SystemParam)]
 pub struct MatchScene<'w, 's> {
     pitch: Res<'w, Pitch>,
@@ -65,7 +65,7 @@ impl MatchScene<'_, '_> {
 }
 
 impl Scene {
-    /// Gathers the present state of the match in `world`. Does not change without a match.
+    /// Gathers the present state of the match in `world`. Without a match, the scene does not change.
     pub fn gather(&mut self, world: &mut World) {
         if let Ok(source) = SystemState::<MatchScene>::new(world).get(world) {
             source.gather(self);

@@ -1,7 +1,8 @@
 //! The appearance of everything on the pitch: one description of shapes, sizes, colours and postures, which every renderer draws.
 //!
-//! It needs no render crate. A [`Scene`](scene::Scene) is the state of the pitch at one instant, a [`View`](view::View) a camera. Robots
-//! consist of [`Part`](shapes::Part)s ([`robot`]) on [limbs](posing::Limb), which [`posing`] places. Each part has a [`Label`].
+//! This module does not depend on a render crate. A [`Scene`](scene::Scene) is the state of the pitch at one instant, a
+//! [`View`](view::View) a camera. Robots consist of [`Part`](shapes::Part)s ([`robot`]) on [limbs](posing::Limb), which [`posing`] places.
+//! Each part has a [`Label`].
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -50,9 +51,9 @@ pub enum Label {
     BlueWaistband = 12,
     /// The waistband of a robot of the pink team.
     PinkWaistband = 13,
-    /// A thing beside the pitch. Only data sets of images have any.
+    /// An object beside the pitch. Occurs only in data sets of images.
     Clutter = 14,
-    /// A person. Only data sets of images have any.
+    /// A person. Occurs only in data sets of images.
     Person = 15,
 }
 
@@ -82,7 +83,7 @@ impl Label {
         Label::ALL.get(usize::from(number)).copied()
     }
 
-    /// Whether it is the ground or a marking on it.
+    /// Whether the label is that of the ground or of a marking on it.
     pub fn is_ground(self) -> bool {
         matches!(self, Label::Floor | Label::Carpet | Label::Line)
     }

@@ -1,7 +1,7 @@
 //! The poses of a robot's limbs while it stands, walks and kicks.
 //!
-//! The joints are at the places of the robot's [body](naoisis_core::robot::body). The simulation has no joints except the head, so the legs are
-//! for display only: they step at the robot's speed, so that the foot on the ground does not slide.
+//! The joints are at the places given by the robot's [body](naoisis_core::robot::body). The simulation has no joints except the head, so
+//! the legs are for display only: they step at the robot's speed, so that the foot on the ground does not slide.
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
 use core::f32::consts::PI;
@@ -21,7 +21,7 @@ pub const KICK_S: f32 = 0.5;
 const BEGINNING_S: f32 = 0.2;
 /// The duration of the last part, in which the foot moves forward or, after an extension, to the side, s.
 const STRIKING_S: f32 = 0.1;
-/// The duration of a swing before the foot meets the ball, if the kick takes as long, s.
+/// The duration of a swing before the foot meets the ball, s, if the kick takes that long.
 pub const SWING_S: f32 = BEGINNING_S + STRIKING_S;
 
 /// A rigid limb of a robot. Its frame has the axes of the robot frame while the robot stands straight.
@@ -119,7 +119,7 @@ pub fn world_from_standing(pose: Pose) -> Affine3A {
     Affine3A::from_mat3_translation(about_z(pose.heading), pose.position.extend(0.0))
 }
 
-// With trigonometric functions that are the same on every platform.
+// These use trigonometric functions that are the same on every platform.
 
 pub(super) fn about_x(angle: f32) -> Mat3 {
     let Vec2 { x: cos, y: sin } = unit(angle);
@@ -141,17 +141,17 @@ pub fn on_side(left: Vec3, side: usize) -> Vec3 {
     if side == 0 { left } else { left * Vec3::new(1.0, -1.0, 1.0) }
 }
 
-/// The place of a foot in its step, relative to standing: forward and up, m. `phase` in radians, forward `speed` in m/s, `liveliness` from 0 to
-/// 1.
+/// The position of a foot in its step relative to standing, forward and up, m. `phase` is in radians, the forward `speed` in m/s, and
+/// `liveliness` is from 0 to 1.
 pub fn step(phase: f32, speed: f32, liveliness: f32) -> Vec2 {
-    // On the ground from phase pi/2 to 3 pi/2, in which the foot goes back by twice the amplitude while the robot goes
-    // forward by speed times half a period.
+    // The foot is on the ground from phase pi/2 to 3 pi/2, in which it goes back by twice the amplitude while the robot goes forward by
+    // speed times half a period.
     let amplitude = speed / (4.0 * STEP_FREQUENCY);
     Vec2::new(amplitude * ops::sin(phase), STEP_LIFT * liveliness * ops::cos(phase).max(0.0))
 }
 
-/// The place of the kicking foot relative to standing, forward and up, m, and the leg's swing to the left, radians. `age_s`: the time since the
-/// ball was struck, negative before; `swing_s`: the duration of the swing before that.
+/// The position of the kicking foot relative to standing, forward and up, m, and the leg's swing to the left, radians. `age_s` is the time
+/// since the ball was struck, negative before, and `swing_s` the duration of the swing before the strike.
 ///
 /// A straight kick draws the foot back first; a side kick extends it to the front and then moves it aside (paper, section 3.2).
 pub fn kick_pose(kick_type: KickType, age_s: f32, swing_s: f32) -> (Vec2, f32) {
@@ -177,7 +177,7 @@ pub fn kick_pose(kick_type: KickType, age_s: f32, swing_s: f32) -> (Vec2, f32) {
     (Vec2::new(0.08, 0.025) * begun * left, aside * struck * left)
 }
 
-/// The angles that move a foot forward and up by `step`, m, as far as the leg reaches.
+/// Returns the angles that move a foot forward and up by `step`, m, as far as the leg reaches.
 pub fn leg_angles(legs: &Legs, step: Vec2) -> LegAngles {
     let (thigh, shank) = (legs.thigh_m, legs.shank_m);
     // From the hip, forward and down.
@@ -260,7 +260,7 @@ mod tests {
             let poses: Vec<(Vec2, f32)> =
                 (-31..=51).map(|step| kick_pose(kick_type, step as f32 / 100.0, SWING_S)).collect();
             for pair in poses.windows(2) {
-                // Of 16 cm in a tenth of a second, at most 1.5 times the mean of a hundredth.
+                // The foot moves 16 cm in a tenth of a second: at most 1.5 times the mean in a hundredth.
                 assert!(pair[0].0.distance(pair[1].0) < 0.025 && (pair[0].1 - pair[1].1).abs() < 0.05, "{pair:?}");
             }
         }

@@ -1,7 +1,7 @@
 //! The two designs of a robot (paper, section 3.1 and Fig. 2): one close to the real robot, and one of a few boxes, which is faster to draw.
 //! Both have the robot's size and joints, and the team's waistband.
 //!
-//! Robots that look like a NAO are drawn as a NAO scaled to their measures, other robots by the measures of their bodies.
+//! Robots that look like a NAO are drawn as a NAO scaled to their measures, other robots from the measures of their bodies.
 
 use bevy::math::{Vec2, Vec3};
 use bevy::prelude::Reflect;
@@ -76,7 +76,7 @@ impl PartList {
         [Colour(self.look.shell), Colour(self.look.joints)]
     }
 
-    /// The colour of a part of a limb. The shells of some limbs may have the team's colour.
+    /// The colour of a part of `limb` that is usually painted in `colour`. The shells of some limbs may have the team's colour.
     fn paint(&self, limb: Limb, colour: Colour) -> Colour {
         let limbs = self.look.team_limbs;
         let is_of_team = match limb {

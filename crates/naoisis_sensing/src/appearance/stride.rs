@@ -73,7 +73,8 @@ impl Swing {
         Self { kick_type, begins_s: strikes_s - f64::from(takes_s), strikes_s, is_reduced }
     }
 
-    /// The place of the kicking foot at a time, s, relative to standing, forward and up, m, and the leg's swing to the left, radians.
+    /// The position of the kicking foot at the time `time_s` relative to standing, forward and up, m, and the leg's swing to the left,
+    /// radians.
     fn pose(&self, time_s: f64) -> (Vec2, f32) {
         let [age_s, swing_s] = [time_s - self.strikes_s, self.strikes_s - self.begins_s].map(|time_s| time_s as f32);
         let (reach, aside) = posing::kick_pose(self.kick_type, age_s, swing_s);
@@ -98,7 +99,7 @@ impl Stride {
 
     /// The joint angles of the robot.
     pub fn joints(&self, id: RobotId, head: HeadAngles, body: &Body) -> JointAngles {
-        // With a different phase for each robot. In double precision, for late times.
+        // The phase differs from robot to robot. Double precision keeps it exact at late times.
         let turns = f64::from(posing::STEP_FREQUENCY) * self.time_s;
         let phase = TAU * (turns - turns.floor()) as f32 + id.stable_number() as f32;
         let mut joints = JointAngles { head, ..JointAngles::default() };
@@ -137,7 +138,7 @@ fn note_kicks_under_way(clock: Res<CycleClock>, mut robots: Query<(&KickPhase, &
             let strikes_s = clock.end_time_s() + f64::from(cycles_left) * clock.period_s;
             stride.kick = Some(Swing::of(request.kick_type, false, strikes_s, kicks));
         } else if stride.kick.is_some_and(|kick| kick.strikes_s > clock.start_time_s()) {
-            // It struck a ball earlier, which is recorded next, or it fell, or was penalised.
+            // Either the kick struck a ball earlier, and is noted next, or the robot fell or was penalised.
             stride.kick = None;
         }
     }

@@ -22,15 +22,15 @@ pub struct View {
     pub hidden: Option<RobotId>,
     /// The number of samples along each side of a pixel, at least 1. More samples give smoother edges.
     pub supersampling: u32,
-    /// Whether pixels of one sample integrate the light over their area, as those of a sensor do: far lines stay lines. By the software renderer
-    /// on the ground, on a graphics card everywhere.
+    /// Whether pixels of one sample integrate the light over their area, as those of a sensor do, so that distant lines remain visible. The
+    /// software renderer does so on the ground, a graphics card everywhere.
     pub antialiasing: bool,
     /// Whether bodies cast shadows.
     pub shadows: bool,
 }
 
 impl View {
-    /// The view of a camera of the robot with the transform `world_from_robot`: all that the camera shows, without its distortion.
+    /// The view of a camera of `robot`, whose transform is `world_from_robot`: everything that the camera shows, without its distortion.
     pub fn of_robot(camera: &CameraView, world_from_robot: Affine3A, robot: RobotId) -> Self {
         let turned = |direction: Vec3| world_from_robot.transform_vector3(direction);
         Self {

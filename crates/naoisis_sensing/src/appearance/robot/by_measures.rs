@@ -1,5 +1,5 @@
-//! Robots drawn by the measures of their bodies: a trunk between hips and neck, a head above it, and legs and arms if they have them. A robot
-//! without legs stands on a base with wheels.
+//! Drawing of robots from the measures of their bodies: a trunk between hips and neck, a head above it, and legs and arms if the robot has
+//! them. A robot without legs stands on a base with wheels.
 
 use bevy::math::{Vec2, Vec3};
 
@@ -12,7 +12,7 @@ use naoisis_core::robot::body::{Arms, Body, Legs};
 use naoisis_core::robot::look::Top;
 use naoisis_core::team::{RobotId, Team};
 
-/// The places of trunk and head of a body.
+/// The positions of trunk and head of a body.
 pub(super) struct Trunk {
     /// Lower and upper edge, m above the ground.
     z_m: [f32; 2],
@@ -190,7 +190,7 @@ pub(super) fn mast(list: &mut PartList, trunk: &Trunk) {
     list.cuboid(Limb::Head, joint, camera * Vec3::new(0.1, 0.4, 0.6), middle + Vec3::X * (0.55 * camera.x));
 }
 
-/// The size of a foot, and its middle in the foot's frame, m: as long as the base, and at most half as wide.
+/// The size of a foot and its middle in the foot's frame, m. The foot is as long as the base, and at most half as wide.
 fn foot(body: &Body, ankle_m: f32, side: usize) -> (Vec3, Vec3) {
     let [rear, front] = body.base.x_m;
     let half_width = (body.base.half_width_m - body.foot_y_m).clamp(0.01, 0.9 * body.foot_y_m.max(0.02));

@@ -1,4 +1,4 @@
-//! The NAO, and robots that look like one: its limbs, stretched to the measures of their bodies.
+//! Drawing of the NAO, and of robots that look like one: its limbs, stretched to the measures of their bodies.
 
 use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3, Vec3A};
 
@@ -188,7 +188,7 @@ impl Stretch {
         }
     }
 
-    /// The height in a NAO's trunk of a point at the height `z_m` of the robot's, m.
+    /// Converts the height `z_m` of a point in the robot's trunk to that in a NAO's trunk, m.
     fn trunk_before(&self, z_m: f32) -> f32 {
         if self.trunk.z == 1.0 && self.hips_m[0] == self.hips_m[1] {
             return z_m;
@@ -216,7 +216,7 @@ impl Stretch {
             Limb::LeftArm | Limb::RightArm => body.arms.is_some(),
             _ => body.legs.is_some(),
         });
-        // A NAO is not stretched, to avoid rounding.
+        // A NAO itself is not stretched, to avoid rounding.
         if *self != Self::to(&Body::default()) {
             let [_, band] = labels(id.team);
             for part in list.parts.iter_mut().filter(|part| part.label != band) {
