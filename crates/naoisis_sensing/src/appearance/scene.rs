@@ -16,7 +16,7 @@ use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::{LyingOn, Posture};
 use naoisis_core::team::RobotId;
 
-/// The state of the pitch at one instant, pitch frame. As a resource, it is what the sensors of this cycle measure.
+/// The state of the pitch at one instant, pitch frame. As a resource, it is the state that the sensors measure in this cycle.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct Scene {
@@ -55,7 +55,7 @@ pub struct SceneRobot {
     pub reach: f32,
 }
 
-/// A post and its place.
+/// A post and its position.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct ScenePost {
     /// Its place, m, pitch frame.
@@ -149,7 +149,7 @@ impl SceneRobot {
         self.stride.joints(self.id, self.head, &self.body).world_from_limbs(&self.body, self.world_from_robot())
     }
 
-    /// Whether it stands on its feet.
+    /// Whether the robot stands on its feet.
     pub fn is_upright(&self) -> bool {
         self.world_from_robot().matrix3.z_axis.z > 0.999
     }

@@ -53,7 +53,7 @@ const SEGMENTS: [[u8; 7]; 10] = [
     [1, 1, 1, 1, 0, 1, 1],
 ];
 
-/// Adds a number on the plates, where the robot's look has them.
+/// Adds a number on the plates that the robot's look has.
 pub(super) fn write(body: &mut PartList, number: u8, plates: &Plates) {
     let digits = number.to_string();
     let Plates { x_m, z_m, size: scale } = *plates;
