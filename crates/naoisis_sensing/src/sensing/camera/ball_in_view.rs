@@ -1,4 +1,4 @@
-//! Whether the cameras of a robot can show the ball at any head angles.
+//! Tests whether the cameras of a robot can show the ball at any head angles.
 
 use bevy::math::{Vec2, ops};
 
@@ -7,13 +7,13 @@ use naoisis_core::geometry::angle_of;
 use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::{HeadAngles, HeadLimits};
 
-/// The step of the pitches of the head that are tried, radians: a degree.
+/// The step between the head pitches that are tried, radians: a degree.
 const STEP: f32 = 0.017_453_3;
-/// The nearest and the farthest ball that is tried, m.
+/// The nearest and the farthest distance of the ball that is tried, m.
 const DISTANCES_M: [f32; 2] = [0.02, 10.0];
 
-/// Whether a camera of a robot with this `body` shows the centre of a ball that lies at `place`, m, robot frame, when the head turns there
-/// as far as its `limits` allow.
+/// Whether a camera of a robot with this `body` shows the centre of a ball that lies at `place`, m, robot frame, when the head turns
+/// towards it as far as its `limits` allow.
 pub fn sees_ball(cameras: &CameraSettings, body: &Body, limits: &HeadLimits, place: Vec2, radius_m: f32) -> bool {
     let yaw = angle_of(place).max(limits.yaw[0]).min(limits.yaw[1]);
     let [highest, lowest] = limits.pitch_at(yaw);
@@ -25,7 +25,7 @@ pub fn sees_ball(cameras: &CameraSettings, body: &Body, limits: &HeadLimits, pla
     })
 }
 
-/// The distance of the nearest ball straight ahead that a camera shows, m, to a centimetre; `None` if no camera shows one.
+/// Returns the distance of the nearest ball straight ahead that a camera shows, m, to a centimetre; `None` if no camera shows one.
 pub fn nearest_ball_seen_m(cameras: &CameraSettings, body: &Body, limits: &HeadLimits, radius_m: f32) -> Option<f32> {
     let [nearest, farthest] = DISTANCES_M.map(|metres| (metres * 100.0) as u16);
     (nearest..=farthest)

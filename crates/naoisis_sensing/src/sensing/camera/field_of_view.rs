@@ -7,7 +7,7 @@ use super::CameraSettings;
 use naoisis_core::camera_model::{CameraIntrinsics, CameraMount, CameraMounts};
 use naoisis_core::geometry::unit;
 
-/// The approximate field of view of a robot's cameras: with one height for all of them, and a margin at the edges of the images.
+/// The approximate field of view of a robot's cameras, with one height for all of them and a margin at the edges of the images.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct FieldOfView {
     /// Height of the lenses, m.
@@ -21,7 +21,7 @@ pub struct FieldOfView {
     count: usize,
 }
 
-/// A camera with a greater pan than this, radians, is not turned towards a target: 45°.
+/// The greatest pan at which a camera is turned towards a target, radians: 45°.
 const AHEAD: f32 = core::f32::consts::FRAC_PI_4;
 
 /// The height of a NAO's lenses, between those of its two cameras (paper, Table 1a), m.
@@ -38,7 +38,7 @@ impl FieldOfView {
         });
         let (nao, nao_half_size) = &*NAO;
         let size_of = |cameras: &CameraSettings| (cameras.width, cameras.height, cameras.diagonal_fov);
-        // Called in every cycle: no trigonometry for the most common cameras.
+        // Called in every cycle, so that the most common cameras need no trigonometry.
         let is_undistorted = cameras.calibration.is_none() && cameras.lens.distortion.is_none();
         let is_as_naos = is_undistorted && size_of(cameras) == size_of(nao);
         let common = if is_as_naos { Vec2::ONE } else { half_size(CameraIntrinsics::from(cameras)) / *nao_half_size };
@@ -89,7 +89,8 @@ impl FieldOfView {
             let Vec2 { x: height, y: width } = self.sizes[index];
             // 0.36 is the tangent of 20°; a NAO's image reaches to 24°.
             let is_beside = along < 0.05 || across.abs() > 0.36 * width * along;
-            // The angle from the camera's axis; a NAO's image reaches to 18°. Nodding hardly tilts a camera that looks aside.
+            // The angle from the camera's axis; a NAO's image reaches to 18°. The head's pitch hardly tilts a camera that looks to the
+            // side.
             let pitch = head_pitch * ops::cos(pan);
             !is_beside && (depression - pitch - self.tilts[index]).abs() < 0.25 * height
         })

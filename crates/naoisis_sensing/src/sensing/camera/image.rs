@@ -8,7 +8,7 @@ use crate::appearance::robot::RobotDesign;
 use crate::appearance::view::View;
 
 /// An image, row by row from the top, each from left to right.
-// Serialised in one piece in saved matches: reflecting each byte on its own would take fifty times the space.
+// Serialised in one piece in saved matches: reflecting each byte individually would take fifty times the space.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Serialize, Deserialize)]
 pub struct Image {
@@ -52,12 +52,12 @@ pub struct ImageRequest {
 }
 
 impl Image {
-    /// Whether it has no pixels.
+    /// Whether the image has no pixels.
     pub fn is_empty(&self) -> bool {
         self.rgb.is_empty()
     }
 
-    /// Removes all pixels, and keeps the memory.
+    /// Removes all pixels, but keeps the memory.
     pub fn clear(&mut self) {
         (self.width, self.height) = (0, 0);
         self.rgb.clear();

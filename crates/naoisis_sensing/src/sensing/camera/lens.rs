@@ -10,8 +10,8 @@ use super::image::Image;
 use naoisis_core::camera_model::{CameraIntrinsics, Distortion};
 use naoisis_core::knowledge::Knowledge;
 
-/// Lens and exposure. By default those of a pinhole camera with an instantaneous exposure. Labels and depth are distorted as the colours
-/// are, and vision knows the distortion, as that of a calibrated robot does.
+/// Lens and exposure. By default those of a pinhole camera with an instantaneous exposure. Labels and depth are distorted like the colours,
+/// and vision knows the distortion, like a robot with calibrated cameras.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lens {
@@ -39,7 +39,7 @@ struct Look {
 }
 
 impl LastLook {
-    /// The mean speed of the turn since the last image, yaw and pitch, rad/s. `angles`: the direction in this cycle.
+    /// Returns the mean angular velocity since the last image, yaw and pitch, rad/s. `angles` is the direction in this cycle.
     pub fn turn(&mut self, cycle: u64, angles: Vec2, period: f32) -> Vec2 {
         let before = self.0.replace(Look { cycle, angles });
         let Some(before) = before.filter(|before| before.cycle < cycle) else { return Vec2::ZERO };
@@ -64,7 +64,7 @@ pub(crate) struct LensBuffer {
     copy: Image,
     /// The intrinsics for which `sources` were computed.
     of: Option<CameraIntrinsics>,
-    /// The place in the drawn image of each pixel.
+    /// The position of each pixel in the drawn image.
     sources: Vec<Vec2>,
 }
 
@@ -131,7 +131,7 @@ impl LensEffect {
 
 /// Averages each pixel along `way`, pixels, centred on it.
 fn smear(image: &mut Image, copy: &mut Image, way: Vec2) {
-    /// More steps make no visible difference.
+    /// The greatest number of steps: more make no visible difference.
     const MOST_STEPS: f32 = 64.0;
 
     let steps = way.abs().max_element().ceil().min(MOST_STEPS) as i32;
@@ -160,7 +160,7 @@ fn smear(image: &mut Image, copy: &mut Image, way: Vec2) {
     }
 }
 
-/// The colour at a place of an image, interpolated between the four pixels around it.
+/// The colour at a position in an image, interpolated between the four pixels around it.
 fn between_pixels(image: &Image, place: Vec2) -> [u8; 3] {
     let corner = place - 0.5;
     let whole = corner.floor();
@@ -205,7 +205,7 @@ mod tests {
         image
     }
 
-    /// The middle of what is brighter than the rest.
+    /// The middle of the pixels that are brighter than the rest.
     fn bright(image: &Image) -> Vec2 {
         let (mut sum, mut weights) = (Vec2::ZERO, 0.0);
         for (index, pixel) in image.rgb.chunks(3).enumerate() {
@@ -265,7 +265,7 @@ mod tests {
         assert!((9..=11).contains(&row.iter().filter(|level| **level > 100).count()), "{row:?}");
         assert_eq!(image.colour(100, 58).unwrap(), [100; 3]);
         assert!((bright(&image) - Vec2::new(100.5, 60.5)).length() < 0.6);
-        // Slow turns are not seen.
+        // Slow turns have no visible effect.
         let mut still = dot(pinhole().size, Vec2::new(100.5, 60.5));
         lens.effect(pinhole(), 0.1 * turn).apply(&mut still, &mut LensBuffer::default());
         assert_eq!(still, dot(pinhole().size, Vec2::new(100.5, 60.5)));

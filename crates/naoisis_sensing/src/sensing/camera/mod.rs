@@ -1,14 +1,14 @@
 //! Cameras of the robot's model. A NAO has two (paper, section 3.1 and Table 1).
 //!
-//! **What they measure.** An image each. A NAO has an upper camera that looks ahead and a lower one that looks 40° further down, with 320 x
-//! 240 pixels and a field of view of 58° along the diagonal (47.8° x 36.8°). The [camera model](naoisis_core::camera_model) has their
-//! geometry. The [vision](crate::sensing::vision) detects objects, with or without rendered images.
+//! **What they measure.** One image per camera. A NAO has an upper camera that looks ahead and a lower one that looks 40° further down,
+//! with 320 x 240 pixels and a field of view of 58° along the diagonal (47.8° x 36.8°). Their geometry is in the [camera
+//! model](naoisis_core::camera_model). The [vision](crate::sensing::vision) detects objects, with or without rendered images.
 //!
 //! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"` or `"gpu"`), and for robots whose vision uses them
 //! (`"source": "image"`): with either design of robots, in every cycle or every few, with changing light, noise and blur ([`noise`]), the
-//! distortion of the lens and the blur of the exposure ([`lens`]), and for learning with the label and the depth of each pixel. A robot does
-//! not see itself. A robot that is off the pitch or lies has no images. Pixels integrate the light over their area: far lines are faint
-//! lines, not dashes.
+//! distortion of the lens and the blur of the exposure ([`lens`]), and for learning with the label and the depth of each pixel. A robot
+//! does not see itself. A robot that is off the pitch or lies on the ground has no images. Pixels integrate the light over their area, so
+//! that distant lines are faint but continuous.
 //!
 //! **Units and rate.** Pixels, u to the right and v down, from the outer corner of the top-left pixel; 30 images per
 //! second, which is the cycle.
@@ -75,7 +75,7 @@ pub enum CameraRendering {
     Gpu,
 }
 
-/// The chosen renderer is not available.
+/// Error of a renderer: it is not available, or has failed.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct RenderingUnavailable(pub String);
@@ -89,11 +89,11 @@ pub trait SceneRenderer: Send + Sync {
     fn draw(&mut self, scene: &Scene, requests: &mut [&mut ImageRequest]) -> Result<(), RenderingUnavailable>;
 }
 
-/// Starts the renderer of the graphics card. Absent in programs without such a renderer.
+/// The function that starts the renderer of the graphics card. Absent in programs without such a renderer.
 #[derive(Resource, Clone, Copy)]
 pub struct GpuBackend(pub fn() -> Result<Box<dyn SceneRenderer>, RenderingUnavailable>);
 
-/// The renderer of the graphics card, in the world of a match whose images it draws.
+/// The renderer of the graphics card, in the world of the match whose images it draws.
 #[derive(Resource)]
 pub struct GpuCameras(pub Box<dyn SceneRenderer>);
 
@@ -101,7 +101,7 @@ impl CameraRendering {
     /// Prepares the world of a match for this renderer.
     ///
     /// # Errors
-    /// When this program, or this machine, cannot render on a graphics card.
+    /// If this program, or this machine, cannot render on a graphics card.
     pub fn make_ready(self, world: &mut World) -> Result<(), RenderingUnavailable> {
         if self == CameraRendering::Gpu && !world.contains_resource::<GpuCameras>() {
             let backend = world.get_resource::<GpuBackend>().copied();
@@ -122,12 +122,12 @@ pub enum CameraChoice {
     /// All cameras: `both` or `all` in files.
     #[default]
     All,
-    /// The camera of this name.
+    /// The camera with this name.
     Only(CameraName),
 }
 
 impl CameraChoice {
-    /// Whether `camera` is among them.
+    /// Whether `camera` takes images.
     pub fn includes(self, camera: CameraName) -> bool {
         match self {
             CameraChoice::All => true,
@@ -155,24 +155,24 @@ impl<'de> Deserialize<'de> for CameraChoice {
     }
 }
 
-/// The images of a robot's cameras, where they are rendered.
+/// The images of a robot's cameras, if they are rendered.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[require(Stride)]
 pub struct CameraImages {
-    /// The cycle at the start of which they were taken; `None` without images.
+    /// The cycle at the start of which the images were taken; `None` without images.
     pub cycle: Option<u64>,
-    /// The cycle in which they arrived: the same, unless they are [delayed](naoisis_core::robot::latency).
+    /// The cycle in which the images arrived: the same, unless they are [delayed](naoisis_core::robot::latency).
     #[serde(default)]
     pub arrived: Option<u64>,
-    /// The images of all cameras that have had one, by camera.
+    /// The images of all cameras that have ever taken one, by camera.
     images: Vec<(CameraName, Image)>,
 }
 
 static NO_IMAGE: Image = Image { width: 0, height: 0, rgb: Vec::new(), labels: Vec::new(), depth_m: Vec::new() };
 
 impl CameraImages {
-    /// The image of `camera`; empty if it has none.
+    /// The image of `camera`; empty if there is none.
     pub fn of(&self, camera: CameraName) -> &Image {
         self.iter().find(|(name, _)| *name == camera).map_or(&NO_IMAGE, |(_, image)| image)
     }
@@ -217,11 +217,11 @@ pub struct CameraSettings {
     /// Height of the image, pixels.
     #[schemars(range(min = 1, max = 4096), extend("unit" = "pixels"))]
     pub height: u32,
-    /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1). Of cameras without `intrinsics`.
+    /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1). For cameras without `intrinsics`.
     #[serde(rename = "diagonal_fov_deg", with = "file_units::degrees")]
     #[schemars(with = "f32", range(min = 1.0, max = 170.0))]
     pub diagonal_fov: f32,
-    /// The calibration of the cameras, which counts more than the field of view.
+    /// The calibration of the cameras, which overrides the field of view.
     #[serde(rename = "intrinsics", skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CameraCalibration>,
     /// The cameras.
@@ -229,8 +229,8 @@ pub struct CameraSettings {
     /// The cameras that take images.
     #[schemars(with = "String")]
     pub which: CameraChoice,
-    /// Cycles from one image to the next, at least 1. A camera may have a number of its own; it has no image in cycles in which only others
-    /// take one.
+    /// Cycles from one image to the next, at least 1. A camera may have its own number; it has no image in cycles in which only other
+    /// cameras take one.
     #[schemars(range(min = 1, max = 100_000))]
     pub every_cycles: u32,
     /// The design of robots in the images.
@@ -239,13 +239,13 @@ pub struct CameraSettings {
     pub noise: ImageNoise,
     /// Distortion, vignetting and exposure.
     pub lens: Lens,
-    /// Whether pixels integrate the light over their area, as those of a sensor do: far lines stay lines instead of dashes.
+    /// Whether pixels integrate the light over their area, as those of a sensor do, so that distant lines remain continuous.
     pub antialiasing: bool,
     /// Whether bodies cast shadows on the ground.
     pub shadows: bool,
-    /// Whether images have the label of each pixel: ground truth, for learning.
+    /// Whether images contain the label of each pixel: ground truth, for learning.
     pub labels: bool,
-    /// Whether images have the depth of each pixel: ground truth, for learning.
+    /// Whether images contain the depth of each pixel: ground truth, for learning.
     pub depth: bool,
 }
 
@@ -272,7 +272,7 @@ impl Default for CameraSettings {
 }
 
 impl From<&CameraSettings> for CameraIntrinsics {
-    /// The intrinsics of cameras that have none of their own.
+    /// The intrinsics of cameras that have no settings of their own.
     fn from(settings: &CameraSettings) -> Self {
         let size = [settings.width, settings.height];
         match settings.calibration {
@@ -308,14 +308,14 @@ impl CameraSettings {
         views
     }
 
-    /// As [`views`](Self::views), in the memory of `views`.
+    /// Like [`views`](Self::views), but reuses the memory of `views`.
     pub fn update_views(&self, body: &Body, head: HeadAngles, views: &mut CameraViews) {
         let common = CameraIntrinsics::from(self);
         let own = |mount: &CameraMount| if mount.is_as_others() { common } else { self.intrinsics(mount) };
         views.set(&self.mounts, own, body.neck_m, head);
     }
 
-    /// The view of one camera of a robot with this `body`, with the head at the angles `head`; `None` without such a camera.
+    /// The view of one camera of a robot with this `body`, with the head at the angles `head`; `None` if there is no such camera.
     pub fn view(&self, camera: CameraName, body: &Body, head: HeadAngles) -> Option<CameraView> {
         let mount = self.mounts.get(camera)?;
         Some(CameraView::new(self.intrinsics(mount), mount, body.neck_m, head))

@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use super::image::Image;
 use naoisis_core::random::RandomStream;
 
-/// Light and noise of camera images. None by default.
+/// Light and noise of camera images. By default there is no noise.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImageNoise {
@@ -20,13 +20,13 @@ pub struct ImageNoise {
     /// Standard deviation of the factor from image to image.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub brightness_sd: f32,
-    /// Added to red, green and blue, of 255.
+    /// The shift of red, green and blue, in levels of 255.
     #[schemars(inner(range(min = -255.0, max = 255.0)), extend("unit" = ", of 255"))]
     pub colour_shift: [f32; 3],
-    /// Standard deviation of each shift from image to image, of 255.
+    /// Standard deviation of each shift from image to image, in levels of 255.
     #[schemars(range(min = 0.0, max = 255.0), extend("unit" = ", of 255"))]
     pub colour_shift_sd: f32,
-    /// Standard deviation of each channel of each pixel, of 255.
+    /// Standard deviation of each channel of each pixel, in levels of 255.
     #[schemars(range(min = 0.0, max = 255.0), extend("unit" = ", of 255"))]
     pub pixel_sd: f32,
     /// Standard deviation of the blur, pixels.
@@ -76,7 +76,7 @@ pub(crate) struct NoiseBuffer {
     copy: Vec<u8>,
 }
 
-/// Draws from the normal distribution, in 256ths. The pixels of a row use them in turn, from a random start.
+/// Normally distributed numbers with a standard deviation of 256. The pixels of a row use them in turn, from a random start.
 static NORMAL: LazyLock<Vec<i32>> = LazyLock::new(|| {
     let mut stream = RandomStream::for_match(0, "pixel noise");
     (0..NORMAL_COUNT).map(|_| (stream.gaussian(256.0)).round() as i32).collect()
@@ -84,7 +84,7 @@ static NORMAL: LazyLock<Vec<i32>> = LazyLock::new(|| {
 const NORMAL_COUNT: usize = 1 << 14;
 
 impl DrawnNoise {
-    /// Changes the colours of an image, and not its labels and depth.
+    /// Changes the colours of an image, but not its labels and depth.
     pub fn apply(&self, image: &mut Image, buffer: &mut NoiseBuffer) {
         if self.blur_px > 0.0 {
             blur(image, &mut buffer.copy, self.blur_px);
@@ -111,7 +111,7 @@ impl DrawnNoise {
         for row in image.rgb.chunks_exact_mut(3 * image.width.max(1) as usize) {
             let mut rest = row;
             while !rest.is_empty() {
-                // The generator of SplitMix64 chooses where in the table a stretch begins.
+                // The generator of SplitMix64 chooses where in the table a run of numbers begins.
                 state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
                 let start = (mixed(state) % NORMAL_COUNT as u64) as usize;
                 let (stretch, next) = rest.split_at_mut(rest.len().min(NORMAL_COUNT - start));
@@ -134,7 +134,7 @@ fn mixed(value: u64) -> u64 {
 /// The greatest number of samples of the kernel to each side of its middle.
 const MOST_REACH: usize = 20;
 
-/// Blurs along rows and columns with a Gaussian kernel of this standard deviation, pixels.
+/// Blurs along rows and columns with a Gaussian kernel of the standard deviation `sd`, pixels.
 fn blur(image: &mut Image, copy: &mut Vec<u8>, sd: f32) {
     let sd = sd.min(ImageNoise::MOST_BLUR_PX);
     let reach = (2.5 * sd).ceil() as usize;
@@ -143,7 +143,7 @@ fn blur(image: &mut Image, copy: &mut Vec<u8>, sd: f32) {
         *weight = ops::exp(-((offset * offset) as f32) / (2.0 * sd * sd));
     }
     let sum = 2.0 * bell.iter().sum::<f32>() - bell[0];
-    // In 65536ths; the middle has the rest, so that uniform areas do not change.
+    // In 65536ths; the middle has the remainder, so that uniform areas do not change.
     let mut weights = bell.map(|weight| (weight / sum * 65536.0) as u32);
     weights[0] = 65536 - 2 * weights[1..].iter().sum::<u32>();
     let weights = &weights[..=reach];
@@ -155,7 +155,7 @@ fn blur(image: &mut Image, copy: &mut Vec<u8>, sd: f32) {
     convolve(copy, &mut image.rgb, weights, [height, width], [3 * width, 3]);
 }
 
-/// Convolves lines of `[length, count]` pixels that are `[step, stride]` bytes apart.
+/// Convolves `count` lines of `length` pixels. Pixels are `step` bytes apart, lines `stride` bytes.
 fn convolve(from: &[u8], to: &mut [u8], weights: &[u32], [length, count]: [usize; 2], [step, stride]: [usize; 2]) {
     for line in 0..count {
         for place in 0..length {

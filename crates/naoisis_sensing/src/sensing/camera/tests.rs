@@ -11,7 +11,7 @@ use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::posture::{LyingOn, Posture};
 use naoisis_core::team::Team;
 
-/// Small images with everything.
+/// Small images with all layers.
 fn small() -> CameraSettings {
     CameraSettings {
         render: CameraRendering::Software,
@@ -39,7 +39,7 @@ fn world() -> (App, Entity, Entity) {
 
 #[test]
 fn images_show_what_is_in_front_of_the_robot() {
-    // Of a calibrated camera, too: its images are where the camera model has them.
+    // A calibrated camera, too, shows objects where the camera model has them.
     let distortion = Distortion::new([-0.3, 0.1, 0.0], [0.01, -0.01]);
     let calibration = CameraCalibration { fx: 88.0, fy: 92.0, cx: 45.0, cy: 26.0, distortion, size: None };
     for settings in [small(), CameraSettings { calibration: Some(calibration), ..small() }] {

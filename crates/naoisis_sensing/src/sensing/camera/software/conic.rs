@@ -13,13 +13,13 @@ pub(super) struct Conic {
 }
 
 impl Conic {
-    /// The area of the rays x = p + u q + v r (each in some frame of three dimensions) for which xᵀ diag(1, 1, -k) x is not
-    /// positive, with the third axis scaled by the square root of k.
+    /// The area of the rays x = p + u q + v r (each vector in the same frame of three dimensions) for which xᵀ diag(1, 1, -k) x is not
+    /// positive.
     pub(super) fn of_cone(p: [f64; 3], q: [f64; 3], r: [f64; 3], k: f64) -> Self {
         Self::of_form([p, q, r], |x, y| x[0] * y[0] + x[1] * y[1] - k * x[2] * y[2])
     }
 
-    /// The area of the rays x = p + u q + v r for which a symmetric form of x and x is not positive.
+    /// The area of the rays x = p + u q + v r for which the symmetric bilinear form `form` of x with itself is not positive.
     #[inline]
     pub(super) fn of_form<V: Copy>([p, q, r]: [V; 3], form: impl Fn(V, V) -> f64) -> Self {
         Self {
@@ -32,7 +32,7 @@ impl Conic {
         }
     }
 
-    /// The spans of u in the row with this v: one, or two that extend to infinity.
+    /// The spans of u in the row at v: one, or two that extend to infinity.
     #[inline(always)]
     pub(super) fn spans(&self, v: f64) -> [Option<[f64; 2]>; 2] {
         let linear = self.b * v + self.d;

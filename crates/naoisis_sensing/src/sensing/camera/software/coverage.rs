@@ -1,13 +1,13 @@
-//! Areas of the ground that cover only a part of a pixel. A sensor integrates the light over each pixel: the colours are
-//! mixed by the share that each covers, so that far lines stay lines. What a pixel is, its label, is what is at its middle.
+//! Anti-aliased areas of the ground, which may cover only a part of a pixel. A sensor integrates the light over each pixel: the colours are
+//! mixed by the share that each covers, so that distant lines remain continuous. The label of a pixel is that of the area at its middle.
 
 use bevy::math::ops;
 use std::sync::LazyLock;
 
-/// Rows into which a row of pixels is divided, of which the middle one has the pixels' middles. Along the row shares are exact.
+/// Number of sub-rows of a row of pixels; the middle one contains the pixels' middles. Along the row shares are exact.
 pub(super) const SUB_ROWS: usize = 5;
 
-/// A span from and to, in pixels: empty unless the end is greater than the start.
+/// The start and end of a span, in pixels; empty unless the end is greater than the start.
 pub(super) type Span = [f32; 2];
 
 /// The spans of an area in a row of pixels, one for each of its [`SUB_ROWS`].
@@ -16,7 +16,7 @@ pub(super) type Spans = [Span; SUB_ROWS];
 /// No spans.
 pub(super) const NOTHING: Spans = [[0.0; 2]; SUB_ROWS];
 
-/// The curve of sRGB: the light of a level of a channel, and the level of a light.
+/// The transfer curve of sRGB, from levels to light and back.
 pub(super) struct Levels {
     /// Light in 65535ths, by the level.
     light: [u16; 256],
@@ -40,7 +40,7 @@ impl Levels {
         &LEVELS
     }
 
-    /// The colour of a pixel of which a share, in 256ths, is covered by another.
+    /// The colour of a pixel of which the `share`, in 256ths, is covered by `before` and the rest shows `behind`.
     #[inline(always)]
     fn mix(&self, behind: u32, before: u32, share: u32) -> u32 {
         let mix = |shift: u32| {
@@ -53,7 +53,7 @@ impl Levels {
     }
 }
 
-/// The pixels that spans touch, and those that they cover completely.
+/// The ranges of pixels that spans touch, and that they cover completely.
 #[derive(Clone, Copy)]
 struct Extent {
     touched: [usize; 2],
@@ -93,10 +93,10 @@ fn is_in([from, to]: [usize; 2], pixel: usize) -> bool {
     from <= pixel && pixel < to
 }
 
-/// Paints the part of a row of pixels that an area covers, except its holes. All spans are within the row.
+/// Paints the part of a row of pixels that an area covers, except its holes. All spans lie within the row.
 #[inline(always)]
 pub(super) fn paint(pixels: &mut [u32], area: &Spans, holes: &[Spans], paint: u32, levels: &Levels) {
-    /// The ends of an area and of two holes.
+    /// The greatest number of ends of an area and two holes.
     const MOST_ENDS: usize = 12;
 
     let width = pixels.len();
@@ -109,7 +109,7 @@ pub(super) fn paint(pixels: &mut [u32], area: &Spans, holes: &[Spans], paint: u3
     let mut count = 0;
     let mut add = |extent: &Extent| {
         for end in extent.touched.into_iter().chain(extent.whole) {
-            // There are few: they are sorted as they come.
+            // As there are few ends, they are sorted by insertion.
             let mut place = count;
             while place > 0 && ends[place - 1] > end {
                 ends[place] = ends[place - 1];

@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use crate::appearance::view::View;
 
-/// Nearer than this to the plane of the lens nothing is drawn, m.
+/// Distance from the plane of the lens within which nothing is drawn, m.
 pub const NEAR: f32 = 0.01;
 
 /// A frame being drawn. Its pixels are samples: several per pixel of the picture for smooth edges.
@@ -17,7 +17,7 @@ pub(super) struct Frame {
     pub(super) pixels: Vec<u32>,
     /// The inverse depth, 1/m; zero for the ground and the sky.
     pub(super) nearness: Vec<f32>,
-    /// The window in which bodies, shadows and nets are drawn: elsewhere the frame does not change.
+    /// The window in which bodies, shadows and nets are drawn; outside, the frame does not change.
     pub(super) window: Window,
     pub(super) focal_length: f32,
     pub(super) centre: [f32; 2],
@@ -33,7 +33,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// The part of a span of samples in a row that is in the window, and the number of samples before it.
+    /// Returns the part of a span of samples in a row that is in the window, and the number of samples of the span before it.
     #[inline(always)]
     pub(super) fn clip(&self, from: usize, to: usize) -> (Range<usize>, usize) {
         let start = from.max(self.columns.start);
@@ -76,7 +76,7 @@ impl Frame {
         self.window = Window { columns: 0..self.width, rows: 0..self.height };
     }
 
-    /// Draws in this window from now on, where there is the ground alone: these samples of it.
+    /// Sets the window in which to draw, and fills it with the samples `ground`, which show the ground alone.
     pub(super) fn open(&mut self, window: &Window, ground: &[u32]) {
         self.window.clone_from(window);
         for row in window.rows.clone() {
@@ -99,7 +99,7 @@ impl Frame {
         [self.centre[0] + in_camera.x * scale, self.centre[1] + in_camera.y * scale]
     }
 
-    /// Whether a sphere about a point in the camera frame may be in the window.
+    /// Whether a sphere with its centre in the camera frame may be in the window.
     #[inline(always)]
     pub(super) fn may_see(&self, centre: Vec3, radius: f32) -> bool {
         let beyond = |offset: f32, half: f32| {
@@ -121,7 +121,7 @@ impl Frame {
     }
 }
 
-/// The samples whose middles are between two coordinates, as a range within 0..count.
+/// The range of the samples whose middles are between two coordinates, within 0..count.
 #[inline(always)]
 pub(super) fn samples_between(from: f32, to: f32, count: usize) -> (usize, usize) {
     (first_sample(from, count), first_sample(to, count))
@@ -130,7 +130,7 @@ pub(super) fn samples_between(from: f32, to: f32, count: usize) -> (usize, usize
 /// The first sample whose middle is at or beyond a coordinate.
 #[inline(always)]
 pub(super) fn first_sample(coordinate: f32, count: usize) -> usize {
-    // The smallest n with n + 0.5 >= coordinate. The cast saturates, also what is no number.
+    // The smallest n with n + 0.5 >= coordinate. The cast saturates, and makes NaN zero.
     let shifted = coordinate - 0.5;
     let whole = shifted as i32;
     let above = whole.saturating_add(i32::from((whole as f32) < shifted));

@@ -1,4 +1,4 @@
-//! Sky, floor, carpet and markings.
+//! Drawing of sky, floor, carpet and markings.
 
 use bevy::math::Vec3;
 
@@ -10,7 +10,7 @@ use super::prepared::PreparedScene;
 use crate::appearance::field::GroundShape;
 use crate::appearance::view::View;
 
-/// Fills the whole frame.
+/// Fills the whole frame with sky, floor, carpet and markings.
 #[inline(always)]
 pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedScene, view: &View) {
     let [sky, floor] = scene.backdrop;
@@ -26,7 +26,7 @@ pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedSce
         pixels[from..to].fill(floor);
         pixels[to..].fill(sky);
     }
-    // Of several samples a pixel, the mean is taken later.
+    // With several samples per pixel, their mean is taken later.
     let is_smooth = view.antialiasing && view.supersampling <= 1;
     let levels = Levels::get();
     for (mark, paint) in &scene.ground {
@@ -59,7 +59,7 @@ pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedSce
     }
 }
 
-/// Fills the projected quadrilateral, by the share of each pixel that it covers.
+/// Fills the projected quadrilateral. Each pixel is mixed by the share of it that is covered.
 #[inline(always)]
 fn draw_smoothly(frame: &mut Frame, outline: &mut Outline, paint: u32, levels: &Levels) {
     let (width, height) = (frame.width, frame.height);
@@ -74,14 +74,14 @@ fn draw_smoothly(frame: &mut Frame, outline: &mut Outline, paint: u32, levels: &
     }
 }
 
-/// The samples of a row that show the ground.
+/// The range of samples of a row that show the ground.
 #[inline(always)]
 fn below_horizon(frame: &Frame, view: &View, row: usize) -> [usize; 2] {
     let width = frame.width;
     ground_in_row(frame, view, frame.slope(row, 1)).map(|end| first_sample(end, width))
 }
 
-/// The span of the ground in a row whose rays have this slope.
+/// The span of the ground in the row whose rays have this slope.
 #[inline(always)]
 fn ground_in_row(frame: &Frame, view: &View, slope: f32) -> Span {
     // A ray looks down where forward.z + u right.z + v down.z is negative.
@@ -95,10 +95,10 @@ fn ground_in_row(frame: &Frame, view: &View, slope: f32) -> Span {
     if view.right.z < 0.0 { [crossing, width] } else { [0.0, crossing] }
 }
 
-/// The rays that meet the ground inside a circle.
+/// The area of the rays that meet the ground inside a circle.
 fn circle(view: &View, centre: Vec3, radius: f32) -> Conic {
-    // A ray d from the eye e meets the ground at e - d e.z / d.z, which is within r of the centre c when
-    // |(e - c) d.z - d e.z|² <= r² d.z², on the ground.
+    // A ray d from the eye e meets the ground at e - d e.z / d.z. This is within r of the centre c if |(e - c) d.z - d e.z|² <= r² d.z², on
+    // the ground.
     let eye = (view.eye - centre).as_dvec3();
     let on_ground = |direction: Vec3| {
         let direction = direction.as_dvec3();
@@ -141,14 +141,14 @@ fn draw_ring(frame: &mut Frame, view: &View, [outer, inner]: [Conic; 2], paint: 
     }
 }
 
-/// Fills the area inside the first circle and outside the second, by the share of each pixel that it covers.
+/// Like [`draw_ring`], but each pixel is mixed by the share of it that is covered.
 #[inline(always)]
 fn draw_ring_smoothly(frame: &mut Frame, view: &View, [outer, inner]: [Conic; 2], paint: u32, levels: &Levels) {
     let (width, height) = (frame.width, frame.height);
     let focal_length = f64::from(frame.focal_length);
     let [centre_u, centre_v] = frame.centre.map(f64::from);
     let [top, bottom] = outer.rows().map(|slope| (slope * focal_length + centre_v) as f32);
-    // A part of a row more on either side.
+    // A part of a row is added on either side.
     let (top, bottom) = (first_sample(top - 0.5, height), first_sample(bottom + 1.5, height));
     for row in top..bottom {
         let mut areas = [NOTHING; 2];

@@ -11,7 +11,7 @@ pub const AMBIENT: f32 = 0.72;
 pub const FROM_SUN: f32 = 0.30;
 /// The gradient of the ambient light: more from above, and from the windows of the hall.
 pub const GRADIENT: Vec3 = Vec3::new(0.075, -0.045, 0.07);
-/// Share of the light that is left in a shadow.
+/// Share of the light that is left in a shadow, of 256.
 pub const IN_SHADOW: u32 = 160;
 
 /// The greatest opacity of a net's string, of 256.
@@ -48,7 +48,7 @@ impl Light {
         self.of_cosines(normal.dot(self.gradient), normal.dot(self.sun))
     }
 
-    /// The light on a surface by the products of its unit normal with the gradient and the direction of the sun.
+    /// The light on a surface, given the scalar products of its unit normal with the gradient and with the direction of the sun.
     #[inline(always)]
     pub(super) fn of_cosines(&self, gradient: f32, sun: f32) -> f32 {
         let sun = if sun > 0.0 { sun } else { 0.0 };
@@ -57,14 +57,14 @@ impl Light {
         light * FULL
     }
 
-    /// The point on the ground that is shaded by a point.
+    /// The point on the ground that lies in the shadow of `point`.
     #[inline(always)]
     pub(super) fn on_ground(&self, point: Vec3) -> Vec3 {
         point - self.sun * (point.z / self.sun.z)
     }
 }
 
-/// A colour as it is in a pixel, with the number of its label in the uppermost byte.
+/// A colour as stored in a pixel, with the number of its label in the uppermost byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Paint {
     pub(super) rgb: [u32; 3],

@@ -1,4 +1,4 @@
-//! The strings of the nets: transparent lines.
+//! Drawing of the strings of the nets: transparent lines.
 
 use bevy::math::Vec3;
 

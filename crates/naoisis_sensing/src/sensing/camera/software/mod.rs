@@ -1,12 +1,12 @@
 //! The software renderer: pictures of a [scene](crate::appearance::scene::Scene) without a graphics card.
 //!
 //! The ground and its markings are drawn analytically: each marking is an area of the image with straight or conic edges, whose span is
-//! computed and filled in each row; a partly covered pixel has a mixed colour. Bodies are drawn by a rasteriser with a depth buffer: flat and
-//! smoothly shaded faces, and ellipsoids, with which each pixel's ray is intersected. There is one sun and ambient light; shadows on the
-//! ground are optional.
+//! computed and filled in each row; a partly covered pixel has a mixed colour. Bodies are drawn by a rasteriser with a depth buffer: flat
+//! and smoothly shaded faces, and ellipsoids, which are intersected with the ray of each pixel. There is one sun and ambient light; shadows
+//! on the ground are optional.
 //!
-//! The same scene and view give the same picture, bit by bit, on every run and machine: it is computed with additions,
-//! multiplications, divisions and square roots in a fixed order, on whichever instruction set the processor has.
+//! The same scene and view give the same picture, bit by bit, in every run and on every machine: it is computed with additions,
+//! multiplications, divisions and square roots in a fixed order, with any instruction set of the processor.
 //!
 //! ```
 //! use bevy::math::Vec3;
@@ -52,7 +52,7 @@ use crate::appearance::view::View;
 use frame::Frame;
 use polygon::Outline;
 
-/// The software renderer. Keep it, as it reuses its memory from picture to picture.
+/// The software renderer. It reuses its memory from picture to picture, so keep it.
 #[derive(Default)]
 pub struct Renderer {
     frame: Frame,
@@ -66,13 +66,14 @@ impl Renderer {
         self.draw_with(Arch::new(), scene, view, layers, image);
     }
 
-    /// With a chosen instruction set.
+    /// Draws with a chosen instruction set.
     fn draw_with(&mut self, arch: Arch, scene: &PreparedScene, view: &View, layers: Layers, image: &mut Image) {
         let renderer = self;
         arch.dispatch(
             #[inline(always)]
             move || {
-                // What is moved can be called once only: else the compiler puts a function between, without these instructions.
+                // As `renderer` is moved, the closure can be called only once. Otherwise the compiler would insert a function without these
+                // instructions.
                 let renderer = renderer;
                 renderer.frame.begin(view);
                 ground::draw(&mut renderer.frame, &mut renderer.outline, scene, view);
@@ -83,7 +84,7 @@ impl Renderer {
         );
     }
 
-    /// Draws shadows and bodies, each where its index says so, and nets, where there is the ground alone.
+    /// Draws the shadows and bodies that the predicates choose by index, and the nets, into a frame with the ground alone.
     #[inline(always)]
     fn draw_on_ground(
         &mut self,

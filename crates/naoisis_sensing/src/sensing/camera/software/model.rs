@@ -1,4 +1,4 @@
-//! Shapes as faces and ellipsoids, in the frames of their parts.
+//! Shapes converted to faces and ellipsoids, in the frames of their parts.
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3};
 
@@ -20,7 +20,7 @@ pub(super) struct ModelFace<Frame> {
     pub(super) paint: Paint,
     /// The normal of the face.
     pub(super) normal: Vec3,
-    /// Whether its corners have the same normal.
+    /// Whether all its corners have the normal of the face.
     pub(super) is_flat: bool,
     pub(super) first: u32,
     pub(super) count: u32,
@@ -49,7 +49,7 @@ pub(super) fn unit_circle(count: usize) -> impl Iterator<Item = Vec2> {
 }
 
 impl<Frame: Copy> Model<Frame> {
-    /// Prepares parts, with this many faces around a cylinder.
+    /// Prepares parts, with `segments` faces around a cylinder.
     pub(super) fn new(parts: &[Part<Frame>], segments: usize) -> Self {
         let mut model = Model { corners: Vec::new(), faces: Vec::new(), rounds: Vec::new() };
         for part in parts {
@@ -85,7 +85,7 @@ impl<Frame: Copy> Model<Frame> {
             normal: place.transform_vector3(normal).normalize_or(Vec3::Z),
         }));
         let [a, b, c] = [0, 1, 2].map(|index| corners[index].0);
-        // A face of four corners may have two in one place.
+        // Two of the four corners of a face may coincide.
         let d = corners[corners.len() - 1].0;
         let normal = (c - a).cross(d - b).normalize_or((b - a).cross(c - a).normalize_or(Vec3::Z));
         self.faces.push(ModelFace {
@@ -118,7 +118,7 @@ impl<Frame: Copy> Model<Frame> {
     fn add_side(&mut self, part: &Part<Frame>, [bottom, top]: [Vec2; 2], half_height: f32, segments: usize) {
         let slant = (bottom - top) / (2.0 * half_height).max(1e-6);
         let corner = |around: Vec2, radii: Vec2, height: f32| {
-            // The normal of an ellipse is that of the circle, stretched by the inverse radii.
+            // The normal of an ellipse is that of the circle, scaled by the inverse radii.
             let across = Vec2::new(around.x * radii.y, around.y * radii.x).normalize_or(around);
             let rise = (slant * around * around).element_sum();
             ((around * radii).extend(height), across.extend(rise))

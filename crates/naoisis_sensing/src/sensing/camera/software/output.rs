@@ -1,4 +1,4 @@
-//! The picture from the samples of a frame.
+//! Converts the samples of a frame to a picture.
 
 use super::frame::Frame;
 use super::shadow::SHADED;
@@ -22,7 +22,7 @@ pub(super) fn develop(frame: &Frame, view: &View, layers: Layers, image: &mut Im
     if !layers.labels && !layers.depth {
         return;
     }
-    // Of several samples, the middle one.
+    // Of several samples, the middle one is taken.
     for row in 0..height {
         let row = row * samples + samples / 2;
         for column in 0..width {
@@ -55,10 +55,10 @@ fn pack(pixels: &[u32], rgb: &mut [u8]) {
     }
 }
 
-/// Writes the pixels of the frame's window, which have this many samples across and down.
+/// Writes the pixels of the frame's window, with `samples` samples across and down each.
 #[inline(always)]
 pub(super) fn develop_window(frame: &Frame, samples: usize, rgb: &mut [u8]) {
-    // As constants, divisions are multiplications.
+    // Division by a constant compiles to a multiplication.
     match samples {
         1 => average::<1>(frame, 1, rgb),
         2 => average::<2>(frame, 2, rgb),
@@ -67,7 +67,7 @@ pub(super) fn develop_window(frame: &Frame, samples: usize, rgb: &mut [u8]) {
     }
 }
 
-/// The mean of the samples of each pixel: `SAMPLES` across and down, or `samples` where that is 0.
+/// Averages the samples of each pixel: `SAMPLES` across and down, or `samples` if `SAMPLES` is 0.
 #[inline(always)]
 fn average<const SAMPLES: usize>(frame: &Frame, samples: usize, rgb: &mut [u8]) {
     let samples = if SAMPLES > 0 { SAMPLES } else { samples };

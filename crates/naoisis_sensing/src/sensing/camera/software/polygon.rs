@@ -7,10 +7,10 @@ use super::frame::{Frame, NEAR, first_sample, samples_between};
 use super::light::Paint;
 use super::prepared::{Corner, Face};
 
-/// A polygon's corner in the picture: its sample and its light.
+/// A polygon's corner in the picture: its coordinates in samples, and its light.
 type Point = [f32; 3];
 
-/// Memory for one polygon at a time.
+/// Memory for the outline of one polygon at a time.
 #[derive(Default)]
 pub(super) struct Outline {
     in_camera: Vec<(Vec3, f32)>,
@@ -20,8 +20,7 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// Takes over corners in the pitch frame, cuts off what is behind the lens, and projects the rest. False when nothing
-    /// is left.
+    /// Takes corners in the pitch frame, cuts off the part behind the lens, and projects the rest. Returns false if nothing is left.
     #[inline(always)]
     pub(super) fn project(&mut self, frame: &Frame, corners: impl Iterator<Item = (Vec3, f32)>) -> bool {
         self.in_camera.clear();
@@ -58,7 +57,8 @@ impl Outline {
         true
     }
 
-    /// Finds the ends of each of these rows that the polygon covers. Returns the first row and that after the last.
+    /// Finds the left and right end of the polygon in each of the given rows. Returns the first row that it covers and the row after the
+    /// last.
     #[inline(always)]
     pub(super) fn scan(&mut self, width: usize, height: usize, rows: &Range<usize>) -> (usize, usize) {
         let (mut top, mut bottom) = (f32::INFINITY, f32::NEG_INFINITY);
@@ -119,7 +119,7 @@ impl Outline {
         (first, end)
     }
 
-    /// Divides each row of the projected polygon into this many.
+    /// Divides each row of the projected polygon into `parts` rows.
     #[inline(always)]
     pub(super) fn divide_rows(&mut self, parts: usize) {
         for point in &mut self.points {
@@ -127,7 +127,7 @@ impl Outline {
         }
     }
 
-    /// From where to where the polygon covers a row, once it was scanned.
+    /// The left and right end of the polygon in a row, after a scan.
     #[inline(always)]
     pub(super) fn ends(&self, row: usize, width: usize) -> [f32; 2] {
         let [[left, _], [right, _]] = self.rows[row];
@@ -135,7 +135,7 @@ impl Outline {
         [left, right].map(|end| if end > 0.0 { if end < width { end } else { width } } else { 0.0 })
     }
 
-    /// The samples of a row that the polygon covers, once it was scanned.
+    /// The samples of a row that the polygon covers, after a scan.
     #[inline(always)]
     pub(super) fn span(&self, row: usize, width: usize) -> (usize, usize) {
         let [[left, _], [right, _]] = self.rows[row];
@@ -143,10 +143,10 @@ impl Outline {
     }
 }
 
-/// Draws a face of a body where no other body is nearer.
+/// Draws the parts of a face in front of which there is no other body.
 #[inline(always)]
 pub(super) fn draw_face(frame: &mut Frame, outline: &mut Outline, face: &Face, corners: &[Corner]) {
-    // How far the eye is before the face.
+    // The distance of the eye in front of the face.
     let before = face.normal.dot(frame.eye) - face.offset;
     if before <= 0.0 {
         return;
@@ -175,7 +175,7 @@ pub(super) fn draw_face(frame: &mut Frame, outline: &mut Outline, face: &Face, c
             fill_flat(pixels, nearness, skipped, start, per_u, face.colour);
         } else {
             let [[left, left_light], [right, right_light]] = outline.rows[row];
-            // In 256ths, as integers, so that no sample's light depends on how it is computed.
+            // In 256ths, as integers, so that the light of a sample does not depend on the way it is computed.
             let slope = if right - left > 1e-3 { (right_light - left_light) / (right - left) } else { 0.0 };
             let light = left_light + slope * (from as f32 + 0.5 - left);
             let [light, slope] = [light, slope].map(|light| (light * 256.0) as i32);
@@ -184,7 +184,7 @@ pub(super) fn draw_face(frame: &mut Frame, outline: &mut Outline, face: &Face, c
     }
 }
 
-/// Fills samples of a span, without the first that are skipped.
+/// Fills the samples of a span, except the `skipped` ones at its start.
 #[inline(always)]
 fn fill_flat(pixels: &mut [u32], nearness: &mut [f32], skipped: usize, start: f32, step: f32, colour: u32) {
     for (index, (pixel, nearness)) in pixels.iter_mut().zip(nearness).enumerate() {
@@ -195,7 +195,7 @@ fn fill_flat(pixels: &mut [u32], nearness: &mut [f32], skipped: usize, start: f3
     }
 }
 
-/// Fills samples of a span, without the first that are skipped.
+/// Fills the samples of a span, except the `skipped` ones at its start.
 #[inline(always)]
 fn fill_shaded(
     pixels: &mut [u32],

@@ -60,7 +60,7 @@ pub(super) struct Face {
     pub(super) colour: u32,
 }
 
-/// An area of an ellipsoid with another paint: between two planes that are perpendicular to an axis.
+/// An area of an ellipsoid with another paint, between two planes that are perpendicular to an axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Patch {
     pub(super) area: PatchArea,
@@ -83,7 +83,7 @@ pub(super) struct Round {
     pub(super) centre: Vec3,
     pub(super) reach: f32,
     pub(super) paint: Paint,
-    /// Its patches, of those of the scene.
+    /// Its patches, as a range of those of the scene.
     pub(super) patches: Range<usize>,
 }
 
@@ -100,7 +100,7 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// Whether it belongs to the robot whose camera this is.
+    /// Whether it belongs to the robot whose camera takes the view.
     #[inline(always)]
     pub(super) fn is_hidden_from(&self, view: &View) -> bool {
         self.owner.is_some() && self.owner == view.hidden
@@ -115,7 +115,8 @@ pub(super) struct Net {
     pub(super) strings: Vec<[Vec3; 2]>,
 }
 
-/// A robot's limbs reach no further than this from the middle of its body, in heights of it: with an arm and a leg stretched out.
+/// The greatest distance of a point of a robot's limbs from the middle of its body, with an arm and a leg stretched out, as a multiple of
+/// its height.
 const ROBOT_REACH_IN_HEIGHTS: f32 = 0.733;
 
 /// The static objects of a match, and their level of detail.
@@ -126,10 +127,10 @@ pub(super) struct Still {
     posts: Vec<ScenePost>,
 }
 
-/// A scene prepared for drawing. Keep it, as it reuses its memory and models from cycle to cycle.
+/// A scene prepared for drawing. It reuses its memory and models from cycle to cycle, so keep it.
 pub struct PreparedScene {
     pub(super) still: Option<Still>,
-    /// The numbers of static bodies, faces, corners and ellipsoids. They come first.
+    /// The numbers of static bodies, faces, corners and ellipsoids, which come first.
     still_counts: [usize; 4],
     robots: Vec<((RobotId, RobotBody), Model<Limb>)>,
     pub(super) ground: Vec<(GroundMark, u32)>,
@@ -188,7 +189,7 @@ impl PreparedScene {
         self.corners.truncate(corners);
         self.rounds.truncate(rounds);
 
-        // The models are taken out for the time being, so that the rest can be written to.
+        // The models are moved out temporarily, so that the other fields can be written.
         let robots = core::mem::take(&mut self.robots);
         let mut unknown = Vec::new();
         for robot in &scene.robots {
@@ -227,9 +228,9 @@ impl PreparedScene {
         }
     }
 
-    /// Prepares a stage, with this many faces around a cylinder. Each body's number is its label in the picture.
+    /// Prepares a stage, with `segments` faces around a cylinder. The number of each body is its label in the picture.
     pub fn prepare_stage(&mut self, stage: &Stage, segments: usize) {
-        // Another scene than that of a match: all of that is prepared again when there is one.
+        // A stage replaces the scene of a match, which is prepared from the beginning when it is drawn next.
         *self = Self::default();
         self.light = stage.light;
         self.backdrop = backdrop([stage.sky, stage.floor]);
@@ -350,7 +351,7 @@ impl PreparedScene {
             .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[least, most], [low, high]| [least.min(low), most.max(high)])
     }
 
-    /// The bodies to draw, by their index, that may be in view, the nearest first, by distance and index.
+    /// Collects the indices of the bodies to draw that may be in view, sorted by distance, nearest first, then by index.
     #[inline(always)]
     pub(super) fn nearest_first(&self, frame: &Frame, is_drawn: impl Fn(usize) -> bool, order: &mut Vec<(f32, usize)>) {
         order.clear();
@@ -364,7 +365,7 @@ impl PreparedScene {
     }
 }
 
-/// The least and greatest corner of a box around points.
+/// The least and greatest corner of the bounding box of points.
 fn bounds_of(points: impl Iterator<Item = Vec3>) -> [Vec3; 2] {
     points.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[least, most], point| [least.min(point), most.max(point)])
 }

@@ -1,4 +1,4 @@
-//! Ellipsoids, intersected with each ray, so that their outlines and shading are smooth at any size.
+//! Drawing of ellipsoids, which are intersected with each ray, so that their outlines and shading are smooth at any size.
 
 use bevy::math::Vec3;
 
@@ -7,7 +7,7 @@ use super::frame::{Frame, NEAR, first_sample};
 use super::light::{Light, Paint};
 use super::prepared::{Patch, Round};
 
-/// Draws an ellipsoid where no other body is nearer.
+/// Draws the parts of an ellipsoid in front of which there is no other body.
 #[inline(always)]
 pub(super) fn draw(frame: &mut Frame, light: &Light, round: &Round, patches: &[Patch]) {
     if patches.is_empty() {
@@ -20,7 +20,7 @@ pub(super) fn draw(frame: &mut Frame, light: &Light, round: &Round, patches: &[P
     }
 }
 
-/// Draws an ellipsoid with the paint at each point of the unit sphere.
+/// Draws an ellipsoid. `paint` returns the paint at each point of the unit sphere.
 #[inline(always)]
 fn draw_in(frame: &mut Frame, light: &Light, round: &Round, paint: impl Fn(Vec3) -> Paint) {
     let centre = frame.to_camera(round.centre);
@@ -28,7 +28,7 @@ fn draw_in(frame: &mut Frame, light: &Light, round: &Round, paint: impl Fn(Vec3)
         return;
     }
     let unit_from_world = round.unit_from_world;
-    // In the frame in which it is the unit sphere.
+    // The eye in the frame in which the ellipsoid is the unit sphere.
     let eye = unit_from_world.transform_point3(frame.eye);
     let outside = eye.length_squared() - 1.0;
     if outside <= 0.0 {
@@ -51,12 +51,12 @@ fn draw_in(frame: &mut Frame, light: &Light, round: &Round, paint: impl Fn(Vec3)
     let (width, height) = (frame.width, frame.height);
     let within = |row: usize| row.clamp(frame.window.rows.start, frame.window.rows.end);
     let (first, end) = (within(first_sample(top, height)), within(first_sample(bottom, height)));
-    // The normal at a point x of the unit sphere is Mᵀ x, M being the rotation and scale of `unit_from_world`; its products
-    // with the gradient g and the sun s are those of x with M g and M s, its length that of Mᵀ x.
+    // The normal at a point x of the unit sphere is Mᵀ x, M being the rotation and scale of `unit_from_world`. Its scalar products with the
+    // gradient g and the sun s are those of x with M g and M s, and its length is that of Mᵀ x.
     let shading =
         Shading { light, gradient: turned(light.gradient), sun: turned(light.sun), squared: normal_form(round) };
     let per_sample = right / frame.focal_length;
-    // Rays are followed from where they pass by the middle: from the eye, a small ellipsoid is lost in rounding.
+    // Rays are followed from the point where they pass the middle: from the eye, a small ellipsoid is lost in rounding.
     let ahead = centre.z;
     for row in first..end {
         let row_slope = frame.slope(row, 1);

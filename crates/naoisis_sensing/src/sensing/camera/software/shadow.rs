@@ -1,4 +1,4 @@
-//! Shadows of the sun on the ground.
+//! Shadows on the ground.
 
 use bevy::math::{Vec3, Vec3A};
 
@@ -7,14 +7,13 @@ use super::light::Light;
 use super::polygon::Outline;
 use super::prepared::PreparedScene;
 
-/// The mark of a sample in a shadow, in the byte of the label.
+/// The mark of a sample in a shadow, in the label's byte.
 pub(super) const SHADED: u32 = 1 << 31;
 
-/// Corners of a round shadow.
+/// Number of corners of a round shadow.
 const CORNERS: usize = 24;
 
-/// Darkens the ground where bodies that have a shadow, by their index, are between it and the sun. Everything but the ground
-/// is drawn later.
+/// Darkens the ground in the shadows of bodies that `has_shadow` chooses by index. Only the ground may have been drawn before.
 #[inline(always)]
 pub(super) fn draw(
     frame: &mut Frame,
@@ -25,14 +24,14 @@ pub(super) fn draw(
     let light = &scene.light;
     for (_, body) in scene.bodies.iter().enumerate().filter(|(index, _)| has_shadow(*index)) {
         for face in &scene.faces[body.faces.clone()] {
-            // A body is as wide as those of its faces that see the sun.
+            // The shadow of a body is that of its faces towards the sun.
             if face.normal.dot(light.sun) > 0.0 {
                 let corners = &scene.corners[face.first as usize..(face.first + face.count) as usize];
                 darken(frame, outline, light, corners.iter().map(|corner| corner.position));
             }
         }
         for round in &scene.rounds[body.rounds.clone()] {
-            // On the unit sphere, the sun's light ends on the great circle across its direction there.
+            // On the unit sphere, the edge of the shadow is the great circle perpendicular to the direction of the sun there.
             let world_from_unit = round.unit_from_world.inverse();
             let sun = Vec3::from(round.unit_from_world.matrix3 * Vec3A::from(light.sun));
             let (one, other) = sun.normalize_or(Vec3::Z).any_orthonormal_pair();

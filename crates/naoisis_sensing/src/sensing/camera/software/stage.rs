@@ -1,5 +1,5 @@
-//! A stage: anything that software cameras can draw, in any colours and any light. Pictures of matches need none; labelled images of pitches
-//! that look different from each other do.
+//! A stage: anything that software cameras can draw, in any colours and any light. Pictures of matches do not need stages; labelled images
+//! of pitches that look different from each other do.
 
 use bevy::math::Vec3;
 
@@ -8,7 +8,7 @@ use crate::appearance::colours::Colour;
 use crate::appearance::field::GroundMark;
 use crate::appearance::shapes::Part;
 
-/// What a camera sees: the ground with its markings, nets, and bodies.
+/// The scene before a camera: the ground with its markings, nets, and bodies.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Stage {
     /// The light.
@@ -28,7 +28,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// The greatest number of a body. The least that is no label of the ground is 4.
+    /// The greatest number of a body. The least number that is not a label of the ground is 4.
     pub const MOST_BODIES: u8 = 127;
 }
 
@@ -43,15 +43,15 @@ pub struct StageBody {
     pub patches: Vec<PatchArea>,
 }
 
-/// A patch of another colour on an ellipsoid: where the product of `axis` with a point of the unit sphere, in the frame of its part, is between
-/// `from` and `to`. With `to` of 1 it is a cap about the axis, with `from` of `-to` a band.
+/// A patch of another colour on an ellipsoid. It contains the points of the unit sphere, in the frame of its part, whose scalar product
+/// with `axis` is between `from` and `to`. If `to` is 1 it is a cap about the axis; if `from` is `-to` it is a band.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PatchArea {
     /// The axis, unit vector.
     pub axis: Vec3,
-    /// The least product.
+    /// The least scalar product.
     pub from: f32,
-    /// The greatest product.
+    /// The greatest scalar product.
     pub to: f32,
     /// Its colour.
     pub colour: Colour,

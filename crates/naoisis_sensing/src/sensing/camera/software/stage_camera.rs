@@ -22,7 +22,7 @@ pub struct StageCamera {
 }
 
 impl StageCamera {
-    /// Faces around a cylinder.
+    /// Number of faces around a cylinder.
     const SEGMENTS: usize = 16;
 
     /// Sets the stage.
@@ -35,13 +35,14 @@ impl StageCamera {
         self.renderer.draw(&self.scene, view, Layers::ALL, image);
     }
 
-    /// The number of pixels of each body in a picture without anything else, in the order of the bodies. Bodies out of view have none.
+    /// Returns the number of pixels of each body in a picture without the other bodies, in the order of the bodies; 0 for bodies out of
+    /// view.
     pub fn silhouettes(&mut self, view: &View) -> Vec<usize> {
         let view = View { supersampling: 1, shadows: false, ..*view };
         self.renderer.silhouettes(&self.scene, &view)
     }
 
-    /// Makes of a drawn picture, with its labels and depth, the image of a real camera, which turns by `turn` (yaw and pitch, rad/s).
+    /// Turns a drawn picture, with its labels and depth, into the image of a real camera, which turns by `turn` (yaw and pitch, rad/s).
     pub fn develop(
         &mut self,
         image: &mut Image,
@@ -117,7 +118,7 @@ mod tests {
     #[test]
     fn bodies_are_found_by_their_numbers_and_counted_as_if_nothing_hid_them() {
         let mut camera = StageCamera::default();
-        // A small ball hides a part of the large one behind it, and one is behind the camera.
+        // A small ball hides a part of the large one behind it, and another is behind the camera.
         camera.set(&stage(vec![ball(5, 0.5, 0.2), ball(100, 0.0, 0.1), ball(101, -5.0, 0.1)]));
         let mut image = Image::default();
         camera.draw(&view(), &mut image);
@@ -125,7 +126,7 @@ mod tests {
         let [large, small, behind] = camera.silhouettes(&view()).try_into().unwrap();
         assert_eq!(behind, 0);
         assert!(small.abs_diff(count(100)) <= small / 50, "{small} {}", count(100));
-        // The large one without the small one before it.
+        // The large ball without the small one in front of it.
         assert!(large.abs_diff(count(5) + count(100)) <= large / 50, "{large} {} {}", count(5), count(100));
     }
 

@@ -1,4 +1,4 @@
-//! A renderer for static cameras: static objects are drawn once, and again only where something moves.
+//! A renderer for static cameras: static objects are drawn once, and redrawn only where something moves.
 
 use bevy::math::Vec3;
 use pulp::Arch;
@@ -49,7 +49,7 @@ impl StillRenderer {
                     renderer.frame.open(window, ground);
                     let is_there =
                         |body: usize| moving.iter().any(|(other, place)| *other == body && place.overlaps(window));
-                    // The shadows of what stands still are on the ground.
+                    // The samples of the ground include the shadows of static objects.
                     let has_shadow = |body: usize| view.shadows && is_there(body);
                     renderer.draw_on_ground(scene, has_shadow, |body| !scene.bodies[body].moves || is_there(body));
                     output::develop_window(&renderer.frame, samples, &mut image.rgb);
@@ -87,7 +87,7 @@ impl StillRenderer {
                 continue;
             }
             self.moving.push((index, window.clone()));
-            // What overlaps is drawn together, if there is less to draw then.
+            // Overlapping windows are merged if this reduces the area to draw.
             while let Some(other) = self
                 .windows
                 .iter()
@@ -100,7 +100,7 @@ impl StillRenderer {
     }
 }
 
-/// The smallest window of whole pixels that contains a box, given by its least and greatest corner, and its shadow.
+/// The smallest window of whole pixels that contains a box, given by its least and greatest corner, and the shadow of the box.
 pub(super) fn window_of(frame: &Frame, [low, high]: [Vec3; 2], view: &View, light: &Light) -> Window {
     let samples = view.supersampling.max(1) as usize;
     let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
@@ -118,7 +118,7 @@ pub(super) fn window_of(frame: &Frame, [low, high]: [Vec3; 2], view: &View, ligh
             }
         }
     }
-    // A sample more on every side, for rounding.
+    // One more sample on every side, for rounding.
     let pixels = |axis: usize, count: usize| {
         let from = first_sample(least[axis] - 1.0, count) / samples;
         let to = first_sample(most[axis] + 1.0, count).div_ceil(samples);

@@ -59,8 +59,7 @@ fn every_instruction_set_draws_the_same_picture() {
 
 #[test]
 fn the_picture_is_the_same_everywhere() {
-    // Debug and release builds, and machines, draw this same picture. If it was changed on purpose, write down the new
-    // number.
+    // Debug and release builds draw this same picture on all machines. If it was changed on purpose, write down the new number.
     let image = draw(&scene(), &View { supersampling: 2, ..view() }, RobotDesign::Nao);
     assert_eq!(digest(image.rgb), GOLDEN, "the picture changed");
 }
@@ -144,7 +143,7 @@ fn the_ground_is_what_the_pitch_says() {
             let distance = -view.eye.z / ray.z;
             let point = (view.eye + ray * distance).truncate();
             let label = image.label(u, v).unwrap();
-            // How far from the middle of the halfway line and of the circle; not near its edges, nor near other lines.
+            // The distance from the middle of the halfway line and of the circle, away from their ends and from other lines.
             let off = point.x.abs().min((point.length() - 0.6).abs());
             let near_other = point.x.abs() > 1.0 || point.y.abs() > 1.5 || point.length() < 0.1;
             if !near_other && (off - half).abs() > 1e-3 && label.is_ground() {
@@ -156,7 +155,7 @@ fn the_ground_is_what_the_pitch_says() {
     assert!(compared > 3000, "{compared}");
 }
 
-/// Two robots that go about, and a ball that comes and goes.
+/// Two robots that move about, and a ball that appears and disappears.
 fn busy_scene(dice: &mut RandomStream, pitch: &Pitch) -> Scene {
     let mut between = |low: f32, high: f32| low + (high - low) * dice.uniform();
     let mut scene = Scene::empty(pitch.clone());
@@ -178,7 +177,7 @@ fn a_camera_that_stands_still_sees_what_one_that_moves_does() {
     let mut dice = RandomStream::for_match(1, "still");
     let (mut prepared, mut still) = (PreparedScene::default(), StillRenderer::default());
     let wider = Pitch { length_m: 6.4, ..Pitch::default() };
-    // Of the goal with its net: from above, from among the robots, and as one of them.
+    // Views of the goal with its net: from above, from among the robots, and from one of them.
     let above = View::looking_at(Vec3::new(1.0, -4.0, 4.0), Vec3::new(2.2, 0.0, 0.0), 0.7, [200, 120]);
     let low = View { supersampling: 2, ..View::looking_at(Vec3::new(2.0, 0.1, 0.3), Vec3::X * 3.0, 1.1, [160, 120]) };
     let own = View { hidden: Some(RobotId::new(Team::Pink, 1)), shadows: false, supersampling: 1, ..low };
@@ -240,7 +239,7 @@ fn samples_are_averaged() {
     let view = View { supersampling: 3, ..view() };
     let image = draw(&Scene::empty(Pitch::default()), &view, RobotDesign::Simple);
     assert_eq!((image.width, image.height, image.rgb.len(), image.labels.len()), (160, 120, 3 * 160 * 120, 160 * 120));
-    // Somewhere an edge between carpet and line is neither the one nor the other.
+    // Some pixels at the edges between carpet and line have neither colour.
     let is_mixed = |pixel: &[u8]| pixel[0] > colours::CARPET.0[0] + 20 && pixel[0] < colours::CHALK.0[0] - 20;
     assert!(image.rgb.chunks(3).any(is_mixed));
 }
