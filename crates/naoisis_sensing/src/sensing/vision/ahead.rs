@@ -1,5 +1,5 @@
-//! Candidates for markings in view. Whether each is recognised is drawn for all of them at once, before their visibility is computed,
-//! which takes longer.
+//! Candidates for markings in view. Whether each is recognised is drawn for all of them at once, before their visibility is computed, which
+//! takes longer.
 
 use bevy::prelude::*;
 
@@ -16,9 +16,9 @@ pub(super) struct LandmarksAhead {
 #[derive(Clone, Copy)]
 pub(super) struct StretchAhead {
     pub(super) camera: usize,
-    /// Its ends, m, robot frame.
+    /// The ends of the line, m, robot frame.
     pub(super) ends: [Vec2; 2],
-    /// The least odds against it; after the draw, the threshold.
+    /// The least odds against the detection of the line; after the draw, the threshold.
     pub(super) odds: f32,
 }
 
@@ -26,11 +26,12 @@ pub(super) struct StretchAhead {
 #[derive(Clone, Copy)]
 pub(super) struct MarkAhead {
     pub(super) kind: LandmarkKind,
-    /// Its place, m, robot frame.
+    /// Its position, m, robot frame.
     pub(super) place: Vec2,
 }
 
-/// Keeps the elements for which `is_kept` returns true. As `Vec::retain_mut`, but without a branch on each, which would be mispredicted.
+/// Keeps the elements for which `is_kept` returns true. Like `Vec::retain_mut`, but without a branch for each element, which would often be
+/// mispredicted.
 pub(super) fn keep<Thing: Copy>(things: &mut Vec<Thing>, mut is_kept: impl FnMut(&mut Thing) -> bool) {
     let mut kept = 0;
     for index in 0..things.len() {

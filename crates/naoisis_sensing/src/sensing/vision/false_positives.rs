@@ -1,8 +1,8 @@
 //! False positives: detections of balls, goal posts and robots where there are none.
 //!
-//! Some last for one image ([`ClassNoise::false_positive_probability`]). Others last ([`FalsePositives`]): a line crossing looks like a
-//! ball, or something beside the pitch like a robot. Each robot has its own; they appear and vanish at random. While they last, the robot
-//! detects them wherever they are in view and not hidden, with the noise of the class that they look like.
+//! Some occur in a single image ([`ClassNoise::false_positive_probability`]). Others last ([`FalsePositives`]): a line crossing looks like
+//! a ball, or an object beside the pitch like a robot. Each robot has its own; they appear and vanish at random. While they last, the robot
+//! detects them whenever they are in view and not hidden, with the noise of the class that they look like.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -18,7 +18,7 @@ use naoisis_core::knowledge::Knowledge;
 use naoisis_core::random::RandomStream;
 use naoisis_core::team::Team;
 
-/// How often a false detection is drawn until it has a place on the ground.
+/// The greatest number of draws of a false detection until it has a position on the ground.
 const ATTEMPTS: usize = 8;
 
 /// The greatest number of lasting false positives at a time.
@@ -48,8 +48,8 @@ impl Observer<'_> {
         }
     }
 
-    /// A random pixel of the images that has a place within the greatest distance of a class, at a height, m: its camera, the pixel, and
-    /// the place, m, robot frame.
+    /// Draws a random pixel of the images that shows a point at a height, m, within the greatest distance of a class. Returns its camera,
+    /// the pixel, and the point, m, robot frame.
     fn random_place(&mut self, class: &ClassNoise, height: f32) -> Option<(CameraName, Vec2, Vec2)> {
         (0..ATTEMPTS).find_map(|_| {
             let count = self.believed.len();
@@ -62,7 +62,7 @@ impl Observer<'_> {
     }
 }
 
-/// The object that a place looks like.
+/// The class of object that a false positive looks like.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Semblance {
@@ -74,7 +74,7 @@ enum Semblance {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 struct Mistaken {
     semblance: Semblance,
-    /// On the ground, m, pitch frame.
+    /// Position on the ground, m, pitch frame.
     position: Vec2,
     /// The time that it still lasts, s.
     left_s: f32,
@@ -90,7 +90,7 @@ pub(crate) struct ActiveFalsePositives {
 }
 
 impl ActiveFalsePositives {
-    /// Removes those that have ended after `period` seconds, and adds new ones.
+    /// Removes the false positives that have ended after `period` seconds, and adds new ones.
     pub(super) fn advance(&mut self, noise: &VisionNoise, scene: &Scene, period: f32, stream: &mut RandomStream) {
         for place in &mut self.places {
             place.left_s -= period;
@@ -123,7 +123,7 @@ impl ActiveFalsePositives {
         }
     }
 
-    /// Adds those in view to the percepts. If the ball is detected already, there is no false one.
+    /// Adds the false positives in view to the percepts. If the ball is detected already, no false one is added.
     pub(super) fn see(&self, observer: &mut Observer, percepts: &mut Percepts, scene: &Scene) {
         if observer.actual.is_empty() {
             return;
@@ -136,7 +136,7 @@ impl ActiveFalsePositives {
                 }
                 Semblance::Ball => {}
                 Semblance::Robot(team) => {
-                    // With the body of a robot of that team, or of any robot if the team has none.
+                    // The body is that of a robot of that team, or of any robot if the team has none.
                     let of_team =
                         scene.robots.iter().filter(|robot| robot.id.team == team).min_by_key(|robot| robot.id);
                     if let Some(robot) = of_team.or(scene.robots.first()) {
@@ -193,8 +193,8 @@ mod tests {
                 balls += mistaken.places.iter().filter(is_ball).count() as f32 / cycles as f32;
                 assert!(mistaken.places.iter().all(|place| place.position.abs().cmple(Vec2::new(3.7, 2.7)).all()));
             }
-            // One in two seconds, for two: one at a time on average, with a variance of one that is forgotten after 2 s, so
-            // in 4000 s known to sqrt(2 * 2 / 4000) = 0.032; four of them. A cycle counts as a whole.
+            // One appears in two seconds and lasts for two: one at a time on average, with a variance of one that is forgotten after 2 s,
+            // so in 4000 s the mean is known to sqrt(2 * 2 / 4000) = 0.032; four of them. A cycle counts as a whole.
             assert!((balls - 1.0).abs() < 0.13 + period / 4.0, "{balls}");
         }
     }

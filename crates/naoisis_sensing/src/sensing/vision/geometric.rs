@@ -1,4 +1,4 @@
-//! The geometric vision: which objects of the scene a robot detects. Here are balls and goal posts.
+//! The geometric vision: decides which objects of the scene a robot detects. This module covers balls and goal posts.
 
 use bevy::prelude::*;
 
@@ -14,20 +14,20 @@ use naoisis_core::camera_model::{CameraView, ViewSide};
 /// The sample points of a goal post, as shares of its height.
 const POST_HEIGHTS: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
-/// The number of visible sample points from which a post is in view, of five.
+/// The least number of visible sample points, of five, with which a post is in view.
 const POST_POINTS_NEEDED: usize = 2;
 
 /// The sample points of a ball's disc, as shares of its radius across and up.
 const BALL_OFFSETS: [[f32; 2]; 5] = [[0.0, 0.0], [-0.7, 0.0], [0.7, 0.0], [0.0, -0.7], [0.0, 0.7]];
 
-/// The number of visible sample points from which a ball is in view, of five.
+/// The least number of visible sample points, of five, with which a ball is in view.
 const BALL_POINTS_NEEDED: usize = 3;
 
 /// The least difference between the heights of a point and of the lens at which the distance follows from its pixel, m.
 const LEAST_HEIGHT_DIFFERENCE_M: f32 = 0.1;
 
 impl Observer<'_> {
-    /// Fills in the percepts of this cycle. `own_index` is that of the robot itself in the scene.
+    /// Fills in the percepts of this cycle. `own_index` is the index of the robot itself in the scene.
     pub(super) fn recognise_everything(
         &mut self,
         percepts: &mut Percepts,
@@ -63,8 +63,8 @@ impl Observer<'_> {
         }
     }
 
-    /// Whether an object at `place` (robot frame, m) is detected, given its visible share of sample points: `visible` of `of`, at least
-    /// `at_least`. `threshold` is from [`may_detect`](Self::may_detect). The points are only counted if the result depends on them.
+    /// Whether an object at `place` (robot frame, m) is detected, given that `visible` of its `of` sample points are visible; at least
+    /// `at_least` must be. `threshold` is from [`may_detect`](Self::may_detect). The points are only counted if the result depends on them.
     pub(super) fn is_detected(
         &self,
         class: &ClassNoise,
@@ -91,7 +91,7 @@ impl Observer<'_> {
         let target = self.judge(Target::Other, place, ball.radius);
         let points = |view: &CameraView| {
             let across = across_sight(view, place) * ball.radius;
-            // In a loop, as a closure of `map` would be called for each point.
+            // A loop, as a closure for `map` would be called for each point.
             let mut points = [centre; BALL_OFFSETS.len()];
             for (point, [right, up]) in points.iter_mut().zip(BALL_OFFSETS) {
                 *point += (right * across).extend(up * ball.radius);

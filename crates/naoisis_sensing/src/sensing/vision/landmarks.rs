@@ -16,13 +16,13 @@ const SHORTEST_LINE_PX: f32 = 10.0;
 /// The sample points of a line segment, as shares of its length.
 const LINE_SAMPLES: [f32; 3] = [0.5, 1.0 / 6.0, 5.0 / 6.0];
 
-/// The number of visible sample points from which a line segment is in view, of three.
+/// The least number of visible sample points, of three, with which a line segment is in view.
 const LINE_POINTS_NEEDED: usize = 2;
 
 /// The greatest number of sample points of a circle or arc.
 const MOST_POINTS: usize = 8;
 
-/// The number of visible sample points from which the centre circle (of eight) or an arc (of five) is in view.
+/// The least number of visible sample points with which the centre circle (of eight) or an arc (of five) is in view.
 const CIRCLE_POINTS_NEEDED: usize = 3;
 
 impl Observer<'_> {
@@ -119,13 +119,13 @@ impl Observer<'_> {
         if class.falloff.is_none() && self.stream.chance(class.miss_probability) {
             return None;
         }
-        // All of them are in the image, as both ends are.
+        // All sample points are in the image, as both ends are.
         if !are_enough(&points, LINE_POINTS_NEEDED, |point| !self.is_hidden(camera, point, Target::Other)) {
             return None;
         }
         let start_pixel = self.measured_in_image(camera, start_pixel, class.pixel_sd);
         let end_pixel = self.measured_in_image(camera, end_pixel, class.pixel_sd);
-        // The left end first: an image does not tell which end is the start in the pitch's list.
+        // The left end comes first: an image does not tell which end is the start in the pitch's list.
         let (pixel, end_pixel) =
             if start_pixel.x <= end_pixel.x { (start_pixel, end_pixel) } else { (end_pixel, start_pixel) };
         Some(LandmarkPercept {
@@ -166,7 +166,7 @@ impl Observer<'_> {
         }
     }
 
-    /// The place of a mark (robot frame, m), if it may be in view and is near enough.
+    /// The position of a mark (robot frame, m), if the mark may be in view and is near enough.
     fn may_see_mark(&self, position: Vec2, class: &ClassNoise) -> Option<Vec2> {
         let place = self.in_robot_frame(position);
         (!class.is_too_far(place) && self.side_of(place) == ViewSide::Inside).then_some(place)

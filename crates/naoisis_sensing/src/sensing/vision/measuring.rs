@@ -1,4 +1,4 @@
-//! The measured places of objects: the errors of their pixels, and the places that follow from them.
+//! Measurement of the positions of objects: pixel errors, and the positions that follow from the pixels.
 
 use bevy::prelude::*;
 
@@ -9,7 +9,7 @@ use naoisis_core::camera_model::CameraMounts;
 /// The greatest measured distance of an object on a pitch, m.
 const GREATEST_DISTANCE_M: f32 = 20.0;
 
-/// The part of an upright object by which its place is measured, best first.
+/// The part of an upright object from which its position is measured, best first.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
 pub(super) enum Cue {
     /// Its foot.
@@ -21,8 +21,8 @@ pub(super) enum Cue {
 }
 
 impl Observer<'_> {
-    /// The camera and the cue by which a target that stands at `place` is best located; `None` if no camera has a cue. If a camera sees
-    /// the foot, it is the cue: among several cameras, of the one that has it nearest to the middle of its image.
+    /// The camera and the cue by which a target that stands at `place` is best located; `None` if no camera has a cue. The foot is the cue
+    /// if a camera sees it; of several such cameras, the one that has it nearest to the middle of its image is chosen.
     pub(super) fn best_cue(
         &self,
         place: Vec2,
@@ -71,13 +71,13 @@ impl Observer<'_> {
         self.actual[camera].clamp_to_image(pixel)
     }
 
-    /// The place on the ground that the robot computes from a pixel, m, robot frame.
+    /// The position on the ground that the robot computes from a pixel, m, robot frame.
     pub(super) fn place_on_ground(&self, camera: usize, pixel: Vec2) -> Option<Vec2> {
         on_pitch(self.believed[camera].ground_point(pixel))
     }
 
-    /// The measured pixel of the foot of an object at `place`, and its measured place, by `cue`. If the cue is not the foot, the pixel
-    /// follows from the measured place, and may be outside the image.
+    /// The measured pixel of the foot of an object at `place`, and the object's measured position, by `cue`. If the cue is not the foot,
+    /// the pixel follows from the measured position, and may be outside the image.
     pub(super) fn measured_standing_point(
         &mut self,
         camera: usize,
@@ -111,7 +111,7 @@ impl Observer<'_> {
     }
 }
 
-/// Filters out places that are too far away to be on a pitch.
+/// Filters out positions that are too far away to be on a pitch.
 pub(super) fn on_pitch(place: Option<Vec2>) -> Option<Vec2> {
     place.filter(|place| place.length_squared() <= GREATEST_DISTANCE_M * GREATEST_DISTANCE_M)
 }

@@ -1,8 +1,8 @@
 //! Vision: the objects that the cameras detect.
 //!
 //! **What it measures.** [`Percepts`]: the ball, goal posts with their colour, robots with their team by the waistband, line segments, line
-//! junctions (L, T, X), penalty crosses, the centre circle and corner arcs. For each, the pixel in the camera's image, and the place on the
-//! ground that follows from that pixel and the measured head angles. No image is rendered for it: what is in view follows from the
+//! junctions (L, T, X), penalty crosses, the centre circle and corner arcs. Each has the pixel in the camera's image, and the position on
+//! the ground that follows from that pixel and the measured head angles. No image is rendered: which objects are in view follows from the
 //! [camera model](naoisis_core::camera_model), and from the robots' boxes and the posts, which hide other objects.
 //!
 //! | class | detected when | measured at |
@@ -14,15 +14,15 @@
 //! | junction, cross | it is visible | itself |
 //! | centre circle, corner arc | 3 of 8 points of it are visible, of an arc 3 of 5 | its centre, in the image or not; the corner |
 //!
-//! A visible point is in the image, and no robot or post is in front of it. An object that two cameras see is one percept, from the camera
-//! that sees its foot, or otherwise has it nearer to the middle of the image; of a line, each camera reports its own segment. Percepts are
-//! ordered from left to right in the image, so that their order carries no other information.
+//! A visible point is in the image, and no robot or post is in front of it. An object that two cameras see is one percept: from the camera
+//! that sees its foot, or else from the one that has it nearer to the middle of the image. Of a line, each camera reports its own segment.
+//! Percepts are ordered from left to right in the image, so that their order carries no other information.
 //!
 //! **Units and rate.** Pixels and metres, the robot frame; once a cycle, both cameras.
 //!
-//! **Noise** is added in the image ([`VisionNoise`]): an error of the pixel, misses, false detections and a greatest distance for each class,
-//! and an error of the head angles. So the error of a place grows with the square of its distance, as on a real robot. The preset
-//! `default` has the figures of B-Human's simulator of its own vision: there, the errors of successive images are independent.
+//! **Noise** is added in the image ([`VisionNoise`]): an error of the pixel, misses, false detections and a greatest distance for each
+//! class, and an error of the head angles. So the error of a position grows with the square of its distance, as on a real robot. The preset
+//! `default` has the figures of B-Human's simulator for its own vision, in which the errors of successive images are independent.
 //!
 //! The errors of a real vision last longer than an image, and so do those of `realistic` robots: the [`gaze`] has a drift that lasts for
 //! about a step, greater while walking, and a bias for a whole match ([`GazeNoise`]); objects that are far away or partly hidden are
@@ -33,7 +33,7 @@
 //! The noise is then that of the images. A program's own vision processes the images in [`SensingSystems::Custom`], and fills the percepts
 //! itself.
 //!
-//! **Truth** ([`VisionSource::Truth`]) is for debugging: all objects on the pitch at their true places, in view or not.
+//! **Truth** ([`VisionSource::Truth`]) is for debugging: all objects on the pitch at their true positions, in view or not.
 //!
 //! **The real NAO** in 2011 segmented colours in 160 x 120 or 320 x 240 images at 15 to 30 images per second, knew the pose of its camera to
 //! about a degree, and detected a ball at up to 3 m, and goals across the pitch.
@@ -105,7 +105,7 @@ pub struct BallPercept {
     /// The centre's pixel, [u, v].
     #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
-    /// Its estimated place on the ground, m, robot frame.
+    /// Its estimated position on the ground, m, robot frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
 }
@@ -121,7 +121,7 @@ pub struct GoalPostPercept {
     /// The pixel of its foot, [u, v].
     #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
-    /// Its estimated place on the ground, m, robot frame.
+    /// Its estimated position on the ground, m, robot frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
 }
@@ -137,7 +137,7 @@ pub struct RobotPercept {
     /// The pixel of its foot, [u, v].
     #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
-    /// Its estimated place on the ground, m, robot frame.
+    /// Its estimated position on the ground, m, robot frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
 }
@@ -148,13 +148,13 @@ pub struct RobotPercept {
 pub struct LandmarkPercept {
     /// The camera that sees it.
     pub camera: CameraName,
-    /// What it is.
+    /// The kind of the marking.
     #[serde(flatten)]
     pub kind: LandmarkKind,
     /// Its pixel, [u, v].
     #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
-    /// Its estimated place on the ground, m, robot frame.
+    /// Its estimated position on the ground, m, robot frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
 }
@@ -162,12 +162,12 @@ pub struct LandmarkPercept {
 macro_rules! percepts {
     ($($percept:ident($($what:ident: $type:ty)?))*) => {
         $(impl $percept {
-            /// A percept of this camera, at this pixel, [u, v], and at this place on the ground, m, robot frame.
+            /// A percept of this camera, at this pixel, [u, v], and at this position on the ground, m, robot frame.
             pub const fn new(camera: CameraName, $($what: $type,)? pixel: Vec2, position_m: Vec2) -> Self {
                 Self { camera, $($what,)? pixel, position_m }
             }
 
-            /// The direction of its estimated place, radians, robot frame: counter-clockwise from straight ahead.
+            /// The direction of its estimated position, radians, robot frame: counter-clockwise from straight ahead.
             pub fn bearing(&self) -> f32 {
                 angle_of(self.position_m)
             }
@@ -186,7 +186,7 @@ percepts! {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum LandmarkKind {
-    /// A line segment; the percept's own place is one end.
+    /// A line segment; the percept's own position is one end.
     Line {
         /// The other end's pixel, [u, v].
         #[schemars(with = "[f32; 2]")]
@@ -227,7 +227,7 @@ pub struct Percepts {
 }
 
 impl Percepts {
-    /// Removes all percepts, and keeps the memory.
+    /// Removes all percepts, but keeps the memory.
     pub fn clear(&mut self) {
         let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
         *ball = None;
@@ -236,7 +236,7 @@ impl Percepts {
         landmarks.clear();
     }
 
-    /// Whether every number in them is finite.
+    /// Whether every number in the percepts is finite.
     pub fn is_finite(&self) -> bool {
         let Percepts { time_s, ball, goal_posts, robots, landmarks } = self;
         let is_finite = |pixel: Vec2, place: Vec2| pixel.is_finite() && place.is_finite();
@@ -254,7 +254,7 @@ impl Percepts {
             && landmarks.iter().all(|seen| is_finite(seen.pixel, seen.position_m) && is_kind_finite(&seen.kind))
     }
 
-    /// Copies `other`, and reuses the memory.
+    /// Copies `other`, reusing the memory.
     pub fn copy_from(&mut self, other: &Percepts) {
         let Percepts { time_s, ball, goal_posts, robots, landmarks } = self;
         (*time_s, *ball) = (other.time_s, other.ball);
@@ -263,7 +263,7 @@ impl Percepts {
         landmarks.clone_from(&other.landmarks);
     }
 
-    /// Transforms the places into another robot frame, whose pose in the current one is `now`.
+    /// Transforms the positions into another robot frame, whose pose in the current one is `now`.
     pub fn move_to(&mut self, now: Pose) {
         let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
         let forward = now.forward();
@@ -305,7 +305,7 @@ pub enum VisionSource {
     Geometric,
     /// The robot's camera images alone.
     Image,
-    /// All objects on the pitch at their true places, for debugging.
+    /// All objects on the pitch at their true positions, for debugging.
     Truth,
 }
 
@@ -346,7 +346,7 @@ fn recognise(
             VisionSource::Truth => {
                 truth::know_everything(&mut percepts, &scene, own_index, pose, (cameras, body), head);
             }
-            // Processed in the next system.
+            // These images are processed by the next system.
             VisionSource::Image => {}
             VisionSource::Geometric => {
                 views.update((cameras, body), (head, gaze), &settings.noise, vision);

@@ -30,8 +30,8 @@ pub struct ClassNoise {
 }
 
 /// The fall-off of the detection probability with distance: at a distance d it is 1 / (1 + (d / `half_distance_m`)^`exponent`), without the
-/// [misses](ClassNoise::miss_probability). A partly visible object counts as a whole one of the same visible area further away: its
-/// distance is divided by the root of the visible share.
+/// [misses](ClassNoise::miss_probability). A partly visible object is treated as a whole one of the same visible area further away: its
+/// distance is divided by the square root of the visible share.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Falloff {
@@ -54,8 +54,8 @@ impl Falloff {
         power(distance_m / self.half_distance_m, self.exponent)
     }
 
-    /// Draws a detection threshold: an object is detected if [`odds_against`](Falloff::odds_against) its distance is not above it.
-    /// Negative with the probability `miss_probability`: then the object is missed at every distance.
+    /// Draws a detection threshold. An object is detected unless [`odds_against`](Falloff::odds_against) its distance exceeds the
+    /// threshold. With the probability `miss_probability` the threshold is negative: then the object is missed at every distance.
     pub fn draw_threshold(miss_probability: f32, stream: &mut RandomStream) -> f32 {
         // In (0, 1].
         let share = 1.0 - stream.uniform();
@@ -64,13 +64,13 @@ impl Falloff {
 
     /// The distance at which the odds against a detection are `odds_against`, m.
     pub fn distance_of(&self, odds_against: f32) -> f32 {
-        // By the logarithm, which takes half the time of a power.
+        // The logarithm takes half the time of a power.
         self.half_distance_m * ops::exp(ops::ln(odds_against) / self.exponent)
     }
 }
 
-/// `base` to the power of `exponent`. Small whole exponents are computed by products: `powf` would take as long as the rest of a
-/// detection.
+/// Returns `base` to the power of `exponent`. Small whole exponents are computed by multiplication, as `powf` would take as long as the
+/// rest of a detection.
 fn power(base: f32, exponent: f32) -> f32 {
     const MOST: u32 = 16;
     // The cast turns negative numbers and NaN into 0, which differs from them.
@@ -89,8 +89,8 @@ fn power(base: f32, exponent: f32) -> f32 {
     product
 }
 
-/// The lasting error of the camera directions that follow from the measured joint angles: the body rocks, joints have play, and no robot
-/// is calibrated exactly. For yaw and pitch each; independent of the duration of a cycle.
+/// The lasting error of the camera directions that follow from the measured joint angles: the body rocks, joints have play, and no robot is
+/// calibrated exactly. The same for yaw and pitch; independent of the duration of a cycle.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GazeNoise {
@@ -112,11 +112,11 @@ pub struct GazeNoise {
     pub correlation_s: f32,
 }
 
-/// The rate of lasting false positives: places on the pitch at which a robot detects an object that is not there, in every image.
+/// The rate of lasting false positives: positions on the pitch at which a robot detects an object that is not there, in every image.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FalsePositives {
-    /// Number that appear in a minute on the whole pitch; most of them are out of view.
+    /// Number of false positives that appear in a minute on the whole pitch; most of them are out of view.
     #[schemars(range(min = 0.0, max = 600.0))]
     pub per_minute: f32,
     /// Mean duration, s; durations are distributed exponentially.
@@ -197,7 +197,7 @@ pub struct VisionNoise {
     #[serde(rename = "head_angle_sd_deg", with = "file_units::degrees")]
     #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub head_angle_sd: f32,
-    /// The part of that difference that lasts. It also applies to rendered images.
+    /// The lasting part of that difference. It also applies to rendered images.
     pub gaze: GazeNoise,
     /// Line junctions and penalty crosses that look like a ball.
     pub false_balls: FalsePositives,

@@ -1,4 +1,4 @@
-//! The view of one robot in one cycle: what of the scene its cameras see, and what is hidden.
+//! The view of one robot in one cycle: which parts of the scene its cameras see, and which are hidden.
 
 use bevy::prelude::*;
 
@@ -76,7 +76,7 @@ impl<'a> Observer<'a> {
         Self { pose, forward: pose.forward(), guide, actual, believed, names, noise, occluders, stream, recognition }
     }
 
-    /// The same vision with its noise drawn from `stream`.
+    /// The same vision, with its noise drawn from `stream`.
     pub(super) fn with_stream<'b>(&'b mut self, stream: &'b mut RandomStream) -> Observer<'b> {
         Observer { stream, recognition: self.recognition, ..*self }
     }
@@ -86,13 +86,13 @@ impl<'a> Observer<'a> {
         unrotate(self.forward, point - self.pose.position)
     }
 
-    /// The side of all camera views on which `place` (robot frame, m) certainly is.
+    /// The side of all camera views on which `place` (robot frame, m) certainly lies.
     pub(super) fn side_of(&self, place: Vec2) -> ViewSide {
         self.actual[self.guide].side_of(place)
     }
 
     /// Whether a point (robot frame, m) of a target is visible to a camera.
-    // Inlined: arguments passed in memory would be read again at once, which takes longer than the rest.
+    // Inlined, as arguments passed in memory would be read back at once, which takes longer than the rest.
     #[inline(always)]
     pub(super) fn is_visible(&self, camera: usize, point: Vec3, target: Target) -> bool {
         self.visible_pixel(camera, point, target).is_some()
@@ -110,7 +110,7 @@ impl<'a> Observer<'a> {
         self.occluders.hide(&self.actual[camera].lens, point.truncate(), point.z, target)
     }
 
-    /// Whether all of a target within `radius` m of `centre` (robot frame, m) is certainly visible to a camera.
+    /// Whether the whole part of a target within `radius` m of `centre` (robot frame, m) is certainly visible to a camera.
     pub(super) fn sees_all(&self, camera: usize, centre: Vec3, radius: f32, target: Target) -> bool {
         target == Target::Unobstructed && self.actual[camera].surely_sees(centre, radius)
     }
@@ -120,7 +120,7 @@ impl<'a> Observer<'a> {
         are_enough(points, needed, |point| self.is_visible(camera, point, target))
     }
 
-    /// The target, or [`Target::Unobstructed`], for all cameras: see [`Occluders::judge`].
+    /// Returns the target, or [`Target::Unobstructed`] for all cameras: see [`Occluders::judge`].
     pub(super) fn judge(&self, target: Target, place: Vec2, radius: f32) -> Target {
         // Seen from above, two lenses of a head are at most 5 cm apart at any pitch; more lenses may be further apart.
         let lens = self.actual[self.guide].lens;
@@ -129,7 +129,7 @@ impl<'a> Observer<'a> {
         self.occluders.judge(target, lens, place, radius + apart)
     }
 
-    /// The camera with the least score; `None` if no camera has one.
+    /// The index of the camera with the least score; `None` if no camera has one.
     pub(super) fn best_camera(&self, score: impl Fn(&Self, usize) -> Option<f32>) -> Option<usize> {
         let mut best: Option<(usize, f32)> = None;
         for index in 0..self.actual.len() {

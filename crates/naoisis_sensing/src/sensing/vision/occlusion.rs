@@ -9,7 +9,7 @@ use naoisis_core::geometry::{Pose, unrotate};
 use naoisis_core::pitch::Post;
 use naoisis_core::robot::body::BodyBox;
 
-/// The bodies and posts that may be in view of a robot, in its frame. Refilled for each robot, to save memory.
+/// The bodies and posts that may be in view of a robot, in its frame. Refilled for each robot, to reuse the memory.
 #[derive(Default, Debug)]
 pub struct Occluders {
     robots: Vec<OccludingRobot>,
@@ -51,7 +51,7 @@ pub enum Target {
 
 impl Occluders {
     /// Collects the occluders in view of the camera `views` of the robot at `own_pose`, whose index in the scene is `own_index` if it has a
-    /// body. What is not in view hides nothing that is.
+    /// body. An object out of view cannot hide an object in view.
     pub fn gather(&mut self, scene: &Scene, own_index: Option<usize>, own_pose: Pose, views: &[CameraView]) {
         let own_forward = own_pose.forward();
         let in_view = |position: Vec2, reach: f32, height: f32| {
@@ -79,8 +79,8 @@ impl Occluders {
         }
     }
 
-    /// Returns `target`, or [`Target::Unobstructed`] if no occluder is near the line of sight to any point within `radius` m of `place`. So
-    /// the occluders need not be checked for every point.
+    /// Returns `target`, or [`Target::Unobstructed`] if no occluder is near the line of sight to any point within `radius` m of `place`. In
+    /// that case the occluders need not be checked for every point.
     pub fn judge(&self, target: Target, lens: Vec3, place: Vec2, radius: f32) -> Target {
         let sight = Sight::new(lens, place);
         let is_obstructed =
@@ -114,7 +114,7 @@ impl Occluders {
     }
 }
 
-/// A line of sight, from above.
+/// A line of sight, seen from above.
 struct Sight {
     lens: Vec2,
     direction: Vec2,
@@ -127,7 +127,7 @@ impl Sight {
         Self { lens: lens.truncate(), direction, length_squared: direction.length_squared() }
     }
 
-    /// Whether it passes within about `reach` m of `place`. A fast rejection of occluders that are far from it.
+    /// Whether the line of sight passes within about `reach` m of `place`. A fast rejection of occluders that are far from it.
     fn passes(&self, place: Vec2, reach: f32) -> bool {
         let offset = place - self.lens;
         let reach_squared = reach * reach * self.length_squared;
@@ -147,14 +147,14 @@ impl OccludingRobot {
         let origin = unrotate(self.forward, lens.truncate() - self.position);
         let along = unrotate(self.forward, sight.truncate());
         let origin = Vec3A::new(origin.x, origin.y, lens.z);
-        // For an axis along which the sight does not move, the inverse is limited to the greatest number.
+        // If the line of sight does not move along an axis, the inverse is limited to the greatest number.
         let inverse = Vec3A::new(along.x, along.y, sight.z).recip().clamp(Vec3A::MIN, Vec3A::MAX);
         let [torso, base] = &self.boxes;
         torso.are_in_the_way(origin, inverse) || base.are_in_the_way(origin, inverse)
     }
 }
 
-/// An axis-aligned box, by two of its corners.
+/// An axis-aligned box, given by two of its corners.
 #[derive(Debug)]
 struct Bounds {
     least: Vec3A,
@@ -169,7 +169,7 @@ impl Bounds {
         }
     }
 
-    /// Whether the sight with this inverse direction meets the box: the intervals between the three pairs of faces overlap (Kay and
+    /// Whether the line of sight with this inverse direction meets the box: the intervals between the three pairs of faces overlap (Kay and
     /// Kajiya, 1986).
     #[inline(always)]
     fn are_in_the_way(&self, lens: Vec3A, inverse: Vec3A) -> bool {
@@ -180,7 +180,7 @@ impl Bounds {
 }
 
 impl OccludingPost {
-    /// Whether the sight passes through the upright cylinder: where it is within the circle, it is not above the top.
+    /// Whether the line of sight passes through the upright cylinder: while it is within the circle, it is not above the top.
     fn is_in_the_way(&self, lens: Vec3, sight: Vec3) -> bool {
         let offset = lens.truncate() - self.position;
         let direction = sight.truncate();
@@ -252,7 +252,7 @@ mod tests {
             assert!(occluders.hide_point(Vec3::new(3.0, side * 0.492, 0.0), Target::Other));
             assert!(!occluders.hide_point(Vec3::new(3.0, side * 0.494, 0.0), Target::Other));
         }
-        // In front of it, and the robot itself, nothing is hidden.
+        // Neither points in front of it nor the robot itself are hidden.
         assert!(!occluders.hide_point(Vec3::new(0.8, 0.0, 0.0), Target::Other));
         assert!(!occluders.hide_point(Vec3::new(1.0, 0.0, 0.3), Target::Robot(1)));
         // Above its shoulders the sight is free: at x = 0.95 it must be above 0.46, which the sight to a point at

@@ -18,7 +18,7 @@ const WAISTBAND_OFFSETS: [f32; 3] = [0.0, -0.04 / 0.074, 0.04 / 0.074];
 /// The heights at which the legs of a robot without a visible foot are sampled, as shares of the height of the band's lower edge.
 const LEG_HEIGHTS: [f32; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 
-/// The number of visible sample points from which a waistband is in view.
+/// The least number of visible sample points with which a waistband is in view.
 const WAISTBAND_POINTS_NEEDED: usize = 3;
 
 /// The number of sample points of a waistband.
@@ -51,7 +51,7 @@ impl Observer<'_> {
                 }
                 let points = waistband(&observer.actual[camera], place, band);
                 let is_visible = |point: &&Vec3| observer.is_visible(camera, **point, target);
-                // If only the foot is in this image, the waistband is in another.
+                // If only the foot is in this image, the waistband is in another image.
                 points.as_flattened().iter().filter(is_visible).count().max(WAISTBAND_POINTS_NEEDED)
             });
         if !is_detected {
@@ -65,7 +65,7 @@ impl Observer<'_> {
         Some(RobotPercept { camera: self.names[camera], team, pixel, position_m })
     }
 
-    /// The factor on the distance of a robot without a visible foot: its error grows with the hidden height.
+    /// The factor on the measured distance of a robot without a visible foot. Its error grows with the hidden height.
     fn error_without_feet(&mut self, camera: usize, place: Vec2, band: &Waistband, target: Target) -> f32 {
         let HiddenFeet { bias, sd } = self.noise.hidden_feet;
         let is_visible = |height: &f32| self.is_visible(camera, place.extend(*height), target);

@@ -1,4 +1,4 @@
-//! Percepts for debugging: all objects on the pitch at their true places.
+//! Percepts for debugging: all objects on the pitch at their true positions.
 
 use bevy::prelude::*;
 
@@ -10,7 +10,7 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 
 /// Fills the percepts with all objects, in view or not. The camera is the last one that has the object in its image (on a NAO, the lower
-/// one), otherwise the first; an object that no camera sees has a pixel outside the image. A robot without cameras has no percepts.
+/// one), otherwise the first; the pixel of an object that no camera sees is outside the image. A robot without cameras has no percepts.
 pub(super) fn know_everything(
     percepts: &mut Percepts,
     scene: &Scene,

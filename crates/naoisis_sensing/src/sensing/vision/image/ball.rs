@@ -1,4 +1,4 @@
-//! The ball: an orange blob that fits the circle of a ball at its place.
+//! Detection of the ball: an orange blob that fits the circle of a ball at its position.
 
 use bevy::math::Vec2;
 
@@ -39,7 +39,7 @@ impl Look<'_> {
         if (on_circle as f32) < LEAST_ON_CIRCLE * contour.len() as f32 {
             return None;
         }
-        // It has about the size of a ball at that place.
+        // The blob has about the size of a ball at that position.
         let widest = f32::from(blob.width().max(blob.height()));
         let visible = self.area_in_image(centre, radius);
         let filled = blob.area as f32 / visible.max(1.0);
@@ -50,7 +50,7 @@ impl Look<'_> {
         Some(BallPercept { camera: self.camera, pixel: self.view.clamp_to_image(centre), position_m })
     }
 
-    /// The radius of a ball whose centre is at a pixel, pixels.
+    /// The radius in pixels of a ball whose centre is at the pixel `centre`.
     fn radius_at(&self, centre: Vec2) -> Option<f32> {
         let radius = self.model.ball_radius;
         let place = self.place(centre, radius)?;
@@ -117,7 +117,7 @@ fn trace(runs: &[Run], [width, height]: [usize; 2], contour: &mut Vec<Vec2>) {
         if usize::from(run.to) < width {
             contour.push(Vec2::new(f32::from(run.to), middle));
         }
-        // Above and below, where there is no run of the blob.
+        // Columns above and below that no run of the blob touches.
         if run.row > 0 {
             bare(
                 run,

@@ -11,7 +11,7 @@ pub(super) struct Run {
     /// The column after the last.
     pub(super) to: u16,
     class: ColourClass,
-    /// An earlier run of the same blob, or itself.
+    /// An earlier run of the same blob, or the run itself.
     parent: u32,
 }
 
@@ -20,7 +20,7 @@ impl Run {
         self.to - self.from
     }
 
-    /// The middle of it, pixels from the left edge.
+    /// The column of the run's middle, pixels from the left edge.
     pub(super) fn middle(&self) -> f32 {
         f32::from(self.from + self.to) / 2.0
     }
@@ -60,7 +60,7 @@ pub(super) struct Segmentation {
     pub(super) classes: Vec<ColourClass>,
     pub(super) blobs: Vec<Blob>,
     runs: Vec<Run>,
-    /// The runs, blob by blob, each from the top.
+    /// The runs, blob by blob, each from top to bottom.
     ordered: Vec<Run>,
     blob_of: Vec<u32>,
 }
@@ -75,12 +75,12 @@ impl Segmentation {
         self.collect_blobs();
     }
 
-    /// The runs of a blob, from the top.
+    /// The runs of a blob, from top to bottom.
     pub(super) fn runs(&self, blob: &Blob) -> &[Run] {
         &self.ordered[blob.first as usize..(blob.first + blob.count) as usize]
     }
 
-    /// The runs of a class that does not form blobs, row by row.
+    /// Collects the runs of a class that does not form blobs, row by row.
     pub(super) fn runs_of(&self, class: ColourClass, runs: &mut Vec<Run>) {
         runs.clear();
         for (row, classes) in self.classes.chunks_exact(self.width.max(1)).enumerate() {
@@ -117,7 +117,7 @@ impl Segmentation {
         self.classes = all_classes;
     }
 
-    /// Connects the runs of a row with those above that they touch, including diagonally.
+    /// Connects the runs of a row with those of the row above that they touch, including diagonally.
     fn connect(&mut self, above: core::ops::Range<usize>, row: core::ops::Range<usize>) {
         let mut upper = above.start;
         for index in row {
@@ -129,7 +129,7 @@ impl Segmentation {
             while other < above.end && self.runs[other].from <= run.to {
                 if self.runs[other].class == run.class {
                     let (one, two) = (self.root(index as u32), self.root(other as u32));
-                    // The earlier one is the root.
+                    // The root with the lower index stays the root.
                     let (root, leaf) = if one < two { (one, two) } else { (two, one) };
                     self.runs[leaf as usize].parent = root;
                 }
@@ -200,7 +200,7 @@ mod tests {
     use crate::appearance::colours::{self, Colour};
     use naoisis_core::team::Team;
 
-    /// An image of words: `o` orange, `p` pink, anything else green.
+    /// An image from words: `o` orange, `p` pink, anything else green.
     fn image(rows: &[&str]) -> Image {
         let colour = |letter: char| match letter {
             'o' => colours::BALL,

@@ -1,4 +1,4 @@
-//! Colour classes.
+//! Classification of colours.
 
 use std::sync::LazyLock;
 
@@ -32,7 +32,7 @@ impl ColourClass {
         self as u8 >= ColourClass::Orange as u8
     }
 
-    /// The class of a colour, by its hue, saturation and lightness, so that it depends little on light and shadow.
+    /// The class of a colour, from its hue, saturation and lightness, so that it depends little on light and shadow.
     fn of([red, green, blue]: [f32; 3]) -> Self {
         let most = red.max(green).max(blue);
         let least = red.min(green).min(blue);
@@ -108,7 +108,7 @@ mod tests {
             (colours::CHALK, ColourClass::White),
         ];
         for (Colour(rgb), class) in cases {
-            // The least light on a body is 62 %: none from the sun, and from below.
+            // The least light on a surface is 62 %: from below, without the sun.
             for light in [100, 85, 70, 62] {
                 let shaded = rgb.map(|channel| (u32::from(channel) * light / 100) as u8);
                 assert_eq!(class_of(shaded), class, "{shaded:?}");

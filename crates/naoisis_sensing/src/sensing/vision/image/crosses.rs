@@ -1,4 +1,4 @@
-//! Penalty crosses: white spots on the carpet with the size and the spread of a cross at that place.
+//! Detection of penalty crosses: white spots on the carpet with the size and the spread of a cross at their position.
 
 use bevy::math::{Mat2, Vec2};
 
@@ -9,15 +9,15 @@ use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Rob
 
 /// The least number of pixels of a cross.
 const LEAST_PIXELS: f32 = 10.0;
-/// The number of pixels of a cross, as a multiple of the expected one.
+/// The range of the number of pixels of a cross, as multiples of the expected number.
 const AREA: core::ops::Range<f32> = 0.6..1.5;
-/// The squares of its widths in all directions, as multiples of the expected ones.
+/// The range of the squared widths of a cross in all directions, as multiples of the expected ones.
 const SPREAD: core::ops::Range<f32> = 0.5..1.8;
 /// The least share of carpet around a cross.
 const LEAST_GREEN: f32 = 0.9;
 /// The greatest width of a cross, as a share of the length of its bars: from corner to opposite corner, plus the edges.
 const BROADEST: f32 = 1.3;
-/// How far the arms of a robot may extend beyond its body, m.
+/// The greatest distance by which the arms of a robot extend beyond its body, m.
 const BESIDE_ROBOT_M: f32 = 0.02;
 
 /// The white pixels of a spot.
@@ -25,7 +25,7 @@ const BESIDE_ROBOT_M: f32 = 0.02;
 pub(super) struct Spot {
     /// The part of the image that may contain the cross: left and top, width and height.
     frame: [usize; 4],
-    /// Whether each pixel of it is in the spot or on its edge.
+    /// Whether each pixel of the frame is in the spot or on its edge.
     is_in: Vec<bool>,
     /// White pixels whose neighbours have not been visited.
     next: Vec<[usize; 2]>,
@@ -34,7 +34,7 @@ pub(super) struct Spot {
     sum: Vec2,
     /// Sums of the squares and of the products of columns and rows, relative to the frame.
     squares: [f32; 3],
-    /// The number of pixels around it, and that of carpet among them.
+    /// The number of pixels around the spot, and the number of carpet pixels among them.
     around: usize,
     green: usize,
 }
@@ -120,7 +120,7 @@ impl Look<'_> {
         if !AREA.contains(&(count / expected_count)) {
             return None;
         }
-        // Pixels have a width of their own.
+        // A pixel itself has a width.
         let spread = second_moment / area * pixels_from_ground * pixels_from_ground.transpose()
             + Mat2::from_diagonal(Vec2::splat(1.0 / 12.0));
         let [xx, xy, yy] = spot.squares;
@@ -136,7 +136,7 @@ impl Look<'_> {
         is_as_broad.then_some(middle)
     }
 
-    /// Pixels to the right and downwards per metre on the ground at `place`, along the robot's axes.
+    /// The Jacobian of the projection: pixels to the right and downwards per metre on the ground at `place`, along the robot's axes.
     fn pixels_from_ground(&self, place: Vec2) -> Option<Mat2> {
         const STEP_M: f32 = 0.01;
         let along = |axis: Vec2| {
@@ -155,8 +155,8 @@ impl Look<'_> {
         (left + right) as f32 <= columns + 1.0
     }
 
-    /// Fills `spot` with the white pixels that are connected to a point. Returns whether it ends within `reach`, and before the edge of the
-    /// image.
+    /// Fills `spot` with the white pixels that are connected to a point. Returns whether the spot ends within `reach`, and before the edge
+    /// of the image.
     fn fill(&self, point: &Point, reach: Vec2, spot: &mut Spot) -> bool {
         let least = (point.pixel - reach).max(Vec2::ZERO);
         let most = (point.pixel + reach).min(Vec2::new(self.width() as f32, self.height() as f32));
@@ -189,7 +189,7 @@ impl Look<'_> {
                         spot.around += 1;
                         spot.green += 1;
                     }
-                    // A pixel of the edge, whose colour is mixed, is next to green.
+                    // A pixel of the edge, whose colour is mixed, has a green neighbour.
                     _ if self.is_beside_green(left + u, top + v) => {
                         if !is_known {
                             spot.add([u, v], 0.5);
@@ -211,7 +211,7 @@ impl Look<'_> {
     }
 }
 
-/// Whether `place` is behind a robot with this `reach`, m, where it is hidden or just beside the robot in the image.
+/// Whether `place` is behind a robot with this `reach`, m, so that in the image it is hidden by the robot or just beside it.
 fn is_beside(robot: Vec2, reach: f32, place: Vec2) -> bool {
     let direction = robot.normalize_or(Vec2::X);
     direction.dot(place) > robot.length()

@@ -1,4 +1,4 @@
-//! Junctions of line segments.
+//! Detection of junctions of line segments.
 
 use bevy::math::Vec2;
 
@@ -17,7 +17,7 @@ const BEYOND_M: [f32; 2] = [0.05, 0.15];
 const THROUGH_CENTRE_M: f32 = 0.1;
 
 impl Look<'_> {
-    /// The shape and the place of the junction of two segments, if they meet at a right angle.
+    /// The shape and the position of the junction of two segments, if they meet at a right angle.
     pub(super) fn junction(&self, one: &Piece, other: &Piece) -> Option<(JunctionShape, Vec2)> {
         let (along, across) = (one.direction(), other.direction());
         let are_long = one.length() >= SHORTEST_THAT_MEETS_M && other.length() >= SHORTEST_THAT_MEETS_M;
@@ -34,11 +34,11 @@ impl Look<'_> {
             [false, false] => JunctionShape::X,
             _ => JunctionShape::T,
         };
-        // No two straight lines cross on a pitch.
+        // On a pitch, no two straight lines cross.
         (shape != JunctionShape::X).then_some((shape, place))
     }
 
-    /// The places where a segment through the centre of a circle crosses it, m, as far as the segment is in the image.
+    /// The points at which a segment through the centre of a circle crosses the circle, m, as far as the segment is in the image.
     pub(super) fn crossings(&self, piece: &Piece, circle: &Circle) -> impl Iterator<Item = Vec2> + use<> {
         let along = piece.direction();
         let [start, end] = piece.places.map(|place| along.dot(place - circle.centre));
@@ -51,7 +51,7 @@ impl Look<'_> {
             .map(move |at| centre + at * along)
     }
 
-    /// Whether a segment ends at the distance `along` it, in another line; `None` if that is unclear.
+    /// Whether a segment ends in another line at the distance `along` from its start; `None` if that is unclear.
     fn ends_at(&self, piece: &Piece, along: f32) -> Option<bool> {
         let length = piece.length();
         let direction = piece.direction();

@@ -1,4 +1,4 @@
-//! Lines: white between green, about as wide as a line; their junctions, and the centre circle.
+//! Detection of lines, which are white between green and about as wide as a line; of their junctions, and of the centre circle.
 //!
 //! Every few columns and rows of the image are searched for white runs with green on both sides. Neighbouring points form chains, which are
 //! cut into straight segments; a chain with the curvature of the centre circle is a part of it.
@@ -14,9 +14,9 @@ use super::pieces::{Circle, Piece, cut, join};
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
 use naoisis_core::pitch::JunctionShape;
 
-/// Columns and rows between two that are searched.
+/// The distance between searched columns or rows, pixels.
 const SPACING: usize = 4;
-/// The least width of a line on the ground, and the greatest if it is crossed at a slant, as multiples of the line width.
+/// The range of the width of a line on the ground, as multiples of the line width; it is greater if the line is crossed at a slant.
 const WIDTH: Range<f32> = 0.4..4.0;
 /// The greatest length of ground that a pixel of a line may cover, as a multiple of the line width.
 const COARSEST: f32 = 1.8;
@@ -143,7 +143,7 @@ impl Look<'_> {
         }
     }
 
-    /// The middle of a line between two pixels, if it may be a line.
+    /// The middle of a white run between two pixels, if it may belong to a line.
     fn point(&self, ends: [Vec2; 2], scan: usize, robots: &[(bool, RobotPercept)]) -> Option<Point> {
         let [start, end] = [self.view.ground_point(ends[0])?, self.view.ground_point(ends[1])?];
         let place = (start + end) / 2.0;

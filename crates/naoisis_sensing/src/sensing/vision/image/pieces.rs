@@ -7,21 +7,21 @@ use super::line_point::Point;
 
 /// The least length of a segment, m.
 const SHORTEST_M: f32 = 0.2;
-/// The least length of a segment of a curve that counts as a line, m.
+/// The least length of a segment of a curve that is taken for a line, m.
 const LONG_M: f32 = 0.6;
-/// The greatest deviation of a chain from a straight segment, m, plus pixels.
+/// The greatest deviation of a chain from a straight segment: m, and pixels.
 const STRAIGHT: [f32; 2] = [0.015, 0.72];
 /// The greatest distance between segments of one line, m.
 const SAME_LINE_M: f32 = 0.03;
-/// Added to that distance, pixels.
+/// Tolerance added to [`SAME_LINE_M`], pixels.
 const SAME_LINE_PX: f32 = 1.8;
-/// The greatest length of these pixels on the ground, m.
+/// The greatest length on the ground of [`SAME_LINE_PX`], m.
 const MOST_SAME_LINE_M: f32 = 0.04;
 /// The greatest gap between segments of one line, m.
 const GAP_M: f32 = 0.3;
-/// A chain with a gap of this share of its length belongs to two lines.
+/// The share of a chain's length from which a gap divides it into two lines.
 const WIDEST_GAP: f32 = 0.5;
-/// The angle between successive segments of a curve, radians: lines meet at right angles.
+/// The range of the angle between successive segments of a curve, radians. Lines meet at right angles.
 const TURN: Range<f32> = 0.1..1.05;
 /// The tolerance of the radius of a circle: a share of it, plus m.
 const CIRCLE_TOLERANCE: [f32; 2] = [0.04, 0.045];
@@ -103,8 +103,8 @@ impl Circle {
     }
 }
 
-/// Cuts a chain into straight segments, and finds circles with these radii. `pixel_on_ground`: the length of ground that a pixel covers at a
-/// place, m.
+/// Cuts a chain into straight segments, and finds circles with these radii. `pixel_on_ground` returns the length of ground that a pixel
+/// covers at a position, m.
 pub(super) fn cut(
     chain: &[Point],
     radii: [f32; 2],
@@ -203,7 +203,7 @@ fn fitted(points: &[Point]) -> Piece {
     Piece { pixels: [first.pixel, last.pixel], places: [foot(first), foot(last)] }
 }
 
-/// Joins segments of the same line, which were found in columns and in rows, or have a gap.
+/// Joins segments of the same line that were found in columns and in rows, or have a gap between them.
 pub(super) fn join(pieces: &mut Vec<Piece>, pixel_on_ground: &dyn Fn(Vec2) -> f32) {
     let mut index = 0;
     while index < pieces.len() {

@@ -1,4 +1,4 @@
-//! Goal posts: upright strips of a goal's colour.
+//! Detection of goal posts: upright strips of a goal's colour.
 //!
 //! Lines and robots are white, too. A white strip is a post only if it has nearly the full height of a post, as far as that is in the image.
 
@@ -11,7 +11,7 @@ use super::strips::{LEAST_SLENDERNESS, Strip, Strips};
 use crate::sensing::vision::GoalPostPercept;
 use naoisis_core::pitch::GoalColour;
 
-/// The least width of a short piece of a near post, pixels.
+/// The width from which a short piece of a near post suffices, pixels.
 const WIDE: f32 = 20.0;
 /// The least ratio of height to width of such a piece.
 const LEAST_SLENDERNESS_OF_WIDE: f32 = 0.6;
@@ -21,12 +21,12 @@ const GREATEST_DISTANCE_BY_SIDE_M: f32 = 1.5;
 /// The least width of the strip of such a post, pixels.
 const LEAST_WIDTH_BY_SIDE: u16 = 6;
 
-/// The tolerance of the width of a white strip, as a share of the expected one, plus a pixel.
+/// The tolerance of the width of a white strip, as a share of the expected width; a pixel is added.
 const WIDTH_OF_WHITE: f32 = 0.3;
 /// The least share of the expected height of a white post in the image.
 const LEAST_OF_WHITE: f32 = 0.8;
 
-/// The number of rows in which a robot beside a strip is searched.
+/// The number of rows in which robots beside a strip are searched for.
 const ROWS_BESIDE: u16 = 8;
 
 /// The least difference between the heights of a post's top and of the lens at which the distance follows from the top, m.
@@ -65,7 +65,7 @@ impl Look<'_> {
         }
     }
 
-    /// As [`Look::post`] for a white strip, which must have the height of a post at that place.
+    /// Like [`Look::post`], for a white strip, which must have the height of a post at that position.
     fn white_post(&self, strip: &Strip) -> Option<(bool, Vec2, Vec2)> {
         let is_cut_above = strip.first.row == 0;
         let is_cut_below = usize::from(strip.last.row) + 1 == self.height();
@@ -75,7 +75,7 @@ impl Look<'_> {
         } else {
             self.post(strip).filter(|(has_foot, ..)| *has_foot)?
         };
-        // A nearer robot has the same height, and so has a line that leads away.
+        // A nearer robot, or a line that leads away, may have the same height.
         let diameter = 2.0 * self.model.post_radius;
         let middle = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
         let expected =
@@ -83,7 +83,7 @@ impl Look<'_> {
         let tolerance = WIDTH_OF_WHITE * expected + 1.0;
         let is_as_wide = match strip.whole_width() {
             Some(width) => (across(strip, width) - expected).abs() < tolerance,
-            // A side of it is not in the image.
+            // One side of the strip is outside the image.
             None => (0.4 * expected..expected + tolerance).contains(&across(strip, strip.mean_width())),
         };
         let [top, foot] =
@@ -93,7 +93,7 @@ impl Look<'_> {
         (is_as_wide && is_as_high && self.ends_at_top(strip, place)).then_some((has_foot, pixel, place))
     }
 
-    /// Whether the foot of a strip is in the image, its pixel, and its place.
+    /// Whether the foot of a strip is in the image, its pixel, and the position of the post.
     fn post(&self, strip: &Strip) -> Option<(bool, Vec2, Vec2)> {
         let foot = Vec2::new(strip.last.middle(), f32::from(strip.last.row + 1));
         if self.is_foot(strip)
@@ -106,7 +106,7 @@ impl Look<'_> {
         Some((false, self.view.project_anywhere(place.extend(0.0)), place))
     }
 
-    /// The place of a post with its front at `front`, if the strip is as upright and as wide as one at that place.
+    /// The position of a post with its front at `front`, if the strip is as upright and as wide as a post at that position.
     fn judge(&self, strip: &Strip, front: Vec2, has_foot: bool) -> Option<Vec2> {
         // The image shows the front of the post.
         let place = front + front.normalize_or(Vec2::X) * self.model.post_radius;
@@ -145,7 +145,7 @@ impl Look<'_> {
         strip.whole_width().is_none() || off.abs() < 0.2 * strip.rows as f32 + 0.5 * strip.mean_width()
     }
 
-    /// The place of a post by its top, if it is in the image.
+    /// The position of a post by its top, if the top is in the image.
     fn by_top(&self, strip: &Strip) -> Option<Vec2> {
         let height = self.model.post_height;
         if (height - self.view.lens.z).abs() < LEAST_HEIGHT_DIFFERENCE_M {
@@ -164,7 +164,7 @@ impl Look<'_> {
         (is_long_enough && strip.rows as f32 > strip.mean_width()).then_some(place)
     }
 
-    /// The place of a post by its width.
+    /// The position of a post by its width.
     fn by_width(&self, strip: &Strip) -> Option<Vec2> {
         let width = strip.whole_width().filter(|&width| width >= 3.0)?;
         // Only a short piece of a near post may be in the image; it is wider than a bar.
@@ -187,8 +187,8 @@ impl Look<'_> {
         may_stand.then_some(place)
     }
 
-    /// The approximate place of a post of which only one side is in the image: nearer than where it would be as narrow as the visible part, and
-    /// than where its foot or its top would be in the image.
+    /// The approximate position of a post of which only one side is in the image. The post is nearer than it would be if it were as narrow
+    /// as the visible part, and nearer than it would be if its foot or its top were in the image.
     fn by_side(&self, strip: &Strip) -> Option<Vec2> {
         if strip.whole_width().is_some() || strip.widest < LEAST_WIDTH_BY_SIDE {
             return None;
@@ -223,11 +223,11 @@ impl Look<'_> {
         if furthest > GREATEST_DISTANCE_BY_SIDE_M {
             return None;
         }
-        // Half of the area up to the greatest distance is nearer than this.
+        // Half of the area within the greatest distance is nearer than this.
         let direction = ray.truncate().normalize_or_zero();
         let place_of_side = lens + direction * (furthest * core::f32::consts::FRAC_1_SQRT_2);
         let place = place_of_side + direction.perp() * (leftwards * self.model.post_radius);
-        // The side is as upright as an edge at that place.
+        // The side must be as upright as an edge at that position.
         let runs = f32::from(side(&strip.last)) - f32::from(side(&strip.first));
         let expected = self.slope_of_upright(place_of_side, row) * (strip.rows as f32 - 1.0);
         ((runs - expected).abs() < 0.1 * strip.rows as f32 + 2.0).then_some(place)
@@ -257,7 +257,7 @@ impl Look<'_> {
         (above < from).then_some(above)
     }
 
-    /// Whether a robot may hide a side of a strip: most of its rows have white beside them. A net has only strings.
+    /// Whether a robot may hide a side of a strip: most of its rows have white beside them. A net, by contrast, has only strings.
     fn is_beside_white(&self, strip: &Strip) -> bool {
         let reach = strip.mean_width() / 2.0 + 2.0;
         let (top, rows) = (strip.first.row, strip.last.row - strip.first.row);
@@ -272,7 +272,7 @@ impl Look<'_> {
         })
     }
 
-    /// Whether the carpet is below a strip, or a line and then the carpet.
+    /// Whether there is carpet below a strip, or a line and then carpet.
     fn is_foot(&self, strip: &Strip) -> bool {
         let column = (strip.last.middle() as usize).min(self.width() - 1);
         let below = usize::from(strip.last.row) + 1;
@@ -303,7 +303,7 @@ fn insert(found: &mut Vec<(bool, GoalPostPercept)>, has_foot: bool, percept: Goa
         other.colour == percept.colour && bearing(other.position_m).dot(bearing(percept.position_m)) > 0.9985
     });
     match same {
-        // Of two pieces of one post, the one with the foot, or the nearer one.
+        // Of two pieces of one post, the one with the foot is kept, or else the nearer one.
         Some(other) if (has_foot, -percept.position_m.length()) > (other.0, -other.1.position_m.length()) => {
             *other = (has_foot, percept);
         }

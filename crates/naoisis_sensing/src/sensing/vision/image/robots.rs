@@ -12,14 +12,14 @@ use naoisis_core::team::Team;
 /// The least number of pixels of a waistband.
 const LEAST_AREA: u32 = 8;
 
-/// Columns of at least this share of the greatest height are used for the edges of the band.
+/// The least height of the columns used for the edges of the band, as a share of the greatest height.
 const HIGH_ENOUGH: f32 = 0.6;
 
 /// A possible robot.
 struct Sighted {
     has_lower_edge: bool,
     position_m: Vec2,
-    /// The difference of the size of its band from the expected one: a sum of logarithms.
+    /// The difference between the size of its band and the expected size, as a sum of logarithms.
     misfit: f32,
 }
 
@@ -37,7 +37,7 @@ impl Look<'_> {
             }
             let ends = self.edges(blob, edges);
             let bands = self.model.waistbands[team].iter();
-            // Of several kinds of robots, the one whose band fits best.
+            // Of several kinds of robots, the one whose band fits best is chosen.
             let best = bands
                 .filter_map(|band| self.robot(blob, band, ends))
                 .reduce(|best, other| if other.misfit < best.misfit { other } else { best });
@@ -64,7 +64,7 @@ impl Look<'_> {
             (false, true) => (by_upper()?, false),
             (true, true) => return None,
         };
-        // The size of a band at that place.
+        // The expected size of a band at that position.
         let focal_length = self.view.intrinsics.focal.x;
         let depth = self.depth(place, low_z).max(0.1);
         let across = focal_length * 2.0 * half_size.y / depth;
@@ -81,7 +81,7 @@ impl Look<'_> {
         if is_no_wider && is_no_higher && is_high_enough {
             return Some(Sighted { has_lower_edge: has_lower, position_m: place, misfit });
         }
-        // If its lower part is hidden, the upper edge locates it.
+        // If the lower part is hidden, the band is located by its upper edge.
         if !is_high_enough && !is_cut_above && width < 1.5 * across + 2.0 {
             return by_upper().map(|position_m| Sighted { has_lower_edge: false, position_m, misfit });
         }
@@ -103,7 +103,7 @@ impl Look<'_> {
         let count = edges.len().max(1);
         [0, 1].map(|end| {
             edges.sort_unstable_by_key(|edge| edge[end]);
-            // The mean of the middle half is finer than the median.
+            // The mean of the middle half has a finer resolution than the median.
             let middle = &edges[count / 4..(count - count / 4).min(edges.len())];
             middle.iter().map(|edge| f32::from(edge[end])).sum::<f32>() / middle.len().max(1) as f32
         })

@@ -90,9 +90,10 @@ pub(in crate::sensing::vision) fn process_images(
     }
 }
 
-/// Adds the detections in the image of one camera to those of the cameras before: an object that both see is one percept.
+/// Adds the detections in the image of one camera to those of earlier cameras. An object that several cameras see becomes one percept.
 pub(super) fn merge(percepts: &mut Percepts, is_lower: bool, detections: &ImageDetections) {
-    // Of two balls, the one that is seen better: a lower camera, which comes later in the model, is nearer to what it sees.
+    // Of two balls, the one that is seen better is kept: a lower camera, which comes later in the model, is nearer to the objects in its
+    // image.
     if let Some((_, ball)) = detections.ball
         && (percepts.ball.is_none() || is_lower)
     {

@@ -1,4 +1,4 @@
-//! Strips: runs of a colour one below the other, as upright objects have them in an image.
+//! Strips: runs of one colour below each other, as upright objects form them in an image.
 
 use super::Look;
 use super::blobs::Run;
@@ -15,26 +15,26 @@ const LEAST_ROWS_OF_NARROW: u32 = 12;
 /// The least ratio of height to width of a strip without a foot.
 pub(super) const LEAST_SLENDERNESS: f32 = 1.3;
 
-/// A strip whose middle moves by more columns per row is a slanting bar.
+/// The movement of a strip's middle from which it is a slanting bar, columns per row.
 const SLANT: f32 = 0.6;
-/// Where it moves by less again, the post below the bar begins.
+/// The movement below which a slanting bar has ended and the post below it begins, columns per row.
 const END_OF_SLANT: f32 = 0.45;
-/// The weight of a row in the mean movement.
+/// The weight of the newest row in the mean movement.
 const WEIGHT_OF_ROW: f32 = 0.2;
 
-/// A run this many times as wide as a white strip contains something that touches it from the side.
+/// The width, as a multiple of that of the white strip, from which a run contains an object that touches the strip from the side.
 const TOUCHED: f32 = 1.4;
-/// So does a run that is displaced by this many widths from one row to the next.
+/// The displacement from one row to the next, in widths of the strip, from which a run contains such an object.
 const ASIDE: f32 = 0.2;
-/// The greatest number of successive rows that may be touched, plus one and a half times the width of the strip.
+/// The greatest number of successive rows that may be touched, in addition to one and a half times the width of the strip.
 const ROWS_TOUCHED: u32 = 3;
 
-/// The number of rows from which the slope of a strip is known.
+/// The least number of rows from which the slope of a strip is computed.
 const ROWS_FOR_SLOPE: u16 = 8;
-/// Rows this many times as wide as a white strip do not count for its width.
+/// Rows at least this many times as wide as a white strip are not counted for its width.
 const WIDENED: f32 = 1.1;
 
-/// Runs of about the same width one below the other.
+/// Runs of about the same width below each other.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Strip {
     pub(super) class: ColourClass,
@@ -46,11 +46,11 @@ pub(super) struct Strip {
     pixels: u32,
     /// The number of rows that do not reach the left or right edge of the image.
     whole_rows: u32,
-    /// The number of these that count for its width, and their pixels.
+    /// The number of these rows that are counted for its width, and their pixels.
     counted_rows: u32,
     counted_pixels: u32,
     pub(super) widest: u16,
-    /// The mean movement of its middle in the last rows, columns per row, and whether it is a slanting bar.
+    /// The mean movement of its middle in the last rows, columns per row, and whether the strip is a slanting bar.
     movement: f32,
     is_slanting: bool,
 }
@@ -124,7 +124,7 @@ impl Strip {
         self.pixels as f32 / self.rows as f32
     }
 
-    /// The width in rows that do not reach the edge of the image; `None` if most rows do.
+    /// The width of the strip in rows that do not reach the edge of the image; `None` if most rows reach it.
     pub(super) fn whole_width(&self) -> Option<f32> {
         (2 * self.whole_rows > self.rows).then(|| self.counted_pixels as f32 / self.counted_rows as f32)
     }
@@ -228,7 +228,7 @@ impl Look<'_> {
     }
 }
 
-/// Joins the round ends of feet, where runs become narrower quickly, to the strips above them.
+/// Joins the round ends of feet, where runs quickly become narrower, to the strips above them.
 fn round_off(strips: &mut [Strip]) {
     for index in 1..strips.len() {
         let (before, rest) = strips.split_at_mut(index);

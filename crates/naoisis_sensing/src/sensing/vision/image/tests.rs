@@ -14,13 +14,13 @@ use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::team::{RobotId, Team};
 
-/// What a robot at `[x m, y m, heading deg]`, looking straight ahead and `pitch_deg` down, finds in the image of one of its
+/// The detections of a robot at `[x m, y m, heading deg]`, which looks straight ahead and `pitch_deg` down, in the image of one of its
 /// cameras. The scene is given in the pitch frame.
 fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, camera: CameraName) -> ImageDetections {
     look_knowing(scene, [x, y, heading], pitch_deg, camera, &ObjectModel::new(&scene.pitch, 0.03))
 }
 
-/// The same of a robot that knows what there may be.
+/// Like [`look`], for a robot with an object model.
 fn look_knowing(
     scene: &Scene,
     [x, y, heading]: [f32; 3],
@@ -132,7 +132,7 @@ fn robots_of_a_mixed_team_are_each_located_by_a_band_of_their_own_kind() {
     let model: Model = ron::from_str(include_str!("../../../../../../assets/robots/booster_k1.ron")).unwrap();
     let k1 = model.settings.body;
     let nao = Body::default();
-    // As long as it takes all for one kind, it is far off.
+    // A vision that takes all robots for one kind locates them badly.
     let of_both = ObjectModel::new(&Pitch::default(), 0.03).with_robots([(Team::Pink, &nao), (Team::Pink, &k1)]);
     let (mut found, mut placed, mut placed_as_naos) = (0, 0, 0);
     let mut looked = 0;
@@ -142,7 +142,7 @@ fn robots_of_a_mixed_team_are_each_located_by_a_band_of_their_own_kind() {
             let mut scene = pitch();
             let id = RobotId::new(Team::Pink, 2);
             scene.robots = vec![SceneRobot::standing(id, Pose::new(place.x, place.y, heading), body)];
-            // What of it is where it is, known as it may be of either kind, and as a NAO.
+            // Whether the robot is found, and near its position, with a model of both kinds or of NAOs only.
             let near = |model: &ObjectModel| {
                 let detections = look_knowing(&scene, [0.0, 0.0, 0.0], -8.0, CameraName::TOP, model).robots;
                 assert!(detections.iter().all(|(_, robot)| robot.team == Team::Pink));
@@ -175,7 +175,7 @@ fn lines_corners_and_the_circle_are_found() {
     assert!(circle.position_m.distance(Vec2::new(1.6, -0.3)) < 0.1, "{circle:?}");
 }
 
-/// Where crosses are seen, robot frame, m.
+/// The positions at which crosses are detected, robot frame.
 fn crosses(detections: &ImageDetections) -> Vec<Vec2> {
     let marks = detections.landmarks.iter().filter(|mark| mark.kind == LandmarkKind::PenaltyCross);
     marks.map(|mark| mark.position_m).collect()
@@ -271,7 +271,7 @@ fn in_random_scenes_nearly_everything_visible_is_found_at_its_distance() {
         conditions.cameras.design = design;
         let accuracy = accuracy::measure(250, &conditions, &mut stream);
         let classes = [&accuracy.ball, &accuracy.goal_posts, &accuracy.robots, &accuracy.penalty_crosses];
-        // What is white close beside a robot may be its arm: such crosses are left out.
+        // A white spot close beside a robot may be its arm: such crosses are left out.
         for (class, least) in classes.into_iter().zip([0.95, 0.95, 0.95, 0.8]) {
             assert!(class.found_share(EVERYWHERE_M) >= least, "{accuracy}");
             // Half of the directions are known to a degree.
@@ -279,7 +279,7 @@ fn in_random_scenes_nearly_everything_visible_is_found_at_its_distance() {
             assert!(class.visible(EVERYWHERE_M).count() > 20, "{accuracy}");
             assert!(class.range_error([0.0, 2.0], 0.5) < 0.05, "{accuracy}");
         }
-        // Of 500 images: parts of a waistband that a robot in front divides count as more than one.
+        // In 500 images: the parts of a waistband divided by a robot in front count as more than one.
         let false_detections = accuracy.ball.false_detections + accuracy.goal_posts.false_detections;
         let false_detections = false_detections + accuracy.penalty_crosses.false_detections;
         assert!(false_detections <= 2 && accuracy.robots.false_detections <= 10, "{accuracy}");

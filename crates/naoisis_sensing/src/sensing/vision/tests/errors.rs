@@ -1,4 +1,4 @@
-//! The vision's errors against their statistics.
+//! The vision's errors compared with their statistics.
 
 use super::*;
 use crate::sensing::sonar::{SonarNoise, SonarReading};
@@ -43,7 +43,7 @@ fn an_error_of_the_head_angles_shifts_the_pixels_and_the_robot_does_not_know() {
     // along the ground over its depth, 1. Standard error of the deviation 1 %, four of them: 99.99 %.
     let (_, deviation) = mean_and_deviation(balls.iter().flatten().map(|ball| ball.pixel.x));
     assert!((deviation - 6.298).abs() < 0.05 * 6.298, "{deviation}");
-    // So the bearing of the place errs by a degree: 2.0539 m * tan 1° = 0.0359 m.
+    // So the bearing of the position errs by a degree: 2.0539 m * tan 1° = 0.0359 m.
     let (_, deviation) =
         mean_and_deviation(balls.iter().flatten().map(|ball| ball.position_m.y / ball.position_m.x * 2.0539));
     assert!((deviation - 0.0359).abs() < 0.05 * 0.0359, "{deviation}");
@@ -183,14 +183,14 @@ fn a_place_that_looks_like_a_ball_stays_where_it_is_while_the_robot_moves() {
     let mut app = sensing_app();
     let robot = spawn_robot(&mut app, Team::Blue, 1, [-2.8, 0.0, 0.0], LEVEL);
     set(&mut app, robot, VisionSettings { noise, ..default() });
-    // Until there is some of both kinds ahead.
+    // Repeated until there are robots of both kinds ahead.
     let first = (0..3000).map(|_| sense::<Percepts>(&mut app, robot));
     let first = first.filter(|percepts| percepts.ball.is_some()).find(|percepts| !percepts.robots.is_empty()).unwrap();
     let ball = Pose::new(-2.8, 0.0, 0.0).transform_point(first.ball.unwrap().position_m);
     let markings = naoisis_core::pitch::Markings::new(&naoisis_core::pitch::Pitch::default());
     let marks = markings.junctions.iter().map(|junction| junction.position).chain(markings.penalty_crosses);
     assert!(marks.into_iter().any(|mark| mark.distance(ball) < 1e-3), "{ball}");
-    // From elsewhere it is in the same place, and behind the robot it is not seen.
+    // From another pose the false positive is at the same position on the pitch, and behind the robot it is not seen.
     let elsewhere = Pose::new(-2.5, 0.3, -0.1);
     set(&mut app, robot, elsewhere);
     let then = sense::<Percepts>(&mut app, robot);

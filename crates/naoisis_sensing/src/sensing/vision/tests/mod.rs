@@ -1,4 +1,4 @@
-//! The vision against hand-computed places.
+//! The vision compared with hand-computed positions.
 
 mod errors;
 
@@ -11,7 +11,7 @@ use naoisis_core::robot::motion::ExecutedStep;
 
 const LEVEL: [f32; 2] = [0.0, 0.0];
 
-/// What a robot at the origin with this head sees of a ball there.
+/// The percept of a ball at this position, for a robot at the origin with this head.
 fn ball_at(x: f32, y: f32, head_deg: [f32; 2]) -> Option<BallPercept> {
     let mut app = sensing_app();
     let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], head_deg);
@@ -82,7 +82,7 @@ fn a_robots_percepts_are_in_its_own_frame() {
 
 #[test]
 fn a_ball_behind_a_robot_is_hidden_until_most_of_it_sticks_out() {
-    // The robot at 1 m that faces us hides, at x = 3 and on the ground, |y| < 0.4932 (see the occlusion's own test).
+    // The robot at 1 m that faces this one hides, at x = 3 and on the ground, |y| < 0.4932 (see the test of the occlusion).
     let seen_at = |y: f32| {
         let mut app = sensing_app();
         let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], LEVEL);

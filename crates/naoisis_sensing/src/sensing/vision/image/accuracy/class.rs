@@ -2,19 +2,19 @@
 
 use bevy::math::{Vec2, ops};
 
-/// The least number of pixels of a visible object.
+/// The least number of pixels with which an object is visible.
 pub const LEAST_PIXELS: usize = 30;
 
 /// An object that could be seen in a look.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SceneSighting {
-    /// The true place, m, robot frame.
+    /// The true position, m, robot frame.
     pub real: Vec2,
-    /// The measured place, m, robot frame; `None` if it was not detected.
+    /// The measured position, m, robot frame; `None` if the object was not detected.
     pub seen: Option<Vec2>,
-    /// Whether at least [`LEAST_PIXELS`] of it are in an image; for a penalty cross, nearly all of it.
+    /// Whether at least [`LEAST_PIXELS`] of the object are in an image; for a penalty cross, nearly all of it.
     pub is_visible: bool,
-    /// Whether a [geometric vision](crate::sensing::vision) without errors detects it.
+    /// Whether a [geometric vision](crate::sensing::vision) without errors detects the object.
     pub is_in_view: bool,
 }
 
@@ -24,12 +24,12 @@ impl SceneSighting {
         self.real.length()
     }
 
-    /// The relative error of the measured distance; `None` if it was not detected.
+    /// The relative error of the measured distance; `None` if the object was not detected.
     pub fn range_error(&self) -> Option<f32> {
         Some(self.seen?.length() / self.distance_m().max(0.01) - 1.0)
     }
 
-    /// The error of the measured direction, radians; `None` if it was not detected.
+    /// The error of the measured direction, radians; `None` if the object was not detected.
     pub fn bearing_error(&self) -> Option<f32> {
         let seen = self.seen?;
         Some(ops::atan2(self.real.perp_dot(seen), self.real.dot(seen)))
@@ -73,8 +73,8 @@ impl ClassAccuracy {
         quantile(self.visible(distances_m).filter_map(SceneSighting::bearing_error), share)
     }
 
-    /// Compares the detections `seen` with the objects `there`: each object is matched with the nearest detection, if it is near. A detection
-    /// far from all places in `all` is false.
+    /// Compares the detections `seen` with the objects `there`. Each object is matched with the nearest detection within the tolerance. A
+    /// detection far from all positions in `all` is false.
     pub(super) fn judge(&mut self, seen: &[Vec2], there: &[There], all: &[Vec2]) {
         for &There { place, is_visible, is_in_view } in there {
             let near = seen.iter().filter(|seen| seen.distance(place) < tolerance_m(place.length()));
@@ -89,7 +89,7 @@ impl ClassAccuracy {
 /// A true object.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct There {
-    /// Its place, m, robot frame.
+    /// Its position, m, robot frame.
     pub(super) place: Vec2,
     pub(super) is_visible: bool,
     pub(super) is_in_view: bool,

@@ -15,7 +15,7 @@ use naoisis_core::team::Team;
 
 /// The greatest distance of a segment's ends from its line: m, plus a share of their distance.
 const ON_LINE: [f32; 2] = [0.05, 0.05];
-/// How far a segment may extend beyond the end of the line, m.
+/// The greatest distance by which a segment may extend beyond the end of the line, m.
 const BEYOND_M: f32 = 0.3;
 
 impl Accuracy {
@@ -73,7 +73,7 @@ impl Accuracy {
 
         self.judge_crosses(scene, images, in_view, seen);
         self.judge_lines(scene, in_view, seen);
-        // For the other classes, the exact geometric vision says what is in view.
+        // For the other classes, the exact geometric vision decides which objects are in view.
         for (kind_of, class) in [
             ((|kind| matches!(kind, LandmarkKind::Junction { .. })) as fn(LandmarkKind) -> bool, &mut self.junctions),
             (|kind| kind == LandmarkKind::CentreCircle, &mut self.centre_circle),
@@ -123,14 +123,14 @@ impl Accuracy {
         self.penalty_crosses.judge(&places(seen, kind), &there, &all);
     }
 
-    /// Compares lines: a line is detected by segments on it.
+    /// Compares lines. A line is detected if there are segments on it.
     fn judge_lines(&mut self, scene: &Scene, in_view: &Percepts, seen: &Percepts) {
         let own = scene.robots[0].pose;
         let seen: Vec<[Vec2; 2]> = stretches(seen).collect();
         for line in stretches(in_view) {
             let place = nearest_of(line, Vec2::ZERO);
             let on_it = seen.iter().filter(|stretch| is_on(stretch, line));
-            // The nearest point of the line through the segment.
+            // The nearest point of the straight line through the segment.
             let passes = on_it.map(|stretch| {
                 let along = (stretch[1] - stretch[0]).normalize_or(Vec2::X);
                 stretch[0] + along * along.dot(place - stretch[0])
@@ -174,13 +174,13 @@ fn nearest_of([start, end]: [Vec2; 2], place: Vec2) -> Vec2 {
     start + way * (way.dot(place - start) / way.length_squared().max(1e-6)).clamp(0.0, 1.0)
 }
 
-/// The measured places of landmarks of a kind, m, robot frame.
+/// The measured positions of landmarks of a kind, m, robot frame.
 fn places(percepts: &Percepts, kind: LandmarkKind) -> Vec<Vec2> {
     let of_kind = percepts.landmarks.iter().filter(|mark: &&LandmarkPercept| mark.kind == kind);
     of_kind.map(|mark| mark.position_m).collect()
 }
 
-/// The true places of landmarks of a kind, m, robot frame.
+/// The true positions of landmarks of a kind, m, robot frame.
 fn all_of(scene: &Scene, own: Pose, kind: LandmarkKind) -> Vec<Vec2> {
     let in_pitch: Vec<Vec2> = match kind {
         LandmarkKind::Junction { shape } => {
@@ -199,7 +199,7 @@ fn is_among(others: &[Vec2], place: Vec2) -> bool {
     others.iter().any(|other| other.distance(place) < 0.5 * tolerance_m(place.length()))
 }
 
-/// The area of a quadrilateral on the ground in an image, pixels²; `None` unless all of it is in the image.
+/// The area of a quadrilateral on the ground in an image, pixels²; `None` unless the whole quadrilateral is in the image.
 fn area_in_image(shown: &Shown, corners: [Vec2; 4]) -> Option<f32> {
     let intrinsics = &shown.intrinsics;
     let is_inside = |pixel: &Vec2| pixel.cmpge(Vec2::ONE).all() && pixel.cmple(intrinsics.size - 1.0).all();

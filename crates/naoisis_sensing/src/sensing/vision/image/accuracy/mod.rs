@@ -57,11 +57,11 @@ pub struct Conditions {
     pub ball_radius_m: f32,
     /// The bodies of the teams' robots. A robot of the blue team looks.
     pub bodies: PerTeam<Body>,
-    /// The limits of its head.
+    /// The limits of the looking robot's head.
     pub head: HeadLimits,
-    /// Its cameras.
+    /// The looking robot's cameras.
     pub cameras: CameraSettings,
-    /// Its vision: by images, or geometric with these errors.
+    /// The looking robot's vision: from images, or geometric with these errors.
     pub vision: VisionSettings,
 }
 
@@ -93,7 +93,7 @@ pub struct Accuracy {
     pub looks: usize,
     /// The number of images.
     pub images: usize,
-    /// The wall-clock time of processing them, without drawing: it differs from run to run.
+    /// The wall-clock time of processing the images, without drawing them. It differs from run to run.
     pub looking: Duration,
     /// The ball.
     pub ball: ClassAccuracy,
@@ -126,7 +126,7 @@ struct Workshop {
     occluders: Occluders,
 }
 
-/// Measures the accuracy in this many random scenes.
+/// Measures the accuracy in a number of random scenes.
 pub fn measure(scenes: usize, conditions: &Conditions, stream: &mut RandomStream) -> Accuracy {
     let mut accuracy = Accuracy::default();
     let mut workshop = Workshop::default();
