@@ -1,8 +1,8 @@
-//! Fidelity of sensors: a word for their source and their noise together.
+//! Fidelity of sensors: one word for both their source and their noise.
 //!
-//! Scenarios say these themselves: `source` is where the percepts of a sensor come from (`"vision": { "source": "image" }`), and the
-//! `realism` chooses the noise. The word `fidelity` of older files is still read and stands for both, for all robots or for one, for
-//! all sensors or for each:
+//! Scenarios can state these separately: `source` is where the percepts of a sensor come from (`"vision": { "source": "image" }`), and the
+//! `realism` chooses the noise. The word `fidelity` of older files is still read and stands for both, for all robots or for one, for all
+//! sensors or for each:
 //!
 //! ```
 //! # use naoisis::prelude::*;
@@ -39,12 +39,12 @@
 //!
 //! | | `truth` | `ideal` | `noisy` | `image` |
 //! |---|---|---|---|---|
-//! | vision | everything on the pitch | objects in view, exactly | with its noise, or [`VisionNoise::default`] | objects detected in rendered images |
+//! | vision | everything on the pitch | objects in view, exactly | with its noise, or [`VisionNoise::default`] | objects found in rendered images |
 //! | sonar | the sector without limits of range | the sector, exactly | with its noise, or [`SonarNoise::DEFAULT`] | as `noisy` |
 //! | odometry | the true motion | the steps, exactly | with its noise, or [`OdometryNoise::default`] | as `noisy` |
 //!
-//! `noisy` keeps the noise of a sensor's settings, and gives those without noise the default one. Without a word, the settings do not
-//! change.
+//! `noisy` keeps the noise of a sensor's settings, and gives those without noise the default one. If no fidelity is given, the settings do
+//! not change.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -148,7 +148,7 @@ impl SensorFidelity for OdometrySettings {
     }
 }
 
-/// The fidelity of each sensor. In files a word for all sensors, or an object with a word for some; the settings of the others do not
+/// The fidelity of each sensor. In files, a word for all sensors, or an object with a word for some; the settings of the others do not
 /// change.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
 pub struct FidelitySettings {
@@ -209,7 +209,7 @@ impl Serialize for FidelitySettings {
     }
 }
 
-// By hand: an untagged enum would lose the place of errors.
+// Implemented by hand, as an untagged enum would lose the place of errors.
 impl<'de> Deserialize<'de> for FidelitySettings {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct FidelitiesVisitor;

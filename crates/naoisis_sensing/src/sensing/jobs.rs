@@ -9,13 +9,13 @@ use std::sync::{Mutex, PoisonError};
 pub struct SensingThreads(pub usize);
 
 impl Default for SensingThreads {
-    /// One per core.
+    /// One thread per core.
     fn default() -> Self {
         Self(available_parallelism())
     }
 }
 
-/// Runs each job once, on up to `threads` threads with a worker each. The workers are kept for the next call.
+/// Runs each job once, on up to `threads` threads with a worker each. The workers are kept in `workers` for the next call.
 pub fn for_each<W: Default + Send, J: Send>(
     threads: SensingThreads,
     workers: &mut Vec<W>,

@@ -51,13 +51,13 @@ impl LatencyQueues {
     }
 }
 
-/// Puts the images that arrived last aside, where images are delayed, so that new ones are not drawn over them.
+/// Puts delayed images that arrived last aside, so that new ones are not drawn over them.
 fn set_images_aside(clock: Res<CycleClock>, mut robots: Query<(&Latency, &mut CameraImages, &mut LatencyQueues)>) {
     for (latency, mut images, mut queues) in &mut robots {
         if latency.image_s != 0.0 && !queues.have_no_image(&images) && clock.cycles_in(latency.image_s) > 0 {
             core::mem::swap(&mut *images, &mut queues.aside);
             images.clear();
-            // The rendering clears this for a robot that has no images now.
+            // The rendering clears this field for a robot that takes no images now.
             images.arrived = Some(clock.cycle);
         }
     }

@@ -13,9 +13,12 @@
 //! | [odometry] | [`odometry::OdometrySettings`] | [`odometry::Odometry`] |
 //! | joints | | [`HeadAngles`](naoisis_core::robot::head::HeadAngles), exact to a tenth of a degree on the NAO |
 //! | [status] | | [`status::BodyStatus`], [`GameStatus`](naoisis_core::referee::GameStatus) |
-//! | [team messages](naoisis_core::communication) | [`MessageSettings`](naoisis_core::communication::MessageSettings) | [`Inbox`](naoisis_core::communication::Inbox) |
+//! | [team messages](naoisis_core::communication) | [`MessageSettings`] | [`Inbox`] |
 //!
 //! Readings can be [delayed](naoisis_core::robot::latency).
+//!
+//! [`MessageSettings`]: naoisis_core::communication::MessageSettings
+//! [`Inbox`]: naoisis_core::communication::Inbox
 //!
 //! The fidelity of each sensor of each robot can be chosen in a scenario or at run time: see [`fidelity`]. The code of behaviours does not
 //! change.
@@ -33,7 +36,7 @@ pub mod sonar;
 pub mod status;
 pub mod vision;
 
-/// All sensors.
+/// Registers all sensors.
 pub struct SensingPlugin;
 
 impl Plugin for SensingPlugin {

@@ -4,14 +4,14 @@
 //! after limits and the error of the motion), each with an error of its own. It does not include [slip](naoisis_core::robot::gait::Slip),
 //! pushes, or being carried by the referee, and it is never corrected.
 //!
-//! **Units and rate.** Metres and radians, in the frame of the first pose; once a cycle, for the motion of the cycle
-//! before.
+//! **Units and rate.** Metres and radians, in the frame of the first pose; once a cycle, for the motion of the previous cycle.
 //!
-//! **Noise.** [`OdometryNoise`]: random errors whose variance grows with the distance walked and the angle turned, so that they do not depend
-//! on the duration of a cycle: after 1 m in a straight line, `translation_sd_m` along and across the way, and `heading_per_metre_sd` radians
-//! of heading. In addition, systematic factors, 1 by default. The preset `default` (5 cm and 2° after a metre, 3° after a radian) is smaller
-//! than most teams assume: HULKs' filter assumes 5 cm along and 1 cm across a step's metre and 0.5°, B-Human's self-locator 20 % of the
-//! translation and 30 % of the rotation, rUNSWift's of 2010 a slip factor of 0.9 (so `translation_scale` 1.11).
+//! **Noise.** [`OdometryNoise`]: random errors whose variance grows with the distance walked and the angle turned, so that they do not
+//! depend on the duration of a cycle. After 1 m in a straight line, they are `translation_sd_m` along and across the path, and
+//! `heading_per_metre_sd` radians of heading. In addition there are systematic factors, 1 by default. The preset `default` (5 cm and 2°
+//! after a metre, 3° after a radian) is smaller than most teams assume: HULKs' filter assumes 5 cm along and 1 cm across for each metre of
+//! a step, and 0.5°, B-Human's self-locator 20 % of the translation and 30 % of the rotation, rUNSWift's of 2010 a slip factor of 0.9 (so
+//! `translation_scale` 1.11).
 //!
 //! **Truth** ([`OdometrySource::Truth`]) is for debugging: the true motion of the robot, including pushes and being carried.
 //!
@@ -56,14 +56,14 @@ pub struct Odometry(pub Pose);
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OdometryNoise {
-    /// Standard deviation of the place after 1 m, along and across the way, m. Grows with the root of the distance.
+    /// Standard deviation of the position after 1 m, along and across the path, m. Grows with the square root of the distance.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub translation_sd_m: f32,
-    /// Standard deviation of the heading after 1 m, radians (degrees in files). Grows with the root of the distance.
+    /// Standard deviation of the heading after 1 m, radians (degrees in files). Grows with the square root of the distance.
     #[serde(rename = "heading_per_metre_sd_deg", with = "file_units::degrees")]
     #[schemars(with = "f32", range(min = 0.0, max = 360.0))]
     pub heading_per_metre_sd: f32,
-    /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the root of the angle.
+    /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the square root of the angle.
     #[serde(rename = "rotation_sd_deg", with = "file_units::degrees")]
     #[schemars(with = "f32", range(min = 0.0, max = 360.0))]
     pub rotation_sd: f32,
@@ -128,7 +128,7 @@ pub enum OdometrySource {
     Truth,
 }
 
-/// The pose of the odometry's frame in the pitch frame while its source is the truth.
+/// The pose of the odometry's frame in the pitch frame, while the source is the true motion.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub(crate) struct OdometryOrigin(Option<Pose>);
@@ -165,7 +165,7 @@ fn count_steps(
     for (&pose, step, settings, mut origin, mut odometry, mut streams) in &mut robots {
         match settings.source {
             OdometrySource::Truth => {
-                // A robot that changes to the truth in the middle of a match continues from its measured pose.
+                // If the source changes to the truth in the middle of a match, the robot continues from its measured pose.
                 let origin = *origin.0.get_or_insert_with(|| pose.compose(odometry.0.relative(Pose::default())));
                 odometry.0 = origin.relative(pose);
             }
@@ -196,11 +196,11 @@ mod tests {
         assert_eq!(sense::<Odometry>(&mut app, robot), Odometry::default());
         set(&mut app, robot, ExecutedStep(WalkCommand::new(0.1, 0.0, FRAC_PI_2)));
         sense::<Odometry>(&mut app, robot);
-        // After the first step the robot faces its first left; the second goes there.
+        // After the first step the robot faces left; the second step goes there.
         let Odometry(pose) = sense(&mut app, robot);
         assert_abs_diff_eq!(pose.position, Vec2::new(0.1, 0.1), epsilon = 1e-6);
         assert_abs_diff_eq!(pose.heading.abs(), core::f32::consts::PI, epsilon = 1e-6);
-        // Being carried is no step.
+        // Being carried is not a step.
         set(&mut app, robot, (Pose::new(1.0, 1.0, 0.0), ExecutedStep::default()).0);
         set(&mut app, robot, ExecutedStep::default());
         assert_eq!(sense::<Odometry>(&mut app, robot).0, pose);
@@ -210,12 +210,12 @@ mod tests {
     fn the_truth_knows_of_being_carried_and_goes_on_where_the_steps_ended() {
         let mut app = sensing_app();
         let robot = spawn_robot(&mut app, Team::Blue, 1, [1.0, 0.0, 90.0], [0.0, 0.0]);
-        // It believes in a step of 10 cm that took it nowhere.
+        // The robot measured a step of 10 cm that did not move it.
         set(&mut app, robot, ExecutedStep(WalkCommand::new(0.1, 0.0, 0.0)));
         assert_abs_diff_eq!(sense::<Odometry>(&mut app, robot).0.position.x, 0.1, epsilon = 1e-6);
         set(&mut app, robot, OdometrySettings { source: OdometrySource::Truth, ..default() });
         assert_abs_diff_eq!(sense::<Odometry>(&mut app, robot).0.position.x, 0.1, epsilon = 1e-6);
-        // Carried by 0.5 m to its right: +x of the pitch is the right of one who faces +y.
+        // Carried by 0.5 m to its right, which is +x of the pitch for a robot that faces +y.
         set(&mut app, robot, Pose::new(1.5, 0.0, FRAC_PI_2));
         let Odometry(pose) = sense(&mut app, robot);
         assert_abs_diff_eq!(pose.position, Vec2::new(0.1, -0.5), epsilon = 1e-6);
@@ -230,7 +230,7 @@ mod tests {
             let walks = 4000;
             let mut sums = [0.0f64; 4];
             for _ in 0..walks {
-                // Headings are summed apart from places, so that the drift of one does not bend the other.
+                // Headings are summed separately from positions, so that the drift of one does not bend the other.
                 let (mut place, mut heading) = (Vec2::ZERO, 0.0);
                 for _ in 0..steps {
                     let step = noise.measure(WalkCommand::new(length, 0.0, 0.0), &mut stream);

@@ -1,6 +1,6 @@
-//! Takes the [`CameraImages`]: decides which are due, and draws them.
+//! Takes the [`CameraImages`]: selects the cameras that are due, and draws their images.
 //!
-//! It depends on the cameras and the vision: robots whose vision uses images have some by default.
+//! This module depends on the cameras and the vision: robots whose vision uses images have some by default.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
@@ -59,7 +59,7 @@ struct Worker {
 }
 
 impl CameraSettings {
-    /// The renderer of a robot with these settings; `None` without images.
+    /// The renderer for a robot with these settings; `None` if no images are rendered.
     pub fn renderer(&self, vision: Option<&VisionSettings>) -> Option<CameraRendering> {
         match self.render {
             CameraRendering::Off => None,
@@ -78,7 +78,7 @@ impl CameraSettings {
     /// Whether the camera `mount` takes an image in this cycle.
     fn is_camera_due(&self, mount: &CameraMount, clock: &CycleClock) -> bool {
         let every = u64::from(mount.every_cycles.unwrap_or(self.every_cycles).max(1));
-        // The first cycle has images.
+        // Images are taken in the first cycle.
         self.which.includes(mount.name) && clock.cycle % every == 1 % every
     }
 }
@@ -130,7 +130,7 @@ impl RobotCamerasItem<'_, '_> {
     fn add_jobs(mut self, clock: &CycleClock, scene: &Scene, jobs: &mut Vec<Job>) {
         let Self { settings, id, .. } = self;
         let Some(renderer) = settings.renderer(self.vision).filter(|_| settings.is_due(clock)) else { return };
-        // Robots that are not on the pitch, and those that lie, have no images.
+        // Robots that are off the pitch or lie on the ground have no images.
         let Some(robot) = scene.robot(*id).filter(|robot| robot.is_upright()) else {
             self.images.clear();
             return;
@@ -174,7 +174,7 @@ impl RobotCamerasItem<'_, '_> {
 }
 
 impl RenderBuffers {
-    /// Draws the images of jobs for the graphics card. On an error they are empty.
+    /// Draws the images of jobs for the graphics card. On an error, the images are empty.
     fn draw_on_gpu(&mut self, gpu: &mut GpuCameras, scene: &Scene, cycle: u64) {
         let mut requests: Vec<&mut ImageRequest> =
             self.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.request).collect();

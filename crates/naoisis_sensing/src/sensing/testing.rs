@@ -62,7 +62,7 @@ pub fn spawn_post(app: &mut App, x: f32, y: f32, colour: Option<naoisis_core::pi
     app.world_mut().spawn((Post { radius: 0.05, height: 0.8, colour }, Pose::new(x, y, 0.0))).id()
 }
 
-/// Runs one cycle, and a copy of what a robot has in its component `C` then.
+/// Runs one cycle, and returns a copy of the robot's component `C` after it.
 pub fn sense<C: Component + Clone>(app: &mut App, robot: Entity) -> C {
     run_cycle(app.world_mut());
     app.world().get::<C>(robot).cloned().expect("the robot has this component")

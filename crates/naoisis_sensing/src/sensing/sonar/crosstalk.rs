@@ -1,4 +1,4 @@
-//! Crosstalk: pings of other robots that a sonar takes for echoes.
+//! Crosstalk: pings of other robots that a sonar mistakes for echoes.
 
 use super::echoes::{SonarSectors, is_near};
 use super::sector::nearer;
@@ -8,7 +8,8 @@ use naoisis_core::geometry::{Pose, unrotate};
 use naoisis_core::random::RandomStream;
 use naoisis_core::team::RobotId;
 
-/// Whether the left and the right sonar receive pings of another robot: each of the two robots is in a sector of the other.
+/// Whether the left and the right sonar receive pings of another robot, which requires that each of the two robots is in a sector of the
+/// other.
 pub(super) fn hears_pings<'a>(
     settings: &SonarSettings,
     own_id: RobotId,
@@ -36,7 +37,8 @@ pub(super) fn hears_pings<'a>(
     hears
 }
 
-/// Adds crosstalk to a reading: with a probability, a false echo anywhere in the range. The nearer of the false and the true echo counts.
+/// Adds crosstalk to a reading: with some probability, a false echo anywhere in the range. The nearer of the false and the true echo
+/// counts.
 pub(super) fn with_crosstalk(
     settings: &SonarSettings,
     reading: SonarReading,

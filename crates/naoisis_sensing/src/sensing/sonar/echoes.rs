@@ -1,4 +1,4 @@
-//! The true distances to what is in the sectors of a robot's sonars.
+//! The true distances to objects in the sectors of a robot's sonars.
 
 use bevy::prelude::*;
 use core::cell::LazyCell;
@@ -19,7 +19,7 @@ pub fn echoes(settings: &SonarSettings, own_id: RobotId, own_pose: Pose, scene: 
         SonarSource::Truth => f32::INFINITY,
     };
     let may_hear = |place: Vec2, reach: f32| is_near(place - own_pose.position, reach + range + EDGE_M);
-    // Computed on first use: usually nothing is near.
+    // Computed on first use, as usually nothing is near.
     let sectors = LazyCell::new(|| SonarSectors::of(settings, own_pose.forward()));
     let mut nearest = [None, None];
     let mut hear = |distance_to: &dyn Fn(Vec2) -> Option<f32>| {

@@ -4,9 +4,10 @@
 //! about its direction, 19.48° to the left or right of the robot's x axis. The apex is the robot's centre, and distances are measured at
 //! the sonar's height, 0.40 m: the ball and legs are too low. The sonars are in the chest, so they turn with the body and not with the head.
 //!
-//! **Units, range and rate.** Metres, from 0.15 to 0.75. Without an echo in that range there is no reading. An object nearer than the minimum
-//! gives no reading either, and hides objects behind it: the manual of 2010 says that "under 15 cm there is no distance information". There
-//! is a new reading in each cycle, or at the rate of the pings ([`SonarSettings::rate_hz`]): in between the last one stays.
+//! **Units, range and rate.** Metres, from 0.15 to 0.75. Without an echo in that range there is no reading. An object nearer than the
+//! minimum gives no reading either, and hides objects behind it: the manual of 2010 says that "under 15 cm there is no distance
+//! information". There is a new reading in each cycle, or at the rate of the pings ([`SonarSettings::rate_hz`]), between which the last one
+//! stays.
 //!
 //! **Noise.** [`SonarNoise`] is added to the distance of an echo, and the sum is clamped to the range; a missed echo
 //! ([`SonarSettings::miss_probability`]) gives no reading. The default is a normal distribution with 1 cm standard deviation
@@ -145,7 +146,7 @@ fn measure_distances(
     }
 }
 
-/// The readings for these true distances, left and right.
+/// The readings for these true distances to the left and to the right.
 pub fn measure(settings: &SonarSettings, [left, right]: [Option<f32>; 2], stream: &mut RandomStream) -> SonarReading {
     let mut listen = |distance: Option<f32>| match settings.source {
         SonarSource::Truth => distance,

@@ -1,6 +1,6 @@
-//! The geometry of a sonar's sector: the nearest point of a disc or a box inside it.
+//! The geometry of a sonar's sector: the nearest point of a disc or a box inside the sector.
 //!
-//! Everything is in the sonar's own frame: the apex of the sector is the origin, its axis is +x.
+//! All coordinates are in the sonar's own frame: the apex of the sector is the origin, its axis is +x.
 
 use bevy::prelude::*;
 
@@ -20,7 +20,7 @@ impl Sector {
         Self { left_edge }
     }
 
-    /// How far a point is inside the left edge and the right edge, m: negative outside.
+    /// The distance of a point from the left edge and from the right edge, m: positive inside, negative outside.
     fn margins(self, point: Vec2) -> [f32; 2] {
         let mirrored = Vec2::new(point.x, -point.y);
         [-self.left_edge.perp_dot(point), -self.left_edge.perp_dot(mirrored)]
@@ -31,13 +31,13 @@ impl Sector {
         self.margins(point).into_iter().all(|margin| margin >= 0.0)
     }
 
-    /// Whether a part of a disc may be inside: false if all of the disc is outside one of the edges.
+    /// Whether a part of a disc may be inside. False if the whole disc is outside one of the edges.
     pub fn may_contain(self, centre: Vec2, radius: f32) -> bool {
         self.margins(centre).into_iter().all(|margin| margin >= -radius)
     }
 
-    /// The distance from the apex to the nearest point of a disc inside the sector: `None` if all of it is outside, zero if the apex is
-    /// inside the disc.
+    /// The distance from the apex to the nearest point of a disc inside the sector: `None` if the whole disc is outside, zero if the apex
+    /// is inside the disc.
     pub fn distance_to_disc(self, centre: Vec2, radius: f32) -> Option<f32> {
         let distance = centre.length();
         if distance <= radius {
@@ -57,8 +57,8 @@ impl Sector {
         nearer(nearest_on(self.left_edge), nearest_on(right_edge))
     }
 
-    /// The distance from the apex to the nearest point of a convex polygon inside the sector: `None` if all of it is outside, zero if the
-    /// apex is inside the polygon. The corners are in counter-clockwise order.
+    /// The distance from the apex to the nearest point of a convex polygon inside the sector: `None` if the whole polygon is outside, zero
+    /// if the apex is inside the polygon. The corners are in counter-clockwise order.
     pub fn distance_to_polygon<const CORNERS: usize>(self, corners: [Vec2; CORNERS]) -> Option<f32> {
         let edges = || (0..CORNERS).map(|index| (corners[index], corners[(index + 1) % CORNERS]));
         if edges().all(|(start, end)| (end - start).perp_dot(-start) >= 0.0) {
@@ -159,7 +159,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against brute force: the nearest of a fine grid of the polygon's points inside the sector.
+        /// Compared with brute force: the nearest point of a fine grid that is in the polygon and in the sector.
         #[test]
         fn the_nearest_point_of_a_box_agrees_with_a_search(
             x in -0.4f32..0.9, y in -0.7f32..0.7, degrees in 0.0f32..180.0, half_angle in 2.0f32..80.0,
@@ -177,7 +177,7 @@ mod tests {
             prop_assert!(searched.is_none() || sector.may_contain(centre, 0.156));
             let computed = sector.distance_to_polygon(corners);
             match (computed, searched) {
-                // The grid's points are at most 0.75 mm apart; near the apex of a narrow sector it misses more.
+                // The grid's points are at most 0.75 mm apart; near the apex of a narrow sector the grid misses more.
                 (Some(computed), Some(searched)) => {
                     prop_assert!(computed <= searched + 1e-5 && searched - computed < 0.012, "{computed} {searched}");
                 }

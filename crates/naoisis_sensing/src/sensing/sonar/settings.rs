@@ -145,7 +145,7 @@ pub struct SonarSettings {
     /// Rate of the pings, Hz; `None` for one in each cycle.
     #[schemars(range(min = 0.1, max = 1000.0))]
     pub rate_hz: Option<f32>,
-    /// Probability that a sonar takes a ping of another robot that faces it for an echo.
+    /// Probability that a sonar mistakes a ping of another robot that faces it for an echo.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub crosstalk_probability: f32,
 }

@@ -1,4 +1,4 @@
-//! The sonars against hand-computed places of robots and posts.
+//! The sonars compared with hand-computed positions of robots and posts.
 
 use super::*;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_post, spawn_robot};
@@ -6,7 +6,7 @@ use approx::assert_abs_diff_eq;
 use naoisis_core::geometry::{to_radians, unit};
 use naoisis_core::team::Team;
 
-/// A robot at the centre mark that faces +x, with a post at this distance and bearing to its axis.
+/// The reading of a robot at the centre mark that faces +x, of a post at this distance and bearing.
 fn reading_of_post(distance: f32, bearing_deg: f32) -> SonarReading {
     let mut app = sensing_app();
     let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], [0.0, 0.0]);
@@ -60,11 +60,11 @@ fn the_range_includes_its_ends() {
 fn a_torso_is_heard_by_its_nearest_point_and_legs_and_ball_are_not() {
     let mut app = sensing_app();
     let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], [0.0, 0.0]);
-    // It faces this robot: its chest is at x = 0.5 - 0.05 = 0.45 from y = -0.15 to 0.15. In either sector the nearest
-    // point of the chest is at its inner edge: 0.45 / cos 1.48° = 0.450150.
+    // The other robot faces this one: its chest is at x = 0.5 - 0.05 = 0.45 from y = -0.15 to 0.15. In either sector the nearest point of
+    // the chest is at its inner edge: 0.45 / cos 1.48° = 0.450150.
     let other = spawn_robot(&mut app, Team::Blue, 2, [0.5, 0.0, 180.0], [0.0, 0.0]);
     assert_reading(sense(&mut app, robot), Some(0.450_150), Some(0.450_150));
-    // It shows its side: facing +y, the arm is at x = 0.5 - 0.15 = 0.35, from y = -0.03 to 0.05.
+    // The other robot shows its side: facing +y, the arm is at x = 0.5 - 0.15 = 0.35, from y = -0.03 to 0.05.
     set(&mut app, other, Pose::new(0.5, 0.0, core::f32::consts::FRAC_PI_2));
     assert_reading(sense(&mut app, robot), Some(0.350_117), Some(0.350_117));
     // Just to the left of x = 0.5, y = 0.3 its chest is at y = 0.15..0.45: the corner (0.45, 0.15) is the nearest point.
@@ -74,7 +74,7 @@ fn a_torso_is_heard_by_its_nearest_point_and_legs_and_ball_are_not() {
     spawn_ball(&mut app, 0.4, 0.1);
     set(&mut app, other, Pose::new(0.81, 0.0, core::f32::consts::PI));
     assert_reading(sense(&mut app, robot), None, None);
-    // Sonars at the height of the legs hear those.
+    // Sonars at the height of the legs detect them.
     set(&mut app, robot, SonarSettings { height_m: 0.2, noise: SonarNoise::None, ..default() });
     assert_reading(sense(&mut app, robot), Some(0.700_234), Some(0.700_234));
 }
@@ -89,7 +89,7 @@ fn the_nearest_of_two_counts_and_a_robot_does_not_hear_itself() {
         spawn_post(&mut app, 1.0 + distance * heading.x, 1.0 + distance * heading.y, None);
     }
     assert_reading(sense(&mut app, robot), Some(0.40), None);
-    // A thing nearer than the minimum is no reading, and hides the others.
+    // An object nearer than the minimum gives no reading, and hides the others.
     spawn_post(&mut app, 1.0 + 0.19 * heading.x, 1.0 + 0.19 * heading.y, None);
     assert_reading(sense(&mut app, robot), None, None);
 }
@@ -212,12 +212,13 @@ fn robots_that_face_each_other_hear_echoes_of_nothing() {
         let heard = |ear: fn(&SonarReading) -> Option<f32>| readings.iter().filter_map(ear).collect::<Vec<_>>();
         [heard(|reading| reading.left), heard(|reading| reading.right)]
     };
-    // In the left sector only, and it looks 7° past this one, in one of its own; 1.2 m away: too far for an echo. Binomial: 600 ± 22, four of them.
+    // The other robot is in the left sector only, and looks 7° past this one, which is in one of its sectors; 1.2 m is too far for an echo.
+    // Binomial: 600 ± 22, four of them.
     let [left, right] = share(1.15, 0.35, 190.0, settings);
     assert!(left.len().abs_diff(600) < 88 && right.is_empty(), "{}", left.len());
     assert!(left.iter().all(|distance| (0.15..=0.75).contains(distance)));
     assert!(left.iter().any(|distance| *distance < 0.25) && left.iter().any(|distance| *distance > 0.65));
-    // Not from one that looks away, is further away than twice the range, or whose sonars are out of use.
+    // No crosstalk from a robot that looks away, is further away than twice the range, or has no working sonars.
     for [left, right] in [
         share(1.15, 0.35, 10.0, settings),
         share(1.5, 0.45, 190.0, settings),
