@@ -1,4 +1,4 @@
-//! Data association: which landmark a sighting belongs to, for either Kalman filter of the pose.
+//! Data association for both Kalman filters of the pose: finds the landmark that a sighting belongs to.
 
 use bevy::prelude::*;
 
@@ -11,7 +11,7 @@ use super::unscented::SigmaPoints;
 use crate::belief::localisation_method::KalmanFilter;
 use naoisis_core::geometry::unrotate;
 
-/// A sighting is assigned to a landmark only if every other one is further away by this: difference of squared Mahalanobis distances.
+/// Least difference of squared Mahalanobis distances between the nearest landmark and every other one at which a sighting is assigned.
 const AMBIGUITY: f32 = 6.0;
 
 /// The expectation of a pose estimate, against which sightings are compared.
@@ -98,7 +98,7 @@ impl<'a> Expectation<'a> {
     }
 }
 
-/// The innovation of the nearest candidate, if every other one is clearly further away.
+/// The innovation of the nearest candidate, if every other candidate is clearly further away.
 pub(super) fn clearly_nearest<Candidate: Copy>(
     candidates: impl Iterator<Item = Candidate>,
     distance_squared: impl Fn(Candidate) -> f32,
@@ -107,7 +107,7 @@ pub(super) fn clearly_nearest<Candidate: Copy>(
     let mut best: Option<(Candidate, f32)> = None;
     let mut second = f32::MAX;
     for candidate in candidates {
-        // The innovation is computed for the nearest one only.
+        // The innovation is computed only for the nearest candidate.
         let distance_squared = distance_squared(candidate);
         match best {
             Some((_, least)) if least <= distance_squared => second = second.min(distance_squared),

@@ -1,7 +1,7 @@
-//! The ball estimate: place and velocity in the robot frame, in which the ball is seen and kicked.
+//! The ball estimate: position and velocity in the robot frame, in which the ball is seen and kicked.
 //!
-//! A Kalman filter. An unlikely sighting is ignored once; when the next sighting confirms it, the ball has been kicked or carried, and the
-//! filter is reset.
+//! The estimator is a Kalman filter. An unlikely sighting is ignored once; if the next sighting confirms it, the ball has been kicked or
+//! carried, and the filter is reset.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,19 +15,19 @@ use naoisis_core::geometry::{Pose, unit, unrotate};
 /// The ball in the robot frame.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct BallEstimate {
-    /// The place, m, robot frame.
+    /// The position, m, robot frame.
     pub position: Vec2,
     /// The velocity over the ground, m/s, along the axes of the robot frame.
     pub velocity: Vec2,
-    /// Covariance of the place, m².
+    /// Covariance of the position, m².
     pub position_covariance: Mat2,
-    /// Covariance of place and velocity, m²/s: symmetric, as all noise except that of the measurement is isotropic.
+    /// Covariance of position and velocity, m²/s: symmetric, as all noise except that of the measurement is isotropic.
     cross_covariance: Mat2,
     /// Covariance of the velocity, (m/s)².
     pub velocity_covariance: Mat2,
-    /// The time since it was seen, s.
+    /// The time since the ball was last seen, s.
     pub age_s: f32,
-    /// The time for which it should have been in view but was not seen, s.
+    /// The time for which the ball should have been in view but was not seen, s.
     pub missing_s: f32,
     /// The last sighting that was ignored as too unlikely, robot frame.
     doubted: Option<Vec2>,
@@ -43,21 +43,21 @@ pub struct BallModel {
     pub rolling: Rolling,
     /// Process noise of the velocity while the ball is watched: variance per second, (m/s)²/s.
     pub velocity_noise: f32,
-    /// The same while it is not watched and robots may kick it: one kick of 2 to 3 m/s in some seconds.
+    /// Process noise while the ball is not watched and robots may kick it: one kick of 2 to 3 m/s in some seconds.
     pub unseen_velocity_noise: f32,
-    /// A ball counts as watched if it was seen within this time, s.
+    /// The greatest time since the last sighting of a watched ball, s.
     pub watched_s: f32,
     /// Standard deviation of the initial velocity along each axis, m/s.
     pub start_speed_sd: f32,
-    /// The same for a ball that has been kicked, m/s.
+    /// Standard deviation of the velocity of a ball that has been kicked, m/s.
     pub kicked_speed_sd: f32,
-    /// A sighting further from the expectation than this is ignored at first: squared Mahalanobis distance.
+    /// The gate: a sighting further from the expectation than this is ignored at first. Squared Mahalanobis distance.
     pub gate: f32,
-    /// Two ignored sightings within this distance confirm each other, m, at a distance of one metre.
+    /// The distance within which two ignored sightings confirm each other, m, at a distance of one metre.
     pub confirmation_m: f32,
-    /// A slower ball counts as at rest, m/s.
+    /// The speed below which a ball counts as at rest, m/s.
     pub rest_speed_mps: f32,
-    /// A ball counts as rolling if its velocity is further from zero than this: squared Mahalanobis distance.
+    /// The distance of the velocity from zero above which a ball counts as rolling: squared Mahalanobis distance.
     pub rolling_gate: f32,
 }
 
@@ -74,7 +74,7 @@ impl Default for BallModel {
             gate: 16.0,
             confirmation_m: 0.15,
             rest_speed_mps: 0.05,
-            // A ball at rest seems to roll in one of ninety cases.
+            // With this gate, a ball at rest seems to roll in one of ninety cases.
             rolling_gate: 9.0,
         }
     }
@@ -107,7 +107,7 @@ impl BallEstimate {
         }
     }
 
-    /// The estimate after a sighting where the ball cannot have rolled: it has been kicked.
+    /// The estimate after a sighting at a position to which the ball cannot have rolled: it has been kicked.
     fn kicked(sighting: &Sighting, model: &BallModel) -> Self {
         let speed_variance = model.kicked_speed_sd * model.kicked_speed_sd;
         let velocity_covariance = Mat2::from_diagonal(Vec2::splat(speed_variance));
@@ -145,7 +145,7 @@ impl BallEstimate {
             doubted: self.doubted.map(|doubted| doubted - step.position),
             ..*self
         };
-        // The errors of the step, of which that of the turn grows with the distance of the ball.
+        // The errors of the step; that of the turn grows with the distance of the ball.
         let of_walk = walk.covariance(step);
         let across = self.position.perp();
         ahead.position_covariance += Mat2::from_diagonal(Vec2::splat(of_walk.x_axis.x))
@@ -168,7 +168,7 @@ impl BallEstimate {
         }
     }
 
-    /// Whether every number in it is finite.
+    /// Whether every number in the estimate is finite.
     pub(super) fn is_finite(&self) -> bool {
         let places = [self.position, self.velocity, self.doubted.unwrap_or_default()];
         let covariances = [self.position_covariance, self.cross_covariance, self.velocity_covariance];
@@ -177,7 +177,7 @@ impl BallEstimate {
             && (self.age_s + self.missing_s).is_finite()
     }
 
-    /// Corrects the ball by a sighting that is `late_s` seconds old and was carried on by the velocity since.
+    /// Corrects the ball by a sighting that is `late_s` seconds old and has been moved on by the velocity since.
     pub fn seen(&self, sighting: &Sighting, model: &BallModel, late_s: f32) -> Self {
         let Residual { difference, noise } = sighting.residual(self.position);
         let noise = noise + self.velocity_covariance * (late_s * late_s);
@@ -211,7 +211,7 @@ impl BallEstimate {
     }
 }
 
-/// Removes the asymmetry that rounding gives to a covariance.
+/// Removes the asymmetry that rounding causes in a covariance.
 fn symmetric(matrix: Mat2) -> Mat2 {
     let mixed = (matrix.x_axis.y + matrix.y_axis.x) / 2.0;
     Mat2::from_cols(Vec2::new(matrix.x_axis.x, mixed), Vec2::new(mixed, matrix.y_axis.y))
@@ -289,7 +289,7 @@ mod tests {
         assert_eq!(once.position, estimate.position);
         let twice = once.seen(&elsewhere, &model, 0.0);
         assert_eq!(twice.position, elsewhere.place);
-        // The error forgotten: seen again where it was.
+        // The doubted sighting is forgotten when the ball is seen again at its old position.
         assert_eq!(once.seen(&sighting(estimate.position), &model, 0.0).doubted, None);
     }
 }

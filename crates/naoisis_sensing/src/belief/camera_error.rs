@@ -12,7 +12,7 @@ use super::innovation::{CameraShare, Innovation, Measured};
 use super::sighting::Sighting;
 use crate::sensing::vision::GazeNoise;
 
-/// What the error of the cameras depends on in a cycle.
+/// The quantities of a cycle that the error of the cameras depends on.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct CameraMotion {
     /// The noise of the camera directions.
@@ -23,7 +23,7 @@ pub(crate) struct CameraMotion {
     pub head_forward: Vec2,
     /// The height of the cameras, m.
     pub lens_height_m: f32,
-    /// The share of the drift that is left a cycle later.
+    /// The share of the drift that remains a cycle later.
     pub decay: f32,
 }
 
@@ -34,11 +34,12 @@ impl CameraMotion {
         (self.noise.bias_sd * self.noise.bias_sd + drift * drift).sqrt()
     }
 
-    /// The derivatives of the measured place of a point on the ground at `place` (m, robot frame) by the errors in yaw and pitch, m.
+    /// The derivatives of the measured position of a point on the ground at `place` (m, robot frame) with respect to the errors in yaw and
+    /// pitch, m.
     ///
-    /// If the cameras look further to the left than measured, objects appear further to the right. If they look further down, objects appear
-    /// higher in the image, so further away: by h + x² / h along the head's axis, with the height h and the distance x along that axis, and
-    /// by x y / h across it.
+    /// If the cameras look further to the left than measured, objects appear further to the right. If they look further down, objects
+    /// appear higher in the image, so further away: by h + x² / h along the head's axis, with the height h and the distance x along that
+    /// axis, and by x y / h across it.
     pub(super) fn slopes(&self, place: Vec2) -> [Vec2; 2] {
         let axis = self.head_forward;
         let height_m = self.lens_height_m;
@@ -57,7 +58,7 @@ pub(super) struct CameraTotal {
 }
 
 impl CameraTotal {
-    /// The covariance that the error of the cameras adds to the measured place (m, robot frame) of a sighting, m².
+    /// The covariance that the error of the cameras adds to the measured position (m, robot frame) of a sighting, m².
     pub(super) fn covariance_at(&self, place: Vec2, motion: &CameraMotion) -> Mat2 {
         let [yaw, pitch] = motion.slopes(place);
         let (x, y) = (Vec2::new(yaw.x, pitch.x), Vec2::new(yaw.y, pitch.y));
@@ -66,9 +67,9 @@ impl CameraTotal {
         Mat2::from_cols(Vec2::new(x.dot(cross_x), mixed), Vec2::new(mixed, y.dot(cross_y)))
     }
 
-    /// The squared Mahalanobis distance of a measurement, given its derivatives by yaw and pitch. The same as that of
-    /// [`CameraError::measured`], but faster: it is computed for many landmarks.
-    // Inlined: arguments passed in memory would be read again at once, which takes longer than the rest.
+    /// The squared Mahalanobis distance of a measurement, given its derivatives with respect to yaw and pitch. Equal to that of
+    /// [`CameraError::measured`], but faster, as it is computed for many landmarks.
+    // Inlined, as arguments passed in memory would be read back at once, which takes longer than the rest.
     #[inline(always)]
     pub(super) fn distance_squared(&self, measured: &Measured, [yaw, pitch]: [Vec2; 2]) -> f32 {
         let rows = [Vec2::new(yaw.x, pitch.x), Vec2::new(yaw.y, pitch.y)];
@@ -105,7 +106,7 @@ impl CameraError {
         Self { mean: Vec4::ZERO, covariance, with_pose: [Vec4::ZERO; 3] }
     }
 
-    /// Removes the covariance with the pose, for a pose that was set or found in another way.
+    /// Removes the covariance with the pose, for a pose that was set or found by other means.
     #[must_use]
     pub(crate) fn beside_another_pose(self) -> Self {
         Self { with_pose: [Vec4::ZERO; 3], ..self }
@@ -126,19 +127,20 @@ impl CameraError {
         }
     }
 
-    /// Updates the covariance after a step `way` of the robot (m, team frame), which turns an error of the heading into one of the place.
+    /// Updates the covariance after a step `way` of the robot (m, team frame), which turns an error of the heading into one of the
+    /// position.
     #[must_use]
     pub(crate) fn after_step(self, way: Vec2) -> Self {
         let [x, y, heading] = self.with_pose;
         Self { with_pose: [x - heading * way.y, y + heading * way.x, heading], ..self }
     }
 
-    /// Whether every number in it is finite.
+    /// Whether every number in the estimate is finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.mean.is_finite() && self.covariance.is_finite() && self.with_pose.iter().all(|row| row.is_finite())
     }
 
-    /// The sum of bias and drift, which is all that an image shows.
+    /// The sum of bias and drift. An image shows nothing but this sum.
     pub(super) fn total(&self) -> CameraTotal {
         let sum = |parts: Vec4| Vec2::new(parts.x + parts.z, parts.y + parts.w);
         let [yaw, pitch, drift_yaw, drift_pitch] = [0, 1, 2, 3].map(|part| sum(self.covariance.col(part)));
@@ -150,7 +152,7 @@ impl CameraError {
         }
     }
 
-    /// Corrects the measured place of a sighting, m, robot frame.
+    /// Corrects the measured position of a sighting, m, robot frame.
     pub(crate) fn corrected_place(&self, place: Vec2, motion: &CameraMotion) -> Vec2 {
         let [yaw, pitch] = motion.slopes(place);
         let error = self.total().mean;
@@ -174,12 +176,12 @@ impl CameraError {
         }
     }
 
-    /// The measurement with the error of the cameras, given its derivatives by yaw and pitch.
+    /// Adds the error of the cameras to a measurement, given its derivatives with respect to yaw and pitch.
     pub(super) fn measured(&self, measured: Measured, slopes: [Vec2; 2]) -> Measured {
         let Measured { difference, rows: pose_rows, cross, spread, .. } = measured;
         let camera_rows = rows(slopes);
         let [x, y, heading] = self.with_pose;
-        // Written out, as mapped arrays are slow.
+        // Written without `map`, as mapped arrays are slow.
         let of_pose = |row: Vec4| Vec3::new(x.dot(row), y.dot(row), heading.dot(row));
         let of_pose = [of_pose(camera_rows[0]), of_pose(camera_rows[1])];
         let of_camera = |row: Vec3, camera: Vec4| x * row.x + y * row.y + heading * row.z + self.covariance * camera;
@@ -226,7 +228,7 @@ fn drift_sd(motion: &CameraMotion) -> f32 {
     if motion.is_walking { motion.noise.walking_sd } else { motion.noise.standing_sd }
 }
 
-/// The derivatives of x and y by the four parts of the error, from those by yaw and pitch.
+/// The derivatives of x and y with respect to the four parts of the error, from those with respect to yaw and pitch.
 fn rows([yaw, pitch]: [Vec2; 2]) -> [Vec4; 2] {
     [Vec4::new(yaw.x, pitch.x, yaw.x, pitch.x), Vec4::new(yaw.y, pitch.y, yaw.y, pitch.y)]
 }
@@ -255,10 +257,10 @@ mod tests {
         CameraMotion { noise: NOISE, is_walking, head_forward, lens_height_m: LENS_HEIGHT_M, decay }
     }
 
-    /// Where something at `place` seems to be to cameras that look to the left and down by more than they should.
+    /// The apparent position of an object at `place` for cameras that look further to the left and down than measured.
     fn seen(place: Vec2, head_yaw: f32, [yaw, pitch]: [f32; 2]) -> Vec2 {
         let to_camera = Quat::from_rotation_z(-(head_yaw + yaw)) * place.extend(-LENS_HEIGHT_M);
-        // A camera that looks down by `pitch`, about its y axis, has the rest of the world turned up.
+        // In a camera that looks further down by `pitch`, about its y axis, the rest of the world is turned up.
         let level = Quat::from_rotation_y(-pitch) * to_camera;
         let ground = level.truncate() * (-LENS_HEIGHT_M / level.z);
         unit(head_yaw).rotate(ground)

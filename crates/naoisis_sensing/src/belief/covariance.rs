@@ -1,7 +1,7 @@
 //! Covariances in single precision: confidence ellipses, and a robust inverse.
 //!
-//! A place seen from far away is known well across the line of sight and hardly along it: from some hundred metres on, the matrix loses its
-//! rank by rounding.
+//! A position seen from far away is known well across the line of sight and hardly along it: from some hundred metres on, the matrix loses
+//! its rank by rounding.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -11,10 +11,10 @@ use naoisis_core::geometry::unit;
 
 /// The squared Mahalanobis distance of a pose at the edge of the ellipsoid of 95 %: χ² with three degrees of freedom.
 pub const ELLIPSOID_95: f32 = 7.815;
-/// The squared Mahalanobis distance of a place at the edge of the ellipse of 95 %: χ² with two degrees of freedom, -2 ln 0.05.
+/// The squared Mahalanobis distance of a position at the edge of the ellipse of 95 %: χ² with two degrees of freedom, -2 ln 0.05.
 pub const ELLIPSE_95: f32 = 5.991;
 
-/// The half axes of the 95 % ellipse of a place, m, the longer one first; `None` if the matrix is not a covariance.
+/// The half axes of the 95 % ellipse of a position, m, the longer one first; `None` if the matrix is not a covariance.
 pub fn half_axes_95([xx, xy, yy]: PlaceCovariance) -> Option<[Vec2; 2]> {
     let mean = (xx + yy) / 2.0;
     let difference = (xx - yy) / 2.0;
@@ -25,7 +25,7 @@ pub fn half_axes_95([xx, xy, yy]: PlaceCovariance) -> Option<[Vec2; 2]> {
     }
     // The direction of the longer axis is at half the angle of (xx - yy, 2 xy).
     let direction = unit(ops::atan2(xy, difference) / 2.0);
-    // Rounding may make the smaller one negative.
+    // Rounding may make the smaller variance negative.
     let [long, short] = variances.map(|variance| (ELLIPSE_95 * variance.max(0.0)).sqrt());
     Some([direction * long, direction.perp() * short])
 }
@@ -47,7 +47,7 @@ pub(super) fn inverse(covariance: Mat2) -> Mat2 {
     if has_rank(&widened) {
         return widened.inverse();
     }
-    // Not a covariance because of rounding: only the variances are reliable.
+    // Rounding has made the matrix indefinite: only the variances are reliable.
     let variances = Vec2::new(covariance.x_axis.x, covariance.y_axis.y);
     Mat2::from_diagonal(variances.max(Vec2::splat(LEAST_VARIANCE)).recip())
 }
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn a_flat_one_tells_nothing_along_and_much_across() {
-        // Along (1, 1) with variance 2, across nothing: information there, and none along.
+        // Along (1, 1) with variance 2, and zero across: all information is across, none along.
         let information = inverse(Mat2::from_cols(Vec2::ONE, Vec2::ONE));
         let [along, across] = [Vec2::ONE, Vec2::new(1.0, -1.0)].map(Vec2::normalize);
         assert_abs_diff_eq!(along.dot(information * along), 0.5, epsilon = 0.1);
@@ -104,7 +104,7 @@ mod tests {
             let covariance = Sighting::new(Vec2::ZERO, angle_sd).noise_at(unit(angle) * distance);
             let information = inverse(covariance);
             prop_assert!(information.is_finite());
-            // To err along the line of sight is likelier than to err across it.
+            // Errors along the line of sight are likelier than errors across it.
             let [along, across] = [unit(angle), unit(angle).perp()].map(|axis| axis.dot(information * axis));
             prop_assert!(distance < 1.0 || across > along, "{across} {along}");
             let [xx, xy, yy] = entries;

@@ -1,14 +1,18 @@
-//! The error of a belief: for evaluation, and never known to a robot.
+//! The error of a belief, for evaluation; a robot never knows it.
 //!
 //! | measure | of | meaning |
 //! |---|---|---|
 //! | error | pose, ball, its velocity, opponents | distance between belief and truth |
-//! | NEES | pose, ball, opponents | normalised estimation error squared, eᵀ P⁻¹ e: the squared error relative to the robot's own covariance (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001). At most [`ELLIPSOID_95`](super::covariance::ELLIPSOID_95) or [`ELLIPSE_95`] if the truth lies within the robot's 95 % ellipse, as in 95 of 100 cases for a calibrated belief |
+//! | NEES | pose, ball, opponents | normalised estimation error squared, eᵀ P⁻¹ e: the squared error relative to the robot's own covariance |
 //! | false tracks | opponents | believed opponents without a true one within [`MATCH_M`] |
 //! | time to detect | ball, opponents | the time for which an object on the pitch is unknown to the robot |
 //!
-//! A belief is about the time of the measurements, the start of a cycle. It is compared with the truth at that time, and not at the end of
-//! the cycle.
+//! The NEES (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001) is at most
+//! [`ELLIPSOID_95`](super::covariance::ELLIPSOID_95) or [`ELLIPSE_95`] if the truth lies within the robot's 95 % ellipse, as in 95 of 100
+//! cases for a calibrated belief.
+//!
+//! A belief refers to the time of the measurements, the start of a cycle. It is compared with the truth at that time, not at the end of the
+//! cycle.
 
 use bevy::prelude::*;
 
@@ -24,7 +28,7 @@ pub const MATCH_M: f32 = 0.5;
 pub struct Truth {
     /// The robot's pose.
     pub pose: Pose,
-    /// Place (m) and velocity (m/s) of the ball, if there is one.
+    /// Position (m) and velocity (m/s) of the ball, if there is one.
     pub ball: Option<[Vec2; 2]>,
     /// The opponents on the pitch, m.
     pub opponents: Vec<Vec2>,
@@ -33,7 +37,7 @@ pub struct Truth {
 /// The error of one robot's belief in one cycle.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct BeliefError {
-    /// The error of the robot's own place, m.
+    /// The error of the robot's own position, m.
     pub position_m: f32,
     /// The error of its heading, radians, not negative.
     pub heading: f32,
@@ -43,24 +47,24 @@ pub struct BeliefError {
     pub ball: Option<BallError>,
     /// The number of opponents on the pitch.
     pub opponents: u32,
-    /// The number of them that are believed.
+    /// The number of opponents on the pitch that are believed.
     pub opponents_known: u32,
-    /// The number of these within the 95 % ellipse of their belief.
+    /// The number of believed opponents within the 95 % ellipse of their belief.
     pub opponents_within: u32,
-    /// The mean error of the places of the believed opponents, m.
+    /// The mean position error of the believed opponents, m.
     pub opponent_m: Option<f32>,
-    /// The number of believed opponents without a true one.
+    /// The number of believed opponents without a true one within [`MATCH_M`].
     pub false_tracks: u32,
 }
 
 /// The error of the believed ball.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct BallError {
-    /// The error of the place, m.
+    /// The error of the position, m.
     pub position_m: f32,
     /// The error of the velocity, m/s.
     pub velocity_mps: f32,
-    /// The NEES of the place; `None` if the covariance is singular.
+    /// The NEES of the position; `None` if the covariance is singular.
     pub nees: Option<f32>,
 }
 
@@ -100,12 +104,12 @@ impl BeliefError {
     }
 }
 
-/// A true opponent and the believed one.
+/// A true opponent matched with a believed one.
 struct Match {
     distance_m: f32,
-    /// The index of the true one.
+    /// The index of the true opponent.
     index: usize,
-    /// The index of the believed one.
+    /// The index of the believed opponent.
     believed: usize,
 }
 

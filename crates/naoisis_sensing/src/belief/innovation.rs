@@ -9,7 +9,7 @@ use super::covariance::inverse;
 pub(super) struct Measured {
     /// Measured minus expected, m.
     pub(super) difference: Vec2,
-    /// H: the derivatives of the expectation by x, y and heading of the pose, two rows.
+    /// H: the derivatives of the expectation with respect to x, y and heading of the pose, two rows.
     pub(super) rows: [Vec3; 2],
     /// P Hᵀ, column by column.
     pub(super) cross: [Vec3; 2],
@@ -56,7 +56,7 @@ pub(super) struct CameraShare {
 /// The innovation of a sighting of a landmark.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Innovation {
-    /// Measured minus expected place, m, robot frame.
+    /// Measured minus expected position, m, robot frame.
     pub(super) difference: Vec2,
     /// The columns of the gain: the change for a metre of difference along x and along y.
     pub(super) gain: [Vec3; 2],

@@ -23,16 +23,16 @@ pub struct LandmarkModel {
     /// Standard deviation of the angles to a goal post's foot, or to the centre of the centre circle, radians. 3 pixels at a focal length of
     /// 361 pixels are 0.0083.
     pub goal_post_angle_sd: f32,
-    /// The same for junctions and crosses, radians.
+    /// Standard deviation of the angles to junctions and crosses, radians.
     pub mark_angle_sd: f32,
-    /// The same for the ends of lines, radians.
+    /// Standard deviation of the angles to the ends of lines, radians.
     pub line_angle_sd: f32,
-    /// A sighting further from the expectation than this is rejected: squared Mahalanobis distance.
+    /// The gate: a sighting further from the expectation than this is rejected. Squared Mahalanobis distance.
     pub gate: f32,
     /// The height of the robot's cameras, m. Set from its model.
     #[serde(skip)]
     pub lens_height_m: f32,
-    /// The number of landmarks out of place, more than in place, from which the pose counts as wrong.
+    /// The excess of landmarks out of place over those in place from which the pose counts as wrong.
     pub contradictions: u32,
 }
 
@@ -49,8 +49,9 @@ impl Default for LandmarkModel {
     }
 }
 
-/// The factor on the errors of landmarks for cameras with a lasting error: what its estimate does not explain is correlated between images,
-/// which the filter neglects. With this factor the truth is within the 95 % ellipse in 90 to 94 % of the cycles of realistic matches.
+/// The factor on the errors of landmarks for cameras with a lasting error: the part that its estimate does not explain is correlated
+/// between images, which the filter neglects. With this factor the truth is within the 95 % ellipse in 90 to 94 % of the cycles of
+/// realistic matches.
 const ROCKING_FACTOR: f32 = 1.7;
 
 impl LandmarkModel {
@@ -64,7 +65,7 @@ impl LandmarkModel {
         }
     }
 
-    /// The model for cameras whose error is not estimated, which adds to the errors of all landmarks.
+    /// The model for cameras whose error is not estimated: it is added to the errors of all landmarks.
     pub(super) fn with_camera_error(&self, camera: &CameraMotion) -> Self {
         let error = camera.total_sd();
         let wider = |sd: f32| (sd * sd + error * error).sqrt();
@@ -86,15 +87,15 @@ pub(super) struct GoalLandmark {
 }
 
 impl GoalLandmark {
-    /// The goal as seen from `place` (m, team frame): from behind, left and right are exchanged.
+    /// The goal as seen from `place` (m, team frame): left and right are exchanged if it is seen from behind.
     pub(super) fn seen_from(self, place: Vec2) -> Self {
         let is_behind = (place.x - self.left_post.x) * self.left_post.x > 0.0;
         if is_behind { Self { left_post: self.right_post, right_post: self.left_post, ..self } } else { self }
     }
 }
 
-/// The places of all landmarks, in the frame of the team that defends -x. Marks on the ground have the same places for the other team, as
-/// the pitch is symmetric.
+/// The positions of all landmarks, in the frame of the team that defends -x. Marks on the ground have the same positions for the other
+/// team, as the pitch is symmetric.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Landmarks {
     junctions: Vec<(JunctionShape, Vec2)>,
@@ -125,27 +126,27 @@ impl Landmarks {
         }
     }
 
-    /// Whether the pitch looks the same from both ends: both goals have the same colour.
+    /// Whether the pitch looks the same from both ends, because both goals have the same colour.
     pub(super) fn are_symmetric(&self) -> bool {
         self.goals[0].colour == self.goals[1].colour
     }
 
-    /// The posts of this colour, in the frame of the team that defends `own_end`, m.
+    /// The positions of the posts of this colour, in the frame of the team that defends `own_end`, m.
     pub(super) fn posts(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Vec2> {
         self.goals(colour, own_end).flat_map(|goal| [goal.left_post, goal.right_post])
     }
 
-    /// The junctions of this shape, m.
+    /// The positions of the junctions of this shape, m.
     pub(super) fn junctions(&self, shape: JunctionShape) -> impl Iterator<Item = Vec2> {
         self.junctions.iter().filter(move |(other, _)| *other == shape).map(|(_, place)| *place)
     }
 
-    /// The penalty crosses, m.
+    /// The positions of the penalty crosses, m.
     pub(super) fn crosses(&self) -> impl Iterator<Item = Vec2> {
         self.crosses.into_iter()
     }
 
-    /// The corners with arcs, m.
+    /// The positions of the corners with arcs, m.
     pub(super) fn arcs(&self) -> impl Iterator<Item = Vec2> {
         self.arcs.iter().copied()
     }
@@ -176,7 +177,7 @@ impl Landmarks {
     }
 }
 
-/// The sightings of a cycle, and the model by which they are used.
+/// The sightings of a cycle, and the model with which they are used.
 #[derive(Clone, Copy, Debug)]
 pub struct PitchObservation<'a> {
     /// The percepts of the robot.
@@ -187,11 +188,11 @@ pub struct PitchObservation<'a> {
     pub own_end: End,
     /// The size of the cameras' images, pixels.
     pub image: Vec2,
-    /// The number of the cycle, by which landmarks take turns.
+    /// The number of the cycle, which selects the landmarks in turn.
     pub turn: usize,
     /// The measurement model.
     pub model: &'a LandmarkModel,
-    /// The lasting error of the cameras; `None` if they have none.
+    /// The motion of cameras with a lasting error; `None` if they have none.
     pub camera: Option<CameraMotion>,
 }
 
@@ -253,7 +254,7 @@ pub(super) fn sighting_of_mark(mark: &LandmarkPercept, model: &LandmarkModel) ->
     Sighting::new(mark.position_m, angle_sd).from_height(model.lens_height_m)
 }
 
-/// The left and the right post of a goal, if exactly these two posts are in view and have the same colour.
+/// The left and the right post of a goal, if exactly two posts are in view and have the same colour.
 pub(super) fn seen_goal(posts: &[GoalPostPercept]) -> Option<[&GoalPostPercept; 2]> {
     let [first, second] = posts else { return None };
     let is_first_left = first.position_m.perp_dot(second.position_m) < 0.0;

@@ -1,7 +1,7 @@
 //! Sightings of line segments.
 //!
-//! The place of a segment along its line is unknown, but both of its ends are on the line: the measurement is the distances of the two ends
-//! from the line, which are expected to be 0.
+//! The position of a segment along its line is unknown, but both of its ends are on the line. So the measurement consists of the distances
+//! of the two ends from the line, which are expected to be 0.
 
 use bevy::prelude::*;
 
@@ -10,7 +10,7 @@ use super::sighting::{Residual, Sighting};
 use naoisis_core::geometry::unrotate;
 use naoisis_core::pitch::LineSegment;
 
-/// How far a segment may extend beyond the end of the line, because of measurement errors, m.
+/// The greatest length by which a segment extends beyond the end of the line because of measurement errors, m.
 const BEYOND_M: f32 = 0.4;
 /// The least length of a useful segment, m.
 const LEAST_LENGTH_M: f32 = 0.3;
@@ -32,12 +32,13 @@ impl SeenLine {
         Self { ends, noise: ends.map(|end| sighting(end).noise_at(end)) }
     }
 
-    /// Whether it is long enough to be useful.
+    /// Whether the segment is long enough to be useful.
     pub fn is_useful(&self) -> bool {
         self.ends[0].distance_squared(self.ends[1]) > LEAST_LENGTH_M * LEAST_LENGTH_M
     }
 
-    /// Whether it can be a segment of `line` (m, team frame) for a robot at about `position` that faces along the unit vector `forward`.
+    /// Whether the segment can belong to `line` (m, team frame), for a robot at about `position` that faces along the unit vector
+    /// `forward`.
     pub fn can_be_of(&self, line: &PitchLine, position: Vec2, forward: Vec2) -> bool {
         self.ends.iter().all(|end| {
             let along = line.direction.dot(position + forward.rotate(*end) - line.start);
@@ -50,7 +51,7 @@ impl SeenLine {
     pub fn residual(&self, line: &PitchLine, position: Vec2, forward: Vec2) -> Residual {
         let normal = line.direction.perp();
         let place = position - line.start;
-        // Written out, as mapped arrays are slow.
+        // Written without `map`, as mapped arrays are slow.
         let [first, second] = self.ends;
         let away = Vec2::new(normal.dot(place + forward.rotate(first)), normal.dot(place + forward.rotate(second)));
         // The error of an end across the line.
@@ -60,7 +61,7 @@ impl SeenLine {
         Residual { difference: -away, noise: Mat2::from_diagonal(variances) }
     }
 
-    /// The derivatives of the expected distances by x, y and heading of the pose, a row for each end.
+    /// The derivatives of the expected distances with respect to x, y and heading of the pose, a row for each end.
     pub(super) fn slopes(&self, line: &PitchLine, forward: Vec2) -> [Vec3; 2] {
         let normal = line.direction.perp();
         let [first, second] = self.ends;
@@ -68,7 +69,7 @@ impl SeenLine {
         [slope(first), slope(second)]
     }
 
-    /// The derivatives of the expected distances by yaw and pitch of the cameras' error: columns of (first end, second end).
+    /// The derivatives of the expected distances with respect to yaw and pitch of the cameras' error: columns of (first end, second end).
     pub(super) fn camera_slopes(&self, line: &PitchLine, forward: Vec2, camera: &CameraMotion) -> [Vec2; 2] {
         // The true end is on the line; the measured one is displaced by the error of the cameras.
         let across = unrotate(forward, line.direction.perp());
@@ -82,9 +83,9 @@ impl SeenLine {
 /// A straight line of the pitch, m, team frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PitchLine {
-    /// One end.
+    /// The start of the line.
     start: Vec2,
-    /// The direction from there, a unit vector.
+    /// The direction from the start, a unit vector.
     direction: Vec2,
     length_m: f32,
 }
@@ -118,7 +119,7 @@ mod tests {
     #[test]
     fn a_line_tells_how_far_away_it_is_and_nothing_along_it() {
         let seen = seen_from(Pose::new(1.0, 0.0, 0.0));
-        // Half a metre to the side it looks the same; 0.2 m ahead of the true place it should be 0.2 m nearer.
+        // Half a metre to the side the line looks the same; 0.2 m ahead of the true position it should be 0.2 m nearer.
         assert_abs_diff_eq!(residual(&seen, Pose::new(1.0, 0.5, 0.0)).difference.length(), 0.0, epsilon = 1e-6);
         let ahead = residual(&seen, Pose::new(1.2, 0.0, 0.0)).difference;
         assert_abs_diff_eq!(ahead.abs(), Vec2::splat(0.2), epsilon = 1e-6);

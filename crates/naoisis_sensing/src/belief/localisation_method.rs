@@ -1,4 +1,4 @@
-//! The localisation methods that scenarios name.
+//! The localisation methods that scenarios can choose.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -15,7 +15,7 @@ pub enum LocalisationMethod {
     /// An unscented Kalman filter, more exact under great uncertainty and about three times as costly; a lost robot searches with a particle
     /// filter.
     Unscented,
-    /// A particle filter: several hypotheses at a time, and about ten times as costly.
+    /// A particle filter: several hypotheses at the same time, about ten times as costly.
     Particles,
 }
 

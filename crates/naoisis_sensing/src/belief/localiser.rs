@@ -1,4 +1,4 @@
-//! The robot's own pose by the filter of its settings: one of two Kalman filters, or a particle filter.
+//! Estimator of the robot's own pose by the filter of its settings: one of two Kalman filters, or a particle filter.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ impl From<KalmanFilter> for LocalisationMethod {
     }
 }
 
-/// The greatest believed distance from the centre mark, m: its square can still be summed.
+/// The greatest believed distance from the centre mark, m: the square of a greater one might overflow in a sum.
 const FARTHEST_M: f32 = 1e6;
 
 /// A filter of any kind.
@@ -30,7 +30,7 @@ const FARTHEST_M: f32 = 1e6;
 pub enum Localiser {
     /// [`LocalisationMethod::Kalman`] and [`LocalisationMethod::Unscented`].
     Kalman(KalmanLocaliser),
-    /// The same while the robot is lost.
+    /// [`LocalisationMethod::Kalman`] and [`LocalisationMethod::Unscented`] while the robot is lost.
     Searching(ParticleFilter, KalmanFilter),
     /// [`LocalisationMethod::Particles`].
     Particles(ParticleFilter),
@@ -43,7 +43,7 @@ impl Default for Localiser {
 }
 
 impl Localiser {
-    /// For a robot that was placed at `pose`, team frame.
+    /// A localiser for a robot that was placed at `pose`, team frame.
     pub fn placed(kind: LocalisationMethod, robot: RobotId, pose: Pose) -> Self {
         match kind {
             LocalisationMethod::Kalman => Localiser::Kalman(KalmanLocaliser::placed(KalmanFilter::Extended, pose)),
@@ -54,8 +54,8 @@ impl Localiser {
         }
     }
 
-    /// Resets a filter that is not finite any more to the pose `last`, team frame: after impossible measurements, or in a saved match that was
-    /// edited by hand.
+    /// Resets a filter that is not finite any more to the pose `last`, team frame. This happens after impossible measurements, or in a
+    /// saved match that was edited by hand.
     pub fn keep_finite(&mut self, robot: RobotId, last: Pose) {
         let (is_finite, kind) = match self {
             Localiser::Kalman(own) => (own.estimate.is_finite(), own.filter.into()),
@@ -77,7 +77,8 @@ impl Localiser {
         }
     }
 
-    /// Returns the robot from a penalty at an end of the halfway line: the one away from the ball (m, team frame), if its place is known.
+    /// Sets the pose for the return from a penalty at an end of the halfway line: the end away from the ball (m, team frame), if its
+    /// position is known.
     pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
         match self {
             Localiser::Kalman(own) => {
@@ -93,7 +94,7 @@ impl Localiser {
         }
     }
 
-    /// Returns the robot from a penalty where it waited, beyond the nearer side line.
+    /// Sets the pose for the return from a penalty at the waiting position beyond the nearer side line.
     pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
         let y = self.estimate().pose.position.y;
         match self {
@@ -130,7 +131,7 @@ impl Localiser {
         if matches!(self, Localiser::Kalman(_)) || observation.camera.is_none() {
             return self.correct_by(robot, observation);
         }
-        // The particle filter does not estimate the error of the cameras: its sightings are less certain.
+        // The particle filter does not estimate the error of the cameras, so its sightings are less certain.
         let model =
             observation.camera.map_or(*observation.model, |camera| observation.model.with_camera_error(&camera));
         self.correct_by(robot, &PitchObservation { model: &model, ..*observation });
@@ -170,7 +171,7 @@ impl Localiser {
         }
     }
 
-    /// The time since a landmark confirmed it, s.
+    /// The time since a landmark confirmed the pose, s.
     pub fn age_s(&self) -> f32 {
         match self {
             Localiser::Kalman(own) => own.age_s,

@@ -1,7 +1,7 @@
 //! The belief of a robot: one typed [`Belief`], which behaviours read and write.
 //!
-//! Places are in the *team frame*: the pitch frame, turned by half a turn for the team that defends +x, so that the own goal is always at
-//! -x. [`team_from_pitch`], [`pitch_from_team`] and their variants for points convert.
+//! Positions are in the *team frame*: the pitch frame, rotated by half a turn for the team that defends +x, so that the own goal is always
+//! at -x. Convert with [`team_from_pitch`], [`pitch_from_team`] and their variants for points.
 //!
 //! The [`simple`] estimator updates the belief of the robots of the built-in teams. Like every behaviour it reads only the sensors, and is
 //! registered through the same [barrier](naoisis_core::behaviour::barrier).
@@ -43,13 +43,13 @@ pub use landmarks::LandmarkModel;
 pub use settings::SimpleBelief;
 pub use simple::SimpleBeliefPlugin;
 
-/// The covariance of a place, m²: the entries xx, xy, yy of the symmetric matrix.
+/// The covariance of a position, m²: the entries xx, xy, yy of the symmetric matrix.
 pub type PlaceCovariance = [f32; 3];
 
 /// The covariance of a pose, m and radians: the entries xx, xy, yy, xθ, yθ, θθ of the symmetric matrix.
 pub type PoseCovariance = [f32; 6];
 
-/// The believed places of the robot itself, the ball and the other robots, in the team frame.
+/// The believed positions of the robot itself, the ball and the other robots, in the team frame.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
@@ -62,7 +62,7 @@ pub struct Belief {
     pub pose_covariance: PoseCovariance,
     /// The time since a landmark confirmed the pose, s.
     pub pose_age_s: f32,
-    /// The ball, if its place is known.
+    /// The ball, if its position is known.
     pub ball: Option<BallBelief>,
     /// Team-mates: first those with a known number, in its order.
     pub team_mates: Vec<RobotBelief>,
@@ -74,19 +74,19 @@ pub struct Belief {
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BallBelief {
-    /// Its place, m, team frame.
+    /// Position, m, team frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
-    /// Its velocity, m/s, team frame.
+    /// Velocity, m/s, team frame.
     #[schemars(with = "[f32; 2]")]
     pub velocity_mps: Vec2,
-    /// The covariance of the place, m²: xx, xy, yy.
+    /// The covariance of the position, m²: xx, xy, yy.
     pub position_covariance: PlaceCovariance,
     /// The covariance of the velocity, (m/s)²: xx, xy, yy.
     pub velocity_covariance: PlaceCovariance,
-    /// The time since it was seen, s: by the robot itself, or by the team-mate that reported it.
+    /// The time since the ball was seen, s: by the robot itself, or by the team-mate that reported it.
     pub age_s: f32,
-    /// The team-mate that reported it; `None` if the robot has seen it itself.
+    /// The team-mate that reported the ball; `None` if the robot has seen it itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heard_from: Option<RobotId>,
 }
@@ -95,20 +95,20 @@ pub struct BallBelief {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotBelief {
-    /// Its id; `None` for a robot that was only seen.
+    /// The robot's id; `None` if it was only seen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<RobotId>,
-    /// Its place, m, team frame.
+    /// Position, m, team frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
-    /// The covariance of the place, m²: xx, xy, yy.
+    /// The covariance of the position, m²: xx, xy, yy.
     pub covariance: PlaceCovariance,
-    /// The time since it was seen or reported, s.
+    /// The time since the robot was seen or reported, s.
     pub age_s: f32,
 }
 
 impl BallBelief {
-    /// Whether every number in it is finite.
+    /// Whether every number in the belief is finite.
     pub fn is_finite(&self) -> bool {
         let Self { position_m, velocity_mps, position_covariance, velocity_covariance, age_s, heard_from: _ } = self;
         let covariances = position_covariance.iter().chain(velocity_covariance);
@@ -117,7 +117,7 @@ impl BallBelief {
 }
 
 impl RobotBelief {
-    /// Whether every number in it is finite.
+    /// Whether every number in the belief is finite.
     pub fn is_finite(&self) -> bool {
         let Self { id: _, position_m, covariance, age_s } = self;
         position_m.is_finite() && covariance.iter().chain([age_s]).all(|entry| entry.is_finite())
@@ -125,7 +125,7 @@ impl RobotBelief {
 }
 
 impl Belief {
-    /// Whether every number in it is finite.
+    /// Whether every number in the belief is finite.
     pub fn is_finite(&self) -> bool {
         let Self { pose, pose_covariance, pose_age_s, ball, team_mates, opponents } = self;
         pose.is_finite()
@@ -139,7 +139,7 @@ impl Belief {
         Self { pose, ..default() }
     }
 
-    /// The ball in the robot's own frame, m.
+    /// The position of the ball in the robot's own frame, m.
     pub fn ball_in_robot(&self) -> Option<Vec2> {
         self.ball.map(|ball| self.pose.inverse_transform_point(ball.position_m))
     }
@@ -177,7 +177,7 @@ pub fn point_pitch_from_team(point: Vec2, own_end: End) -> Vec2 {
     point_team_from_pitch(point, own_end)
 }
 
-/// The entries of the covariance matrix of a place.
+/// The entries of the covariance matrix of a position.
 fn place_covariance(matrix: Mat2) -> PlaceCovariance {
     [matrix.x_axis.x, matrix.y_axis.x, matrix.y_axis.y]
 }

@@ -25,17 +25,17 @@ pub(super) struct Moment {
     pub(super) is_walking: bool,
 }
 
-/// The last moments, the oldest first.
+/// The recent moments, the oldest first.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub(super) struct Moments(VecDeque<Moment>);
 
 impl Moments {
-    /// Records `now`, and returns the moment at `time_s`, or `now` if it is not recorded.
+    /// Records `now`, and returns the moment at `time_s`, or `now` if that moment is not recorded.
     pub(super) fn at(&mut self, time_s: f64, now: Moment) -> Moment {
         while self.0.front().is_some_and(|oldest| oldest.time_s < now.time_s - LONGEST_S) {
             self.0.pop_front();
         }
-        // The match may have been continued from an earlier moment.
+        // The match may have been continued from an earlier time.
         while self.0.back().is_some_and(|latest| latest.time_s >= now.time_s) {
             self.0.pop_back();
         }
@@ -44,8 +44,8 @@ impl Moments {
     }
 }
 
-/// Transforms percepts of the moment `then` into the robot frame of `now`. The ball is moved by its velocity `ball_mps` (m/s, robot frame),
-/// if it is known.
+/// Transforms percepts of the moment `then` into the robot frame of `now`. The ball is moved on by its velocity `ball_mps` (m/s, robot
+/// frame), if it is known.
 pub(super) fn as_seen_now<'a>(
     percepts: &'a Percepts,
     (then, now): (Moment, Moment),
@@ -87,7 +87,7 @@ mod tests {
         let ball = BallPercept { camera: CameraName::TOP, pixel: Vec2::ZERO, position_m: Vec2::new(1.0, 0.5) };
         let percepts = Percepts { ball: Some(ball), ..default() };
         let mut late = Percepts::default();
-        // 0.06 m nearer, and the ball rolled for 0.3 s at 1 m/s away from it.
+        // The ball is 0.06 m nearer because of the step, and it rolled away from the robot for 0.3 s at 1 m/s.
         let seen = as_seen_now(&percepts, (then, now), Some(Vec2::X), &mut late).ball.as_ref().unwrap();
         assert_abs_diff_eq!(seen.position_m, Vec2::new(1.24, 0.5), epsilon = 1e-5);
     }

@@ -1,10 +1,10 @@
 //! Localisation by a particle filter: many possible poses, weighted by the sightings.
 //!
-//! Augmented Monte Carlo localisation (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, tables 8.2 and 8.3): particles move with the
-//! odometry, each with an error of its own, are weighted by the likelihood of the sightings, and resampled. When the likelihood falls below
-//! its long-term mean, new particles are drawn from the sightings alone: so a robot that was carried away finds its pose.
+//! The method is augmented Monte Carlo localisation (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, tables 8.2 and 8.3): particles move
+//! with the odometry, each with an error of its own, are weighted by the likelihood of the sightings, and resampled. When the likelihood
+//! falls below its long-term mean, new particles are drawn from the sightings alone, so that a robot that was carried away finds its pose.
 //!
-//! Unlike the [Kalman filter](super::pose_estimate), it represents several hypotheses at a time; it is about ten times as costly.
+//! Unlike the [Kalman filter](super::pose_estimate), the filter represents several hypotheses at a time; it is about ten times as costly.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ use naoisis_core::team::RobotId;
 
 /// The number of particles.
 const COUNT: usize = 100;
-/// Cycles between two updates by sightings: the errors of successive images are correlated.
+/// Number of cycles between two updates by sightings: the errors of successive images are correlated.
 const CYCLES_PER_UPDATE: usize = 3;
 /// The rates of the long-term and the short-term mean of the likelihood.
 const MEMORY: [f32; 2] = [0.01, 0.15];
@@ -33,12 +33,12 @@ const LOST_SD: [f32; 2] = [0.5, 0.4];
 const LIKELY: f32 = 0.4;
 /// The number of updates after which a lost robot may have found its pose.
 const SURE_UPDATES: u32 = 8;
-/// The likelihood per sighting from which it has.
+/// The likelihood per sighting above which a lost robot has found its pose.
 const SURE: f32 = 0.15;
-/// The mean likelihood per sighting from which an update confirms the pose.
+/// The mean likelihood per sighting above which an update confirms the pose.
 const CONFIRMING: f32 = 0.1;
 
-/// The robot's own pose as a set of particles.
+/// The distribution of the robot's own pose as a set of particles.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub(crate) struct ParticleFilter {
     particles: Vec<Particle>,
@@ -49,9 +49,10 @@ pub(crate) struct ParticleFilter {
     /// The likeliest hypothesis.
     estimate: PoseEstimate,
     age_s: f32,
-    /// Updates since the particles were gathered.
+    /// Number of updates since the particles were gathered.
     looks: u32,
-    /// The pose by odometry alone, on a symmetric pitch: of two poses that sightings cannot distinguish, the nearer one to this is chosen.
+    /// The pose by odometry alone, on a symmetric pitch. Of two poses that sightings cannot distinguish, the one nearer to this pose is
+    /// chosen.
     reckoned: Option<Pose>,
 }
 
@@ -105,7 +106,7 @@ impl ParticleFilter {
         self.looks > SURE_UPDATES && self.likelihood[1] > SURE && place < 0.05 && heading < 0.02
     }
 
-    /// Turns all poses by half a turn about the centre mark.
+    /// Rotates all poses by half a turn about the centre mark.
     pub(crate) fn change_ends(&mut self) {
         for particle in &mut self.particles {
             particle.pose = particle.pose.turned_half();
@@ -122,7 +123,7 @@ impl ParticleFilter {
         }
     }
 
-    /// Whether every number in it is finite, and there are particles.
+    /// Whether there are particles, and every number in the filter is finite.
     pub(super) fn is_finite(&self) -> bool {
         let is_sound = |particle: &Particle| particle.pose.is_finite() && particle.weight.is_finite();
         self.estimate.is_finite() && !self.particles.is_empty() && self.particles.iter().all(is_sound)
@@ -133,7 +134,7 @@ impl ParticleFilter {
         &self.estimate
     }
 
-    /// The time since a sighting confirmed it, s.
+    /// The time since a sighting confirmed the pose, s.
     pub(crate) fn age_s(&self) -> f32 {
         self.age_s
     }
@@ -189,7 +190,8 @@ impl ParticleFilter {
         }
     }
 
-    /// Resamples the particles if their weights differ much, and replaces a share of them by poses that follow from the goal in view.
+    /// Resamples the particles if their weights differ much, and replaces the share `new_share` of them by poses that follow from the goal
+    /// in view.
     fn draw_again(&mut self, new_share: f32, posts: &[GoalPostPercept], landmarks: &Landmarks, own_end: End) {
         let effective = normalise(&mut self.particles);
         let count_new = (new_share * COUNT as f32) as usize;
@@ -207,9 +209,9 @@ impl ParticleFilter {
     }
 }
 
-/// Returns `pose`, or `pose` turned by half a turn about the centre mark, whichever is nearer to `to`.
+/// Returns `pose`, or `pose` rotated by half a turn about the centre mark, whichever is nearer to `to`.
 fn nearer_half(pose: Pose, to: Pose) -> Pose {
-    /// The distance that counts as much as a radian, m.
+    /// The distance that is equivalent to a radian, m.
     const METRES_PER_RADIAN: f32 = 2.0;
     let off = |pose: Pose| {
         let turn = METRES_PER_RADIAN * wrap_angle(pose.heading - to.heading);
@@ -326,7 +328,7 @@ mod tests {
         }
         let estimate = likeliest_hypothesis(&filter.particles).unwrap();
         assert_abs_diff_eq!(estimate.pose.position, unit(0.3), epsilon = 0.06);
-        // After 1 m the place varies by 0.02 m², and by the heading's 0.005 rad² over the way.
+        // After 1 m the position varies by 0.02 m², and by the heading's 0.005 rad² over the path.
         assert!((0.008..0.05).contains(&estimate.covariance.x_axis.x), "{:?}", estimate.covariance);
     }
 

@@ -1,4 +1,4 @@
-//! Particles: spreading, resampling, and the likeliest hypothesis.
+//! Operations on particles: spreading, resampling, and the likeliest hypothesis.
 
 use bevy::prelude::*;
 use core::f32::consts::TAU;
@@ -13,7 +13,7 @@ const SAME_HYPOTHESIS: (f32, f32) = (0.5, 0.5);
 /// The number of particles that are tried as the centre of the likeliest hypothesis.
 const CANDIDATES: usize = 20;
 
-/// A possible pose, team frame, and its weight.
+/// A possible pose, team frame, with its weight.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub(super) struct Particle {
     pub(super) pose: Pose,
@@ -70,7 +70,7 @@ pub(super) fn likeliest_hypothesis(particles: &[Particle]) -> Option<PoseEstimat
     // Candidates are taken evenly from the list, in which neighbours are often alike.
     let step = particles.len().div_ceil(CANDIDATES).max(1);
     let candidates = || particles.iter().step_by(step).map(|particle| particle.pose);
-    // Without branches, so that several candidates are compared at a time.
+    // Written without branches, so that several candidates are compared at a time.
     let [mut x, mut y, mut heading, mut weights] = [[0.0; CANDIDATES]; 4];
     for (index, pose) in candidates().enumerate() {
         [x[index], y[index], heading[index]] = [pose.position.x, pose.position.y, pose.heading];

@@ -1,4 +1,4 @@
-//! What sightings say about the pose of a particle: how likely they are from it, and from which poses they could be seen.
+//! The information of sightings about the pose of a particle: their likelihood from a pose, and the poses from which they could be seen.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -18,7 +18,7 @@ use naoisis_core::random::RandomStream;
 const MARKS_PER_UPDATE: usize = 3;
 /// The greatest number of line segments that are used in an update.
 const LINES_PER_UPDATE: usize = 1;
-/// The greatest squared Mahalanobis distance of a sighting: beyond it, it counts as an outlier.
+/// The squared Mahalanobis distance beyond which a sighting counts as an outlier.
 const OUTLIER: f32 = 12.0;
 
 /// The sightings of a cycle that are used in an update.
@@ -69,12 +69,12 @@ impl<'a> Sightings<'a> {
             let candidates = landmarks.lines().iter().filter(|other| line.can_be_of(other, position, forward));
             distance += least(candidates.map(|other| line.residual(other, position, forward)));
         }
-        // The errors of successive images are correlated, so each counts for less.
+        // The errors of successive images are correlated, so each sighting counts for less.
         ops::exp(-0.25 * distance / (self.count() as f32).sqrt())
     }
 }
 
-/// The squared Mahalanobis distance of a sighting from the likeliest of these places, m, robot frame.
+/// The squared Mahalanobis distance of a sighting from the likeliest of these positions, m, robot frame.
 fn nearest(sighting: &Sighting, places: impl Iterator<Item = Vec2>) -> f32 {
     least(places.map(|place| sighting.residual(place)))
 }
@@ -83,14 +83,15 @@ fn nearest(sighting: &Sighting, places: impl Iterator<Item = Vec2>) -> f32 {
 fn least(residuals: impl Iterator<Item = Residual>) -> f32 {
     residuals
         .map(|Residual { difference, noise }| {
-            // Particles are sparse: with the camera's error alone, the true pose would rarely be among them.
+            // Particles are sparse: with the camera's error alone, hardly any of them would match the true pose.
             let noise = noise + Mat2::from_diagonal(Vec2::splat(2e-3));
             difference.dot(inverse(noise) * difference)
         })
         .fold(OUTLIER, f32::min)
 }
 
-/// A random pose from which the posts in view would be seen at their places: near one pose for a goal, anywhere around a single post.
+/// Draws a random pose from which the posts in view would be seen at their positions: near one pose for a goal, anywhere around a single
+/// post.
 pub(super) fn pose_from_posts(
     seen: &[GoalPostPercept],
     landmarks: &Landmarks,
@@ -100,7 +101,7 @@ pub(super) fn pose_from_posts(
     let pose = match (seen_goal(seen), seen) {
         (Some([left, right]), _) => {
             let goals: Vec<_> = landmarks.goals(left.colour, own_end).collect();
-            // If both have this colour, it may be either.
+            // If both goals have this colour, it may be either.
             let index = if goals.len() > 1 { (stream.uniform() * goals.len() as f32) as usize } else { 0 };
             let goal = goals.get(index)?;
             let places = [goal.left_post, goal.right_post];
@@ -109,7 +110,7 @@ pub(super) fn pose_from_posts(
         (None, [post, ..]) => {
             let places: Vec<Vec2> = landmarks.posts(post.colour, own_end).collect();
             let place = *places.get((stream.uniform() * places.len() as f32) as usize)?;
-            // Anywhere around it, towards the pitch.
+            // Anywhere around the post, looking towards the pitch.
             let inwards = angle_of(-place) + (stream.uniform() - 0.5) * core::f32::consts::PI;
             let distance = post.position_m.length() * (1.0 + stream.gaussian(0.1));
             let position = place + unit(inwards) * distance;

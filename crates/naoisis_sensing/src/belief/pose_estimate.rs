@@ -1,6 +1,7 @@
 //! The estimate of the robot's own pose: predicted from odometry, corrected by landmarks.
 //!
-//! An extended Kalman filter over (x, y, heading). Its measurements are the places of known landmarks in the robot frame, and lines.
+//! The estimator is an extended Kalman filter over (x, y, heading). Its measurements are the positions of known landmarks in the robot
+//! frame, and lines.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -12,11 +13,12 @@ use crate::sensing::odometry::OdometryNoise;
 use naoisis_core::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
 use naoisis_core::robot::motion_limits::{Gait, Slip};
 
-/// The greatest standard deviations of place, m, and heading, radians: they mean no knowledge at all, and greater ones would overflow in the
-/// long run.
+/// The greatest standard deviations of position, m, and heading, radians. They represent no knowledge at all; greater ones would overflow
+/// in the long run.
 const LARGEST_SD: [f32; 2] = [1000.0, core::f32::consts::PI];
 
-/// The distance on which landmarks correct a pose, m. A systematic error counts as a random one that is drawn again after it.
+/// The distance within which landmarks correct a pose, m. A systematic error is treated as a random one that is redrawn after this
+/// distance.
 const REMEMBERED_M: f32 = 2.0;
 
 /// A pose and its covariance.
@@ -32,7 +34,7 @@ pub(crate) struct PoseEstimate {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StepError {
-    /// Variance of the place per metre walked, m.
+    /// Variance of the position per metre walked, m.
     pub place_per_metre: f32,
     /// Variance of the heading per metre walked, rad²/m.
     pub heading_per_metre: f32,
@@ -41,8 +43,8 @@ pub struct StepError {
 }
 
 impl Default for StepError {
-    /// Much more than the simulated odometry's default (5 cm and 2° after 1 m, 3° after 1 rad): the steps of a robot that pushes another do
-    /// not move it.
+    /// Much more than the simulated odometry's default (5 cm and 2° after 1 m, 3° after 1 rad), because a robot that pushes another is not
+    /// moved by its steps.
     fn default() -> Self {
         Self { place_per_metre: 0.02, heading_per_metre: 0.005, heading_per_radian: 0.011 }
     }
@@ -54,7 +56,7 @@ impl StepError {
     pub(crate) fn with_known(self, gait: Option<&Gait>, odometry: &OdometryNoise) -> Self {
         let slip = gait.map_or_else(Slip::default, |gait| gait.slip);
         let square = |value: f32| value * value;
-        // Systematic errors grow with the distance, up to the one on which landmarks correct them.
+        // Systematic errors grow with the distance, up to that within which landmarks correct them.
         let place = square(odometry.translation_sd_m)
             + square(slip.error.translation_sd_m)
             + square(slip.scale_sd) * REMEMBERED_M;
@@ -85,7 +87,7 @@ impl PoseEstimate {
         Self { pose, covariance: Mat3::from_diagonal(Vec3::new(place, place, heading_sd * heading_sd)) }
     }
 
-    /// Turns the pose and its covariance by half a turn about the centre mark.
+    /// Rotates the pose and its covariance by half a turn about the centre mark.
     #[must_use]
     pub(crate) fn turned_half(&self) -> Self {
         let turn = Mat3::from_diagonal(Vec3::new(-1.0, -1.0, 1.0));
@@ -127,7 +129,7 @@ impl PoseEstimate {
         Self { covariance: scale * self.covariance * scale, ..self }
     }
 
-    /// Whether every number in it is finite.
+    /// Whether every number in the estimate is finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.pose.is_finite() && self.covariance.is_finite()
     }
@@ -141,7 +143,7 @@ impl PoseEstimate {
     #[inline(always)]
     pub(super) fn measured_point(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Measured {
         let expected = unrotate(forward, landmark - self.pose.position);
-        // h(p) = R(-heading) (landmark - position); its rows' derivatives:
+        // h(p) = R(-heading) (landmark - position), with these derivatives as rows:
         let rows = [Vec3::new(-forward.x, -forward.y, expected.y), Vec3::new(forward.y, -forward.x, -expected.x)];
         self.measured(sighting.residual(expected), rows)
     }
@@ -152,11 +154,11 @@ impl PoseEstimate {
         self.measured(seen.residual(line, self.pose.position, forward), seen.slopes(line, forward))
     }
 
-    /// A measurement with this residual, given the derivatives of its expectation by the pose.
+    /// A measurement with this residual, given the derivatives of its expectation with respect to the pose.
     #[inline(always)]
     fn measured(&self, residual: Residual, rows: [Vec3; 2]) -> Measured {
         let Residual { difference, noise } = residual;
-        // Written out, as mapped arrays are slow.
+        // Written without `map`, as mapped arrays are slow.
         let cross = [self.covariance * rows[0], self.covariance * rows[1]];
         let spread = noise
             + Mat2::from_cols(
@@ -184,8 +186,8 @@ impl PoseEstimate {
         }
     }
 
-    /// The covariance that the uncertainty of the pose adds to the place of an object at `offset` (m, along the axes of the team frame) from the
-    /// robot, m².
+    /// The covariance that the uncertainty of the pose adds to the position of an object at `offset` (m, along the axes of the team frame)
+    /// from the robot, m².
     pub(crate) fn covariance_at(&self, offset: Vec2) -> Mat2 {
         // p' = p + R(heading) place, so that J = [1 0 -offset.y; 0 1 offset.x], and the covariance is J P Jᵀ.
         let rows = [Vec3::new(1.0, 0.0, -offset.y), Vec3::new(0.0, 1.0, offset.x)];
@@ -201,7 +203,7 @@ impl PoseEstimate {
     }
 }
 
-/// The pose from which two landmarks (m, team frame) are seen at the places `seen` (m, robot frame).
+/// The pose from which two landmarks (m, team frame) are seen at the positions `seen` (m, robot frame).
 pub(crate) fn pose_from_two(landmarks: [Vec2; 2], seen: [Vec2; 2]) -> Pose {
     let heading = wrap_angle(angle_of(landmarks[1] - landmarks[0]) - angle_of(seen[1] - seen[0]));
     let forward = unit(heading);
@@ -260,10 +262,10 @@ mod tests {
 
     #[test]
     fn what_is_far_away_is_where_the_heading_says() {
-        // 3 m ahead, along x, a heading error of 0.1 rad is 0.3 m across; the place's own 0.2 m come on top.
+        // 3 m ahead, along x, a heading error of 0.1 rad is 0.3 m across; the position's own 0.2 m are added.
         let covariance = PoseEstimate::new(Pose::new(1.0, 2.0, 0.4), 0.2, 0.1).covariance_at(Vec2::new(3.0, 0.0));
         assert_abs_diff_eq!(covariance, Mat2::from_diagonal(Vec2::new(0.04, 0.04 + 0.09)), epsilon = 1e-6);
-        // An error along x that goes with one of the heading: at (0, 1) they take each other away.
+        // An error along x that is correlated with the heading: at (0, 1) they cancel each other.
         let together = Mat3::from_cols(Vec3::new(0.01, 0.0, 0.01), Vec3::ZERO, Vec3::new(0.01, 0.0, 0.01));
         let estimate = PoseEstimate { pose: Pose::default(), covariance: together };
         assert_abs_diff_eq!(estimate.covariance_at(Vec2::Y), Mat2::ZERO, epsilon = 1e-6);
@@ -271,9 +273,9 @@ mod tests {
 
     #[test]
     fn a_correction_weighs_both_variances() {
-        // A landmark straight ahead at 2 m, the heading known, and an error of the angle for which the
-        // measurement's deviation along the line of sight, (4 + 0.25) / 0.5 σ, is 0.1 m. The estimate's variance being 0.04,
-        // 0.04 / (0.04 + 0.01) = 80 % of the difference are taken over, and 0.04 * 0.01 / (0.04 + 0.01) are left.
+        // A landmark straight ahead at 2 m, the heading known, and an error of the angle for which the measurement's deviation along the
+        // line of sight, (4 + 0.25) / 0.5 σ, is 0.1 m. As the estimate's variance is 0.04, 0.04 / (0.04 + 0.01) = 80 % of the difference
+        // are applied, and a variance of 0.04 * 0.01 / (0.04 + 0.01) remains.
         let estimate = PoseEstimate::new(Pose::default(), 0.2, 0.0);
         let sighting = Sighting::new(Vec2::new(1.99, 0.0), 0.1 * 0.5 / 4.25);
         let corrected = see(estimate, Vec2::new(2.0, 0.0), &sighting);

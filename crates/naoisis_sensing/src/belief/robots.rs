@@ -1,7 +1,7 @@
 //! Tracks of other robots in the robot's own frame, from cameras and sonars, by nearest neighbour.
 //!
-//! A camera measures the direction of a robot well and its distance badly; a sonar measures the distance to centimetres, and hardly the
-//! direction (paper, Fig. 7). Together they measure the place.
+//! A camera measures the direction of a robot well and its distance badly; a sonar measures the distance to centimetres, but hardly the
+//! direction (paper, Fig. 7). Together they measure the position.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -13,7 +13,7 @@ use super::sighting::{Residual, Sighting};
 use naoisis_core::geometry::{Pose, unit, unrotate};
 use naoisis_core::team::Team;
 
-/// A seen and a reported team-mate within this distance are the same, m.
+/// The distance within which a seen and a reported team-mate are the same robot, m.
 const SAME_ROBOT_M: f32 = 0.6;
 
 /// The track of another robot.
@@ -21,11 +21,11 @@ const SAME_ROBOT_M: f32 = 0.6;
 pub struct RobotTrack {
     /// Its team, by the waistband.
     pub team: Team,
-    /// Its place, m, robot frame.
+    /// Position, m, robot frame.
     pub position: Vec2,
-    /// Covariance of the place, m².
+    /// Covariance of the position, m².
     pub covariance: Mat2,
-    /// The time since it was seen, s.
+    /// The time since the robot was seen, s.
     pub age_s: f32,
     /// The number of sightings.
     pub sightings: u32,
@@ -35,14 +35,14 @@ pub struct RobotTrack {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrackModel {
-    /// A sighting within this distance of a track belongs to it, m; for robots further away than a metre, the limit grows with the square of
-    /// the distance, up to four times.
+    /// A sighting within this distance of a track belongs to it, m; for robots further away than a metre, the limit grows with the square
+    /// of the distance, up to four times.
     pub gate_m: f32,
-    /// Process noise of the place: variance per second, m²/s.
+    /// Process noise of the position: variance per second, m²/s.
     pub walk_variance: f32,
     /// A track is removed after this time without a sighting, s.
     pub forget_s: f32,
-    /// The same for a track with a single sighting, which is probably false, s.
+    /// The time after which a track with a single sighting is removed, s: it is probably false.
     pub forget_unconfirmed_s: f32,
 }
 
@@ -61,7 +61,7 @@ pub fn advance_tracks(tracks: &mut Vec<RobotTrack>, step: Pose, duration: f32, m
     let growth = Mat2::from_diagonal(Vec2::splat(model.walk_variance * duration));
     tracks.retain_mut(|track| {
         track.age_s += duration;
-        // Only the place is rotated; the covariance of a walking robot is nearly isotropic.
+        // Only the position is rotated; the covariance of a walking robot is nearly isotropic.
         track.position = unrotate(forward, track.position - step.position);
         track.covariance += growth;
         track.age_s < if track.sightings > 1 { model.forget_s } else { model.forget_unconfirmed_s }
@@ -100,15 +100,15 @@ pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, 
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SonarModel {
-    /// The mean distance from the nearest point of a robot's torso, which is 30 cm wide and 8 cm deep, to its place, m.
+    /// The mean distance from the nearest point of a robot's torso, which is 30 cm wide and 8 cm deep, to the robot's position, m.
     pub torso_m: f32,
-    /// The standard deviation of that and of the measured distance together, m.
+    /// The standard deviation of the sum of that distance and the measured one, m.
     pub distance_sd: f32,
     /// The greatest difference of an echo from the expected distance, m.
     pub gate_m: f32,
-    /// The greatest angle of a robot's place beyond the edge of the sector, as its torso is wide, radians.
+    /// The greatest angle of a robot's position beyond the edge of the sector, as its torso is wide, radians.
     pub margin: f32,
-    /// An echo within this distance of a goal post may be the post's, m.
+    /// The distance within which an echo may come from a goal post, m.
     pub post_range_m: f32,
 }
 
@@ -119,7 +119,7 @@ impl Default for SonarModel {
 }
 
 /// Updates the tracks by a sonar echo at `distance`, m, in the sector with the direction `heading` (to the left) and the half opening angle
-/// `half_angle`: it belongs to the track nearest to that distance. Only the variance along the line of sight is reduced.
+/// `half_angle`. The echo belongs to the track nearest to that distance. Only the variance along the line of sight is reduced.
 pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_angle: f32, model: &SonarModel) {
     let axis = unit(heading);
     let least_dot = ops::cos(half_angle + model.margin);
@@ -133,7 +133,7 @@ pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_a
         })
         .min_by(|(first, _), (second, _)| first.abs().total_cmp(&second.abs()));
     let Some((off, track)) = heard else { return };
-    // A scalar measurement along the line of sight.
+    // The measurement is scalar, along the line of sight.
     let direction = track.position.normalize_or(axis);
     let cross = track.covariance * direction;
     let spread = direction.dot(cross) + model.distance_sd * model.distance_sd;
@@ -143,8 +143,8 @@ pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_a
     track.age_s = 0.0;
 }
 
-/// Adds a seen team-mate to the known ones, of which the first `heard_count` have reported their places. If it is one of these, its id is kept,
-/// and the newer of both places.
+/// Adds a seen team-mate to the known ones, of which the first `heard_count` have reported their positions. If the seen team-mate is one of
+/// these, the id is kept, with the newer of both positions.
 pub fn add_seen_mate(team_mates: &mut Vec<RobotBelief>, heard_count: usize, seen: RobotBelief) {
     let is_same = |told: &&mut RobotBelief| told.position_m.distance(seen.position_m) <= SAME_ROBOT_M;
     match team_mates.iter_mut().take(heard_count).find(is_same) {
@@ -214,8 +214,8 @@ mod tests {
         tracks[0].covariance = Mat2::from_diagonal(Vec2::splat(0.01));
         let before = tracks[0];
         hear_robot(&mut tracks, 0.5, 0.34, 0.314, &SonarModel::default());
-        // It is √(0.65² + 0.2²) = 0.680 m away and heard at 0.5 + 0.08 m; of the difference 0.01 / (0.01 + 0.0016) are taken
-        // over, so that it ends at 0.594 m. Across, the variance stays; along, 0.01 * 0.0016 / 0.0116 = 0.00138 are left.
+        // The robot is √(0.65² + 0.2²) = 0.680 m away and heard at 0.5 + 0.08 m; of the difference the share 0.01 / (0.01 + 0.0016) is
+        // applied, so that it ends at 0.594 m. Across, the variance stays; along, 0.01 * 0.0016 / 0.0116 = 0.00138 remain.
         assert_abs_diff_eq!(tracks[0].position.length(), 0.594, epsilon = 1e-3);
         assert_abs_diff_eq!(tracks[0].position.normalize(), before.position.normalize(), epsilon = 1e-6);
         let along = before.position.normalize();

@@ -34,11 +34,11 @@ pub struct SimpleBelief {
     pub robot_angle_sd: f32,
     /// The model of the ball's motion.
     pub ball: BallModel,
-    /// The ball is removed after this time without a sighting, s.
+    /// The time without a sighting after which the ball is removed, s.
     pub ball_forget_s: f32,
-    /// The ball is removed after it was not seen for this time although it should be in view, s.
+    /// The time after which the ball is removed if it is not seen although it should be in view, s.
     pub ball_missing_s: f32,
-    /// After this time without a sighting, the ball that team-mates report is believed, s.
+    /// The time without a sighting after which the ball that team-mates report is believed, s.
     pub ball_trust_s: f32,
     /// The model of tracking robots.
     pub robots: TrackModel,
@@ -46,7 +46,7 @@ pub struct SimpleBelief {
     pub sonar: SonarModel,
     /// The fusion of the balls that team-mates report.
     pub team_ball: TeamBallModel,
-    /// Messages are forgotten after this time, s: where they are limited, each player sends one about every seven seconds.
+    /// The time after which messages are forgotten, s. Under a limit, each player sends one about every seven seconds.
     pub message_forget_s: f32,
 }
 

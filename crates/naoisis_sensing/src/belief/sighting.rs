@@ -1,9 +1,9 @@
-//! Sightings: places on the ground measured by a camera, and their errors.
+//! Sightings: positions on the ground measured by a camera, and their errors.
 //!
-//! A camera measures two angles with about the same error σ. The place of an object at distance d, seen from height h, has an error of d σ
-//! across the line of sight, and of (d² + h²) / h σ along it: at 4 m from 0.5 m, eight times as much. The error along the line of sight is
-//! not symmetric: measured distances may be much too great, but only a little too small. So errors are linearised at the *expected* place;
-//! at the measured place, near measurements would have too much weight.
+//! A camera measures two angles with about the same error σ. The position of an object at distance d, seen from height h, has an error of d
+//! σ across the line of sight, and of (d² + h²) / h σ along it: at 4 m from 0.5 m, eight times as much. The error along the line of sight
+//! is not symmetric: measured distances may be much too great, but only a little too small. So errors are linearised at the *expected*
+//! position; linearised at the measured position, near measurements would have too much weight.
 
 use bevy::prelude::*;
 
@@ -15,11 +15,11 @@ const LEAST_DISTANCE_M: f32 = 0.05;
 /// The sighting of an object on the ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sighting {
-    /// The measured place, m, robot frame.
+    /// The measured position, m, robot frame.
     pub place: Vec2,
     /// Standard deviation of the measured angles, radians.
     pub angle_sd: f32,
-    /// The factor on the error of the distance, 1 if it was measured by the foot.
+    /// The factor on the error of the distance; 1 if the distance was measured by the foot.
     pub distance_factor: f32,
     /// The height of the lens, m.
     pub lens_height_m: f32,
@@ -28,7 +28,7 @@ pub struct Sighting {
 /// The difference of a sighting from its expectation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Residual {
-    /// Measured minus expected place, m, robot frame; along the line of sight in proportion to the difference of the angles.
+    /// Measured minus expected position, m, robot frame; along the line of sight, in proportion to the difference of the angles.
     pub difference: Vec2,
     /// Covariance of the measurement, m², robot frame.
     pub noise: Mat2,
@@ -52,7 +52,7 @@ impl Sighting {
         let direction = expected / distance;
         let measured = self.place.length().max(LEAST_DISTANCE_M);
         let height_squared = self.lens_height_m * self.lens_height_m;
-        // The difference of the angles atan(h / d) is h (d' - d) / (d d' + h²) for small ones; times (d² + h²) / h.
+        // For small differences, that of the angles atan(h / d) is h (d' - d) / (d d' + h²); it is multiplied by (d² + h²) / h.
         let along =
             (measured - distance) * (distance * distance + height_squared) / (distance * measured + height_squared);
         let across = direction.perp_dot(self.place) * distance / measured;

@@ -1,7 +1,7 @@
-//! A simple estimator of the [`Belief`]: the pose is predicted from odometry and corrected by landmarks, ball and robots are tracked as
-//! seen, and team-mates report themselves and the ball.
+//! A simple estimator of the [`Belief`]: the pose is predicted from odometry and corrected by landmarks, ball and robots are tracked from
+//! sightings, and team-mates report themselves and the ball.
 //!
-//! It reads only the robot's sensors and messages, and is registered through the same [barrier] as behaviours.
+//! The estimator reads only the robot's sensors and messages, and is registered through the same [barrier] as behaviours.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
@@ -59,13 +59,13 @@ impl Plugin for SimpleBeliefPlugin {
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Belief)]
 struct SimpleBeliefMemory {
-    /// Whether it has been initialised.
+    /// Whether the memory has been initialised.
     begun: bool,
     /// The robot's own pose.
     own: Localiser,
     /// The odometry of the last cycle.
     odometry: Pose,
-    /// The last moments, to which delayed percepts belong.
+    /// The recent moments, to which delayed percepts belong.
     moments: Moments,
     /// The number of restarts at which the robots had been placed.
     restarts: u32,
@@ -73,7 +73,7 @@ struct SimpleBeliefMemory {
     hand_placements: u32,
     /// Whether the robot was penalised.
     penalised: bool,
-    /// The ball, robot frame, if its place is known.
+    /// The ball, robot frame, if its position is known.
     ball: Option<BallEstimate>,
     /// Other robots, robot frame.
     tracks: Vec<RobotTrack>,
@@ -89,11 +89,11 @@ struct SimpleBeliefMemory {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 struct Heard {
     from: RobotId,
-    /// Its place, m, team frame.
+    /// The team-mate's position, m, team frame.
     position: Option<Vec2>,
-    /// The place where it sees the ball, m, team frame.
+    /// The position at which the team-mate sees the ball, m, team frame.
     ball: Option<Vec2>,
-    /// The velocity of that place since the message before, m/s, team frame.
+    /// The mean velocity of the ball since the previous message, m/s, team frame.
     ball_moved_mps: Option<Vec2>,
     age_s: f32,
 }
@@ -192,7 +192,7 @@ fn estimate(
 }
 
 impl SimpleBeliefMemory {
-    /// Handles being placed for a kick-off or by hand, being penalised, and returning.
+    /// Handles placement for a kick-off or by hand, penalties, and returns from penalties.
     fn begin_cycle(
         &mut self,
         start: impl FnOnce() -> Localiser,
@@ -247,7 +247,7 @@ impl SimpleBeliefMemory {
         self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(mark), 0.1));
     }
 
-    /// Predicts all estimates for a cycle. `ground`: the mean share of a step's length that slip leaves.
+    /// Predicts all estimates for a cycle. `ground` is the mean share of a step's length that remains after slip.
     fn pass_time(&mut self, odometry: Pose, ground: f32, settings: &SimpleBelief, period: f32) {
         let moved = odometry != self.odometry;
         let mut step = if moved { self.odometry.relative(odometry) } else { Pose::default() };
@@ -315,7 +315,7 @@ impl SimpleBeliefMemory {
         }
     }
 
-    /// Changes to the other end of the pitch if the balls that team-mates report are where this robot would see its ball from there.
+    /// Changes to the other end of the pitch if team-mates report the ball where this robot would see it from there.
     fn compare_ends(&mut self, settings: &SimpleBelief, period: f32) {
         let Some(ball) = self.ball.filter(|ball| ball.age_s < SEEN_NOW_S) else { return };
         let place = self.own.estimate().pose.transform_point(ball.position);

@@ -14,19 +14,19 @@ use naoisis_core::team::RobotId;
 pub struct TeamBallModel {
     /// Standard deviation of the angles at which team-mates see the ball, radians.
     pub angle_sd: f32,
-    /// Standard deviation of the ball's place from the errors of the team-mates' own poses, m.
+    /// Standard deviation of the ball's position caused by the errors of the team-mates' own poses, m.
     pub pose_sd: f32,
     /// Standard deviation of the velocity of a reported ball, m/s.
     pub speed_sd: f32,
-    /// The same for a ball that was reported only once, and may roll, m/s.
+    /// Standard deviation of the velocity of a ball that was reported only once, and may roll, m/s.
     pub unknown_speed_sd: f32,
-    /// The same for a rolling ball, as a share of its speed.
+    /// Standard deviation of the velocity of a rolling ball, as a share of its speed.
     pub rolling_speed_sd: f32,
     /// The time from a sighting to its report, s.
     pub told_late_s: f32,
-    /// A slower ball counts as at rest, m/s.
+    /// The speed below which a ball counts as at rest, m/s.
     pub rest_speed_mps: f32,
-    /// The greatest speed of a ball between two reports, m/s: a faster one was a false detection in one of them.
+    /// The greatest speed of a ball between two reports, m/s; if it seems faster, one of them was a false detection.
     pub fastest_mps: f32,
     /// The greatest distance between a report and the best one, m.
     pub agreement_m: f32,
@@ -53,18 +53,18 @@ impl Default for TeamBallModel {
 pub struct HeardBall {
     /// The team-mate.
     pub from: RobotId,
-    /// The place of the team-mate, m, team frame.
+    /// The position of the team-mate, m, team frame.
     pub seen_from: Vec2,
-    /// The place of the ball, m, team frame.
+    /// The position of the ball, m, team frame.
     pub place: Vec2,
     /// The age of the report, s.
     pub age_s: f32,
-    /// The velocity of the ball's place between the last two reports, m/s, team frame; `None` after the first one.
+    /// The velocity of the ball between the last two reports, m/s, team frame; `None` after the first one.
     pub moved_mps: Option<Vec2>,
 }
 
 impl HeardBall {
-    /// The covariance of the place, m².
+    /// The covariance of the ball's position, m².
     fn covariance(&self, model: &TeamBallModel) -> Mat2 {
         let kicked_sd = if self.moved_mps.is_some() { model.speed_sd } else { model.unknown_speed_sd } * self.age_s;
         let rolling_sd = model.rolling_speed_sd * self.rolls_mps(model).length() * (self.age_s + model.told_late_s);
@@ -79,7 +79,7 @@ impl HeardBall {
         self.moved_mps.filter(is_rolling).unwrap_or_default()
     }
 
-    /// Predicts the place of the ball at the present time.
+    /// Predicts the position of the ball at the present time.
     fn by_now(self, model: &TeamBallModel) -> Self {
         Self { place: self.place + self.rolls_mps(model) * self.age_s, ..self }
     }

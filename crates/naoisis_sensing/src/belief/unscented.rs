@@ -1,9 +1,9 @@
 //! The unscented Kalman filter: steps and measurements are applied to six sigma points with the mean and the covariance of the estimate,
 //! instead of being linearised at its mean as in the [extended filter](super::pose_estimate).
 //!
-//! Julier, Uhlmann: A new extension of the Kalman filter to nonlinear systems (1997), with n + κ = 3: six points at √3 standard deviations,
-//! and none at the mean. It is exact to the third order instead of the first, which matters if the heading is uncertain and landmarks are
-//! near; it is about three times as costly.
+//! The method is that of Julier, Uhlmann: A new extension of the Kalman filter to nonlinear systems (1997), with n + κ = 3: six points at
+//! √3 standard deviations, and none at the mean. It is exact to the third order instead of the first, which matters if the heading is
+//! uncertain and landmarks are near; it is about three times as costly.
 
 use bevy::math::{DMat3, DVec3, Mat3};
 use bevy::prelude::*;
@@ -45,7 +45,7 @@ impl SigmaPoints {
         })
     }
 
-    /// A measurement compared with its expectation. `residual`: the residual for a robot at a pose.
+    /// A measurement compared with its expectation. `residual` returns the residual for a robot at a pose.
     pub(super) fn measured(&self, residual: impl Fn(Pose) -> Residual) -> Measured {
         let residuals = self.poses().map(|pose| residual(pose).difference);
         let mean = residuals.iter().sum::<Vec2>() / COUNT as f32;
@@ -58,7 +58,7 @@ impl SigmaPoints {
             cross[0] += *deviation * (expected.x / COUNT as f32);
             cross[1] += *deviation * (expected.y / COUNT as f32);
         }
-        // The derivatives H that follow from P Hᵀ.
+        // The derivatives H are computed from P Hᵀ.
         let information = self.covariance.inverse();
         let rows = cross.map(|column| if information.is_finite() { information * column } else { Vec3::ZERO });
         Measured { difference: mean, rows, cross, spread, camera_cross: None }

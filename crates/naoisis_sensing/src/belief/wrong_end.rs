@@ -3,11 +3,11 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// The least distance of the ball from the centre mark, m: a nearer one would be at almost the same place on the turned pitch.
+/// The least distance of the ball from the centre mark, m: a nearer ball would be at almost the same position on the rotated pitch.
 const LEAST_M: f32 = 1.5;
 /// The greatest distance between the same ball seen by two robots, m.
 const SAME_PLACE_M: f32 = 1.0;
-/// The number of team-mates that must agree: one may itself be wrong.
+/// The number of team-mates that must agree, as one may itself be wrong.
 const WITNESSES: usize = 2;
 /// The time for which they must agree, s.
 const DECISION_S: f32 = 2.0;
@@ -20,8 +20,8 @@ pub struct WrongEnd {
 }
 
 impl WrongEnd {
-    /// Compares the ball that the robot sees with the `reported` ones of team-mates (m, team frame) for a cycle of `period` seconds. Returns whether
-    /// the pose is at the wrong end.
+    /// Compares the ball that the robot sees with the `reported` ones of team-mates (m, team frame) for a cycle of `period` seconds.
+    /// Returns whether the pose is at the wrong end.
     pub fn weigh(&mut self, ball: Vec2, reported: impl Iterator<Item = Vec2>, period: f32) -> bool {
         match is_mirrored(ball, reported) {
             Some(true) => self.evidence_s += period,

@@ -1,4 +1,5 @@
-//! Localisation by goals: both posts of one, a goal that shows a lost robot its pose, and the end of the pitch by the posts' colours.
+//! Localisation by goals: corrects the pose by both posts of a goal, resets the pose of a lost robot that sees a goal, and finds the end of
+//! the pitch by the posts' colours.
 
 use bevy::prelude::*;
 
@@ -8,10 +9,10 @@ use crate::belief::pose_estimate::{PoseEstimate, pose_from_two};
 use crate::belief::sighting::Sighting;
 use crate::sensing::vision::GoalPostPercept;
 
-/// The greatest distance of a goal from which a lost robot with camera errors finds its pose, m: there 3 pixels at a post's foot are 0.2 m of
-/// distance.
+/// The greatest distance of a goal from which a lost robot with camera errors determines its pose, m: there, 3 pixels at a post's foot are
+/// 0.2 m of distance.
 const GOAL_RANGE_M: f32 = 3.0;
-/// The evidence with which a robot decides at which end of the pitch it is: difference of squared Mahalanobis distances.
+/// The evidence with which a robot decides which end of the pitch it is at: difference of squared Mahalanobis distances.
 const SIDE_DECISION: f32 = 25.0;
 
 impl KalmanLocaliser {
@@ -20,7 +21,7 @@ impl KalmanLocaliser {
         let model = observation.model;
         let sightings = [left, right].map(|post| sighting_of_post(post, observation.image, model));
         let expectation = self.expectation(observation);
-        // If both goals have the same colour, it is the likelier one.
+        // If both goals have the same colour, the likelier one is taken.
         let nearest = observation
             .landmarks
             .goals(left.colour, observation.own_end)
@@ -48,7 +49,7 @@ impl KalmanLocaliser {
 
     /// Resets the pose of a lost robot that sees a goal.
     fn start_from_goal(&mut self, posts: [Vec2; 2], seen: [Vec2; 2], observation: &PitchObservation) {
-        // From far away, the distances of the posts and so the direction of the goal are too uncertain: search instead.
+        // From far away, the distances of the posts and thus the direction of the goal are too uncertain: the robot searches instead.
         let is_far = seen.iter().any(|place| place.length_squared() > GOAL_RANGE_M * GOAL_RANGE_M);
         if observation.camera.is_some() && is_far {
             return;
@@ -69,7 +70,7 @@ impl KalmanLocaliser {
         }
     }
 
-    /// Compares the pose with the pose turned by half a turn.
+    /// Compares the pose with the pose rotated by half a turn.
     pub(super) fn choose_side(&mut self, observation: &PitchObservation) {
         let Some(mut evidence) = self.sides else { return };
         let pose = self.estimate.pose;

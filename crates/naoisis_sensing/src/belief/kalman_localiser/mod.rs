@@ -1,4 +1,4 @@
-//! Localisation by a Kalman filter: odometry, landmarks, placement by the referee, and loss of the pose.
+//! Localisation by a Kalman filter: handles odometry, landmarks, placement by the referee, and loss of the pose.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -22,53 +22,53 @@ mod goals;
 
 /// Standard deviations of the pose of a robot that was placed for a kick-off, m and radians.
 pub(super) const PLACED_SD: [f32; 2] = [0.03, 0.02];
-/// The same for a robot that returns from a penalty, and may have been put down nearby.
+/// Standard deviations of the pose of a robot that returns from a penalty, m and radians: it may have been put down nearby.
 pub(super) const RETURNED_SD: [f32; 2] = [0.4, 0.1];
 /// Standard deviations that are added when sightings contradict the pose, m and radians.
 const LOST_SD: [f32; 2] = [0.3, 0.2];
-/// The greatest distance of a mark from the place where it is seen, m.
+/// The greatest distance of a mark from the position at which it is seen, m.
 const CANDIDATE_RANGE_M: f32 = 1.5;
 /// The greatest number of marks that are used in a cycle.
 const MARKS_PER_CYCLE: usize = 3;
 /// The greatest number of line segments that are used in a cycle.
 const LINES_PER_CYCLE: usize = 2;
-/// The robot's own pose by a Kalman filter.
+/// Estimator of the robot's own pose by a Kalman filter.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct KalmanLocaliser {
     /// The kind of filter.
     pub filter: KalmanFilter,
     /// The estimate of the pose, team frame.
     pub estimate: PoseEstimate,
-    /// The time since a landmark confirmed it, s.
+    /// The time since a landmark confirmed the pose, s.
     pub age_s: f32,
-    /// The evidence of goal posts against the pose and against the pose turned by half a turn, while both are possible.
+    /// The evidence of goal posts against the pose and against the pose rotated by half a turn, while both are possible.
     sides: Option<[f32; 2]>,
-    /// The number of landmarks out of place, less those in place.
+    /// The number of landmarks out of place, minus those in place.
     contradictions: u32,
-    /// The estimated error of the cameras; `None` if they have none.
+    /// The estimated error of the cameras; `None` if the cameras have no lasting error.
     camera: Option<CameraError>,
 }
 
 impl KalmanLocaliser {
-    /// For a robot that was placed at `pose`, team frame.
+    /// A localiser for a robot that was placed at `pose`, team frame.
     pub fn placed(filter: KalmanFilter, pose: Pose) -> Self {
         Self { filter, estimate: PoseEstimate::new(pose, PLACED_SD[0], PLACED_SD[1]), ..default() }
     }
 
-    /// For a robot that has found its pose.
+    /// A localiser for a robot that has found its pose.
     pub fn found(filter: KalmanFilter, estimate: PoseEstimate) -> Self {
         Self { filter, estimate, ..default() }
     }
 
-    /// For a robot that returns from a penalty at an end of the halfway line: the one away from the `ball` (m, team frame) if its place is
-    /// known, facing the pitch (2010 rule book, section 4). Sightings decide at which end it is.
+    /// A localiser for a robot that returns from a penalty at an end of the halfway line: the end away from the `ball` (m, team frame) if
+    /// its position is known, facing the pitch (2010 rule book, section 4). Sightings decide at which end it is.
     pub fn returned(filter: KalmanFilter, landmarks: &Landmarks, ball: Option<Vec2>) -> Self {
         let estimate = PoseEstimate::new(halfway_pose(landmarks, ball), RETURNED_SD[0], RETURNED_SD[1]);
         Self { filter, estimate, sides: Some([0.0; 2]), ..default() }
     }
 
-    /// For a robot that returns from outside the pitch: beyond the side line that was nearer when it was removed at `y`, level with its own
-    /// penalty mark, facing the pitch (2025 rule book).
+    /// A localiser for a robot that returns from outside the pitch: beyond the side line that was nearer when the robot was removed at `y`,
+    /// level with its own penalty mark, facing the pitch (2025 rule book).
     pub fn waiting(filter: KalmanFilter, landmarks: &Landmarks, y: f32) -> Self {
         let estimate = PoseEstimate::new(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
         Self { filter, estimate, ..default() }
@@ -91,12 +91,12 @@ impl KalmanLocaliser {
         Self { camera: before.camera.map(CameraError::beside_another_pose), ..self }
     }
 
-    /// The estimated error of the cameras; `None` if they have none.
+    /// The estimated error of the cameras; `None` if the cameras have no lasting error.
     pub fn camera(&self) -> Option<&CameraError> {
         self.camera.as_ref()
     }
 
-    /// Turns the pose by half a turn about the centre mark.
+    /// Rotates the pose by half a turn about the centre mark.
     pub fn change_ends(&mut self) {
         self.sides = None;
         self.contradictions = 0;
@@ -119,8 +119,8 @@ impl KalmanLocaliser {
         self.camera = self.camera.map(CameraError::beside_another_pose);
     }
 
-    /// Corrects the pose by the sightings of a cycle. Returns whether the robot is lost: more landmarks were out of place than in place for a
-    /// while.
+    /// Corrects the pose by the sightings of a cycle. Returns whether the robot is lost: for a while, more landmarks were out of place than
+    /// in place.
     pub fn correct(&mut self, observation: &PitchObservation) -> bool {
         let posts = &observation.percepts.goal_posts;
         let model = observation.model;
@@ -173,8 +173,8 @@ impl KalmanLocaliser {
         self.judge(association, model);
     }
 
-    /// Corrects the pose by a line segment, if the line that it belongs to is clear. An unlikely one is no evidence against the pose, as there
-    /// are many lines.
+    /// Corrects the pose by a line segment, if it is clear which line the segment belongs to. An unlikely segment is not counted as
+    /// evidence against the pose, as there are many lines.
     fn see_line(&mut self, seen: &SeenLine, observation: &PitchObservation) {
         let PitchObservation { landmarks, model, .. } = *observation;
         let expectation = self.expectation(observation);
@@ -190,7 +190,7 @@ impl KalmanLocaliser {
         }
     }
 
-    /// The innovation of a sighting of one of the `candidates` (m, team frame), if it is clear which one.
+    /// The innovation of a sighting of one of the `candidates` (m, team frame), if it is clear which one was seen.
     fn associate(
         &self,
         sighting: &Sighting,

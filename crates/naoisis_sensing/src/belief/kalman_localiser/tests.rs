@@ -1,4 +1,4 @@
-//! Localisation by what a robot sees from known poses.
+//! Localisation with percepts computed for known poses.
 
 use super::*;
 use crate::sensing::vision::{GoalPostPercept, Percepts};
@@ -51,7 +51,7 @@ fn assert_near(own: &KalmanLocaliser, truth: Pose) {
 
 #[test]
 fn the_goal_of_the_own_colour_corrects_a_wrong_pose() {
-    // A pink player of the first half defends the yellow goal at +x: in its frame that is at -x.
+    // A pink player in the first half defends the yellow goal at +x: in its team frame the goal is at -x.
     let truth = Pose::new(-1.0, 0.5, core::f32::consts::PI - 0.2);
     let percepts = Percepts {
         goal_posts: vec![
@@ -66,7 +66,7 @@ fn the_goal_of_the_own_colour_corrects_a_wrong_pose() {
 
 #[test]
 fn a_robot_behind_the_goal_is_not_turned_around_by_it() {
-    // From there the posts are the other way round.
+    // From behind, left and right post are exchanged.
     let truth = Pose::new(3.4, 0.2, core::f32::consts::PI - 0.1);
     let percepts = Percepts {
         goal_posts: vec![
@@ -129,7 +129,7 @@ fn lines_alone_keep_a_pose_from_drifting() {
 
 #[test]
 fn what_could_be_either_of_two_marks_says_nothing() {
-    // Half-way between the two crossings of the circle with the halfway line, and y unknown.
+    // Half-way between the two crossings of the circle with the halfway line, with y unknown.
     let truth = Pose::new(-1.0, 0.0, 0.0);
     let kind = LandmarkKind::Junction { shape: JunctionShape::X };
     let percepts = Percepts { landmarks: vec![mark(truth, kind, Vec2::ZERO)], ..default() };

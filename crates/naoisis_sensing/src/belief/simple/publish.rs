@@ -1,4 +1,4 @@
-//! The [`Belief`] that follows from the estimates, in the team frame.
+//! Publishes the estimates as a [`Belief`] in the team frame.
 
 use bevy::prelude::*;
 
@@ -24,7 +24,7 @@ impl SimpleBeliefMemory {
         let turn = Mat2::from_cols(forward, forward.perp());
         let turned = |covariance: Mat2| turn * covariance * turn.transpose();
         let to_team = |place: Vec2| pose.position + forward.rotate(place);
-        // The uncertainty of the own pose and of the camera directions adds to that of all other places.
+        // The uncertainty of the own pose and of the camera directions is added to that of all other positions.
         let camera = self.own.camera().map(CameraError::total).zip(motion);
         let in_team = |place: Vec2, covariance: Mat2| {
             let camera = camera.as_ref();
