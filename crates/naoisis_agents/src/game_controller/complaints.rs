@@ -1,19 +1,19 @@
-//! What is wrong with a GameController, said once: as an event, and to the user.
+//! Reports of faults of a GameController. Each is made once: as an event, and to the user.
 
 use core::fmt;
 
 use naoisis_core::events::{CycleEvents, MatchEvent};
 
-/// A function that receives messages about what is heard.
+/// A function that receives messages about the GameController and its teams.
 pub type HeardNotes = Box<dyn Fn(&str) + Send + Sync>;
 
-/// The most messages that are said. Senders can make up as many as they like.
+/// The greatest number of messages: senders can cause any number of them.
 const MOST_MESSAGES: usize = 50;
 
-/// Messages that are said once.
+/// Messages that are reported once.
 #[derive(Default)]
 pub struct Complaints {
-    /// All messages so far; the first [`published`](Self::publish) ones are events already.
+    /// All messages so far; the first `published` of them are events already.
     said: Vec<String>,
     published: usize,
     pub notes: Option<HeardNotes>,
@@ -26,7 +26,7 @@ impl fmt::Debug for Complaints {
 }
 
 impl Complaints {
-    /// Adds a message, unless it was said before or there are too many.
+    /// Adds a message, unless it was added before or there are too many.
     pub fn add(&mut self, message: String) {
         if self.said.len() < MOST_MESSAGES && !self.said.contains(&message) {
             self.note(&message);
@@ -34,7 +34,7 @@ impl Complaints {
         }
     }
 
-    /// Tells the user.
+    /// Passes a message to the user.
     pub fn note(&self, message: &str) {
         self.notes.iter().for_each(|note| note(message));
     }

@@ -3,8 +3,8 @@
 
 use naoisis_core::pitch::Pitch;
 
-/// The longest pitches of the small and of the middle division, m: halfway between the pitches of the leagues, which
-/// are 9, 14 and 22 m long.
+/// The longest pitches of the small and of the middle division, m: halfway between the pitches of the leagues, which are 9, 14 and 22 m
+/// long.
 const LONGEST_SMALL_M: f32 = 11.5;
 const LONGEST_MIDDLE_M: f32 = 18.0;
 

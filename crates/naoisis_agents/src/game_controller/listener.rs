@@ -1,5 +1,5 @@
-//! A real GameController that decides about the match: its operator whistles, penalises and restarts, and the match
-//! follows its packets.
+//! A real GameController that makes the decisions of the match: its operator whistles, penalises and restarts, and the match follows its
+//! packets.
 //!
 //! The listener asks the GameController for the true state of the game, as a monitor does. It uses the control packets
 //! for robots only while no true state arrives, because they may be delayed and do not say which team takes a free
@@ -30,11 +30,11 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::status::BodyStatus;
 
-/// After how long without a true state it is asked for again, s.
+/// The time without a true state after which it is requested again, s.
 const TRUTH_IS_OLD_S: f64 = 2.0;
-/// After how long without a packet another GameController is followed, s.
+/// The time without a packet after which another GameController is followed, s.
 const SILENT_S: f64 = 5.0;
-/// The most packets that are read in a cycle. Further ones wait.
+/// The greatest number of packets that are read in a cycle. Further ones wait.
 const MOST_PACKETS: usize = 64;
 
 /// The time between two reports of a robot, s.
@@ -49,17 +49,18 @@ pub struct Listener {
     port_offset: u16,
     /// The numbers of the teams; `None` until they are known.
     team_numbers: Option<PerTeam<u8>>,
-    /// When the true state was received last, s since the start.
+    /// The time at which the true state was last received, s since the start.
     truth_at_s: Option<f64>,
-    /// The address and version of the GameController that was heard last.
+    /// The address and version of the GameController that was last heard.
     controller: Option<(IpAddr, ProtocolVersion)>,
-    /// From where the GameController that is followed sends to robots and to monitors, and when it was heard last, s since the start.
+    /// The addresses from which the followed GameController sends to robots and to monitors, and the time when it was last heard, s since
+    /// the start.
     followed: [Option<(SocketAddr, f64)>; 2],
     reporter: Reporter,
-    /// Whether monitors that ask receive the truth.
+    /// Whether monitors that ask receive the true state.
     tells_monitors: bool,
-    /// The sockets for monitors, opened when a GameController is heard, which then has the ports that it needs.
-    /// `Some(None)` if no port is free.
+    /// The sockets for monitors. They are opened when a GameController is heard, which then has the ports that it needs. `Some(None)` if no
+    /// port is free.
     truth: Option<Option<Truth>>,
     complaints: Complaints,
 }
@@ -76,7 +77,7 @@ impl Listener {
     /// the team on the left in the first packet is blue.
     ///
     /// # Errors
-    /// When the system refuses, for example because another program listens there.
+    /// If the system refuses, for example because another program listens there.
     pub fn open(address: IpAddr, port_offset: u16, team_numbers: Option<PerTeam<u8>>) -> Result<Self, NetworkError> {
         let address = match address {
             address if address.is_loopback() => address,
@@ -98,15 +99,15 @@ impl Listener {
         })
     }
 
-    /// Returns the listener with a function that receives messages about the teams that are heard.
+    /// Adds a function that receives messages about the teams that are heard.
     #[must_use]
     pub fn with_notes(mut self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
         self.complaints.notes = Some(Box::new(notes));
         self
     }
 
-    /// Returns the listener with the true positions of robots and ball available to monitors. Any program that asks
-    /// receives them, programs that play included; without this call no program can.
+    /// Makes the true positions of robots and ball available to monitors. Any program that asks receives them, including programs that
+    /// play; without this call no program can.
     #[must_use]
     pub fn with_truth_for_monitors(self) -> Self {
         Self { tells_monitors: true, ..self }
@@ -137,7 +138,7 @@ impl Listener {
             } else if is_fresh {
                 continue;
             } else {
-                // Nobody need be there.
+                // It does not matter if nobody receives this.
                 let _ = self.socket.send_to(&REQUEST, place(from.ip(), REQUEST_PORT, self.port_offset));
             }
             said = directions(&packet, numbers, robots).or(said);
@@ -145,8 +146,8 @@ impl Listener {
         said
     }
 
-    /// Whether the packet is of the GameController that is followed: the first one that is heard, until it is silent. Another one is named
-    /// once.
+    /// Whether the packet is from the GameController that is followed: the first one that is heard, until it is silent. Another one is
+    /// reported once.
     fn follows(&mut self, packet: &ControlPacket, from: SocketAddr, time_s: f64) -> bool {
         let followed = &mut self.followed[usize::from(packet.for_monitors)];
         let other_version =
@@ -275,7 +276,7 @@ fn numbers_in(packet: &ControlPacket) -> PerTeam<u8> {
     PerTeam { blue: left.number, pink: right.number }
 }
 
-/// The directions in a packet for a match of `robots`; `None` if it is of other teams.
+/// The directions in a packet for a match of `robots`; `None` if the packet is for other teams.
 fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) -> Option<OutsideReferee> {
     let place = |team: Team| packet.teams.iter().position(|there| there.number == numbers[team]);
     let places = PerTeam { blue: place(Team::Blue)?, pink: place(Team::Pink)? };
@@ -299,8 +300,8 @@ fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) 
     })
 }
 
-/// The state of the game in a packet. A GameController calls the end of each half finished; a match is finished only
-/// after the last.
+/// The state of the game in a packet. A GameController calls the end of each half finished, but a match is finished only after the last
+/// half.
 fn state(packet: &ControlPacket) -> GameState {
     match packet.state {
         GameState::Finished if packet.is_first_half => GameState::Initial,
@@ -344,7 +345,7 @@ mod tests {
         let robots = [RobotId::new(Team::Blue, 2), RobotId::new(Team::Pink, 2)];
         let numbers = PerTeam { blue: 5, pink: 12 };
         let said = directions(&packet(), numbers, &robots).unwrap();
-        // Blue is named last: it defends the other goal.
+        // Blue is named second, so it defends the other goal.
         assert_eq!((said.blue_end, said.score), (End::PositiveX, Score { blue: 1, pink: 2 }));
         assert_eq!(said.penalties, [(robots[0], PenaltyReason::Pushing, 12.0)]);
         assert_eq!((said.kicking_team, said.state), (Some(Team::Blue), GameState::Initial));

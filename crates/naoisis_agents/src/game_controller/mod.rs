@@ -1,17 +1,16 @@
-//! The protocol of the league's GameController: robots receive the state of the game as from a real one, over UDP, in
-//! simulated time.
+//! The protocol of the league's GameController: robots receive the state of the game as from a real GameController, over UDP, in simulated
+//! time.
 //!
-//! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice per simulated second, as the real one
-//! does: robots hear of a change up to half a second later. If it is [asked to](GameControllerSettings::at_once), it sends each change (of
-//! more than a clock or a message budget) at once, too. It receives the [reports](report) of robots. These are on the robots as
+//! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice per simulated second, like the real one:
+//! robots hear of a change up to half a second later. If [`at_once`](GameControllerSettings::at_once) is set, it also sends each change (of
+//! more than a clock or a message budget) at once. It receives the [reports](report) of robots. These are on the robots as
 //! [`StatusReport`](naoisis_core::communication::StatusReport), in traces, and in the window. With
-//! [`tells_monitors`](NetworkSettings::tells_monitors), monitors that ask receive the true state without delay, and
-//! which team takes a free kick.
+//! [`tells_monitors`](NetworkSettings::tells_monitors), monitors that ask receive the true state without delay, and which team takes a free
+//! kick.
 //!
-//! A [`Listener`] ([`listen_to`]) does the reverse: the match follows a real GameController, whose operator decides.
-//! Monitors that ask the match then receive the true positions of robots and ball, if the
-//! [listener](Listener::with_truth_for_monitors) is set up for it. Any program that asks receives them, programs that
-//! play included; without that setting no truth leaves a match.
+//! A [`Listener`] ([`listen_to`]) does the reverse: the match follows a real GameController, whose operator decides. Monitors that ask the
+//! match then receive the true positions of robots and ball, if the [listener](Listener::with_truth_for_monitors) is set up for it. Any
+//! program that asks receives them, including programs that play; without that setting no true state leaves a match.
 //!
 //! [`TeamMessages`] ([`carry`]) lets programs send messages to their team-mates over UDP, as on a field. A match with
 //! none of these opens no socket, and runs no system of this module.
@@ -61,7 +60,7 @@ pub struct GameControllerSettings {
     pub network: NetworkSettings,
     /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,
-    /// Whether changes are sent at once, too, and not only twice per simulated second as by the real one.
+    /// Whether changes are also sent at once, and not only twice per simulated second, as by a real GameController.
     pub at_once: bool,
 }
 
@@ -72,7 +71,7 @@ pub struct GameController {
     network: Network,
     /// The packets for robots, and those for monitors.
     packets: [PacketSeries; 2],
-    /// What is to be told of it, as events and to the user.
+    /// Messages about the GameController, as events and for the user.
     complaints: Complaints,
     /// The shoot-out after the last cycle, with its scored shots.
     shoot_out: Option<ShootOut>,
@@ -83,7 +82,7 @@ impl GameController {
     /// Opens the sockets.
     ///
     /// # Errors
-    /// When one cannot be opened, for example because another GameController uses the port.
+    /// If a socket cannot be opened, for example because another GameController uses the port.
     pub fn open(settings: GameControllerSettings) -> Result<Self, NetworkError> {
         Ok(Self {
             settings,
@@ -95,7 +94,7 @@ impl GameController {
         })
     }
 
-    /// Returns it with a function that is told what is wrong.
+    /// Adds a function that receives messages about faults.
     #[must_use]
     pub fn with_notes(mut self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
         self.complaints.notes = Some(Box::new(notes));
@@ -146,7 +145,7 @@ pub fn start(world: &mut World, mut controller: GameController) {
         );
     }
     world.insert_resource(controller);
-    // It fails only where there is no match.
+    // This fails only if there is no match.
     let _ = world.run_system_cached(send_state);
 }
 
@@ -179,7 +178,7 @@ pub fn carry(world: &mut World, messages: TeamMessages) {
     world.insert_resource(messages);
 }
 
-/// Sends changes since the last cycle: a match begins at the start of a cycle.
+/// Sends changes since the last cycle: a match may begin at the start of a cycle.
 fn send_changes(status: MatchStatus, mut controller: ResMut<GameController>, mut events: ResMut<CycleEvents>) {
     controller.complaints.publish(&mut events);
     controller.send_state(&status, false);

@@ -10,9 +10,9 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use super::packet::ControlPacket;
 use super::sockets::{CONTROL_PORT, FORWARD_PORT, NetworkError, REQUEST, bind, place, robot_at};
 
-/// The most requests that are read in a cycle. Further ones wait.
+/// The greatest number of requests that are read in a cycle. Further ones wait.
 const MOST_REQUESTS: usize = 256;
-/// The most monitors that receive packets.
+/// The greatest number of monitors that receive packets.
 const MOST_MONITORS: usize = 16;
 
 /// The hosts that have requested the true state.
@@ -21,7 +21,7 @@ pub(super) struct Monitors {
     requests: UdpSocket,
     port_offset: u16,
     hosts: Vec<IpAddr>,
-    /// Hosts of robots: they do not receive the truth.
+    /// Hosts of robots, which do not receive the true state.
     robots: BTreeSet<IpAddr>,
 }
 
@@ -29,7 +29,7 @@ impl Monitors {
     /// Listens for requests at an address.
     ///
     /// # Errors
-    /// When the system refuses, for example because another program listens there.
+    /// If the system refuses, for example because another program listens there.
     pub fn open(requests: SocketAddr, port_offset: u16) -> Result<Self, NetworkError> {
         Ok(Self { requests: bind(requests)?, port_offset, hosts: Vec::new(), robots: BTreeSet::new() })
     }

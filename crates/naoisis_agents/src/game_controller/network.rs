@@ -1,9 +1,8 @@
 //! The sockets of a simulated GameController: packets to robots and monitors, reports from robots, requests from
 //! monitors.
 //!
-//! A program on this machine receives a packet before it is asked for its next decision, and its report has arrived
-//! when its decision has. So a match with a GameController and programs in lock-step on one machine does not depend on
-//! their speed.
+//! A program on this machine receives a packet before it is asked for its next decision, and its report arrives before its decision. So a
+//! match with a GameController and programs in lock-step on one machine does not depend on their speed.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
@@ -12,18 +11,17 @@ use super::packet::ControlPacket;
 use super::report::{REPORT_BYTES, ReturnPacket};
 use super::sockets::{CONTROL_PORT, NetworkError, REPORT_PORT, REQUEST_PORT, bind, place};
 
-/// The most packets that are read in a cycle. Further ones wait.
+/// The greatest number of packets that are read in a cycle. Further ones wait.
 const MOST_PACKETS: usize = 256;
 
 /// The addresses and ports of a simulated GameController.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NetworkSettings {
-    /// The address for control packets: of one robot, or a broadcast address.
+    /// The address to which control packets are sent: of one robot, or a broadcast address.
     pub address: IpAddr,
     /// Added to every port, so that several matches can be played on one machine.
     pub port_offset: u16,
-    /// Whether monitors that ask receive the true state. Any program that asks receives it, programs that play
-    /// included.
+    /// Whether monitors that ask receive the true state. Any program that asks receives it, including programs that play.
     pub tells_monitors: bool,
 }
 
@@ -64,7 +62,7 @@ impl NetworkSettings {
 pub struct Network {
     settings: NetworkSettings,
     reports: UdpSocket,
-    /// `None` if monitors are not allowed.
+    /// The sockets for monitors; `None` if monitors are not allowed.
     monitors: Option<Monitors>,
 }
 
@@ -72,7 +70,7 @@ impl Network {
     /// Opens the sockets.
     ///
     /// # Errors
-    /// When one cannot be opened, for example because another GameController uses the port.
+    /// If a socket cannot be opened, for example because another GameController uses the port.
     pub fn open(settings: NetworkSettings) -> Result<Self, NetworkError> {
         let reports = bind(settings.reports())?;
         let open = || Monitors::open(settings.requests(), settings.port_offset);
@@ -91,11 +89,11 @@ impl Network {
         }
     }
 
-    /// The reports that have arrived; `time_s` is the time since the start, s. Monitors get them, too. A host that
-    /// sends a report counts as a robot, as for a real GameController, and is no longer a monitor.
+    /// Returns the reports that have arrived, and forwards them to monitors. `time_s` is the time since the start, s. A host that sends a
+    /// report counts as a robot, as for a real GameController, and is no longer a monitor.
     pub fn take_reports(&mut self, time_s: f64) -> Vec<ReturnPacket> {
         let mut taken = Vec::new();
-        // One byte more than a report has, to know what is longer.
+        // One byte more than a report has, to detect longer packets.
         let mut bytes = [0; REPORT_BYTES + 1];
         for _ in 0..MOST_PACKETS {
             let Ok((length, from)) = self.reports.recv_from(&mut bytes) else { break };

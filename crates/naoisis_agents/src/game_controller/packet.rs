@@ -2,8 +2,8 @@
 //! of 2025, 118 bytes), 19 (Humanoid Soccer League, German Open 2026, 198 bytes) or 20 (RoboCup 2026, 158 bytes) of
 //! `RoboCupGameControlData`. Little-endian, no padding.
 //!
-//! In memory a packet has the types of this library; the codes of the versions exist only on the wire. What differs between versions is
-//! a table, `LAYOUTS`.
+//! In memory a packet has the types of this library; the codes of the versions exist only on the wire. The differences between versions are
+//! in a table, `LAYOUTS`.
 
 use super::division::Division;
 use naoisis_core::game::{GameState, PenaltyReason, Rules, SetPlayKind};
@@ -31,27 +31,27 @@ pub enum ProtocolVersion {
     V20,
 }
 
-/// What differs between the versions of the protocol: a new one is a row of [`LAYOUTS`].
+/// The features that differ between versions of the protocol. A new version is a row of [`LAYOUTS`].
 struct Layout {
     version: ProtocolVersion,
-    /// Its number on the wire.
+    /// Its version number on the wire.
     number: u8,
     /// Its name on the command line.
     name: &'static str,
     league: &'static str,
     /// The bytes of a robot, in order.
     player: &'static [PlayerField],
-    /// Whether the two bytes after the number of players are the division and whether play is stopped, rather than phase and type of the
+    /// Whether the two bytes after the number of players are the division and whether play is stopped, instead of phase and type of the
     /// competition.
     has_division: bool,
     /// The code of `standby`.
     standby: u8,
-    /// The codes of penalties. The first code with a reason is written for it, the first reason of a code is read from it.
+    /// The codes of penalties. A reason is written as the first code that lists it; a code is read as its first reason.
     penalties: &'static [(u8, &'static [PenaltyReason])],
-    /// The code of penalties that the league does not have: the operator's own decision.
+    /// The code of penalties that the league does not have, which appear as the operator's own decision.
     other_penalty: u8,
     substitute: u8,
-    /// The codes of set plays, as of penalties.
+    /// The codes of set plays, as for penalties.
     set_plays: &'static [(u8, &'static [SetPlayKind])],
 }
 
@@ -88,7 +88,7 @@ const LAYOUTS: [Layout; 3] = [
         substitute: 14,
         set_plays: &[
             (1, &[SetPlayKind::GoalKick]),
-            // Direct and indirect free kicks differ in the goals that count alone.
+            // The only difference between direct and indirect free kicks is which goals count.
             (2, &[SetPlayKind::PushingFreeKick, SetPlayKind::IndirectFreeKick]),
             (3, &[SetPlayKind::CornerKick]),
             (4, &[SetPlayKind::KickIn]),
@@ -136,7 +136,7 @@ const LAYOUTS: [Layout; 3] = [
             (7, &[PenaltyReason::BallHolding]),
             (8, &[PenaltyReason::LeavingField]),
             (10, &[PenaltyReason::Pushing, PenaltyReason::Obstruction]),
-            // A robot that is cautioned for something else.
+            // A robot that is cautioned for another reason.
             (11, &[PenaltyReason::Manual]),
             (12, &[PenaltyReason::SentOff]),
         ],
@@ -167,8 +167,8 @@ impl ProtocolVersion {
         }
     }
 
-    /// The version that is spoken where these rules are played: 20 by the rules of the Humanoid Soccer League, 19 by those of its German Open
-    /// of 2026, else 18.
+    /// The version for matches with these rules: 20 for the rules of the Humanoid Soccer League, 19 for those of its German Open of 2026,
+    /// otherwise 18.
     pub fn of_rules(rules: &Rules) -> Self {
         match rules.name.as_str() {
             "hsl2026_german_open" => Self::V19,
@@ -229,7 +229,7 @@ impl ProtocolVersion {
 
     fn state_code(self, state: GameState) -> u8 {
         match state {
-            // A time-out is a phase.
+            // A time-out is a phase, not a state.
             GameState::Initial | GameState::Timeout => 0,
             GameState::Standby => self.layout().standby,
             GameState::Ready => 1,
@@ -256,12 +256,12 @@ fn code_of<T: PartialEq>(table: &[(u8, &[T])], value: &T) -> Option<u8> {
     table.iter().find(|(_, values)| values.contains(value)).map(|(code, _)| *code)
 }
 
-/// The first value of a code.
+/// The first value with this code.
 fn named<T: Copy>(table: &[(u8, &[T])], code: u8) -> Option<T> {
     table.iter().find(|(listed, _)| *listed == code).and_then(|(_, values)| values.first().copied())
 }
 
-/// The phase of a match, as a GameController tells it.
+/// The phase of a match in a packet of a GameController.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[repr(u8)]
 pub enum GamePhase {
@@ -287,9 +287,9 @@ impl GamePhase {
 pub struct ControlPacket {
     /// The version of the protocol.
     pub version: ProtocolVersion,
-    /// Whether it is for monitors: the true state without delays.
+    /// Whether the packet is for monitors: the true state without delays.
     pub for_monitors: bool,
-    /// The number of the packet; 0 follows 255.
+    /// The number of the packet; 255 is followed by 0.
     pub packet_number: u8,
     /// The number of robots of a team.
     pub players_per_team: u8,
@@ -332,7 +332,7 @@ pub struct TeamPacket {
     pub shots: u8,
     /// One bit per shot, set if it scored; the first shot has the lowest bit.
     pub shots_scored: u16,
-    /// The messages that it may still send.
+    /// The number of messages that it may still send.
     pub message_budget: u16,
     /// Its robots, by number.
     pub players: [PlayerPacket; MOST_PLAYERS],
@@ -351,7 +351,7 @@ pub struct PlayerPacket {
     pub cautions: u8,
 }
 
-/// Why bytes are no control packet.
+/// The error that bytes are not a control packet.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PacketError {
@@ -418,7 +418,7 @@ impl ControlPacket {
     /// Reads a packet.
     ///
     /// # Errors
-    /// When the bytes are no control packet.
+    /// If the bytes are not a control packet.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, PacketError> {
         let for_monitors = match bytes.first_chunk::<4>() {
             Some(&FOR_ROBOTS) => false,
@@ -516,7 +516,7 @@ mod tests {
     use super::*;
     use naoisis_core::random::RandomStream;
 
-    /// The bytes that a C compiler makes of the structure of version 18, filled as [`packet`] is.
+    /// The bytes that a C compiler produces for the structure of version 18, filled like [`packet`].
     const GOLDEN_18: &str = concat!(
         "52476d6512c80701000003030105fdff2c010c010101030202015704022d0607000000000000000000000000000000000000",
         "0000000000000000000000000000000000000500000104000000ffff00000000000000000000000000000000000000000000",
@@ -632,7 +632,7 @@ mod tests {
 
     #[test]
     fn a_penalty_means_the_same_in_every_version() {
-        // What a version has no word for is the operator's decision, or what comes nearest.
+        // A penalty that a version does not have becomes the operator's decision, or the most similar one.
         let is_known = |reason: &PenaltyReason| {
             use PenaltyReason::{Manual, MotionInStandby, MotionInStop, PickUp, SentOff};
             !matches!(reason, SentOff | MotionInStandby | MotionInStop | PickUp | Manual)

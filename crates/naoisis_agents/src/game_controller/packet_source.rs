@@ -18,15 +18,15 @@ pub struct PacketSource<'a> {
     pub rules: &'a Rules,
     /// The division that plays.
     pub division: Division,
-    /// The clock; the packet is of the end of its cycle.
+    /// The clock; the packet is for the end of its cycle.
     pub clock: &'a CycleClock,
     /// All robots.
     pub robots: &'a [(RobotId, Penalty)],
-    /// What the referee remembers of each robot.
+    /// The referee's memory of each robot.
     pub records: &'a [RobotMemory],
     /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,
-    /// The scored shots of a shoot-out, one bit each.
+    /// The scored shots of a shoot-out, one bit per shot.
     pub shots_scored: PerTeam<u16>,
 }
 
@@ -82,8 +82,7 @@ impl PacketSource<'_> {
         }
     }
 
-    /// The team that takes the set play, as far as it is announced. `None` in play after the end of a kick-off or free
-    /// kick.
+    /// The team that takes the set play, as far as announced. `None` in play after the end of a kick-off or free kick.
     fn kicking_team(&self, for_monitors: bool) -> Option<Team> {
         let is_told = |set_play: SetPlay| match for_monitors {
             true => Some(set_play.team),
@@ -132,9 +131,9 @@ impl PacketSource<'_> {
     }
 }
 
-/// The seconds that have begun, rounded as a GameController counts down.
+/// The number of seconds, rounded up as in the countdown of a GameController.
 fn whole_seconds(cycles: u64, clock: &CycleClock) -> u64 {
-    // A time that is whole but for rounding is whole.
+    // Rounding errors must not add a second.
     (cycles as f64 * clock.period_s - 1e-6).ceil() as u64
 }
 
@@ -183,7 +182,7 @@ mod tests {
         assert_eq!((blue.number, blue.score, pink.number, pink.score), (5, 0, 12, 2));
         // 301 cycles are a little more than ten seconds.
         assert_eq!((blue.players[1].penalty, blue.players[1].seconds_left), (2, 11));
-        // Who is not there is a substitute.
+        // Robots that do not exist are sent as substitutes.
         assert_eq!((pink.players[0].penalty, pink.players[1].penalty, pink.players[19].penalty), (14, 0, 14));
         // In the second half the other team is on the left.
         game.blue_end = game.blue_end.opposite();

@@ -26,7 +26,7 @@ pub struct ReturnPacket {
     pub report: StatusReport,
 }
 
-/// The error that bytes are no return packet.
+/// The error that bytes are not a return packet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("expected 32 bytes that begin with RGrt and version 4, fallen 0 or 1, and finite numbers")]
 pub struct NotAReturnPacket;
@@ -56,7 +56,7 @@ impl ReturnPacket {
     /// Reads a packet that arrives at `time_s`, s since the start.
     ///
     /// # Errors
-    /// When the bytes are no return packet.
+    /// If the bytes are not a return packet.
     pub fn from_bytes(bytes: &[u8], time_s: f64) -> Result<Self, NotAReturnPacket> {
         let bytes: &[u8; REPORT_BYTES] = bytes.try_into().map_err(|_| NotAReturnPacket)?;
         let (numbers, _) = bytes[8..].as_chunks::<4>();
@@ -82,7 +82,7 @@ impl ReturnPacket {
 mod tests {
     use super::*;
 
-    /// The bytes that a C compiler makes of the published structure with the values of the test.
+    /// The bytes that a C compiler produces for the published structure with the values of the test.
     const GOLDEN: &str = "5247727404030c0100509ac400007a43db0fc93f0000803e0080bb44000097c2";
 
     #[test]
@@ -110,7 +110,7 @@ mod tests {
         for (at, value) in [(0, b'X'), (4, 3), (7, 2), (11, 0x7f)] {
             let mut wrong = bytes;
             wrong[at] = value;
-            // The last is a number that is not finite.
+            // The last bytes are a number that is not finite.
             wrong[10] = if at == 11 { 0xff } else { wrong[10] };
             assert_eq!(ReturnPacket::from_bytes(&wrong, 0.0), Err(NotAReturnPacket), "{at}");
         }

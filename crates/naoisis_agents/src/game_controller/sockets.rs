@@ -26,7 +26,7 @@ pub struct NetworkError {
     pub error: io::Error,
 }
 
-/// A non-blocking socket.
+/// Opens a non-blocking socket at `address`.
 pub(super) fn bind(address: SocketAddr) -> Result<UdpSocket, NetworkError> {
     let socket = UdpSocket::bind(address).and_then(|socket| socket.set_nonblocking(true).map(|()| socket));
     socket.map_err(|error| NetworkError { address, error })
@@ -42,7 +42,7 @@ pub fn robot_address(team_number: u8, number: u8) -> Ipv4Addr {
     Ipv4Addr::new(127, 1, team_number, number)
 }
 
-/// The numbers of the team and of the robot with this address; `None` if it is no address of a robot.
+/// The numbers of the team and of the robot with this address; `None` if it is not the address of a robot.
 pub(super) fn robot_at(address: IpAddr) -> Option<(u8, u8)> {
     match address {
         IpAddr::V4(address) => match address.octets() {

@@ -1,9 +1,9 @@
-//! Status reports of robots with behaviours of their own to a real GameController, so that its operator sees which
-//! robots are there and what they believe. Programs report for themselves.
+//! Status reports to a real GameController for robots with behaviours of their own, so that its operator sees which robots exist and what
+//! they believe. Programs report for themselves.
 //!
-//! A GameController identifies a robot by its address, so each robot reports from [its own](robot_address). This works
-//! only with a GameController on this machine. One elsewhere would take this machine for a robot, and stop sending it
-//! the true state.
+//! A GameController identifies a robot by its address, so each robot reports from [its own](robot_address). This works only with a
+//! GameController on this machine. A GameController on another machine would take this machine for a robot, and stop sending it the true
+//! state.
 
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 

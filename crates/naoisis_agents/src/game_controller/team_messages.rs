@@ -1,11 +1,9 @@
-//! Team messages over UDP, for programs that send them as on a field. Each team has one port. A message that arrives
-//! there is delivered to the team-mates like any other message of the match, with its delays and losses, and counts as
-//! one message.
+//! Team messages over UDP, for programs that send them as on a field. Each team has one port. A message that arrives there is delivered to
+//! the team-mates like any other message of the match, with its delays and losses, and counts as one message.
 //!
-//! On a field, a robot is identified by its address. Here all are on one machine, so each robot has an [address of its
-//! own](robot_address). Its program binds this address, sends to [`HERE`], and receives from there the messages of its
-//! team-mates. A datagram is the message of the cycle that waits for the program when it arrives; there is one per
-//! cycle.
+//! On a field, a robot is identified by its address. Here all robots are on one machine, so each has [its own address](robot_address). Its
+//! program binds this address, sends to [`HERE`], and receives from there the messages of its team-mates. A datagram belongs to the cycle
+//! that waits for the program when it arrives; there is one per cycle.
 
 use bevy::prelude::*;
 use std::net::{SocketAddr, SocketAddrV4, UdpSocket};
@@ -19,7 +17,7 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 
 /// The port of team 0; the number of a team is added to it.
 const FIRST_PORT: u16 = 10_000;
-/// The most datagrams of a team that are read in a cycle. Further ones wait.
+/// The greatest number of datagrams of a team that are read in a cycle. Further ones wait.
 const MOST_DATAGRAMS: usize = 256;
 /// The largest datagram of UDP, bytes.
 const MOST_BYTES: usize = 65_507;
@@ -36,7 +34,7 @@ impl TeamMessages {
     /// Opens one socket per team.
     ///
     /// # Errors
-    /// When one cannot be opened, for example because another program uses the port.
+    /// If a socket cannot be opened, for example because another program uses the port.
     pub fn open(team_numbers: PerTeam<u8>, port_offset: u16) -> Result<Self, NetworkError> {
         let open = |team| bind(SocketAddrV4::new(HERE, port(team_numbers[team], port_offset)).into());
         let sockets = PerTeam { blue: open(Team::Blue)?, pink: open(Team::Pink)? };
@@ -85,8 +83,8 @@ pub(super) fn hand_out(messages: Res<TeamMessages>, roster: Res<Roster>, inboxes
     }
 }
 
-/// Reads the datagrams that programs have sent before their answers, the first of each robot. If the command of a robot
-/// has a message, too, both are joined.
+/// Reads the datagrams that programs have sent before their answers, the first of each robot. If the command of a robot also has a message,
+/// both are joined.
 pub(super) fn take(
     messages: Res<TeamMessages>,
     roster: Res<Roster>,
@@ -117,7 +115,7 @@ mod tests {
         let from = |address: &str| sender(address.parse().unwrap(), Team::Pink, 12);
         assert_eq!(robot_address(12, 3).to_string(), "127.1.12.3");
         assert_eq!(from("127.1.12.3:10012"), Some(RobotId::new(Team::Pink, 3)));
-        // The other team's, nobody's, and one on a network.
+        // Addresses of the other team, of no robot, and on a network.
         for address in ["127.1.5.3:10012", "127.0.0.1:10012", "10.1.12.3:10012", "[::1]:10012"] {
             assert_eq!(from(address), None, "{address}");
         }

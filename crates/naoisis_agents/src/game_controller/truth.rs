@@ -1,10 +1,9 @@
-//! The true state of a match that a real GameController decides about. The GameController knows the game, but only the
-//! match knows the true positions of robots and ball.
+//! Sends the true state of a match to monitors while a real GameController makes its decisions. The GameController knows the game, but only
+//! the match knows the true positions of robots and ball.
 //!
-//! Monitors receive it in the protocol that they know: they request it and receive the state of the game as from a
-//! GameController, and reports of robots as a GameController forwards them, with the true positions of the robot and
-//! the ball. It is sent only if the settings allow it, because any program that asks receives it, programs that play
-//! included.
+//! Monitors receive the true state in the protocol that they know. They request it, and receive the state of the game as from a
+//! GameController, and reports of robots as a GameController forwards them, with the true positions of the robot and the ball. It is sent
+//! only if the settings allow it, because any program that asks receives it, including programs that play.
 
 use bevy::math::Vec2;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
@@ -33,10 +32,10 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// Listens for requests of monitors. Returns also the address.
+    /// Listens for requests of monitors. Also returns the address.
     ///
     /// # Errors
-    /// When neither port is free.
+    /// If neither port is free.
     pub fn open(listening: IpAddr, port_offset: u16) -> Result<(Self, SocketAddr), NetworkError> {
         let at = |port| {
             let requests = place(listening, port, port_offset);
@@ -70,14 +69,13 @@ impl Truth {
 /// Whether packets to the control port of `host` arrive at a listener at `listening`.
 fn is_heard_here(listening: IpAddr, host: IpAddr) -> bool {
     match listening.is_unspecified() {
-        // At all addresses of this machine, which are those that a socket of it can have.
+        // A listener at all addresses of this machine hears those to which one of its sockets can be bound.
         true => UdpSocket::bind((host, 0)).is_ok(),
         false => host == listening,
     }
 }
 
-/// The report that a robot would send at `time_s` if it knew everything: its true pose and that of the ball, pitch
-/// frame.
+/// The report that a robot would send at `time_s` if it knew the truth: its true pose and the true position of the ball, pitch frame.
 pub(super) fn true_report(
     pose: Pose,
     posture: Posture,
@@ -109,7 +107,7 @@ mod tests {
         assert_eq!((blue.pose, blue.fallen, blue.ball_age_s), (pose, true, Some(0.0)));
         assert!(pink.pose.position.distance(Vec2::new(-1.0, -0.5)) < 1e-6, "{pink:?}");
         assert!((pink.pose.heading + FRAC_PI_2).abs() < 1e-6, "{pink:?}");
-        // The ball is two metres ahead, whoever it is.
+        // The ball is two metres ahead for each of them.
         for report in [blue, pink] {
             assert!(report.ball_m.unwrap().distance(Vec2::new(2.0, 0.0)) < 1e-5, "{report:?}");
         }
@@ -122,7 +120,7 @@ mod tests {
         let [here, other] = [Ipv4Addr::LOCALHOST, Ipv4Addr::new(127, 0, 0, 2)].map(IpAddr::from);
         assert!(is_heard_here(here, here) && !is_heard_here(here, other));
         let everywhere = Ipv4Addr::UNSPECIFIED.into();
-        // An address that is for documentation is no machine's.
+        // An address that is reserved for documentation belongs to no machine.
         assert!(is_heard_here(everywhere, here) && !is_heard_here(everywhere, Ipv4Addr::new(198, 51, 100, 7).into()));
     }
 }
