@@ -153,7 +153,7 @@ impl ActionKind {
         for (index, &value) in action.iter().enumerate() {
             let wrong = |name: &str, expected: String| Err(NotAnAction { name: name.to_owned(), value, expected });
             match self {
-                // What is beyond the range is taken for its end.
+                // A number beyond the range is clamped to its end.
                 ActionKind::Continuous if !value.is_finite() => {
                     return wrong(CONTINUOUS[index % CONTINUOUS.len()].0, "a number from -1 to 1".to_owned());
                 }
@@ -171,8 +171,7 @@ impl ActionKind {
     }
 }
 
-/// The kick of the robot that stands for one of the paper's four kicks: a robot without a straight kick uses its kick
-/// with the longest range.
+/// The kick that a robot uses for one of the paper's four kicks: a robot without a straight kick uses its kick with the longest range.
 fn available_kick(kick_type: KickType, kicks: &KickSettings) -> KickType {
     match kicks.get(kick_type) {
         None if !kick_type.is_side_kick() => kicks.strongest().unwrap_or(kick_type),
@@ -186,7 +185,7 @@ pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
     let Some(robot) = robot else { return RobotCommand::default() };
     let clock = world.resource::<CycleClock>();
     if robot.get::<BodyStatus>() == Some(&BodyStatus::Fallen) {
-        // There is nothing else to do, and nothing to learn in it.
+        // The robot can do nothing else, and there is nothing to learn in getting up.
         return RobotCommand { posture: Some(PostureRequest::GetUp), ..default() };
     }
     let limits = robot.get::<MotionLimits>().copied().unwrap_or_default();

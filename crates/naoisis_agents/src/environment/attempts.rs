@@ -51,9 +51,9 @@ use naoisis_sim::simulation::{play_in_order, resolved};
 pub enum ChallengePlayer {
     /// Random actions.
     Random,
-    /// The behaviour of this name, for each robot.
+    /// The behaviour with this name, for each robot.
     Behaviour(String),
-    /// The team of this name.
+    /// The team with this name.
     Team(String),
 }
 
@@ -137,7 +137,7 @@ pub enum AttemptError {
 /// turns true, running episodes are finished and no new ones start.
 ///
 /// # Errors
-/// When an episode cannot start.
+/// If an episode cannot start.
 pub fn play_attempts(
     challenge: &Challenge,
     player: &ChallengePlayer,
@@ -149,7 +149,7 @@ pub fn play_attempts(
     let settings = settings(challenge, player, simulator().world())?;
     let worker = || {
         let mut app = simulator();
-        // The episodes have the cores.
+        // The cores are used by the episodes, so each match has one thread.
         app.insert_resource(SensingThreads(1));
         Episode::new(core::mem::take(app.world_mut()), 0)
     };
@@ -181,7 +181,7 @@ fn settings(
     })
 }
 
-/// The scenario with its controlled robots controlled by the player.
+/// The scenario, with its controlled robots played by `player`.
 fn played_by(
     player: &ChallengePlayer,
     scenario: &Scenario,
@@ -223,7 +223,7 @@ fn play(
     let mut chance = RandomStream::for_match(seed, "random actions");
     let numbers = match player {
         ChallengePlayer::Random => settings.control.len() * settings.action.len(),
-        // They decide for themselves.
+        // The robots decide for themselves.
         ChallengePlayer::Behaviour(_) | ChallengePlayer::Team(_) => 0,
     };
     let mut actions = vec![0.0; numbers];
@@ -232,7 +232,7 @@ fn play(
         actions.fill_with(|| chance.random_range(-1.0..=1.0));
         episode.step(settings, &actions, &mut rewards);
     }
-    // Robots have perceived already in the cycle that would come next.
+    // Robots have already perceived in the cycle that would come next.
     let time_s = episode.world.resource::<CycleClock>().start_time_s();
     Ok(Attempt { seed, is_success: episode.progress.is_success, time_s })
 }

@@ -1,5 +1,4 @@
-//! Named learning tasks as data: the scenario of an episode, the controlled robots, its end, and what counts as
-//! success.
+//! Named learning tasks as data: the scenario of an episode, the controlled robots, its end, and the condition of success.
 
 use bevy::prelude::*;
 use rand::RngExt;
@@ -149,7 +148,7 @@ impl Situation {
 
     /// The scenario with start positions drawn by its seed.
     pub(super) fn drawn(&self, scenario: Scenario) -> Scenario {
-        /// How often overlapping robots are placed again.
+        /// The greatest number of draws of the positions, which are repeated if robots overlap.
         const MOST_TRIES: usize = 100;
 
         let mut stream = RandomStream::for_match(scenario.seed, "situation");
@@ -171,7 +170,7 @@ impl Situation {
     }
 }
 
-/// Why a challenge cannot be read.
+/// The error of reading a challenge.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChallengeError {
@@ -185,12 +184,12 @@ pub enum ChallengeError {
         /// All names of challenges.
         known: String,
     },
-    /// The text is no valid JSON of a challenge.
+    /// The text is not a valid challenge in JSON.
     #[error("the challenge `{name}`: {error}")]
     Malformed {
         /// The name of the challenge.
         name: String,
-        /// What is wrong.
+        /// The error in the text.
         error: serde_json::Error,
     },
     /// The scenario is invalid.
@@ -212,7 +211,7 @@ impl Challenge {
     /// The built-in challenge `name`.
     ///
     /// # Errors
-    /// When there is none of this name.
+    /// If there is no challenge with this name.
     pub fn named(name: &str) -> Result<Self, ChallengeError> {
         let Some((_, text)) = CHALLENGES.iter().find(|(known, _)| *known == name) else {
             let known: Vec<&str> = CHALLENGES.iter().map(|(name, _)| *name).collect();
@@ -225,7 +224,7 @@ impl Challenge {
     /// The scenario of the episodes, with the time limit as its duration.
     ///
     /// # Errors
-    /// When the scenario is invalid; a test rules this out for built-in challenges.
+    /// If the scenario is invalid; a test rules this out for built-in challenges.
     pub fn scenario(&self) -> Result<ScenarioFile, ScenarioError> {
         let mut scenario = self.scenario.clone();
         if let (Some(limit_s), Some(fields)) = (self.limit_s, scenario.as_object_mut()) {

@@ -8,7 +8,7 @@ use core::fmt;
 pub struct ObservationEntry {
     /// The group, such as `ball`; empty for values of the robot itself.
     pub group: &'static str,
-    /// The number within several groups of a name, from 1; 0 if there is one group.
+    /// The number among several groups with the same name, from 1; 0 if there is only one.
     pub number: u8,
     /// Its name in the group, such as `x`.
     pub name: &'static str,

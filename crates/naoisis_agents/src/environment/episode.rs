@@ -41,7 +41,7 @@ pub enum Start {
     Moment(Snapshot),
 }
 
-/// Why an episode cannot start.
+/// The error of starting an episode.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StartError {
@@ -51,7 +51,7 @@ pub enum StartError {
     /// The simulator cannot continue from its moment.
     #[error("{0}")]
     Moment(String),
-    /// Its match differs from the one that the environment was made for.
+    /// The match of the episode differs from the one that the environment was made for.
     #[error("an episode cannot start: {0}")]
     Different(String),
 }
@@ -123,7 +123,7 @@ impl Episode {
     /// Starts the next episode.
     ///
     /// # Errors
-    /// When its match cannot be started.
+    /// If the match of the episode cannot be started.
     pub fn begin(&mut self, settings: &EnvironmentSettings) -> Result<(), StartError> {
         let seed = self.seeds.next_u64();
         match &**self.start.as_ref().unwrap_or(&settings.start) {
@@ -138,7 +138,7 @@ impl Episode {
         }
         for id in &settings.control {
             if settings.observation == ObservationKind::Belief {
-                // They are remote, and there.
+                // All controlled robots are remote and exist, so this cannot fail.
                 let _ = agents::believe(&mut self.world, *id);
             }
         }
@@ -154,8 +154,7 @@ impl Episode {
         Ok(())
     }
 
-    /// Plays a step with `actions`, those of all agents one after the other, and writes the reward of each agent to
-    /// `rewards`.
+    /// Plays a step with the `actions` of all agents one after the other, and writes the reward of each agent to `rewards`.
     pub fn step(&mut self, settings: &EnvironmentSettings, actions: &[f32], rewards: &mut [f32]) {
         let world = &mut self.world;
         let length = settings.action.len();
@@ -173,9 +172,9 @@ impl Episode {
         while cycles < settings.cycles_per_step.max(1) && !progress.is_over() {
             for (id, command) in settings.control.iter().zip(&mut commands) {
                 let given = command.clone();
-                // Walking goes on; the rest is done once.
+                // The walk is commanded in each cycle of the step, everything else only in the first.
                 *command = RobotCommand { walk: given.walk, ..default() };
-                // They are remote, and there.
+                // All controlled robots are remote and exist, so this cannot fail.
                 let _ = agents::command(world, *id, given);
             }
             run_cycle(world);
@@ -209,7 +208,7 @@ impl Episode {
                 let seen = entity.and_then(|entity| self.world.get::<CameraImages>(entity));
                 match seen.map(|images| &images.of(side).rgb) {
                     Some(rgb) if rgb.len() == image.len() => image.copy_from_slice(rgb),
-                    // Who is not on the pitch sees nothing.
+                    // A robot that is off the pitch has no image.
                     _ => image.fill(0),
                 }
             }
@@ -228,8 +227,8 @@ fn odometry(world: &World, robot: Entity) -> Pose {
     world.get::<Odometry>(robot).map(|odometry| odometry.0).unwrap_or_default()
 }
 
-/// The message that a robot with a belief sends its team-mates, as those of the built-in teams do: its pose, and where
-/// it saw the ball recently. `None` in leagues with a limited number of messages.
+/// The message that a robot with a belief sends its team-mates, like those of the built-in teams: its pose, and the position at which it
+/// recently saw the ball. `None` in leagues with a limited number of messages.
 fn team_message(world: &World, id: RobotId) -> Option<TeamMessage> {
     /// The greatest age of a ball position that is sent, s.
     const FRESH_BALL_S: f32 = 0.5;

@@ -66,13 +66,13 @@ pub(super) struct Memory {
     pub odometry: Pose,
 }
 
-/// The greatest distance of an observation, m. Larger ones are clamped.
+/// The greatest distance in an observation, m. Larger ones are clamped.
 const FARTHEST_M: f32 = 20.0;
-/// The greatest speed of an observation, m/s.
+/// The greatest speed in an observation, m/s.
 const FASTEST_MPS: f32 = 10.0;
-/// The greatest age of an observation, s.
+/// The greatest age in an observation, s.
 const OLDEST_S: f32 = 10.0;
-/// The number of junctions of lines in an observation, the nearest ones.
+/// The number of line junctions in an observation: the nearest ones.
 const JUNCTIONS: u8 = 3;
 
 const PLACE: [f32; 2] = [-FARTHEST_M, FARTHEST_M];
@@ -146,7 +146,7 @@ fn put_body(sink: &mut impl Sink, robot: &EntityRef, memory: &Memory) {
         );
 }
 
-/// Puts a detection, in the robot frame, or that there is none.
+/// Puts a detection, in the robot frame; if there is none, its numbers are 0.
 fn put_seen<S: Sink>(sink: &mut S, group: &'static str, number: u8, place: Option<Vec2>) {
     let [x, y] = place.unwrap_or_default().to_array();
     Group::new(sink, group, number)
@@ -174,7 +174,7 @@ fn put_percepts(
             |colour: GoalColour| pitch.goal_colour(status.own_end.opposite()) != own && (colour == own) == is_own;
         let mut posts: Vec<Vec2> =
             percepts.goal_posts.iter().filter(|post| is_of(post.colour)).map(|post| post.position_m).collect();
-        // From left to right.
+        // Sorted from left to right.
         posts.sort_by(|a, b| angle_of(*b).total_cmp(&angle_of(*a)));
         for number in 1..=2 {
             put_seen(sink, group, number, posts.get(usize::from(number) - 1).copied());

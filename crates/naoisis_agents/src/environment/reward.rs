@@ -10,7 +10,7 @@ use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};
 
-/// The weights of the terms of a reward. A term that is not given has the weight 0.
+/// The weights of the terms of a reward. A missing term has the weight 0.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RewardWeights {
@@ -27,7 +27,7 @@ pub struct RewardWeights {
 }
 
 impl RewardWeights {
-    /// Only the score.
+    /// Only the score, with the weight 1.
     pub const SCORE: RewardWeights =
         RewardWeights { score: 1.0, success: 0.0, ball_to_goal: 0.0, to_ball: 0.0, time: 0.0 };
 }

@@ -42,23 +42,23 @@ pub struct Arrays<'a> {
     pub successes: &'a mut [bool],
     /// The last observations of finished episodes if the next one starts in the same step; else empty.
     pub final_observations: &'a mut [f32],
-    /// The last images of finished episodes, as `final_observations`.
+    /// The last images of finished episodes, like `final_observations`.
     pub final_images: &'a mut [u8],
 }
 
-/// Why worlds cannot be stepped or reset.
+/// The error of stepping or resetting worlds.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentError {
     /// An episode cannot start.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// A row is no valid action.
+    /// A row is not a valid action.
     #[error("row {row}: {error}")]
     Action {
         /// The row, from 0.
         row: usize,
-        /// What is wrong with it.
+        /// The fault of the action.
         error: NotAnAction,
     },
     /// The episode of a world is over.
@@ -101,10 +101,10 @@ struct Part<'a> {
 }
 
 impl Environments {
-    /// Creates `worlds` worlds. Each has episodes with seeds of its own; those of the first start with `seed`.
+    /// Creates `worlds` worlds. Each has episodes with its own seeds; those of the first world start with `seed`.
     ///
     /// # Errors
-    /// When the match cannot be started.
+    /// If the match cannot be started.
     pub fn new(
         settings: EnvironmentSettings,
         simulator: fn() -> World,
@@ -166,12 +166,12 @@ impl Environments {
         }
     }
 
-    /// Starts an episode in the worlds of the mask, or in all, and fills in their observations. With `seed`, the worlds
-    /// get consecutive seeds from it; else each continues its own sequence. Their episodes start from `start` until
-    /// their next reset; without it, from the start of the settings.
+    /// Starts an episode in the worlds of the mask, or in all, and fills in their observations. With `seed`, the worlds get consecutive
+    /// seeds from it; otherwise each continues its own sequence. The episodes start from `start` until the next reset; without it, from the
+    /// start in the settings.
     ///
     /// # Errors
-    /// When a match cannot be started, or differs from the one that the environment was made for.
+    /// If a match cannot be started, or differs from the one that the environment was made for.
     pub fn reset(
         &mut self,
         seed: Option<u64>,
@@ -205,8 +205,8 @@ impl Environments {
     /// Plays a step of all worlds with the actions of all agents, row by row.
     ///
     /// # Errors
-    /// When an action is invalid or an episode is over; then nothing has happened. When a world panics; then the others
-    /// have been stepped.
+    /// If an action is invalid or an episode is over; nothing has happened in that case. If a world panics; the others have been stepped in
+    /// that case.
     pub fn step(&mut self, actions: &[f32], arrays: Arrays) -> Result<(), EnvironmentError> {
         let settings = &self.settings;
         let (length, agents) = (settings.action.len(), settings.control.len());
@@ -319,7 +319,7 @@ fn parts<'a>(
         final_images,
     } = arrays;
     let sizes = [observations.len(), images.len(), final_observations.len(), final_images.len()].map(size);
-    // What is not asked for is an empty part for everybody.
+    // An array that was not requested yields empty parts.
     let mut observations = observations.chunks_mut(sizes[0]);
     let mut images = images.chunks_mut(sizes[1]);
     let mut final_observations = final_observations.chunks_mut(sizes[2]);
@@ -369,7 +369,7 @@ fn each<'a>(
         let last = all(parts, &act);
         let mut result = Ok(());
         for other in others {
-            // What panics in a part is caught there.
+            // A panic in a part is caught there.
             result = result.and(other.join().unwrap_or(Ok(())));
         }
         result.and(last)
