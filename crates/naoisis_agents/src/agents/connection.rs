@@ -93,14 +93,14 @@ pub struct Connection {
     /// Whether a message was received.
     has_begun: bool,
     outgoing: Vec<u8>,
-    /// Whether reads and writes return now and then, so that the clock can be checked.
+    /// Whether reads and writes return regularly, so that the clock can be checked.
     looks: bool,
     break_off: Option<BreakOff>,
 }
 
 impl Connection {
-    /// Creates a connection over `stream`, which starts with lines of JSON. Waiting ends when `break_off` says that the
-    /// match is broken off.
+    /// Creates a connection over `stream`, which starts with lines of JSON. Waiting ends when `break_off` returns that the match is broken
+    /// off.
     pub fn new(stream: Stream, longest: usize, break_off: Option<BreakOff>) -> Self {
         let (encoding, received, outgoing) = (Encoding::Json, Vec::new(), Vec::new());
         Self { stream, encoding, longest, received, searched: 0, has_begun: false, outgoing, looks: false, break_off }
@@ -114,7 +114,7 @@ impl Connection {
     /// Sends a message.
     ///
     /// # Errors
-    /// When the program does not accept it by the deadline.
+    /// If the program does not accept the message by the deadline.
     pub fn send(&mut self, message: &impl Serialize, deadline: Option<Instant>) -> Result<(), Loss> {
         self.outgoing.clear();
         write_message(self.encoding, message, &mut self.outgoing)?;
@@ -137,7 +137,7 @@ impl Connection {
     /// Receives a message.
     ///
     /// # Errors
-    /// When none arrives by the deadline, or it is not of type `T`.
+    /// If no message arrives by the deadline, or it is not of type `T`.
     pub fn receive<T: DeserializeOwned>(&mut self, deadline: Option<Instant>) -> Result<T, Loss> {
         let mut may_have_more = true;
         loop {
@@ -149,7 +149,7 @@ impl Connection {
                 self.has_begun = true;
                 return message;
             }
-            // Who sends a little now and then has no more time than others.
+            // A program that sends a few bytes now and then has no more time than others.
             if !may_have_more {
                 self.wait_on(deadline, TOO_LATE)?;
             }
@@ -182,7 +182,7 @@ impl Connection {
         }
     }
 
-    /// Waits until the program closes the connection. Ignores what it still sends.
+    /// Waits until the program closes the connection. Ignores anything that it still sends.
     pub fn wait_for_end(&mut self, deadline: Option<Instant>) {
         self.stream.end_writing();
         loop {
@@ -261,7 +261,7 @@ impl Connection {
         read
     }
 
-    /// Makes reads and writes return now and then.
+    /// Makes reads and writes return regularly.
     fn look(&mut self) -> Result<(), Loss> {
         if !self.looks {
             self.stream.set_timeouts(LOOK).map_err(|_| Loss::new(AgentLoss::Closed, "it has hung up"))?;
@@ -273,7 +273,7 @@ impl Connection {
     /// Checks whether to continue waiting for a program.
     ///
     /// # Errors
-    /// With the message `too_late` after the deadline, or when the match is broken off.
+    /// With the message `too_late` after the deadline, or if the match is broken off.
     fn wait_on(&self, deadline: Option<Instant>, too_late: &str) -> Result<(), Loss> {
         if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
             return Err(Loss::new(AgentLoss::TimedOut, too_late));
@@ -287,7 +287,7 @@ impl Connection {
     }
 }
 
-/// Whether the error says that nothing happened for a while.
+/// Whether the error means that nothing happened for a while.
 fn is_silence(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
@@ -299,13 +299,13 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    /// A connection, and the program's end of it.
+    /// A connection, and the program's end of the connection.
     fn pair() -> (Connection, UnixStream) {
         let (here, there) = UnixStream::pair().unwrap();
         (Connection::new(Stream::Unix(here), 1000, None), there)
     }
 
-    /// What is received from a program that sends these bytes and then closes the connection.
+    /// The message received from a program that sends these bytes and then closes the connection.
     fn received(encoding: Encoding, bytes: &[u8]) -> Result<Answer, Loss> {
         let (mut connection, mut program) = pair();
         connection.set_encoding(encoding);
@@ -347,7 +347,7 @@ mod tests {
         });
         let cycles = [here.receive::<Answer>(None), here.receive::<Answer>(None)].map(|answer| answer.unwrap().cycle);
         assert_eq!(cycles, [3, 4]);
-        // Between answers an empty line is none.
+        // Between answers, an empty line is not a message.
         assert_eq!(here.receive::<Answer>(None).unwrap_err().reason, AgentLoss::Malformed);
         writer.join().unwrap();
     }
@@ -360,7 +360,7 @@ mod tests {
         assert_eq!(json("{\"cycle\":"), AgentLoss::Closed);
         assert_eq!(json("Hello, world!\n"), AgentLoss::Malformed);
         assert_eq!(json("{\"cycle\":-1}\n"), AgentLoss::Malformed);
-        // A list is no object, not even an empty one.
+        // A list is not an object, not even an empty one.
         for list in ["[1]", "{\"cycle\":1,\"command\":[]}", "{\"cycle\":1,\"command\":{\"kick\":[\"left_side\"]}}"] {
             assert_eq!(json(&format!("{list}\n")), AgentLoss::Malformed, "{list}");
         }
@@ -372,7 +372,7 @@ mod tests {
         assert_eq!(message_pack(&[0, 0, 0, 9, 1]), AgentLoss::Closed);
         assert_eq!(message_pack(&[0, 0, 0, 1, 0xc1]), AgentLoss::Malformed);
         assert_eq!(message_pack(&[0, 0, 0, 2, 0x91, 1]), AgentLoss::Malformed);
-        // A list said to be four thousand million long, and one within another within another.
+        // A list with a declared length of four thousand million, and deeply nested lists.
         assert_eq!(message_pack(&[0, 0, 0, 5, 0xdd, 0xff, 0xff, 0xff, 0xff]), AgentLoss::Malformed);
         assert_eq!(message_pack(&[&[0, 0, 1, 0][..], &[0x91; 256]].concat()), AgentLoss::Malformed);
     }

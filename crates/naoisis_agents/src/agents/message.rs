@@ -1,5 +1,5 @@
-//! Encoding and decoding of messages: lines of JSON, or MessagePack with a length prefix. Bytes that are no valid
-//! message become a [`Loss`] with an explanation.
+//! Encoding and decoding of messages: lines of JSON, or MessagePack with a length prefix. Bytes that are not a valid message become a
+//! [`Loss`] with an explanation.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ const LONGEST: usize = 400;
 /// Appends a message to `outgoing`, with its end of line or its length prefix.
 ///
 /// # Errors
-/// When the message cannot be written in this encoding.
+/// If the message cannot be written in this encoding.
 pub fn write_message(encoding: Encoding, message: &impl Serialize, outgoing: &mut Vec<u8>) -> Result<(), Loss> {
     let written = match encoding {
         Encoding::Json => {
@@ -41,10 +41,10 @@ pub fn write_message(encoding: Encoding, message: &impl Serialize, outgoing: &mu
     written.map_err(|error| Loss::new(AgentLoss::Refused, format!("the message cannot be encoded: {error}")))
 }
 
-/// Reads a message from `bytes`, which are without the end of line or the length prefix.
+/// Reads a message from `bytes`, without the end of line or the length prefix.
 ///
 /// # Errors
-/// When the bytes are no message of type `T`: what is wrong, and how they begin.
+/// If the bytes are not a message of type `T`. The error states the fault and the beginning of the message.
 pub fn read_message<T: DeserializeOwned>(encoding: Encoding, bytes: &[u8]) -> Result<T, Loss> {
     match encoding {
         Encoding::Json => read_json(bytes),
@@ -53,7 +53,7 @@ pub fn read_message<T: DeserializeOwned>(encoding: Encoding, bytes: &[u8]) -> Re
 }
 
 fn read_json<T: DeserializeOwned>(line: &[u8]) -> Result<T, Loss> {
-    // By way of a value: serde alone would take a list for an object.
+    // Read as a value first, as serde alone would accept a list in place of an object.
     match serde_json::from_slice::<Value>(line) {
         Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), line)),
         Err(error) => {
@@ -76,7 +76,7 @@ fn read_message_pack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Loss> {
     }
 }
 
-/// The loss of a program that sent `sent`; `what` says what is wrong with it.
+/// The loss of a program that sent the message `sent`; `what` is the fault in it.
 pub fn malformed(what: &str, sent: &[u8]) -> Loss {
     Loss::new(
         AgentLoss::Malformed,
@@ -133,12 +133,12 @@ mod tests {
             for (encoding, message) in [(Encoding::Json, &json[..]), (Encoding::Msgpack, &message_pack)] {
                 let mut bytes = message.to_vec();
                 damage(&mut bytes, &mut random);
-                // A whole message, so that what is in it is looked at.
+                // A whole message, so that its content is checked.
                 match read_message::<Answer>(encoding, &bytes) {
                     Ok(answer) => answers += u32::from(answer.command.checked().is_ok()),
                     Err(loss) => assert!(loss.reason == AgentLoss::Malformed && loss.message.len() < 2500, "{loss}"),
                 }
-                // And as it comes out of the socket.
+                // The bytes as they come out of the socket.
                 if round % 50 == 0 {
                     let mut framed = bytes;
                     match encoding {
@@ -151,7 +151,7 @@ mod tests {
                     connection.set_encoding(encoding);
                     program.write_all(&framed).unwrap();
                     drop(program);
-                    // It ends, however many messages there are in it.
+                    // The connection ends, however many messages the bytes contain.
                     while connection.receive::<Answer>(None).is_ok() {}
                 }
             }

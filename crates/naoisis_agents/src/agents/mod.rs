@@ -1,9 +1,8 @@
 //! Robots that are controlled from outside the match: by a loop of your own, a program, or a policy.
 //!
-//! Such a robot has the behaviour `"remote"`. In each cycle its controller receives a [`Perception`], which is the
-//! robot of a trace without the parts that a robot cannot know, and returns a [`RobotCommand`], which is the
-//! `"command"` of a trace. A loop of your own stops each cycle between its halves, and so runs in lock-step with the
-//! match:
+//! Such a robot has the behaviour `"remote"`. In each cycle its controller receives a [`Perception`], which is the robot of a trace without
+//! the parts that a robot cannot know, and returns a [`RobotCommand`], which is the `"command"` of a trace. A loop of your own stops each
+//! cycle between its halves, and thus runs in lock-step with the match:
 //!
 //! ```
 //! use bevy::prelude::*;

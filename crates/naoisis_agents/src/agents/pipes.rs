@@ -1,5 +1,5 @@
-//! The pipes to the standard input and output of a process that plays a robot. They behave like a socket with
-//! deadlines: reads and writes return now and then, so that the caller can check the clock.
+//! The pipes to the standard input and output of a process that plays a robot. They behave like a socket with deadlines: reads and writes
+//! return regularly, so that the caller can check the clock.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::ioctl_fionbio;
@@ -17,21 +17,21 @@ pub type SharedChild = Arc<Mutex<Child>>;
 #[derive(Debug)]
 pub struct Pipes {
     output: PipeReader,
-    /// `None` after it was closed.
+    /// The standard input of the process; `None` after it was closed.
     input: Option<PipeWriter>,
     /// The process, once it runs.
     child: Option<SharedChild>,
 }
 
 impl Pipes {
-    /// Creates pipes, and returns also the ends of the process: its standard input and its standard output.
+    /// Creates pipes. Also returns the ends of the process: its standard input and its standard output.
     ///
     /// # Errors
-    /// When the system has no more pipes.
+    /// If the system has no more pipes.
     pub fn new() -> io::Result<(Self, Stdio, Stdio)> {
         let (their_input, input) = io::pipe()?;
         let (output, their_output) = io::pipe()?;
-        // Of these ends alone: what the process reads and writes waits, as it expects.
+        // Only these ends are non-blocking: reads and writes of the process block, as it expects.
         ioctl_fionbio(&input, true)?;
         ioctl_fionbio(&output, true)?;
         Ok((Self { output, input: Some(input), child: None }, their_input.into(), their_output.into()))
@@ -49,7 +49,7 @@ impl Pipes {
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
             read => return read,
         }
-        // Looked at before the last look at the pipe: what it wrote before it ended is there by then.
+        // Whether the process has ended is checked before the last read: everything it wrote before its end is in the pipe by then.
         let has_ended = !wait(&self.output, PollFlags::IN)? && self.child.as_ref().is_some_and(has_ended);
         match self.output.read(bytes) {
             Err(error) if error.kind() == io::ErrorKind::WouldBlock && has_ended => Ok(0),

@@ -27,7 +27,7 @@ use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
 use naoisis_sim::scenario::Scenario;
 
-/// How long a program may take to end after its match.
+/// The time that a program has to end after its match.
 pub(super) const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Marks a robot that a program plays. `None` if the program is lost.
@@ -47,11 +47,11 @@ pub struct Agent {
     connection: Connection,
     /// Dropped last: this ends the process.
     process: Option<Process>,
-    /// The hello of the program.
+    /// The hello of the program, once it has been received.
     hello: Option<Hello>,
-    /// The parts of perceptions that it wants.
+    /// The parts of perceptions that the program wants.
     fields: Fields,
-    /// When its answer is due.
+    /// The time at which the answer is due.
     deadline: Option<Instant>,
 }
 
@@ -71,10 +71,10 @@ impl Agent {
         self.connection.has_hung_up()
     }
 
-    /// Receives the hello of the program. If the program sends anything else, it is told what is wrong.
+    /// Receives the hello of the program. If the program sends anything else, it is told the fault.
     pub(super) fn hello(&mut self, deadline: Option<Instant>) -> Result<Hello, Loss> {
         let said = self.connection.receive::<Value>(deadline).and_then(|said| {
-            // Looked at first: another version may have other fields.
+            // The version is checked first, as another version may have other fields.
             match said.pointer("/hello/protocol").and_then(Value::as_u64) {
                 Some(protocol) if protocol != u64::from(PROTOCOL) => {
                     Err(self.refuse(format!("it uses protocol {protocol}; expected {PROTOCOL}"), deadline))
@@ -98,7 +98,7 @@ impl Agent {
         Ok(hello.hello)
     }
 
-    /// Lets the program play a robot. Refuses it if it asks for something that does not exist.
+    /// Lets the program play a robot. Refuses the program if it asks for something that does not exist.
     pub(super) fn welcome(
         &mut self,
         hello: &Hello,
@@ -133,7 +133,7 @@ impl Agent {
 
     /// Tells the program why it may not play.
     pub(super) fn refuse(&mut self, reason: String, deadline: Option<Instant>) -> Loss {
-        // Who does not listen will see that it is over.
+        // A program that does not listen notices the end of the connection.
         let _ = self.connection.send(&Message::Refused { reason: &reason, protocol: PROTOCOL }, deadline);
         Loss::new(AgentLoss::Refused, reason)
     }
@@ -183,7 +183,7 @@ impl Agent {
         answer.command.checked().map_err(|error| Loss::new(AgentLoss::Malformed, error.to_string()))
     }
 
-    /// Adds to a loss how the process ended, if that is known.
+    /// Adds to a loss the exit status of the process, if it is known.
     fn with_exit_status(&mut self, loss: Loss) -> Loss {
         let (AgentLoss::Closed, Some(process)) = (loss.reason, &mut self.process) else { return loss };
         match process.exit_status(Instant::now() + FAREWELL) {

@@ -1,4 +1,4 @@
-//! When in a cycle programs are asked: after the robots have perceived, and before behaviours decide.
+//! The plugin that lets programs play. They are asked after the robots have perceived, and before behaviours decide.
 
 use bevy::prelude::*;
 use std::time::Instant;
@@ -57,7 +57,7 @@ pub struct ProgramStartError {
 /// Errors of a program that was started are events of the next cycle.
 ///
 /// # Errors
-/// The first program that cannot be started; no program is running then.
+/// The first program that cannot be started; no program is running in that case.
 pub fn start_programs(world: &mut World) -> Result<(), ProgramStartError> {
     let settings = world.resource::<AgentSettings>().clone();
     let mut waiting = world.query_filtered::<(Entity, &RobotId, &Program), Without<AgentPlayer>>();
@@ -72,14 +72,14 @@ pub fn start_programs(world: &mut World) -> Result<(), ProgramStartError> {
         let connection = Connection::new(stream, settings.longest_message, settings.break_off.clone());
         agents.push((entity, robot, Agent::new(connection, Some(process))));
     }
-    // They load while others do.
+    // All programs are started before any is waited for, so that they load at the same time.
     let deadline = settings.start_timeout.map(|time| Instant::now() + time);
     for (entity, robot, mut agent) in agents {
         let begun = agent.hello(deadline).and_then(|hello| begin(world, robot, &mut agent, &hello, deadline));
         let player = match begun {
             Ok(()) => AgentPlayer(Some(agent)),
             Err(loss) => {
-                // It may want to read why.
+                // The program may want to read the reason.
                 if matches!(loss.reason, AgentLoss::Refused | AgentLoss::Malformed) {
                     agent.wait_for_end(Instant::now() + FAREWELL);
                 }
@@ -102,7 +102,7 @@ pub(super) fn begin(
 ) -> Result<(), Loss> {
     let scenario = world.resource::<Scenario>();
     agent.welcome(hello, robot, scenario, scenario.settings.cameras.render != CameraRendering::Off, deadline)?;
-    // Where nothing is said of cameras, they work for who looks through them.
+    // Without a setting, cameras take images for programs that ask for them.
     let entity = world.resource::<Roster>().get(robot);
     if !hello.images.is_empty()
         && let Some(mut cameras) = entity.and_then(|entity| world.get_mut::<CameraSettings>(entity))
@@ -145,7 +145,7 @@ fn ask(
     let mut players: Vec<_> = robots.iter_mut().collect();
     players.sort_by_key(|(id, ..)| **id);
     let mut losses = core::mem::take(&mut lost.0);
-    // All think at the same time.
+    // All programs are asked first, so that they think at the same time.
     for (id, player, perceived, belief, images, _) in &mut players {
         let Some(agent) = &mut player.0 else { continue };
         if let Err(loss) = agent.ask(&clock, &perceived.perception(), *belief, *images, &settings) {
@@ -153,7 +153,7 @@ fn ask(
             player.0 = None;
         }
     }
-    // Who was asked last is likely to be ready last: when it is, there is nobody left to wait for.
+    // The program that was asked last is likely to be ready last: when it is, none of the others has to be waited for.
     for (id, player, .., robot) in players.iter_mut().rev() {
         let Some(agent) = &mut player.0 else { continue };
         let answer = agent.answer(clock.cycle);
@@ -182,7 +182,7 @@ pub fn dismiss(world: &mut World, reason: &str) -> Vec<RobotId> {
     for (_, agent) in &mut agents {
         agent.say_goodbye(reason, score);
     }
-    // They end while others do.
+    // All programs end at the same time.
     let deadline = Instant::now() + FAREWELL;
     agents.into_iter().filter_map(|(id, agent)| (!agent.wait_for_end(deadline)).then_some(id)).collect()
 }

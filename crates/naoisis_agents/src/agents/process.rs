@@ -1,8 +1,8 @@
 //! The process of a program that plays a robot. It never outlives the match.
 //!
-//! The match talks to it over the pipes of its standard input and output. The process and its children are a process
-//! group of their own. A guard, a shell that waits for the end of naoisis, then kills the group; this works also if a
-//! signal killed naoisis that no program can catch.
+//! The match communicates with the process over the pipes of its standard input and output. The process and its children form a process
+//! group. A guard, a shell that waits for the end of naoisis, then kills the group, even if naoisis was killed by a signal that no program
+//! can catch.
 
 use core::time::Duration;
 use std::io::{BufRead, BufReader, Read};
@@ -19,11 +19,11 @@ use super::settings::ErrorLines;
 use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::wording::quoted;
 
-/// Waits for its standard input to end, and then kills a process group.
+/// The guard: a shell command that waits for its standard input to end, and then kills a process group.
 const GUARD: &str = "read -r _; kill -s KILL -- \"-$1\"";
 /// The time between two checks whether a process has ended.
 const LOOK: Duration = Duration::from_millis(2);
-/// How long to wait for the last lines of standard error if another process holds it open, too.
+/// The time to wait for the last lines of standard error if another process still holds it open.
 const LAST_LINES: Duration = Duration::from_secs(1);
 /// The longest line of standard error that is passed on in one piece, bytes.
 const LONGEST_LINE: u64 = 4096;
@@ -41,7 +41,7 @@ impl Process {
     /// Starts a program for a robot.
     ///
     /// # Errors
-    /// Why it cannot be started.
+    /// The reason why the program cannot be started.
     pub fn start(
         words: &[String],
         folder: Option<&Path>,
@@ -78,7 +78,7 @@ impl Process {
         guard.args(["-c", GUARD, "naoisis-guard", &child.id().to_string()]).process_group(0);
         guard.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
         let guard = guard.spawn().map_err(|error| {
-            // Without a guard it does not run.
+            // Without a guard the program does not run.
             let _ = child.kill().and_then(|()| child.wait());
             cannot(error)
         })?;
@@ -113,7 +113,7 @@ impl Drop for Process {
     /// Ends the process and its children.
     fn drop(&mut self) {
         drop(self.guard.stdin.take());
-        // What cannot be waited for has ended.
+        // An error here means that the process has ended already.
         let _ = self.guard.wait();
         let _ = self.child().wait();
         let last = Instant::now() + LAST_LINES;

@@ -43,7 +43,7 @@ pub struct Hello {
     /// The name of the program.
     #[serde(default)]
     pub name: String,
-    /// The robot that it wants to play. Ignored on a pipe, where the program plays the robot that it was started for.
+    /// The robot that the program wants to play. Ignored on a pipe, where the program plays the robot that it was started for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotId>,
     /// The password of the match, if it has one.
@@ -52,14 +52,14 @@ pub struct Hello {
     /// The encoding of all further messages.
     #[serde(default)]
     pub encoding: Encoding,
-    /// The cameras of which it wants images.
+    /// The cameras whose images the program wants.
     #[serde(default)]
     pub images: Vec<CameraName>,
-    /// Whether it wants the belief of the built-in estimator.
+    /// Whether the program wants the belief of the built-in estimator.
     #[serde(default)]
     pub belief: bool,
-    /// The parts of the perception that it wants, such as `percepts.ball` or `game.state`; all, if empty. Fewer parts
-    /// take less time.
+    /// The parts of the perception that the program wants, such as `percepts.ball` or `game.state`; if empty, all. Fewer parts take less
+    /// time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<String>,
 }
@@ -91,21 +91,21 @@ pub enum Message<'a> {
     Welcome(Box<Welcome<'a>>),
     /// The program may not play.
     Refused {
-        /// Why not.
+        /// The reason.
         reason: &'a str,
         /// The version of the protocol of the match, for programs that know several.
         protocol: u32,
     },
     /// The match is over.
     End {
-        /// Why it ended, in words.
+        /// The reason for the end, in words.
         reason: &'a str,
         /// Goals of both teams.
         score: Score,
     },
 }
 
-/// What a robot may know before the match.
+/// The information that a robot may have before the match.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Welcome<'a> {
     /// The version of the protocol.
@@ -126,20 +126,19 @@ pub struct Welcome<'a> {
     pub realism: String,
 }
 
-/// The abilities of a robot, with the names that scenarios use.
+/// The abilities of a robot, named as in scenarios.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Model {
     /// The name of the model.
     pub name: String,
-    /// The settings of the robot as scenarios have them: its body, how it walks and kicks, its sensors with their errors, its delays, and the
-    /// limits of its messages together with those of the match.
+    /// The settings of the robot as in scenarios: its body, walk and kicks, its sensors with their errors, its delays, and the limits of
+    /// its messages together with those of the match.
     #[serde(flatten)]
     pub settings: RobotSettings,
 }
 
 impl Model {
-    /// The abilities of a robot of a scenario: the settings of the robot, its team or its model, else those of the
-    /// scenario.
+    /// The abilities of a robot of a scenario, by the settings of the robot, its team or its model, or else by those of the scenario.
     fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
         let name = RobotModel::name_of(robot.model.as_ref().unwrap_or(&scenario.model));
         let messages = scenario.message_limits_of(robot);
@@ -148,7 +147,7 @@ impl Model {
 }
 
 impl<'a> Welcome<'a> {
-    /// What the robot with this id may know of a scenario.
+    /// The information of a scenario that the robot with this id may have.
     pub fn of(scenario: &'a Scenario, robot: RobotId) -> Self {
         let plays = |spec: &&RobotSpec| spec.team == robot.team && !spec.substitute;
         let of_team = scenario.robots.iter().filter(plays).count();
@@ -203,7 +202,7 @@ impl Serialize for PerceptionParts<'_> {
 /// A camera image.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ImageMessage<'a> {
-    /// When it was taken, s since the start.
+    /// The time at which the image was taken, s since the start.
     pub time_s: f64,
     /// The width, pixels.
     pub width: u32,
@@ -285,7 +284,7 @@ mod tests {
         let scenario = Scenario::from_json(&scenario).unwrap();
         let name = || Welcome::of(&scenario, RobotId::new(Team::Blue, 1)).model.name;
         assert_eq!(name(), "tall nao");
-        // A saved match plays without the file.
+        // A saved match is played without the file.
         std::fs::remove_file(&path).unwrap();
         assert_eq!(name(), "my_file");
     }

@@ -42,7 +42,7 @@ pub fn remote_robots(world: &World) -> Vec<RobotId> {
 /// of robots.
 ///
 /// # Errors
-/// [`ScenarioFault`] when the scenario has no such robot.
+/// [`ScenarioFault`] if the scenario has no such robot.
 pub fn with_remote_robots(world: &World, scenario: &Scenario, ids: &[RobotId]) -> Result<Scenario, ScenarioFault> {
     let mut scenario = resolved(world, scenario);
     for id in ids {
@@ -59,10 +59,10 @@ pub fn with_remote_robots(world: &World, scenario: &Scenario, ids: &[RobotId]) -
     Ok(scenario)
 }
 
-/// The perception of any robot: of the current cycle, or of the last one between cycles.
+/// The perception of any robot: in the current cycle, or, between cycles, in the last one.
 ///
 /// # Errors
-/// When there is no such robot.
+/// If there is no such robot.
 pub fn perception(world: &mut World, id: RobotId) -> Result<Perception, AgentError> {
     let entity = world.resource::<Roster>().get(id).ok_or(AgentError::NoSuchRobot(id))?;
     let mut robots = world.query::<Perceived>();
@@ -72,7 +72,7 @@ pub fn perception(world: &mut World, id: RobotId) -> Result<Perception, AgentErr
 /// The belief of a robot, if it has one.
 ///
 /// # Errors
-/// When there is no such robot.
+/// If there is no such robot.
 pub fn belief(world: &World, id: RobotId) -> Result<Option<&Belief>, AgentError> {
     let entity = world.resource::<Roster>().get(id).ok_or(AgentError::NoSuchRobot(id))?;
     Ok(world.get::<Belief>(entity))
@@ -81,19 +81,18 @@ pub fn belief(world: &World, id: RobotId) -> Result<Option<&Belief>, AgentError>
 /// Runs the built-in estimator for a remote robot from now on. Before the first cycle it starts at the true pose.
 ///
 /// # Errors
-/// When there is no such robot, or it is not remote.
+/// If there is no such robot, or it is not remote.
 pub fn believe(world: &mut World, id: RobotId) -> Result<(), AgentError> {
     remote_entity(world, id)?;
     give_belief(world, id);
     Ok(())
 }
 
-/// Commands a remote robot: in the current cycle if the robots have already perceived, else in the next one. Parts that
-/// `command` does not set keep their state: without `walk` the robot stands, and its head stays where the last command
-/// put it.
+/// Commands a remote robot: in the current cycle if the robots have already perceived, otherwise in the next one. Parts that `command` does
+/// not set keep their state: without `walk` the robot stands, and its head stays in the direction of the last command.
 ///
 /// # Errors
-/// When there is no such robot, it is not remote, or it has no kick of the name in `command`.
+/// If there is no such robot, it is not remote, or it has no kick with the name in `command`.
 pub fn command(world: &mut World, id: RobotId, command: RobotCommand) -> Result<(), AgentError> {
     let entity = remote_entity(world, id)?;
     let mut robot = world.get_entity_mut(entity).map_err(|_| AgentError::NoSuchRobot(id))?;
@@ -115,10 +114,10 @@ pub(super) struct CommandComponents {
 }
 
 impl CommandComponentsItem<'_, '_> {
-    /// Writes all parts of `command`, or none.
+    /// Writes all parts of `command`, or none of them.
     ///
     /// # Errors
-    /// When the robot has no kick of the name in `command`.
+    /// If the robot has no kick with the name in `command`.
     pub(super) fn apply(&mut self, command: RobotCommand) -> Result<(), UnknownKick> {
         let RobotCommand { walk, head, kick, posture, request, say } = command;
         kick.map_or(Ok(()), |kick| self.kicks.check(kick.kick_type))?;

@@ -30,7 +30,7 @@ use naoisis_sim::scenario::wording::one_of;
 
 /// The time between two checks for new connections.
 const LOOK: Duration = Duration::from_millis(2);
-/// How many programs may be connected before their hello. Further ones wait.
+/// The greatest number of programs that are connected before their hello. Further ones wait.
 const MOST_SILENT: usize = 256;
 /// The reason for refusing a program when no robot is free.
 const ALL_PLAYED: &str = "all remote robots of the match are taken";
@@ -44,7 +44,7 @@ pub enum Address {
     Unix(PathBuf),
 }
 
-/// The error that a text is no address.
+/// The error that a text is not an address.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("expected tcp:HOST:PORT, such as tcp:127.0.0.1:10000, or unix:PATH")]
 pub struct NotAnAddress;
@@ -108,7 +108,7 @@ impl Server {
     /// Listens at an address.
     ///
     /// # Errors
-    /// When the system refuses, for example because another program listens there.
+    /// If the system refuses, for example because another program listens there.
     pub fn listen(address: &Address) -> io::Result<Self> {
         let (listener, address) = match address {
             Address::Tcp(address) => {
@@ -137,8 +137,8 @@ impl Server {
         &self.address
     }
 
-    /// Accepts programs until every remote robot of the match is played, or `is_enough` returns true. A program that
-    /// stays silent does not delay the others. `said` receives messages about programs that connect.
+    /// Accepts programs until every remote robot of the match is played, or `is_enough` returns true. A program that stays silent does not
+    /// delay the others. `said` receives messages about programs that connect.
     pub fn let_in(&self, world: &mut World, is_enough: impl Fn() -> bool, mut said: impl FnMut(&str)) {
         let settings = world.resource::<AgentSettings>().clone();
         let mut silent: Vec<Newcomer> = Vec::new();
@@ -151,7 +151,7 @@ impl Server {
             for robot in leave(world) {
                 said(&format!("{robot} is free again: its program closed the connection"));
             }
-            // In the order in which they came.
+            // In the order of their connections.
             let spoken: Vec<Newcomer> = silent.extract_if(.., Newcomer::has_spoken).collect();
             for newcomer in spoken {
                 match introduce(world, newcomer, &settings) {
@@ -170,7 +170,7 @@ impl Server {
 /// A program that has connected and has not said hello yet.
 struct Newcomer {
     agent: Agent,
-    /// When its hello is due.
+    /// The time at which the hello is due.
     deadline: Option<Instant>,
 }
 
@@ -187,7 +187,7 @@ impl Newcomer {
     }
 }
 
-/// Whether the socket at `path` is left over from a program that was killed, so that nothing listens at it.
+/// Whether the socket at `path` was left behind by a program that was killed, so that nothing listens at it.
 #[cfg(unix)]
 fn is_left_over(path: &Path) -> bool {
     std::fs::symlink_metadata(path).is_ok_and(|file| file.file_type().is_socket())
@@ -197,7 +197,7 @@ fn is_left_over(path: &Path) -> bool {
 impl Drop for Server {
     fn drop(&mut self) {
         if let Address::Unix(path) = &self.address {
-            // It may have been removed already.
+            // The file may have been removed already.
             let _ = std::fs::remove_file(path);
         }
     }
@@ -228,7 +228,7 @@ pub fn free_robots(world: &World) -> Vec<RobotId> {
     remote_robots(world).into_iter().filter(is_free).collect()
 }
 
-/// Lets a program that has connected play the robot that it wants, else the first free one.
+/// Lets a program that has connected play the robot that it wants, or else the first free one.
 fn introduce(
     world: &mut World,
     Newcomer { mut agent, deadline }: Newcomer,
@@ -290,11 +290,11 @@ mod tests {
         let listen = || Server::listen(&Address::Unix(path.clone()));
         let alive = UnixListener::bind(&path).unwrap();
         assert_eq!(listen().unwrap_err().kind(), io::ErrorKind::AddrInUse);
-        // Its file stays, as when it is killed.
+        // The file of the socket stays, as after a kill.
         drop(alive);
         assert!(path.exists());
         drop(listen().unwrap());
-        // A file that is not a socket belongs to somebody else.
+        // A file that is not a socket belongs to another program.
         std::fs::write(&path, "kept").unwrap();
         assert!(listen().is_err());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "kept");

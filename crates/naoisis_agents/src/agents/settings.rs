@@ -14,7 +14,7 @@ pub(super) const LOOK: Duration = Duration::from_millis(20);
 /// A function that receives the lines that programs write to standard error.
 pub type ErrorLines = Arc<dyn Fn(RobotId, &str) + Send + Sync>;
 
-/// A function that returns whether the match is broken off, so that waiting for programs ends.
+/// A function that returns whether the match is broken off, in which case waiting for programs ends.
 #[derive(Clone)]
 pub struct BreakOff(pub Arc<dyn Fn() -> bool + Send + Sync>);
 
@@ -39,7 +39,7 @@ pub struct AgentSettings {
     pub folders: PerTeam<Option<PathBuf>>,
     /// Receives the lines that programs write to standard error; `None` leaves standard error as it is.
     pub error_lines: Option<ErrorLines>,
-    /// Asked whether to stop waiting; `None` waits as long as the limits allow.
+    /// Returns whether to stop waiting; `None` waits as long as the limits allow.
     pub break_off: Option<BreakOff>,
 }
 
