@@ -1,6 +1,6 @@
 //! The ball in the air: gravity, drag, and bounces off the ground.
 //!
-//! A ball that rolls has no part in this: its height and its climb are zero, and it moves by [`Rolling`](super::Rolling) alone.
+//! A rolling ball is not handled here: its height and its climb are zero, and it moves by [`Rolling`](super::Rolling) alone.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -19,10 +19,10 @@ pub(crate) const LONGEST_STEP_S: f32 = 1.0 / 120.0;
 /// Speed after a bounce off the ground below which the ball rolls, m/s: it would rise by half a millimetre.
 const LEAST_REBOUND_MPS: f32 = 0.1;
 
-/// The share of its speed along the ground that a ball without spin loses until it rolls: 2/7, that of a solid sphere.
+/// The share of its speed along the ground that a ball without spin loses before it rolls: 2/7, that of a solid sphere.
 const SPEED_LOST_TO_SPIN: f32 = 2.0 / 7.0;
 
-/// How high the ball is, and how fast it rises. Both are zero for a ball on the ground.
+/// Height and vertical velocity of the ball. Both are zero for a ball on the ground.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallFlight {
@@ -64,11 +64,11 @@ impl Default for FlightPhysics {
 /// The state of a ball in the air at one instant, and its physics.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct FlyingBall {
-    /// Position of its centre, m, pitch frame; z is its height above a ball on the ground.
+    /// Position of its centre, m, pitch frame; z is the height above a ball on the ground.
     pub position: Vec3,
     /// Its velocity, m/s, pitch frame.
     pub velocity: Vec3,
-    /// Its size, and how it rolls, flies and bounces.
+    /// Its size, and its rolling, flight and bounces.
     pub physics: BallPhysics,
 }
 
@@ -100,13 +100,13 @@ impl FlyingBall {
         }
     }
 
-    /// Time until a ball without drag touches the ground, s.
+    /// Time until the ball touches the ground, neglecting drag, s.
     fn time_until_ground(&self) -> f32 {
         let BallFlight { height_m, climb_mps } = self.flight();
         (climb_mps + (climb_mps * climb_mps + 2.0 * GRAVITY_MPS2 * height_m).sqrt()) / GRAVITY_MPS2
     }
 
-    /// Flies for `time` seconds. Drag is that of the speed at the start: v(t) = v0 / (1 + k v0 t).
+    /// Flies for `time` seconds. Drag is computed from the speed at the start: v(t) = v0 / (1 + k v0 t).
     fn glide(&mut self, time: f32) {
         let slowed = self.physics.flight.drag_per_m * self.velocity.length() * time;
         let way_share = if slowed > 1e-6 { ops::ln_1p(slowed) / slowed } else { 1.0 };
@@ -200,7 +200,7 @@ mod tests {
         }
         assert_abs_diff_eq!(peaks[0], 0.25, epsilon = 1e-3);
         assert_abs_diff_eq!(peaks[1], 0.0625, epsilon = 1e-3);
-        // In the end it lies.
+        // In the end the ball lies on the ground.
         assert!(!flying.flight().is_airborne(), "{flying:?}");
     }
 
@@ -210,7 +210,7 @@ mod tests {
         let mut flying = ball(Vec3::new(10.0, 0.0, 0.0), drag);
         flying.position.z = 10.0;
         flying.advance(0.2);
-        // v = v0 / (1 + k v0 t), as long as it falls slowly.
+        // v = v0 / (1 + k v0 t), as long as the ball falls slowly.
         assert_abs_diff_eq!(flying.velocity.x, 10.0 / 1.2, epsilon = 0.02);
         assert_abs_diff_eq!(flying.position.x, 1.2_f32.ln() / 0.1, epsilon = 0.01);
     }
@@ -221,7 +221,7 @@ mod tests {
         let mut flying = ball(Vec3::new(1.4, 0.0, 1.0), rough);
         flying.advance(2.0 / GRAVITY_MPS2 + 1e-3);
         assert_abs_diff_eq!(flying.velocity.x, 1.0, epsilon = 1e-3);
-        // mu (1 + e) v = 0.1 * 1.5 * 1 of a ball that comes down at 1 m/s.
+        // mu (1 + e) v = 0.1 * 1.5 * 1, for a ball that hits the ground at 1 m/s.
         let smooth = FlightPhysics { ground_friction: 0.1, ..NO_DRAG };
         let mut flying = ball(Vec3::new(1.4, 0.0, 1.0), smooth);
         flying.advance(2.0 / GRAVITY_MPS2 + 1e-3);

@@ -36,17 +36,17 @@ pub struct Ball;
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallVelocity(pub Vec2);
 
-/// Physical parameters of the ball: its size, and how it rolls, bounces and flies.
+/// Physical parameters of the ball: its size, rolling, bounces and flight.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 pub struct BallPhysics {
     /// Radius, m: 0.03 (paper, section 3.1).
     pub radius_m: f32,
-    /// How it slows down.
+    /// The law by which it slows down.
     pub rolling: Rolling,
     /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
     pub restitution: f32,
-    /// How it flies.
+    /// The parameters of its flight.
     pub flight: FlightPhysics,
 }
 
@@ -66,11 +66,11 @@ pub struct BallPath {
     pub corners: Vec<Vec2>,
     /// Height and climb at the start of the cycle, after any kick.
     pub start_flight: BallFlight,
-    /// The heights at the vertices, m above a ball on the ground; empty if it was on the ground all the time.
+    /// The heights at the vertices, m above a ball on the ground; empty if the ball was on the ground during the whole cycle.
     pub heights_m: Vec<f32>,
 }
 
-/// Greatest speed with which a ball may be placed, m/s.
+/// Greatest speed at which a ball may be placed, m/s.
 pub const FASTEST_MPS: f32 = 100.0;
 
 /// Speed below which the ball is at rest, m/s. Exponential drag alone would never stop it.
@@ -143,7 +143,7 @@ impl Rolling {
 }
 
 impl Rolling {
-    /// The launch speed that reaches `distance_m`, as a share of that which reaches `reach_m`: the speed to kick with.
+    /// The launch speed that reaches `distance_m`, as a share of the launch speed that reaches `reach_m`.
     pub fn speed_share(self, distance_m: f32, reach_m: f32) -> f32 {
         let share = (distance_m / reach_m).clamp(0.0, 1.0);
         match self {
@@ -163,7 +163,7 @@ pub struct RollingBall {
     pub velocity: Vec2,
     /// Radius, m.
     pub radius: f32,
-    /// How it slows down.
+    /// The law by which it slows down.
     pub rolling: Rolling,
     /// Share of the approach speed left after a bounce.
     pub restitution: f32,

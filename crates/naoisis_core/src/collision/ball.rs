@@ -13,7 +13,7 @@ use crate::ball::RollingBall;
 pub(super) const CONTACT_DISTANCE: f32 = 1e-4;
 /// Least approach speed of a contact, m/s.
 pub(super) const LEAST_APPROACH: f32 = 1e-5;
-/// Greatest number of bounces in a cycle; with more the ball is wedged.
+/// Greatest number of bounces in a cycle; a ball with more is wedged.
 pub(super) const MOST_BOUNCES: usize = 24;
 /// Number of consecutive bounces off the same obstacle from which the ball rolls along it.
 const BOUNCES_TO_ROLL_ALONG: usize = 8;
@@ -21,8 +21,8 @@ const BOUNCES_TO_ROLL_ALONG: usize = 8;
 const LEAST_PARTING_SPEED: f32 = 0.002;
 /// Greatest penetration of an obstacle in a step of the search for contacts, m.
 pub(super) const DEEPEST_STEP: f32 = 5.0 * CONTACT_DISTANCE;
-/// Most steps of one conservative advancement: a ball that grazes a turning robot at little more than the contact
-/// distance goes ahead by as much at a time, and in a long cycle has some 20 cm to go.
+/// Greatest number of steps of one conservative advancement: a ball that grazes a turning robot at little more than the contact distance
+/// advances only by about that distance in each step, and in a long cycle moves by some 20 cm.
 const MOST_ADVANCES: usize = 2048;
 
 /// A contact of the ball with an obstacle.
@@ -41,8 +41,8 @@ pub struct BallContact {
 /// Rolls the ball for `duration` seconds among the obstacles. Pushes every bounce to `contacts`, and every vertex of the path,
 /// including its start and end, to `path`.
 ///
-/// A ball that overlaps an obstacle at the start may stay where it is (a NAO kicks a ball that lies over its toes),
-/// but does not get deeper. Returns none if the ball is wedged between obstacles that close in on it.
+/// A ball that overlaps an obstacle at the start may stay where it is (a NAO kicks a ball that lies over its toes), but does not penetrate
+/// deeper. Returns `None` if the ball is wedged between obstacles that close in on it.
 pub(crate) fn roll_ball(
     ball: RollingBall,
     obstacles: &[BallObstacle],
@@ -89,8 +89,8 @@ pub(crate) fn roll_ball(
 
 /// The least speed at which the ball separates from the obstacle that it has just touched.
 ///
-/// With the restitution alone, a ball that rolls along a robot which turns towards it, or that a robot pushes, would have contacts
-/// in ever shorter intervals, without end.
+/// With the restitution alone, a ball that rolls along a robot which turns towards it, or that a robot pushes, would have endlessly many
+/// contacts in ever shorter intervals.
 fn least_parting_speed(contacts: &[BallContact]) -> f32 {
     let Some(last) = contacts.last() else { return 0.0 };
     let in_a_row = contacts.iter().rev().take_while(|contact| contact.obstacle == last.obstacle).count();
@@ -105,8 +105,8 @@ fn clearance_at_start(obstacle: &BallObstacle, ball: &RollingBall) -> f32 {
     obstacle.signed_distance(ball.position, 0.0).0.min(ball.radius)
 }
 
-/// The displacement out of an obstacle that the ball penetrates by less than a step of the search for contacts. Without it the ball
-/// would get deeper in every cycle.
+/// The displacement out of an obstacle that the ball penetrates by less than a step of the search for contacts. Without this displacement
+/// the ball would penetrate deeper in every cycle.
 fn way_out(obstacle: &BallObstacle, start: &RollingBall, position: Vec2, share: f32) -> Vec2 {
     if !obstacle.is_near(position, start.radius) {
         return Vec2::ZERO;
@@ -116,13 +116,13 @@ fn way_out(obstacle: &BallObstacle, start: &RollingBall, position: Vec2, share: 
     if (0.0..=DEEPEST_STEP).contains(&depth) { normal * depth } else { Vec2::ZERO }
 }
 
-/// Whether the ball at the `end` of the cycle keeps its least distance from the obstacle, the final check of the result.
+/// Whether the ball at the `end` of the cycle keeps its least distance from the obstacle; the final check of the result.
 fn is_clear(obstacle: &BallObstacle, start: &RollingBall, end: &RollingBall) -> bool {
     !obstacle.is_near(end.position, end.radius)
         || obstacle.signed_distance(end.position, 1.0).0 > clearance_at_start(obstacle, start) - DEEPEST_STEP
 }
 
-/// The time from `start` on at which the ball touches the obstacle while approaching it, and the normal at the contact.
+/// The time, from `start` on, at which the ball touches the obstacle while approaching it, and the normal at the contact.
 fn time_of_contact(
     at_start_of_cycle: &RollingBall,
     ball: &RollingBall,
@@ -147,8 +147,8 @@ fn time_of_contact(
             if approach > LEAST_APPROACH {
                 return Some((time, normal));
             }
-            // Straight past a convex obstacle that stands, what has begun to part never meets again. One that moves may
-            // turn towards the ball, or catch up with it as it slows down.
+            // On a straight path past a static convex obstacle, a ball that has begun to separate never touches it again. A moving obstacle
+            // may turn towards the ball, or catch up with it as it slows down.
             if !obstacle.is_moving() {
                 return None;
             }
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_head_on_bounce_keeps_the_restitutions_share_of_the_speed() {
-        // No drag: meets the post of radius 5 cm at x = 1 - 0.05 - 0.03 = 0.92 after 0.92 s, returns at 0.4 m/s.
+        // No drag: the ball meets the post of radius 5 cm at x = 1 - 0.05 - 0.03 = 0.92 after 0.92 s, and returns at 0.4 m/s.
         let mut rolling = ball(0.0, 0.0, 1.0, 0.0);
         rolling.rolling = Rolling::ConstantMps2(1e-9);
         let post = BallObstacle::Cylinder { centre: Vec2::new(1.0, 0.0), radius: 0.05 };
@@ -266,13 +266,13 @@ mod tests {
 
     #[test]
     fn a_ball_that_rolls_along_the_side_of_a_turning_robot_rolls_on() {
-        // The left side of the base, 10 cm from the origin, swings after the ball as that rolls back along it.
+        // The left side of the base, 10 cm from the origin, swings after the ball as the ball rolls back along it.
         let turning = base(Pose::default(), Pose::new(-0.0066, 0.0007, -0.0524));
         for speed in [0.3, 0.5, 1.0, 1.5, 3.0] {
             let start = ball(0.02, 0.1302, -speed, 0.0);
             let (end, contacts) = roll(start, &[turning], 1.0 / 30.0);
             let end = end.unwrap_or_else(|| panic!("wedged at {speed} m/s after {} bounces", contacts.len()));
-            // It loses little of its speed, and is pushed aside by about the 1.6 m/s² at which the side swings.
+            // The ball loses little of its speed, and is pushed aside by about the 1.6 m/s² with which the side swings.
             assert!(end.velocity.x < -0.9 * speed, "{speed}: {}", end.velocity);
             assert!(turning.signed_distance(end.position, 1.0).0 > 0.0299, "{speed}");
         }
@@ -291,12 +291,12 @@ mod tests {
     fn a_ball_between_robots_that_close_in_is_wedged() {
         let left = base(Pose::default(), Pose::new(0.03, 0.0, 0.0));
         let right = base(Pose::new(0.29, 0.0, core::f32::consts::PI), Pose::new(0.25, 0.0, core::f32::consts::PI));
-        // Gap of 7 cm for a ball of 6 cm shuts by 7 cm.
+        // The gap of 7 cm around a ball of 6 cm closes by 7 cm.
         let (end, _) = roll(ball(0.145, 0.0, 0.0, 0.0), &[left, right], 0.1);
         assert_eq!(end, None);
     }
 
-    /// A number of a range, as often as not small or at its end.
+    /// A number in a range, often small or at its end.
     fn up_to(most: f32) -> impl Strategy<Value = f32> {
         prop_oneof![Just(most), 0.0..most, (-4.0f32..0.0).prop_map(move |power| most * 10.0_f32.powf(power))]
     }

@@ -27,9 +27,9 @@ pub enum BallObstacle {
     },
     /// The base of a robot that moves from one pose to another during the cycle.
     Base {
-        /// At the start of the cycle.
+        /// The robot's pose at the start of the cycle.
         start: Pose,
-        /// At its end.
+        /// The robot's pose at the end of the cycle.
         end: Pose,
         /// The base's box.
         base: BodyBox,
@@ -83,14 +83,14 @@ impl BallObstacle {
         matches!(self, BallObstacle::Base { start, end, .. } if start != end)
     }
 
-    /// Whether a ball there could touch the obstacle at any time of the cycle.
+    /// Whether a ball at `place` could touch the obstacle at any time of the cycle.
     pub(super) fn is_near(&self, place: Vec2, ball_radius: f32) -> bool {
         let (centre, radius) = self.bounds();
         let reach = radius + ball_radius;
         centre.distance_squared(place) <= reach * reach
     }
 
-    /// A circle that holds the obstacle during the whole cycle.
+    /// A circle that contains the obstacle during the whole cycle.
     pub(super) fn bounds(&self) -> (Vec2, f32) {
         match *self {
             BallObstacle::Cylinder { centre, radius } => (centre, radius),

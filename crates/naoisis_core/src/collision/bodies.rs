@@ -11,11 +11,11 @@ use crate::robot::body::BodyBox;
 pub struct RobotBody {
     /// Its pose at the start of the cycle.
     pub start: Pose,
-    /// Its intended pose at the end of the cycle; after [`resolve_robots`](super::robots::resolve_robots) its actual one.
+    /// Its intended pose at the end of the cycle; after [`resolve_robots`](super::robots::resolve_robots), its actual one.
     pub end: Pose,
     /// Its torso.
     pub torso: BodyBox,
-    /// Greatest displacement by pushing in the cycle, m. Its own step may be longer.
+    /// Greatest displacement by pushing in the cycle, m. The robot's own step may be longer.
     pub most_way: f32,
 }
 

@@ -1,7 +1,7 @@
 //! The flight of the ball in a cycle among robots, posts and goals.
 //!
-//! Obstacles are what those of a rolling ball are, with a height: upright prisms, and the crossbars. The time of a contact is found
-//! as in [`ball`](super::ball), by conservative advancement, in short straight steps.
+//! Obstacles are those of a rolling ball with a height: upright prisms, and the crossbars. The time of a contact is found by conservative
+//! advancement, as in [`ball`](super::ball), in short straight steps.
 
 use bevy::prelude::*;
 
@@ -12,13 +12,13 @@ use crate::geometry::Pose;
 use crate::pitch::{End, Pitch};
 use crate::robot::body::{Body, BodyBox};
 
-/// Most steps of one conservative advancement.
+/// Greatest number of steps of one conservative advancement.
 const MOST_ADVANCES: usize = 128;
-/// Share of the approach speed that a net leaves the ball: it hangs loosely.
+/// Share of the approach speed that remains after contact with a net, which hangs loosely.
 const NET_RESTITUTION: f32 = 0.0;
-/// Speed with which a ball that lies on an obstacle rolls off it, m/s.
+/// Speed at which a ball that lies on an obstacle rolls off it, m/s.
 const ROLL_OFF_MPS: f32 = 0.2;
-/// Height of a foot, m: over it is the leg.
+/// Height of a foot, m; the leg begins above it.
 const FOOT_HEIGHT_M: f32 = 0.06;
 /// Half the width of a head, m.
 const HEAD_HALF_WIDTH_M: f32 = 0.06;
@@ -26,15 +26,15 @@ const HEAD_HALF_WIDTH_M: f32 = 0.06;
 /// An obstacle of a flying ball: an outline on the ground between two heights, with rounded edges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solid {
-    /// The index that contacts are reported with.
+    /// The index with which contacts are reported.
     pub obstacle: usize,
-    /// What it is like from above.
+    /// Outline seen from above.
     pub outline: BallObstacle,
-    /// Its lower and upper edge, m above the ground.
+    /// Lower and upper edge, m above the ground.
     pub z_m: [f32; 2],
-    /// Radius by which it is larger in all directions, m.
+    /// Radius by which the solid is larger in all directions, m.
     pub rounding_m: f32,
-    /// Share of the approach speed that is left after a bounce; none: that of the ball.
+    /// Share of the approach speed that remains after a bounce; `None` for that of the ball.
     pub restitution: Option<f32>,
 }
 
@@ -67,7 +67,7 @@ impl Solid {
         self.signed_distance(start.centre(), 0.0).0.min(start.physics.radius_m)
     }
 
-    /// Whether it comes within `reach` m of `centre`.
+    /// Whether the solid comes within `reach` m of `centre`.
     fn is_near(&self, centre: Vec3, reach: f32) -> bool {
         let reach = reach + self.rounding_m;
         self.outline.is_near(centre.truncate(), reach)
@@ -75,7 +75,7 @@ impl Solid {
             && centre.z + reach >= self.z_m[0]
     }
 
-    /// The time from now on, at most `step` seconds, at which the ball touches it while approaching, and the normal there.
+    /// The time from now on, at most `step` seconds, at which the approaching ball touches the solid, and the normal at the contact.
     fn contact(
         &self,
         start: &FlyingBall,
@@ -112,10 +112,11 @@ impl Solid {
     }
 }
 
-/// Flies the ball for `duration` seconds among the obstacles. Pushes every bounce off them to `contacts`, and every vertex of its path
-/// to `path` and `heights_m`.
+/// Flies the ball for `duration` seconds among the obstacles. Pushes every bounce off them to `contacts`, and every vertex of its path to
+/// `path` and `heights_m`.
 ///
-/// A ball that overlaps an obstacle at the start does not get deeper. One that cannot get out from between obstacles falls straight down.
+/// A ball that overlaps an obstacle at the start does not penetrate deeper. A ball that cannot get out from between obstacles falls
+/// straight down.
 pub(super) fn fly_ball(
     start: FlyingBall,
     solids: &[Solid],
@@ -177,14 +178,14 @@ fn bounce(now: &mut FlyingBall, solid: &Solid, normal: Vec3, share: f32, duratio
     let restitution = solid.restitution.unwrap_or(now.physics.restitution);
     now.velocity += normal * ((1.0 + restitution) * approach_speed);
     if normal.z > 0.9 && now.velocity.z < ROLL_OFF_MPS {
-        // It lies on a shoulder or on a robot that has fallen, and rolls off.
+        // The ball lies on a shoulder or on a fallen robot, and rolls off.
         let (middle, _) = solid.outline.bounds();
         now.velocity += ((place - middle).normalize_or(Vec2::X) * ROLL_OFF_MPS).extend(0.0);
     }
     BallContact { obstacle: solid.obstacle, approach_speed, ball_speed, position: place }
 }
 
-/// The obstacles that a robot is for a flying ball: feet, legs, torso and head of one that stands, else its low body.
+/// The solids of a robot for a flying ball: feet, legs, torso and head of a standing robot, otherwise its low body.
 pub(super) fn solids_of_robot(
     index: usize,
     body: &Body,
@@ -210,7 +211,7 @@ pub(super) fn solids_of_robot(
     parts.into_iter().flatten()
 }
 
-/// The crossbars of the goals, and, where the goals' frames stop the ball, their nets: sides, rear and roof.
+/// The crossbars of the goals, and, if the goals' frames stop the ball, their nets: sides, rear and roof.
 pub(super) fn solids_of_goals(obstacle: usize, pitch: &Pitch) -> Vec<Solid> {
     let goal = &pitch.goal;
     let radius = goal.bar_diameter_m / 2.0;
@@ -278,18 +279,18 @@ mod tests {
 
     #[test]
     fn a_ball_flies_over_the_toes_and_bounces_off_the_body() {
-        // The toes reach to x = 0.89, the legs and the torso's front to 0.95: there the ball turns around.
+        // The toes reach to x = 0.89, the legs and the torso's front to 0.95, where the ball turns around.
         let (end, contacts) = fly(ball([0.0, 0.0, 0.1], [3.0, 0.0, 1.5]), &robot(), 0.5);
         assert_abs_diff_eq!(contacts[0].position.x, 0.95 - 0.03, epsilon = 0.002);
         assert!(end.velocity.x < 0.0);
-        // On the ground it meets the toes.
+        // On the ground the ball meets the toes.
         let (_, contacts) = fly(ball([0.0, 0.0, 0.0], [3.0, 0.0, 0.0]), &robot(), 0.5);
         assert_abs_diff_eq!(contacts[0].position.x, 0.89 - 0.03, epsilon = 0.002);
     }
 
     #[test]
     fn a_ball_that_is_high_enough_flies_over_a_robot() {
-        // Over the robot, 1 m on, it is 3 * 0.333 - 9.81 * 0.111 / 2 + 0.3 = 0.75 m high; the robot is 0.573 m.
+        // Above the robot, 1 m further on, the ball is 3 * 0.333 - 9.81 * 0.111 / 2 + 0.3 = 0.75 m high; the robot is 0.573 m high.
         let (end, contacts) = fly(ball([0.0, 0.0, 0.3], [3.0, 0.0, 3.0]), &robot(), 0.5);
         assert!(contacts.is_empty());
         assert_abs_diff_eq!(end.position.x, 1.5, epsilon = 1e-3);
@@ -299,7 +300,7 @@ mod tests {
     fn the_crossbar_sends_a_ball_that_meets_its_middle_back() {
         let pitch = Pitch::default();
         let height = pitch.goal.height_m - pitch.goal.bar_diameter_m / 2.0 - 0.03;
-        // Launched to be at the top of its way when it meets the bar, 1 m on after 0.2 s.
+        // Launched so that the ball is at its highest point when it meets the bar, 1 m further on after 0.2 s.
         let climb = 0.2 * 9.81;
         let start_height = height - climb * 0.2 / 2.0;
         let start = ball([pitch.goal_post_x() - 1.0, 0.0, start_height], [5.0, 0.0, climb]);
@@ -318,7 +319,7 @@ mod tests {
         assert!(!contacts.is_empty());
         let rear = pitch.goal_post_x() + pitch.goal.depth_m;
         assert!(end.position.x < rear && end.position.x > pitch.goal_post_x(), "{}", end.position);
-        // From above it stays on the net's roof or falls off it, and does not get into the goal.
+        // From above the ball stays on the net's roof or falls off it, but does not get into the goal.
         let (end, _) = fly(ball([3.2, 0.0, 1.5], [0.0; 3]), &solids_of_goals(0, &pitch), 3.0);
         assert!(
             end.position.z > 0.5 || end.position.x > rear || end.position.x < pitch.goal_post_x(),

@@ -31,7 +31,7 @@ impl Footprint {
         ]
     }
 
-    /// Radius of the circle about the centre that holds the rectangle, m.
+    /// Radius of the circle about the centre that contains the rectangle, m.
     pub(crate) fn bounding_radius(&self) -> f32 {
         self.half_extents.length()
     }
@@ -64,8 +64,7 @@ impl Footprint {
         (depth > TOUCH_DEPTH).then_some(Overlap { normal, depth })
     }
 
-    /// The distance of a point from the rectangle's edge, negative inside, and the outward unit normal of the
-    /// nearest place on the edge.
+    /// The distance of a point from the rectangle's edge, negative inside, and the outward unit normal at the nearest point of the edge.
     pub fn signed_distance(&self, point: Vec2) -> (f32, Vec2) {
         let left = self.forward.perp();
         let offset = point - self.centre;

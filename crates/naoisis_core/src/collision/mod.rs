@@ -52,7 +52,7 @@ struct Collision {
     position: Vec2,
 }
 
-/// What [`collide`] works with, kept between cycles so that a steady match allocates nothing.
+/// The buffers of [`collide`], kept between cycles so that a steady match allocates nothing.
 #[derive(Default)]
 struct Scratch {
     ids: Vec<RobotId>,
@@ -183,7 +183,7 @@ impl Scratch {
         }
         self.cylinders.clear();
         self.cylinders.extend(posts.iter().map(|(pose, post)| Cylinder { centre: pose.position, radius: post.radius }));
-        // Posts have no ids; they are ordered by position.
+        // Posts have no ids, so they are ordered by position.
         self.cylinders.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x).then(a.centre.y.total_cmp(&b.centre.y)));
     }
 
@@ -240,7 +240,7 @@ impl Scratch {
             let outline = BallObstacle::Cylinder { centre: pose.position, radius: post.radius };
             Solid::prism(no_robot, outline, [0.0, post.height])
         }));
-        // Posts have no ids; they are ordered by position.
+        // Posts have no ids, so they are ordered by position.
         self.solids[first_post..].sort_by(|a, b| {
             let [(a, _), (b, _)] = [a, b].map(|solid| solid.outline.bounds());
             a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
@@ -248,7 +248,7 @@ impl Scratch {
         self.solids.extend(solids_of_goals(no_robot, pitch));
     }
 
-    /// The index of the body of an obstacle; none for posts and bars.
+    /// The index of the body of an obstacle; `None` for posts and bars.
     fn owner_of(&self, obstacle: usize) -> Option<usize> {
         match obstacle.checked_sub(self.bodies.len()) {
             None => Some(obstacle),
@@ -256,7 +256,7 @@ impl Scratch {
         }
     }
 
-    /// Holds back robots that would walk into a wedged ball, which does not move.
+    /// Holds back robots that would walk into a wedged ball. The ball does not move.
     fn hold_back_from_wedged_ball(&mut self, ball: Vec2, radius: f32) {
         for (held, obstacle) in self.held.iter_mut().zip(&self.obstacles) {
             let (before, after) = (obstacle.signed_distance(ball, 0.0).0, obstacle.signed_distance(ball, 1.0).0);

@@ -1,8 +1,8 @@
 //! Collisions of robots with each other and with posts, resolved for all robots together.
 //!
-//! A robot that collides is pushed back along the normal, and slides along. Two robots that collide are pushed back in proportion
-//! to their advance; a static robot keeps its place, and no robot is pushed faster than it can walk. The result does not depend on
-//! the order of the robots.
+//! A robot that collides is pushed back along the normal, and slides along the obstacle. Two robots that collide are pushed back in
+//! proportion to their advance; a static robot keeps its position, and no robot is pushed faster than it can walk. The result does not
+//! depend on the order of the robots.
 
 use bevy::prelude::*;
 
@@ -14,7 +14,7 @@ use crate::geometry::{Pose, wrap_angle};
 const LONGEST_STEP: f32 = 0.02;
 /// Greatest number of substeps in a cycle.
 const MOST_STEPS: f32 = 256.0;
-/// Rounds of pushing apart, after which overlapping robots are held back.
+/// Number of rounds of pushing apart, after which overlapping robots are held back.
 const PUSH_ROUNDS: usize = 8;
 /// Gap between bodies that were pushed apart, m.
 const GAP: f32 = 1e-5;
@@ -22,7 +22,7 @@ const GAP: f32 = 1e-5;
 /// A contact of a robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RobotContact {
-    /// Index of the robot; of two robots the lower.
+    /// Index of the robot; of two robots, the lower index.
     pub robot: usize,
     /// The other robot or the cylinder.
     pub touched: Touched,
@@ -30,11 +30,11 @@ pub struct RobotContact {
     pub normal: Vec2,
     /// Approximate point of contact, m.
     pub point: Vec2,
-    /// Intended approach of the two during the cycle, along the normal, m.
+    /// Intended approach of the two bodies during the cycle, along the normal, m.
     pub approach: f32,
     /// Whether the robot intended to move.
     pub robot_moved: bool,
-    /// Whether the other intended to move.
+    /// Whether the other body intended to move.
     pub touched_moved: bool,
 }
 
@@ -48,8 +48,8 @@ pub struct SeparationWorkspace {
     held: Vec<bool>,
 }
 
-/// Moves all robots from their start towards their end, and writes back the poses that they reach. Every pair that touched is in
-/// `contacts` once, ordered by the indices.
+/// Moves all robots from their start towards their end, and writes back the poses that they reach. `contacts` gets every pair that touched
+/// once, ordered by the indices.
 ///
 /// Afterwards no two torsos overlap and none overlaps a cylinder, provided that none did at the start.
 pub fn resolve_robots(
@@ -94,7 +94,7 @@ fn longest_way(robot: &RobotBody) -> f32 {
     robot.start.position.distance(robot.end.position) + turn * robot.torso.reach()
 }
 
-/// `current` after `share` of the robot's whole step.
+/// Returns the pose `current` after `share` of the robot's whole step.
 fn advanced(robot: &RobotBody, current: Pose, share: f32) -> Pose {
     if !robot.is_moving() {
         return current;
@@ -114,8 +114,8 @@ fn most_way(robot: &RobotBody, share: f32) -> f32 {
     (robot.most_way.max(robot.start.position.distance(robot.end.position)) + GAP) * share
 }
 
-/// Pushes overlapping torsos apart, all together, in a few rounds. A robot that has reached its greatest displacement is `spent`:
-/// only the other is pushed.
+/// Pushes overlapping torsos apart, all together, in a few rounds. A robot that has reached its greatest displacement is `spent`, so that
+/// only the other robot is pushed.
 fn push_apart(
     robots: &[RobotBody],
     cylinders: &[Cylinder],
@@ -197,7 +197,7 @@ fn shares(first: &RobotBody, second: &RobotBody, normal: Vec2, share: f32) -> (f
     }
 }
 
-/// Returns robots that still overlap to where they were, repeatedly until none overlaps.
+/// Returns robots that still overlap to their poses in `current`, repeatedly until none overlaps.
 fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut SeparationWorkspace) {
     let SeparationWorkspace { current, wanted, held, .. } = workspace;
     held.clear();
@@ -211,7 +211,7 @@ fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut Separ
     }
 }
 
-/// Returns robots that are `held` for another reason to their start, and then those that would overlap them.
+/// Returns robots that are already `held` to their start, and then those that would overlap with them.
 pub(crate) fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder], held: &mut [bool]) {
     loop {
         for (robot, held) in robots.iter_mut().zip(held.iter()) {
@@ -226,7 +226,7 @@ pub(crate) fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder
     }
 }
 
-/// Marks robots that overlap something at `poses` as held. Returns whether any was not held before.
+/// Marks robots that overlap with another body at `poses` as held. Returns whether any of them was not held before.
 fn hold_overlapping(robots: &[RobotBody], cylinders: &[Cylinder], poses: &[Pose], held: &mut [bool]) -> bool {
     let mut anew = false;
     for_each_overlap(robots, cylinders, poses, |robot, touched, _| {
@@ -289,8 +289,8 @@ mod tests {
 
     #[test]
     fn nobody_is_shoved_faster_than_it_walks() {
-        // The first turns in place by 0.2 rad; the tip of its torso, 15 cm to the left, goes 3 cm ahead, towards the
-        // side of the second, who walks 1 mm away from it, and could go 5 mm.
+        // The first robot turns in place by 0.2 rad; the tip of its torso, 15 cm to the left, goes 3 cm ahead, towards the side of the
+        // second, which walks 1 mm away from it, and could go 5 mm.
         let turning = robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.0, 0.0, -0.2));
         let walking = robot(Pose::new(0.11, 0.15, PI), Pose::new(0.11, 0.151, PI));
         for order in [[0, 1], [1, 0]] {
@@ -306,8 +306,8 @@ mod tests {
 
     #[test]
     fn who_can_give_up_no_more_leaves_the_rest_to_the_other() {
-        // Both turn towards each other by 0.1 rad, which brings their fronts together by 1.5 cm at the tips. The first
-        // cannot be shoved at all, the second by 3 cm: it goes back by all of it, and both have turned.
+        // Both turn towards each other by 0.1 rad, which brings their fronts together by 1.5 cm at the tips. The first cannot be pushed at
+        // all, the second by 3 cm: it goes back by the whole overlap, and both have turned.
         let first = robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.0, 0.0, 0.1));
         let second = robot(Pose::new(0.101, 0.0, PI), Pose::new(0.101, 0.0, PI - 0.1));
         let mut robots = [first, RobotBody { most_way: 0.03, ..second }];
