@@ -28,7 +28,7 @@ pub fn in_area(pitch: &Pitch, area: AreaDimensions, end: End, point: Vec2) -> bo
 
 /// Whether any part of a robot's base touches the area in front of the goal at `end`.
 pub fn touches_area(pitch: &Pitch, area: AreaDimensions, end: End, robot: &RobotSnapshot) -> bool {
-    // Most robots are elsewhere, which needs no corners.
+    // Most robots are elsewhere, so that their corners are not needed.
     let beyond = end.sign() * robot.pose.position.x - (pitch.half_length() - area.depth_m - pitch.line_width_m);
     beyond > -robot.bounds.base.reach() && base_corners(robot).iter().any(|corner| in_area(pitch, area, end, *corner))
 }
@@ -59,12 +59,12 @@ pub fn in_goal(pitch: &Pitch, end: End, point: Vec2) -> bool {
         && point.y.abs() < pitch.goal.width_m / 2.0
 }
 
-/// `point` in the frame of the team that defends `own_end`, with its own goal at -x.
+/// `point` in the frame of the team that defends `own_end`, with the team's own goal at -x.
 pub fn in_team_frame(own_end: End, point: Vec2) -> Vec2 {
     point * -own_end.sign()
 }
 
-/// The position of the ball at the start of the cycle, m, pitch frame: at its end it may have been squeezed out.
+/// The position of the ball at the start of the cycle, m, pitch frame. At the end of the cycle the ball may have been squeezed out.
 pub fn place_of_ball(snapshot: &MatchSnapshot) -> Option<Vec2> {
     snapshot.ball.map(|ball| *ball.path.first().unwrap_or(&ball.position))
 }

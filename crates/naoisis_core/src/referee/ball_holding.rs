@@ -1,6 +1,6 @@
-//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.6; 2025 rule book, section 4.8).
-//! It holds the ball if the ball's centre is within the convex hull of its body on the ground, which then covers more than half
-//! of the ball. The ball is put back where it was.
+//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.6; 2025 rule book, section 4.8). A robot
+//! holds the ball if the ball's centre is within the convex hull of its body on the ground, which then covers more than half of the ball.
+//! The ball is put back where it was.
 
 use bevy::prelude::*;
 
@@ -24,7 +24,7 @@ fn holds_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
 
 /// Whether `place`, robot frame, is within the convex hull of the robot's two boxes, seen from above.
 fn is_in_hull(bounds: &Body, place: Vec2) -> bool {
-    // Both boxes are symmetric about the x axis: so is the hull, and its half above the axis decides.
+    // Both boxes are symmetric about the x axis, and so is the hull: its half above the axis decides.
     let corners = |part: &BodyBox| part.x_m.map(|x| Vec2::new(x, part.half_width_m));
     let [a, b] = corners(&bounds.torso);
     let [c, d] = corners(&bounds.base);

@@ -9,11 +9,11 @@ use crate::game::Evidence;
 use crate::pitch::{End, Pitch};
 use crate::team::Team;
 
-/// The throw-in lines run this far inside the side lines, m.
+/// Distance of the throw-in lines inside the side lines, m.
 const THROW_IN_INSET: f32 = 0.4;
-/// The throw-in lines end this far before the goal lines, m: on the pitch of 2010 they are 4 m long.
+/// Distance of the ends of the throw-in lines from the goal lines, m: on the pitch of 2010 the throw-in lines are 4 m long.
 const THROW_IN_END: f32 = 1.0;
-/// How far back a ball is thrown in, m.
+/// Distance by which a ball is thrown in farther back, m.
 const THROW_IN_BACK: f32 = 1.0;
 
 /// A ball out of play.
@@ -25,15 +25,14 @@ pub struct BallOut {
     pub end: End,
     /// Position, m, pitch frame.
     pub position: Vec2,
-    /// The team that touched it last.
+    /// The team that touched the ball last.
     pub last_touch: Option<Team>,
-    /// The team of the restart: the one that did not touch the ball last. Without a touch it is the one that defends the half in
-    /// which the ball went out.
+    /// The team of the restart: the one that did not touch the ball last. Without a touch, the one that defends the half in which the ball
+    /// went out.
     pub restart_team: Team,
 }
 
-/// The ball out of play for a crossing; none if it is a goal or the rules have no outs. If goals do not count, a ball in the goal
-/// is out.
+/// The ball out of play for a crossing; `None` if it is a goal or the rules have no outs. If goals do not count, a ball in the goal is out.
 pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<BallOut> {
     if !snapshot.rules.ball_out {
         return None;
@@ -49,7 +48,7 @@ pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<BallOut> {
     Some(BallOut { line, end, position: crossing.position, last_touch, restart_team })
 }
 
-/// The evidence that the ball is out, and for which team the restart is.
+/// The evidence that the ball is out, with the team of the restart.
 pub fn evidence(snapshot: &MatchSnapshot, out: &BallOut) -> Evidence {
     let edges = snapshot.pitch.outer_half_extents();
     let radius = snapshot.ball.map_or(0.0, |ball| ball.radius);
@@ -75,14 +74,14 @@ pub fn evidence(snapshot: &MatchSnapshot, out: &BallOut) -> Evidence {
     }
 }
 
-/// Where the ball is thrown in: on a line 40 cm inside the side line over which, or nearer to which, it went out,
-/// within 1 m of the goal lines at most. 'Back' is towards the goal of the team that touched the ball last.
+/// The position at which the ball is thrown in: on a line 40 cm inside the side line over which the ball went out, or which is nearer, and
+/// at least 1 m from the goal lines. 'Back' is towards the goal of the team that touched the ball last.
 ///
-/// - Over a side line: 1 m back from where it went out or from the robot that touched it, whichever is farther back.
-/// - Over the goal line of the team that touched it: the near end of the throw-in line.
+/// - Over a side line: 1 m back from the point of leaving or from the robot that touched the ball, whichever is farther back.
+/// - Over the goal line of the team that touched the ball: the near end of the throw-in line.
 /// - Over the other goal line: 1 m back from the robot, or the halfway line, whichever is farther back.
 ///
-/// Where nobody touched it, it comes back where it went out, or at the near end of the line.
+/// If no robot touched the ball, it is thrown in level with the point of leaving, or at the near end of the line.
 pub(crate) fn throw_in_place(snapshot: &MatchSnapshot, out: &BallOut) -> Vec2 {
     let most = throw_in_half_length(snapshot.pitch);
     let y = (snapshot.pitch.half_width() - THROW_IN_INSET).copysign(out.position.y);

@@ -1,5 +1,4 @@
-//! Where the ball leaves the pitch: the whole ball past the outer edge of a line (2010 rule book, sections 3.3 and 3.9; a line is
-//! part of the pitch).
+//! Boundary crossings: the whole ball passes the outer edge of a line (2010 rule book, sections 3.3 and 3.9; a line is part of the pitch).
 //!
 //! The ball's whole path in the cycle is checked: at its end a fast ball may be far beyond the line, or back on the pitch.
 
@@ -42,7 +41,7 @@ pub fn crossing(ball: &BallSnapshot, pitch: &Pitch) -> Option<Crossing> {
     (0..ball.path.len()).find_map(|index| leaving(vertex(index), vertex(index + 1), limit, pitch))
 }
 
-/// Which boundary a place of the ball's centre lies beyond: in the goal, or outside the limits given for it.
+/// The boundary beyond which the position of the ball's centre lies: in the goal, or outside the given limits.
 fn beyond(point: Vec3, limit: Vec2, pitch: &Pitch) -> Option<Boundary> {
     let end = if point.x > 0.0 { End::PositiveX } else { End::NegativeX };
     if point.x.abs() > limit.x {
@@ -52,13 +51,14 @@ fn beyond(point: Vec3, limit: Vec2, pitch: &Pitch) -> Option<Boundary> {
     (point.y.abs() > limit.y).then_some(Boundary::SideLine)
 }
 
-/// The ball's centre cannot come nearer to the line between the posts' centres than their radius, nor can a ball
-/// outside the net, so that line divides what passed between the posts from what passed beside them. The same is true of the crossbar.
+/// Whether a point is between the posts' centres and below the crossbar's. The ball's centre cannot come nearer to the line between the
+/// posts' centres than their radius, nor can a ball outside the net, so that line divides balls that passed between the posts from those
+/// that passed beside them. The same is true of the crossbar.
 fn is_in_goal_mouth(point: Vec3, pitch: &Pitch) -> bool {
     point.y.abs() < pitch.goal.width_m / 2.0 && point.z < pitch.goal.height_m - pitch.goal.bar_diameter_m / 2.0
 }
 
-/// Where a straight way from a place on the pitch first leaves the limits.
+/// The first crossing of the limits on a straight path from a position on the pitch.
 fn leaving(from: Vec3, to: Vec3, limit: Vec2, pitch: &Pitch) -> Option<Crossing> {
     beyond(to, limit, pitch)?;
     let way = to - from;
@@ -84,9 +84,9 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     const RADIUS: f32 = 0.03;
-    /// Outer edge of the goal line and the ball's radius: 3 + 0.025 + 0.03 m.
+    /// Outer edge of the goal line plus the ball's radius: 3 + 0.025 + 0.03 m.
     const GOAL_X: f32 = 3.055;
-    /// The same for the side line: 2 + 0.025 + 0.03 m.
+    /// Outer edge of the side line plus the ball's radius: 2 + 0.025 + 0.03 m.
     const SIDE_Y: f32 = 2.055;
 
     fn crossed(path: &[[f32; 2]]) -> Option<Crossing> {
@@ -123,7 +123,7 @@ mod tests {
         assert_abs_diff_eq!(out.position, Vec2::new(GOAL_X, 0.7775), epsilon = 1e-5);
         // From (2.8, 1.5) it is past the side line before it is past the goal line.
         assert_eq!(boundary(&[[2.8, 1.5], [3.8, 4.5]]), Some(Boundary::SideLine));
-        // It was wholly out, bounced, and is back.
+        // The whole ball was out, bounced, and is back.
         assert_eq!(boundary(&[[0.0, 1.5], [0.5, 2.5], [1.0, 1.5]]), Some(Boundary::SideLine));
     }
 

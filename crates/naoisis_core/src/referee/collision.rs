@@ -1,13 +1,13 @@
-//! Which robot is responsible for a collision.
+//! Responsibility of robots for collisions.
 //!
 //! The paper (section 3.4): "Responsibility is judged based on the relative speeds of the colliding robots, and the
 //! location of the ball." Here:
 //!
 //! - The relevant speed is that of a robot's intended walk towards the other, along the line between them.
-//! - A standing robot is never responsible; of two that walk the faster one is, at equal speeds both are.
-//! - Neither is if the two face each other with the ball between them: they fight for it.
+//! - A standing robot is never responsible; of two walking robots the faster one is, and at equal speeds both are.
+//! - Neither is responsible if the two face each other with the ball between them: they fight for it.
 //! - A robot whose side touches another on its way to the ball is exempt if [`Rules::side_contacts`](crate::game::Rules) says so.
-//! - A contact below a least speed is no offence.
+//! - A contact below a least speed is not an offence.
 
 use bevy::prelude::*;
 
@@ -40,7 +40,7 @@ pub(crate) fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2], contact_cy
     let speeds = [approach_speed(a, b), approach_speed(b, a)];
     let margin = match rules.equal_speeds_penalise_both {
         true => -EQUAL_SPEEDS_MPS,
-        // Front to front one has to be clearly faster.
+        // Front to front, the faster robot must be clearly faster.
         false if face_each_other(a, b) && !is_long => rules.collision_speed_mps,
         false => EQUAL_SPEEDS_MPS,
     };
@@ -87,13 +87,13 @@ fn fight_for_ball(snapshot: &MatchSnapshot, a: &RobotSnapshot, b: &RobotSnapshot
     face_each_other(a, b) && place.distance(start + direction * along) <= half_width + HAND_M
 }
 
-/// Whether each of two robots had the other ahead of itself at the start of the cycle.
+/// Whether each of two robots faced the other at the start of the cycle.
 fn face_each_other(a: &RobotSnapshot, b: &RobotSnapshot) -> bool {
     let direction = (b.previous.position - a.previous.position).normalize_or_zero();
     a.previous.forward().dot(direction) > FACING_COSINE && b.previous.forward().dot(-direction) > FACING_COSINE
 }
 
-/// The evidence against the robot with index `robot` for a collision with that with index `other`.
+/// The evidence against the robot with index `robot` for a collision with the robot with index `other`.
 pub fn evidence(snapshot: &MatchSnapshot, robot: usize, other: usize) -> Evidence {
     let (robot, other) = (&snapshot.robots[robot], &snapshot.robots[other]);
     let (own, others) = (approach_speed(robot, other), approach_speed(other, robot));
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn the_one_that_is_faster_along_the_line_between_them_is_responsible() {
         assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.1, 0.0]).walking(PINK2, [-0.2, 0.0])), [PINK2]);
-        // Pink is faster, but across the line; along it, it walks at 0.06 m/s.
+        // Pink is faster, but across the line; along the line, it walks at 0.06 m/s.
         assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.1, 0.0]).walking(PINK2, [-0.06, 0.2])), [BLUE2]);
         // Pink runs away; blue runs into its back.
         assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.15, 0.0]).walking(PINK2, [0.1, 0.0])), [BLUE2]);
@@ -173,7 +173,7 @@ mod tests {
         // The ball 24 and 26 cm beside the line between the two.
         assert_eq!(penalised(&walking.clone().ball_rolled([1.1, 0.24], [1.1, 0.24])), []);
         assert_eq!(penalised(&walking.clone().ball_rolled([1.1, 0.26], [1.1, 0.26])), [BLUE2]);
-        // Of wider robots, 26 cm are between them, and 31 cm are not.
+        // Between wider robots, a ball at 26 cm counts as between them, at 31 cm it does not.
         let mut wide = walking.clone().ball_rolled([1.1, 0.26], [1.1, 0.26]);
         wide.robot_mut(BLUE2).bounds.torso.half_width_m = 0.2;
         assert_eq!(penalised(&wide), []);

@@ -74,7 +74,7 @@ impl Referee<'_, '_> {
         Some(self.count_goal(goal.team))
     }
 
-    /// Counts a goal of `team`. Returns how play goes on.
+    /// Counts a goal of `team`. Returns how play continues.
     pub(super) fn count_goal(&mut self, team: Team) -> Stoppage {
         let score = &mut self.decisions.game.score;
         score[team] += 1;
@@ -131,12 +131,12 @@ mod tests {
         let decided = MatchFixture::three_a_side().touched_by(BLUE2).ball_rolled([1.0, 1.9], [1.0, 2.1]).decide();
         assert!(matches!(decided.events[0], MatchEvent::BallOut { line: BoundaryLine::Side, .. }));
         assert_eq!(decided.events[1], MatchEvent::KickOff { team: Team::Pink });
-        // Nobody touched it: the team in whose half it went out.
+        // No robot touched the ball: the team in whose half it went out counts.
         let unknown = MatchFixture::three_a_side().ball_rolled([-1.0, 1.9], [-1.0, 2.1]).decide();
         assert_eq!(unknown.events[1], MatchEvent::KickOff { team: Team::Blue });
     }
 
-    /// Where the ball is thrown in when blue's number 2, at x = `robot_x`, touched it last.
+    /// The position of the throw-in if blue's number 2, at x = `robot_x`, touched the ball last.
     fn thrown_in(robot_x: f32, from: [f32; 2], to: [f32; 2]) -> Vec2 {
         let mut situation = MatchFixture::three_a_side().touched_by(BLUE2).ball_rolled(from, to);
         situation.rules.ball_out_restart = BallOutRestart::ThrowIn;

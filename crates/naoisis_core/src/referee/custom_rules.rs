@@ -1,4 +1,4 @@
-//! Custom rules of a program, about single robots. They are judged after the built-in rules.
+//! Custom rules of a program about single robots, which are judged after the built-in rules.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -6,23 +6,23 @@ use core::fmt;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{Evidence, PenaltyReason, RuleName};
 
-/// A custom rule with its settings. A robot that breaks it for some cycles is penalised and removed, as for a built-in rule.
+/// A custom rule with its settings. A robot that breaks the rule for some cycles is penalised and removed, as for a built-in rule.
 pub trait CustomRule: Send + Sync + 'static {
     /// The number of cycles for which the robot has broken the rule, including this one. `cycles` is the number before this cycle;
     /// it is reset to zero when the robot is placed.
     fn advance(&self, cycles: u64, seen: &MatchSnapshot, robot: &RobotSnapshot) -> u64;
 
-    /// The evidence against a robot that has broken the rule for `cycles`; none if that is legal.
+    /// The evidence against a robot that has broken the rule for `cycles`; `None` if that is legal.
     fn judge(&self, cycles: u64, seen: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence>;
 }
 
-/// The most custom rules that a program can have.
+/// The greatest number of custom rules of a program.
 pub const MOST_CUSTOM_RULES: usize = 8;
 
 /// A rule that is in force.
 struct InForce {
     name: RuleName,
-    /// The index of its cycle count in the referee's memory, independent of which other rules are in force.
+    /// The index of its cycle count in the referee's memory, independent of the other rules in force.
     place: usize,
     rule: Box<dyn CustomRule>,
 }

@@ -23,7 +23,7 @@ pub struct Decisions {
     pub game: Game,
     /// The events to announce.
     pub events: Vec<MatchEvent>,
-    /// Position at which the ball is placed, m; none if it is not.
+    /// Position at which the ball is placed, m; `None` if it is not placed.
     pub ball: Option<Vec2>,
     /// Velocity of the ball if it is placed, m/s: zero except for interventions.
     pub ball_velocity: Vec2,
@@ -209,7 +209,7 @@ impl Referee<'_, '_> {
         match game_stuck::judge(&self.memory.stuck, self.seen)? {
             Remedy::Local(index, evidence) => {
                 self.memory.stuck.cycles = 0;
-                // A robot that was just penalised is already removed.
+                // A robot that was just penalised has already been removed.
                 if self.decisions.robots[index].is_present() {
                     self.take_from_ball(index, evidence);
                 }

@@ -13,9 +13,9 @@ use crate::robot::posture::Posture;
 pub struct GetUp {
     /// Whether an attempt is under way.
     is_trying: bool,
-    /// Cycles for which it has lain without an attempt.
+    /// Cycles for which the robot has lain without an attempt.
     cycles_lying: u64,
-    /// Whether another robot has touched it during an attempt.
+    /// Whether another robot has touched the robot during an attempt.
     is_disturbed: bool,
     /// Failed attempts since the fall.
     failed: u32,
@@ -37,7 +37,7 @@ impl GetUp {
         }
     }
 
-    /// The number of attempts that it has: one more than `attempts` if it was touched.
+    /// The number of attempts that the robot has: one more than `attempts` if it was touched.
     fn allowed(&self, attempts: u32) -> u32 {
         attempts + u32::from(self.is_disturbed)
     }
@@ -91,7 +91,7 @@ mod tests {
         situation
     }
 
-    /// It tries to get up, and falls back. Whether it is penalised.
+    /// Lets the robot try to get up, and fall back. Returns whether it is penalised.
     fn tries(situation: &mut MatchFixture) -> bool {
         for posture in [
             Posture::GettingUp { on: LyingOn::Front, cycles: 1000, cycles_left: 1 },
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!([tries(&mut alone), tries(&mut alone)], [false, true]);
         let mut touched = fallen().contact(BLUE2, PINK2);
         touched.pass();
-        // Who only lies is not disturbed.
+        // A robot that only lies is not disturbed.
         assert!(!touched.memory.robots[1].get_up.is_disturbed);
         touched.robot_mut(BLUE2).posture = Posture::GettingUp { on: LyingOn::Front, cycles: 900, cycles_left: 1 };
         touched.pass();

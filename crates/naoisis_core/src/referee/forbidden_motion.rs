@@ -8,12 +8,12 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{BriefStop, Evidence, GameState, PenaltyReason};
 use crate::robot::posture::Posture;
 
-/// A robot that walks after it has stood for this long begins to walk, s.
+/// The time of standing after which a walking robot counts as beginning to walk, s.
 const STOOD_S: f32 = 0.3;
-/// A robot that still walks after this long does not only finish a step, s.
+/// The time after which a robot that still walks is not just finishing a step, s.
 const FINISHED_S: f32 = 2.0;
 
-/// Whether the robot moves as it may not: it walks or turns, or in a brief stop gets up.
+/// Whether the robot moves although it may not: it walks or turns, or gets up in a brief stop.
 fn walks(robot: &RobotSnapshot, in_stop: bool) -> bool {
     let gets_up = in_stop && matches!(robot.posture, Posture::GettingUp { .. });
     gets_up
@@ -26,7 +26,7 @@ pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> 
     if walks(robot, snapshot.game.stop.is_some()) { 0 } else { cycles + 1 }
 }
 
-/// The evidence against a robot that walks, and had `stood` for a number of cycles before.
+/// The evidence against a robot that walks after it has `stood` for a number of cycles.
 pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let stop = snapshot.game.stop;
     let since = stop.map_or(snapshot.game.state_cycles, |stop| stop.cycles);
@@ -51,7 +51,7 @@ pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Opt
 }
 
 impl Referee<'_, '_> {
-    /// Penalises robots that begin to walk, in place; in `standby` with their whole team, until the robots know of `ready`.
+    /// Penalises robots that begin to walk, in place; in `standby` their whole team, until the robots know of `ready`.
     pub(super) fn judge_motion(&mut self) {
         let (rules, in_stop) = (self.seen.rules, self.seen.game.stop.is_some());
         let seconds = if in_stop { rules.motion_in_stop.then_some(rules.penalty_s) } else { rules.motion_in_set_s };
@@ -90,7 +90,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Lets the match go on after a brief stop, with the ball where it was.
+    /// Continues the match after a brief stop, with the ball at its position before the stop.
     pub(super) fn resume(&mut self, stop: BriefStop) {
         if let Some(ball_m) = stop.ball_m {
             let last_touch = self.memory.last_touch;
@@ -118,7 +118,7 @@ mod tests {
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
-    /// A match in which whoever walks in `set` is penalised, in that state.
+    /// A match in `state`, with rules that penalise robots that walk in `set`.
     fn in_state(state: GameState) -> MatchFixture {
         let mut situation = MatchFixture::three_a_side();
         situation.rules.motion_in_set_s = Some(15.0);
@@ -128,7 +128,7 @@ mod tests {
         situation
     }
 
-    /// Who is penalised after the robot has stood for so long and then walks for so long, in cycles.
+    /// The penalised robots after the robot has stood for `stands` cycles and then walked for `walks` cycles.
     fn penalised(situation: &mut MatchFixture, stands: usize, walks: usize) -> Vec<String> {
         for cycle in 0..stands + walks {
             situation.robot_mut(BLUE2).wanted_velocity = Vec2::new(if cycle < stands { 0.0 } else { 0.1 }, 0.0);
@@ -158,7 +158,7 @@ mod tests {
             situation.pass();
         }
         assert_eq!((situation.robots[1].pose, situation.robots[1].penalty.is_active()), (before, false));
-        // It makes later penalties no longer.
+        // The penalty does not make later penalties longer.
         assert_eq!(situation.memory.infractions[Team::Blue], 0);
     }
 

@@ -1,21 +1,21 @@
 //! The formation for a kick-off.
 //!
-//! The positions are legal by the rule books of 2010 (section 3.5: everyone in the own half, field players outside the
-//! own penalty area, the defending ones behind their penalty mark, the keeper in it) and of 2025, on both pitches.
+//! The positions are legal by the rule books of 2010 (section 3.5: all robots in their own half, field players outside their own penalty
+//! area, the defending ones behind their penalty mark, the keeper in its penalty area) and of 2025, on both pitches.
 
 use bevy::prelude::*;
 
 use crate::geometry::{Pose, angle_of};
 use crate::pitch::{End, Pitch};
 
-/// The number of different positions; robots with higher numbers stand at the nearest free places.
+/// The number of different positions; robots with higher numbers stand at the nearest free positions.
 pub const MOST_PLACES: u8 = 11;
 
 /// Distance of the kicking-off striker from the ball, m.
 const STRIKER_DISTANCE: f32 = 0.3;
 /// Distance of the keeper from the middle of the goal line, m.
 const KEEPER_DISTANCE: f32 = 0.2;
-/// Distance of the second row from the centre circle's line when kicking off, m.
+/// Distance of the second row from the centre circle's line at the team's own kick-off, m.
 const CIRCLE_CLEARANCE: f32 = 0.2;
 /// Distance of the defenders' first row behind its penalty mark, m: the base reaches 0.15 m ahead, and robots do not know their
 /// position exactly.
@@ -23,11 +23,11 @@ const MARK_CLEARANCE: f32 = 0.3;
 /// Distance of the last row in front of the penalty area, m.
 const AREA_CLEARANCE: f32 = 0.2;
 
-/// The kick-off pose, in the pitch frame, of the robot with this jersey number (from 1) in a team of `team_size`
-/// that defends `own_end`. It faces the ball.
+/// The kick-off pose, in the pitch frame, of the robot with this jersey number (from 1) in a team of `team_size` that defends `own_end`.
+/// The robot faces the ball.
 ///
-/// Number 1 is the keeper, unless it is alone. Number 2 (or a lone robot) is the striker: `kicking_off`, it stands
-/// behind the ball inside the centre circle; otherwise well outside the circle. The others fill rows behind it.
+/// Number 1 is the keeper, unless it is alone. Number 2 (or a lone robot) is the striker: if `kicking_off`, it stands behind the ball
+/// inside the centre circle; otherwise well outside the circle. The others fill rows behind it.
 pub fn formation(pitch: &Pitch, team_size: u8, number: u8, own_end: End, kicking_off: bool) -> Pose {
     let position = match number {
         1 if team_size > 1 => Vec2::new(-pitch.half_length() + KEEPER_DISTANCE, 0.0),
@@ -46,7 +46,7 @@ fn field_place(pitch: &Pitch, index: usize, kicking_off: bool) -> Vec2 {
     let (length, width) = (pitch.half_length(), pitch.half_width());
     let rear = -(length - pitch.penalty_area.depth_m - AREA_CLEARANCE);
     if kicking_off {
-        // Behind the striker: two at the circle, then rows in front of the penalty area.
+        // Behind the striker there are two robots at the circle, then rows in front of the penalty area.
         let wings = -(pitch.centre_circle_diameter_m / 2.0 + CIRCLE_CLEARANCE);
         let middle = -length * 0.5;
         [
@@ -62,8 +62,8 @@ fn field_place(pitch: &Pitch, index: usize, kicking_off: bool) -> Vec2 {
             Vec2::new(rear, -width * 0.18),
         ][index]
     } else {
-        // 46 % of a half's length is well outside the circle. Where the penalty mark is in front of its area, as in
-        // 2010, defenders stand behind it.
+        // 46 % of a half's length is well outside the circle. If the penalty mark is in front of its area, as in 2010, defenders stand
+        // behind it.
         let mark = length - pitch.penalty_mark_distance_m;
         let mark_counts = pitch.penalty_mark_distance_m > pitch.penalty_area.depth_m;
         let front = -(length * 0.46).max(if mark_counts { mark + MARK_CLEARANCE } else { 0.0 });
@@ -90,7 +90,7 @@ pub(in crate::referee) mod tests {
     use approx::assert_abs_diff_eq;
     use core::f32::consts::PI;
 
-    /// As scenario files are read.
+    /// The options with which scenario files are read.
     pub(in crate::referee) fn ron_options() -> ron::Options {
         ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
     }
@@ -119,7 +119,7 @@ pub(in crate::referee) mod tests {
                         assert!(corner.x.abs() < pitch.half_length() && corner.y.abs() < pitch.half_width());
                     }
                     for (_, other) in &poses[index + 1..] {
-                        // Circles about the origins that hold the torsos do not meet.
+                        // Circles about the origins that contain the torsos do not overlap.
                         assert!(pose.position.distance(other.position) > 2.0 * bounds.torso.reach());
                     }
                 }

@@ -1,7 +1,7 @@
 //! Game stuck: no substantial change for a time (2010 rule book, section 3.10; 2025 rule book, section 3.11).
 //!
-//! A substantial change is a motion of the ball, and by the rules of 2025 a robot that approaches it or explores the pitch, but
-//! not one that walks around it. If a robot is at the ball, the nearest one is removed; otherwise play is stopped, provided that
+//! A substantial change is a motion of the ball. By the rules of 2025 it is also a robot that approaches the ball or explores the pitch,
+//! but not one that walks around the ball. If a robot is at the ball, the nearest one is removed; otherwise play is stopped, provided that
 //! the ball was touched since the last kick-off.
 
 use bevy::prelude::*;
@@ -10,12 +10,12 @@ use serde::{Deserialize, Serialize};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 
-/// Distance by which the ball has moved, m.
+/// Distance from which the ball counts as moved, m.
 const MOVED_M: f32 = 0.1;
 /// Distance within which a robot is at the ball, m.
 const AT_BALL_M: f32 = 0.5;
 
-/// Distance by which a robot that is not at the ball explores the pitch, m.
+/// Distance from which a robot that is not at the ball counts as exploring the pitch, m.
 const EXPLORED_M: f32 = 0.5;
 
 /// A ball that does not move.
@@ -34,7 +34,7 @@ pub struct Stuck {
 /// The remedy for a stuck game.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Remedy {
-    /// Remove the robot with this index, the nearest to the ball.
+    /// Remove the robot with this index, which is the nearest to the ball.
     Local(usize, Evidence),
     /// Stop play for a kick-off.
     Global(Evidence),
@@ -78,7 +78,7 @@ impl Progress {
     }
 }
 
-/// The remedy if the ball has not moved, or has been alone, for too long.
+/// The remedy if for too long the ball has not moved, or no robot has been near it.
 pub fn judge(stuck: &Stuck, snapshot: &MatchSnapshot) -> Option<Remedy> {
     let rules = snapshot.rules;
     let is_over = |cycles: u64, seconds: f32| cycles >= snapshot.cycles(seconds);

@@ -21,7 +21,7 @@ impl ScoredGoal {
     }
 }
 
-/// The goal for a crossing, if the rules count goals. It counts for the team that attacks that end.
+/// The goal for a crossing, if the rules count goals. It counts for the team that attacks the end of the crossing.
 pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<ScoredGoal> {
     let Boundary::Goal(end) = crossing.boundary else { return None };
     snapshot.rules.goals.then(|| ScoredGoal {

@@ -1,5 +1,4 @@
-//! Illegal defenders: which robots may be in front of their own goal (2010 rule book, section 4.13; 2025 rule book, section
-//! 4.4.2).
+//! Illegal defenders: limits of the robots in front of their own goal (2010 rule book, section 4.13; 2025 rule book, section 4.4.2).
 
 use super::areas::{feet, in_area, touches_area};
 use super::memory::RobotMemory;
@@ -12,7 +11,7 @@ pub(crate) fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> boo
         DefenderLimit::KeeperOnly => {
             let (pitch, area) = (snapshot.pitch, snapshot.pitch.penalty_area);
             let own_end = snapshot.game.own_end(robot.id.team);
-            // Most robots are far from it, which needs no feet.
+            // Most robots are far from the area, so that their feet are not needed.
             let depth = pitch.half_length() - own_end.sign() * robot.pose.position.x;
             let is_near = depth < area.depth_m + pitch.line_width_m + robot.bounds.foot_y_m;
             is_near && feet(robot).iter().all(|foot| in_area(pitch, area, own_end, *foot))
@@ -33,11 +32,11 @@ pub fn advance(cycles_in_area: u64, snapshot: &MatchSnapshot, robot: &RobotSnaps
     if is_in_area(snapshot, robot) { cycles_in_area + 1 } else { 0 }
 }
 
-/// The evidence against the robot with `index`, if it is an illegal defender. If a number of robots is allowed, the last ones to
-/// enter are illegal. `records` are up to date for all robots.
+/// The evidence against the robot with `index`, if it is an illegal defender. If the rules allow a number of robots, the last ones to enter
+/// are illegal. `records` must be up to date for all robots.
 pub fn judge(records: &[RobotMemory], snapshot: &MatchSnapshot, index: usize) -> Option<Evidence> {
     let (robot, own) = (&snapshot.robots[index], &records[index]);
-    // A referee's reaction: too many for that long.
+    // The reaction time of the referee must have passed with too many robots in the area.
     if own.cycles_in_area <= snapshot.cycles(snapshot.rules.illegal_defender_s) {
         return None;
     }

@@ -1,6 +1,6 @@
-//! Indirect goals: a goal counts only if two robots of the team have played the ball since the last restart (2025
-//! rule book, section 3.4). Own goals always count, and so does a first shot of the team that had to keep away
-//! from a free kick which was not taken in time.
+//! Indirect goals: a goal counts only if two robots of the team have played the ball since the last restart (2025 rule book, section 3.4).
+//! Own goals always count. So does the first shot of the team that had to keep away from a free kick, if the free kick was not taken in
+//! time.
 //!
 //! With [direct free kicks](crate::game::Rules::direct_free_kicks) this applies only to the team that restarted play with an
 //! indirect one, until an opponent plays the ball (HSL 2026, laws 8 and 13).
@@ -26,19 +26,19 @@ const DRIBBLE_MPS: f32 = 0.03;
 pub struct Plays {
     /// The first robot of each team, blue first.
     pub first: [Option<RobotId>; 2],
-    /// Whether another robot of that team has played it, too.
+    /// Whether another robot of the same team has played the ball, too.
     pub second: [bool; 2],
-    /// The robot from whose kick the ball still rolls.
+    /// The robot whose kick the ball still rolls from.
     pub shot: Option<RobotId>,
     /// The permission for a direct goal, if any.
     pub direct: Option<Direct>,
     /// The robot that touched the ball first since the restart: in a set play, its taker.
     pub taker: Option<RobotId>,
-    /// Whether another robot has touched the ball since.
+    /// Whether another robot has touched the ball since the restart.
     pub others: bool,
-    /// The cycle in which the taker touched it last, while it was alone at it.
+    /// The cycle in which the taker last touched the ball, while no other robot had touched it.
     pub taker_cycle: u64,
-    /// The kind of the restart, and its team; none in a shoot-out, and if both teams may score.
+    /// The kind of the restart, and its team; `None` in a shoot-out, and if both teams may score.
     pub restart: Option<(SetPlayKind, Team)>,
 }
 
@@ -47,7 +47,7 @@ pub struct Plays {
 pub struct Direct {
     /// The team.
     pub team: Team,
-    /// The robot that has played the ball, if one has.
+    /// The robot that has played the ball, if any.
     pub robot: Option<RobotId>,
 }
 
@@ -57,7 +57,7 @@ impl Plays {
         Self { restart: Some((kind, team)), ..Self::default() }
     }
 
-    /// The state after a free kick that was not taken in time: `team`, the other one, may score directly.
+    /// The state after a free kick that was not taken in time: `team`, which did not have the free kick, may score directly.
     pub(crate) fn direct_for(team: Team) -> Self {
         Self { direct: Some(Direct { team, robot: None }), ..Self::default() }
     }
@@ -86,8 +86,8 @@ impl Plays {
     }
 }
 
-/// Whether a robot that touched the ball played it: it kicked it, walked into it rather than the ball into it, or is a keeper
-/// that dives for it in its own penalty area.
+/// Whether a robot that touched the ball played it: it kicked the ball, walked into it (rather than the ball rolling into the robot), or is
+/// a keeper that dives for it in its own penalty area.
 fn is_deliberate(snapshot: &MatchSnapshot, robot: RobotId, kick: bool) -> bool {
     let (Some(ball), Some(index)) = (&snapshot.ball, snapshot.robot_index(robot)) else { return kick };
     let robot = &snapshot.robots[index];
@@ -100,8 +100,8 @@ fn is_deliberate(snapshot: &MatchSnapshot, robot: RobotId, kick: bool) -> bool {
     kick || dribbles || (!robot.posture.is_upright() && is_keeper_at_home(snapshot, robot))
 }
 
-/// The robot that took a kick-in, goal kick or corner kick and touches the ball again before another robot has, with the evidence.
-/// `plays` are those before this cycle. Touches of less than a fifth of a second between them are one.
+/// The robot that took a kick-in, goal kick or corner kick and touches the ball again before another robot has, with the evidence. `plays`
+/// is the state before this cycle. Touches less than a fifth of a second apart count as one.
 pub fn judge_double_touch(snapshot: &MatchSnapshot, plays: &Plays) -> Option<(RobotId, Evidence)> {
     const APART_S: f32 = 0.2;
     let (kind, team) = plays.restart.filter(|_| snapshot.rules.double_touch && snapshot.game.set_play.is_none())?;
@@ -122,14 +122,14 @@ impl Direct {
     fn after_touch(self, robot: RobotId, kick: bool) -> Option<Direct> {
         match self.robot {
             None => (robot.team == self.team).then_some(Direct { robot: Some(robot), ..self }),
-            // A deflection leaves the shot what it is; to play the ball again does not.
+            // After a deflection the shot is still the same; after the ball is played again it is not.
             Some(shooter) => (shooter != robot && !kick).then_some(self),
         }
     }
 }
 
-/// Whether a goal of `team` came straight from an indirect restart of its own: no opponent has played the ball since. From a kick-off
-/// of a team with fewer than three robots, it does not if the taker has played the ball again outside the circle (HSL 2026, law 8).
+/// Whether a goal of `team` came straight from an indirect restart of its own: no opponent has played the ball since. After a kick-off of a
+/// team with fewer than three robots, it did not if the taker has played the ball again outside the circle (HSL 2026, law 8).
 fn is_straight(snapshot: &MatchSnapshot, plays: &Plays, kick_off: Option<&KickOffPlay>, team: Team) -> bool {
     let Some((kind, _)) = plays.restart.filter(|(kind, by)| *by == team && !kind.is_direct()) else { return false };
     let robots = snapshot.robots.iter().filter(|robot| robot.id.team == team && robot.is_present()).count();
@@ -137,8 +137,8 @@ fn is_straight(snapshot: &MatchSnapshot, plays: &Plays, kick_off: Option<&KickOf
     plays.first[team.opponent() as usize].is_none() && !(alone && kick_off.is_some_and(|play| play.over))
 }
 
-/// The evidence against a goal of `team` that went straight from a set play of the other team into its own goal, if
-/// [that does not count](crate::game::Rules::own_set_play_goals).
+/// The evidence against a goal of `team` that went straight from a set play of the other team into that team's own goal, if such a goal
+/// [does not count](crate::game::Rules::own_set_play_goals).
 pub fn judge_own(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Crossing) -> Option<Evidence> {
     let straight = plays.restart.is_some_and(|(_, by)| by != team) && plays.taker.is_some() && !plays.others;
     (straight && !snapshot.rules.own_set_play_goals).then(|| {
@@ -147,7 +147,7 @@ pub fn judge_own(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: 
     })
 }
 
-/// The evidence against a goal of `team` that had to be indirect and was not. `kick_off` is the kick-off whose shot goes on.
+/// The evidence against a goal of `team` that had to be indirect and was not. `kick_off` is the kick-off whose shot is still under way.
 pub fn judge(
     snapshot: &MatchSnapshot,
     plays: &Plays,

@@ -30,7 +30,7 @@ impl Referee<'_, '_> {
             Intervention::PlaceBall { position_m, velocity_mps } => {
                 self.require_ball()?;
                 self.require_on_carpet(position_m)?;
-                // A speed that is no number is none that a ball can have.
+                // NaN is not a possible speed of a ball either.
                 if !(0.0..=FASTEST_MPS).contains(&velocity_mps.length()) {
                     return Err(format!("a ball rolls at {FASTEST_MPS} m/s at most"));
                 }
@@ -145,7 +145,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Checks that there is no shoot-out, in which all but the shooter and the goalkeeper wait beside the pitch without a penalty.
+    /// Checks that there is no shoot-out, in which all robots but the shooter and the goalkeeper wait beside the pitch without a penalty.
     pub(super) fn require_no_shoot_out(&self) -> Result<(), String> {
         match self.decisions.game.shoot_out {
             Some(_) => Err("there is a shoot-out".to_owned()),
@@ -155,7 +155,7 @@ impl Referee<'_, '_> {
 
     fn require_on_carpet(&self, place: Vec2) -> Result<(), String> {
         let carpet = self.seen.pitch.carpet_half_extents();
-        // A place that is no number is on no carpet.
+        // A position with NaN is not on the carpet either.
         if place.abs().cmple(carpet).all() {
             return Ok(());
         }
@@ -191,7 +191,7 @@ mod tests {
         let pose = Pose::new(1.0, 1.0, 0.5);
         let decided_there = decided(Intervention::PlaceRobot { robot: BLUE2, pose });
         assert_eq!(decided_there.robots[1].pose, pose);
-        // Pink's keeper stands there.
+        // Pink's keeper stands at that position.
         let taken = Pose { heading: 0.0, ..MatchFixture::three_a_side().robots[3].pose };
         let beside = decided(Intervention::PlaceRobot { robot: BLUE2, pose: taken }).robots[1].pose;
         assert!((0.05..0.5).contains(&beside.position.distance(taken.position)));

@@ -1,6 +1,6 @@
-//! A shot straight from the kick-off cannot score (2010 rule book, section 4.5): no goal of the team that kicked off
-//! counts before one of its robots has played the ball when it had wholly left the centre circle. A ball that
-//! opponents only deflected is still that shot; one that they kicked is not.
+//! A shot straight from the kick-off cannot score (2010 rule book, section 4.5): a goal of the team that kicked off counts only if one of
+//! its robots has played the ball after the whole ball had left the centre circle. A ball that opponents only deflected is still that shot;
+//! a ball that they kicked is not.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,9 +15,9 @@ use crate::team::Team;
 pub struct KickOffPlay {
     /// The team that kicked off.
     pub team: Team,
-    /// Whether the ball has wholly left the centre circle.
+    /// Whether the whole ball has left the centre circle.
     pub left_circle: bool,
-    /// Whether the next shot is no longer one from the kick-off.
+    /// Whether the next shot is no longer a shot from the kick-off.
     pub over: bool,
 }
 

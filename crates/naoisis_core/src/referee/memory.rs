@@ -1,4 +1,4 @@
-//! The memory of the referee from one cycle to the next, beside the state of the match.
+//! The memory of the referee from one cycle to the next, besides the state of the match.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -23,15 +23,15 @@ use crate::team::{PerTeam, RobotId};
 pub struct RefereeMemory {
     /// The last touch of the ball since it was last placed, if any.
     pub last_touch: Option<Touch>,
-    /// The kick-off, as long as its shot goes on.
+    /// The kick-off, while its shot is under way.
     pub kick_off: Option<KickOffPlay>,
-    /// The robot that must take the kick-off: it began it outside its own half.
+    /// The robot that must take the kick-off, because it stood outside its own half.
     pub kick_off_player: Option<RobotId>,
     /// Messages of each team in the match, up to the last cycle.
     pub messages_sent: PerTeam<u32>,
     /// The robots that have played the ball since the last restart.
     pub plays: Plays,
-    /// For how long the ball has not moved.
+    /// The state of a ball that does not move.
     pub stuck: Stuck,
     /// Duration of the current or last `standby`, cycles.
     pub standby_cycles: u64,
@@ -41,15 +41,15 @@ pub struct RefereeMemory {
     pub pushes: PerTeam<u32>,
     /// Infractions of each team, which make later penalties longer.
     pub infractions: PerTeam<u32>,
-    /// The coin for undecided shoot-outs and the duration of `standby`.
+    /// The random numbers for undecided shoot-outs and for the duration of `standby`.
     pub coin: Option<RandomStream>,
     /// The delayed information of the robots.
     pub announcement: Announcement,
     /// The time left in the half when the current stoppage of play began, cycles: a time-out sets the clock back to it.
     pub clock_at_stoppage: Option<u64>,
-    /// The duration of the time-out that each team has asked for, cycles.
+    /// The duration of the time-out that each team has requested, cycles.
     pub timeout_requests: PerTeam<Option<u64>>,
-    /// The substitutions that were asked for: each a player and its substitute.
+    /// The requested substitutions: a player and its substitute each.
     pub substitution_requests: Vec<[RobotId; 2]>,
     /// The memory of each robot, ordered by id.
     pub robots: Vec<RobotMemory>,
@@ -60,11 +60,11 @@ pub struct RefereeMemory {
 pub struct RobotMemory {
     /// Team and number.
     pub id: RobotId,
-    /// How often it was placed for a kick-off, in its team's formation.
+    /// Number of times that it was placed for a kick-off, in its team's formation.
     pub restarts: u32,
-    /// How often it was placed by hand, because it was at an illegal place or for a shot of a shoot-out.
+    /// Number of times that it was placed by hand, because it was at an illegal position or for a shot of a shoot-out.
     pub hand_placements: u32,
-    /// How often it was cautioned in this match.
+    /// Number of its cautions in this match.
     pub cautions: u32,
     /// Its stay near the ball, if it stands there.
     pub stall: Option<Stall>,
@@ -86,7 +86,7 @@ pub struct RobotMemory {
     pub cycles_standing: u64,
     /// Cycles for which it has done nothing.
     pub cycles_inactive: u64,
-    /// The opponent that it touches, and for how many cycles.
+    /// The opponent that it touches, and the number of cycles of contact.
     pub contact: Option<(RobotId, u64)>,
     /// Its attempts to get up.
     pub get_up: GetUp,
@@ -121,7 +121,7 @@ impl RobotMemory {
         }
     }
 
-    /// Updates its contact with an opponent: with the same one as long as that lasts. `index` is its index in the snapshot.
+    /// Updates the contact with an opponent: the same opponent as long as that contact lasts. `index` is the robot's index in the snapshot.
     pub(super) fn note_contact(&mut self, snapshot: &MatchSnapshot, index: usize) {
         let partner = |pair: &[usize; 2]| pair.iter().position(|one| *one == index).map(|side| pair[1 - side]);
         let touched = snapshot.contacts.iter().filter_map(partner).map(|other| snapshot.robots[other].id);
@@ -132,7 +132,7 @@ impl RobotMemory {
         };
     }
 
-    /// Clears everything that could be held against it: it was placed, or play was stopped.
+    /// Clears everything that could count against the robot: it was placed, or play was stopped.
     pub(super) fn forgive(&mut self) {
         let RobotMemory { id, restarts, hand_placements, cautions, head, returns, .. } = *self;
         *self = RobotMemory { restarts, hand_placements, cautions, head, returns, ..RobotMemory::clean(id) };
@@ -145,7 +145,7 @@ impl RefereeMemory {
         self.robots.binary_search_by_key(&id, |record| record.id).ok().map(|index| &self.robots[index])
     }
 
-    /// Updates the records to the list of robots.
+    /// Adapts the records to the list of robots.
     pub(super) fn match_robots(&mut self, robots: &[RobotSnapshot]) {
         let same = self.robots.len() == robots.len()
             && self.robots.iter().zip(robots).all(|(record, robot)| record.id == robot.id);

@@ -13,7 +13,7 @@ fn counts(snapshot: &MatchSnapshot) -> bool {
         && snapshot.game.shoot_out.is_none()
 }
 
-/// The evidence against a team that has sent `too_many` messages more than its `budget`.
+/// The evidence against a team that has exceeded its `budget` by `too_many` messages.
 fn evidence(snapshot: &MatchSnapshot, budget: u32, too_many: u32) -> Evidence {
     snapshot
         .evidence("The goals of a team that sends more messages than it may do not count.", bevy::math::Vec2::ZERO)

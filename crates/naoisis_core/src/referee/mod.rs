@@ -1,10 +1,9 @@
-//! The referee: game states, score, halves, goals and outs, restarts, penalties, and why.
+//! The referee: game states, score, halves, goals and outs, restarts, penalties, and the reasons of decisions.
 //!
-//! At the end of every cycle the referee judges a [`snapshot`] of the match. The rules, one file each, are plain functions of it;
+//! At the end of every cycle the referee judges a [`snapshot`] of the match. The rules, one file each, are plain functions of the snapshot;
 //! their results are collected in [`decide::Decisions`], which one system applies. Every decision is a
-//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`](crate::game::Evidence): robots, position, measured quantity, the
-//! rule in one sentence, and what would have changed the decision. `naoisis run --explain` prints them as a
-//! [match report](report).
+//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`](crate::game::Evidence): robots, position, measured quantity, the rule in
+//! one sentence, and what would have changed the decision. `naoisis run --explain` prints the decisions as a [match report](report).
 //!
 //! # Rules as data
 //!
@@ -29,7 +28,7 @@
 //! | [motion in `standby`](forbidden_motion) | 2025: 4.5.1 | | | the team, up to 45 s | | | |
 //! | [fouls in `ready`](crate::game::Rules::fouls_in_ready) | 2025: 4; `GameController`s | | | yes | yes | | |
 //! | a robot that begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
-//! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 45 s + 10 s if it destabilises or lasts 5 s, caution, free kick | 30 s | |
+//! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 45 s + 10 s ¹ | 30 s | |
 //! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | yes | | |
 //! | a half goes on for a penalty kick; a keeper off its line gives a goal | HSL: 7.4, penalty kick | | | | yes | | |
 //! | an indirect free kick in the offenders' area is taken from its line | HSL: 13.3.1 | | | | yes | | |
@@ -46,9 +45,9 @@
 //! | [penalty shoot-out](shoot_out) | 2010: 3.8; 2025: 3.19; paper: 4 | | 5 x 60 s | 3 x 30 s | 3 x 60 s | 5 x 60 s | |
 //! | halves, change of sides, clock | 2010: 3.1; 2025: 3.1 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s, runs on | 2 x 600 s | |
 //! | [a half ends when a shot has come to rest](ball_stop) | 2025: 3.18 | | | yes | yes | | |
-//! | [information about the start of play](GameStatus) | 2025: 3.2; HSL GameController | at once | at once | 15 s late | 10 s late | at once | at once |
-//! | [information about goals](GameStatus) | 2025: 3.3; HSL GameController | at once | at once | 15 s late | at once | at once | at once |
-//! | [information about a half's first `ready`](GameStatus) | 2025: 3.2 | at once | at once | 45 s late | at once | at once | at once |
+//! | [notice of the start of play](GameStatus) | 2025: 3.2; HSL GameController | at once | at once | 15 s late | 10 s late | at once | at once |
+//! | [notice of goals](GameStatus) | 2025: 3.3; HSL GameController | at once | at once | 15 s late | at once | at once | at once |
+//! | [notice of a half's first `ready`](GameStatus) | 2025: 3.2 | at once | at once | 45 s late | at once | at once | at once |
 //! | [an offence near the ball](crate::game::Rules::offence_free_kick_m) stops play | HSL: law 12 | | | | free kick | | |
 //! | [cautions](crate::game::Rules::cautions_to_send_off) | HSL: law 12 | | | | the 2nd is a red card | | |
 //! | [who may be where before a kick-off is taken](set_play) | 2025: 3.7, 4.4.1; HSL: law 8 | | | both teams | both teams | | |
@@ -57,16 +56,20 @@
 //! | [motion in a brief stop](forbidden_motion) | HSL: emergency stop | | | | 45 s + 10 s | | |
 //! | [extra time](crate::game::Rules::extra_time_halves) | HSL: law 10 | if set | if set | if set | if set | if set | |
 //! | [time-outs](crate::game::Rules::timeouts) of a team | 2010: 3.12; 2025: 3.13; HSL: time-out | | 1 x 300 s | 1 x 300 s | 1 x 300 s | | |
-//! | [substitutes](crate::game::Rules::substitution) enter in time-outs, at half time, and | 2025: 3.12; HSL: 3.4 | if set | | as picked up | in stoppages | if set | |
+//! | [substitutes] enter in time-outs, at half time, and | 2025: 3.12; HSL: 3.4 | if set | | as picked up | in stoppages | if set | |
 //!
-//! Not modelled are hands and arms (no robot moves them), wide stances (2010: 4.8; 2025: 4.9; a dive is the only one, and ends by
-//! itself), and the break at half time. Brief stops and what a team may ask for - pick-ups, time-outs, substitutes - are
-//! [interventions](crate::game::Intervention); behaviours and programs ask by a [request](crate::robot::request). The referee makes no mistakes, and decides at once. At a restart the ball is put exactly where the book says: a robot that stands there is moved
-//! aside.
+//! ¹ If the push destabilises the other robot or lasts 5 s; with a caution and a free kick.
 //!
-//! A robot that is penalised for motion stays where it is, as an obstacle. One that is [removed](removal) waits beside the pitch,
-//! cannot act, is no obstacle, and is informed by its [`GameStatus`]. It returns on the halfway line at the side away from the
-//! ball (2010), or from where it waited (2025).
+//! The following are not modelled: hands and arms (no robot moves them), wide stances (2010: 4.8; 2025: 4.9; a dive is the only one, and
+//! ends by itself), and the break at half time. Brief stops and the requests of teams - pick-ups, time-outs, substitutes - are
+//! [interventions](crate::game::Intervention); behaviours and programs make them by a [request](crate::robot::request). The referee makes
+//! no mistakes, and decides at once. At a restart the ball is put exactly where the book says: a robot that stands there is moved aside.
+//!
+//! A robot that is penalised for motion stays where it is, as an obstacle. A robot that is [removed](removal) waits beside the pitch,
+//! cannot act, is not an obstacle, and is informed by its [`GameStatus`]. It returns on the halfway line at the side away from the ball
+//! (2010), or from its waiting position (2025).
+//!
+//! [substitutes]: crate::game::Rules::substitution
 //!
 //! People and programs change the match by [interventions](crate::game::Intervention), as commands or at a given time of a
 //! scenario.

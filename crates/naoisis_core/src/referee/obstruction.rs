@@ -1,6 +1,5 @@
-//! Obstruction: a robot that does not go to the ball moves into the way of an opponent that does (2010 rule book, section 4.14).
-//! Standing in the way is no obstruction; stepping aside with an opponent that walks around it is. Instead of its intention the
-//! duration counts.
+//! Obstruction: a robot that does not go to the ball moves into the way of an opponent that does (2010 rule book, section 4.14). Standing
+//! in the way is not obstruction; stepping aside with an opponent that walks around the robot is. The duration stands for the intention.
 
 use super::areas::{goes_to_ball, is_keeper_at_home};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
@@ -34,7 +33,8 @@ pub(crate) fn steps_into_way(snapshot: &MatchSnapshot, robot: &RobotSnapshot, ot
         && aside(robot) * aside(other).signum() > ASIDE_MPS.max(ACROSS_COSINE * robot.wanted_velocity.length())
 }
 
-/// The number of cycles for which the robot has stepped into an opponent's way, including this one. Other cycles are subtracted.
+/// The number of cycles for which the robot has stepped into an opponent's way, including this one. Cycles without obstruction are
+/// subtracted.
 pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     let obstructs = snapshot.rules.obstruction
         && robot.posture.is_upright()

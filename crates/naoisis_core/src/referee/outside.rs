@@ -1,5 +1,5 @@
-//! Applies the decisions of a [referee outside the match](OutsideReferee): goals, outs, fouls and restarts. The ball is placed
-//! where a free kick of that kind is taken.
+//! Applies the decisions of a [referee outside the match](OutsideReferee): goals, outs, fouls and restarts. The ball is placed at the
+//! position from which a free kick of that kind is taken.
 
 use bevy::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::events::MatchEvent;
 use crate::game::{GameState, OutsideReferee, SetPlay, SetPlayKind, Timeout};
 use crate::team::Team;
 
-/// The rule in the evidence of these decisions.
+/// The rule in the evidence of decisions from outside.
 const RULE: &str = "A referee outside the match decides.";
 
 impl Referee<'_, '_> {
@@ -77,7 +77,7 @@ impl Referee<'_, '_> {
                 }
                 Some((_, _, seconds)) => {
                     if let Some(penalty) = &mut self.decisions.robots[index].penalty.0 {
-                        // It ends by decision, not by time.
+                        // The penalty ends by decision, not by time.
                         penalty.cycles_left = self.seen.cycles(seconds.max(0.0)).max(1);
                     }
                 }
@@ -133,7 +133,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Where a free kick of `team` is taken, given the position of the ball.
+    /// The position of a free kick of `team`, given the position of the ball.
     fn place_of(&self, kind: SetPlayKind, team: Team) -> Vec2 {
         let pitch = self.seen.pitch;
         let corner = Vec2::new(pitch.half_length(), pitch.half_width());
@@ -162,7 +162,7 @@ mod tests {
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
-    /// A match in play under a referee outside it, who says what it is already.
+    /// A match in play, with a referee outside the match whose decisions agree with its state.
     fn with_outside_referee() -> (MatchFixture, OutsideReferee) {
         let outside = OutsideReferee { state: GameState::Playing, half: 1, time_left_s: 300.0, ..default() };
         let fixture = MatchFixture { outside: Some(outside.clone()), ..MatchFixture::three_a_side() };

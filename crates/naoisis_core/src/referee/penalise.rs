@@ -1,4 +1,4 @@
-//! Penalties: robots are removed, wait, and return.
+//! Penalties: removal of robots, their wait, and their return.
 
 use bevy::prelude::*;
 
@@ -29,7 +29,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Penalises the robot that is responsible for a collision. Of a `mutual` one neither team has a free kick.
+    /// Penalises the robot that is responsible for a collision. If the push is `mutual`, neither team has a free kick.
     pub(super) fn penalise_push(&mut self, robot: usize, other: usize, mutual: bool) {
         if !self.decisions.robots[robot].is_present() {
             return;
@@ -111,8 +111,8 @@ impl Referee<'_, '_> {
         self.lengthened_cycles(seconds, team, self.seen.rules.illegal_position_increases)
     }
 
-    /// The duration of a penalty of `seconds` with the extension by earlier infractions of `team`, in cycles. It is an infraction
-    /// itself if it `counts`.
+    /// The duration of a penalty of `seconds` with the extension for earlier infractions of `team`, in cycles. If the penalty `counts`, it
+    /// is an infraction itself.
     pub(super) fn lengthened_cycles(&mut self, seconds: f32, team: Team, counts: bool) -> u64 {
         let rules = self.seen.rules;
         let earlier = &mut self.memory.infractions[team];
@@ -128,7 +128,7 @@ impl Referee<'_, '_> {
         self.remove(index, reason, cycles, evidence);
     }
 
-    /// Penalises a robot for `cycles` of play, removed from the pitch or in place, as `reason` says.
+    /// Penalises a robot for `cycles` of play, off the pitch or in place, depending on `reason`.
     pub(super) fn remove(&mut self, index: usize, reason: PenaltyReason, cycles: u64, evidence: Evidence) {
         let snapshot = self.now();
         let RobotSnapshot { id, bounds, pose, .. } = snapshot.robots[index];
@@ -175,7 +175,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Ends all penalties but those for the match. The robots are about to be placed.
+    /// Ends all penalties except those for the match. The robots are about to be placed.
     pub(super) fn end_penalties(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let robot = &mut self.decisions.robots[index];
@@ -187,7 +187,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Removes the robot nearest to a stuck ball: from the pitch, or to the halfway line; a goalkeeper in its own penalty area to
+    /// Removes the robot nearest to a stuck ball: from the pitch, or to the halfway line; a goalkeeper in its own penalty area is moved to
     /// the penalty mark.
     pub(super) fn take_from_ball(&mut self, index: usize, evidence: Evidence) {
         let id = self.seen.robots[index].id;

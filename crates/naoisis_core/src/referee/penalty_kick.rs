@@ -1,7 +1,7 @@
-//! The penalty kick (2025 rule book, section 3.10): for a push near the ball in the pusher's own penalty area. Robots have a time
-//! to get to their places (`ready`), wait there (`set`), and then one attacker plays the ball from the penalty mark against the
-//! keeper on its goal line; nobody else is in the penalty area. It is over as soon as the attackers have touched the ball, or
-//! their time is.
+//! The penalty kick (2025 rule book, section 3.10): for a push near the ball in the pusher's own penalty area. Robots have some time to
+//! walk to their positions (`ready`), wait there (`set`), and then one attacker plays the ball from the penalty mark against the keeper on
+//! its goal line; no other robot is in the penalty area. The penalty kick is over as soon as the attackers have touched the ball, or their
+//! time is over.
 
 use bevy::prelude::*;
 
@@ -22,8 +22,8 @@ fn is_in_area(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bo
     touches_area(snapshot.pitch, snapshot.pitch.penalty_area, end(snapshot, team), robot)
 }
 
-/// Whether the robot is its team's only one that may be in the penalty area: the one nearest to the mark that does not stand on
-/// it.
+/// Whether the robot is the only one of its team that may be in the penalty area: the one nearest to the mark that does not stand on the
+/// mark.
 fn is_kicker(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
     let mark = penalty_mark(snapshot.pitch, end(snapshot, team));
     let others = snapshot.robots.iter().filter(|other| {
@@ -42,8 +42,8 @@ fn blocks(snapshot: &MatchSnapshot, mark: Vec2, robot: &RobotSnapshot) -> bool {
     robot.bounds.base.footprint(robot.pose).overlap_disc(mark, radius).is_some()
 }
 
-/// The illegal position of each robot when the `set` of a penalty kick of `team` begins: one entry for each robot, none if it is
-/// legal or the robot is penalised. A goalkeeper ahead of its line is put back instead.
+/// The illegal position of each robot when the `set` of a penalty kick of `team` begins: one entry for each robot, `None` if it is legal or
+/// the robot is penalised. A goalkeeper ahead of its line is put back instead.
 pub(crate) fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl Iterator<Item = Option<IllegalPosition>> {
     let mark = penalty_mark(snapshot.pitch, end(snapshot, team));
     snapshot.robots.iter().map(move |robot| {
@@ -77,7 +77,7 @@ pub(crate) fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &R
         }
 }
 
-/// The index of a goalkeeper in its penalty area that has left its line, or its feet, at a penalty kick of `team`.
+/// The index of a goalkeeper in its penalty area that is off its line, or not on its feet, at a penalty kick of `team`.
 pub(crate) fn keeper_off_its_line(snapshot: &MatchSnapshot, team: Team) -> Option<usize> {
     snapshot.robots.iter().position(|robot| {
         robot.is_present()

@@ -55,7 +55,7 @@ impl Referee<'_, '_> {
         Some(self.count_goal(team))
     }
 
-    /// Begins the kick after the whistle: the ball belongs to the attackers, and a direct goal of theirs counts.
+    /// Begins the kick after the whistle: the ball belongs to the attackers, and a direct goal by them counts.
     pub(super) fn begin_penalty_shot(&mut self, set_play: SetPlay) {
         self.whistle();
         self.memory.plays = Plays::direct_for(set_play.team);

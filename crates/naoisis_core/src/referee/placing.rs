@@ -1,8 +1,8 @@
 //! Free places for robots and ball.
 //!
-//! A robot or the ball is placed at the wanted position, or if that is occupied, at the nearest free one of a fixed pattern around
-//! it. Robots are placed in the order of their ids. If the carpet is full, which the check of a scenario finds for all kick-offs,
-//! the place is beside it: nothing is ever placed into anything else.
+//! A robot or the ball is placed at the wanted position, or if that is occupied, at the nearest free one of a fixed pattern around it.
+//! Robots are placed in the order of their ids. If the carpet is full, which the check of a scenario finds for all kick-offs, the position
+//! is beside it: nothing is ever placed into another object.
 
 use core::f32::consts::TAU;
 
@@ -18,19 +18,19 @@ use crate::team::{RobotId, Team};
 
 /// Clearance around a placed robot or ball, m.
 const CLEARANCE: f32 = 0.02;
-/// Distance between the rings of places that are tried, m.
+/// Distance between the rings of positions that are tried, m.
 const RING_DISTANCE: f32 = 0.05;
-/// Rings that are tried: up to 5 m away.
+/// Number of rings that are tried: up to 5 m away.
 const RINGS: u32 = 100;
-/// Least number of places on each ring.
+/// Least number of positions on each ring.
 const PLACES_ON_RING: u32 = 16;
-/// Greatest distance between places on a ring, m.
+/// Greatest distance between positions on a ring, m.
 const PLACE_DISTANCE: f32 = 0.15;
-/// Distance of the first place beside the carpet from its edge, m: no post on it reaches so far.
+/// Distance of the first position beside the carpet from its edge, m: no post on the carpet reaches so far.
 const BESIDE_CARPET: f32 = 1.5;
-/// Distance between places beside the carpet that are tried, m: wider than most balls.
+/// Distance between positions beside the carpet that are tried, m: wider than most balls.
 const BESIDE_DISTANCE: f32 = 0.4;
-/// Places beside the carpet that are tried, one behind the other: for more robots than there are numbers for.
+/// Number of positions beside the carpet that are tried, one behind the other: more than there are robots.
 const PLACES_BESIDE: u32 = 4096;
 
 /// The obstacles for placing a robot or the ball.
@@ -49,13 +49,13 @@ pub struct Occupied {
 }
 
 impl Occupied {
-    /// Only the posts and, if there is one, a ball at `ball`.
+    /// The posts and, if there is one, a ball at `ball`.
     pub fn by_posts(pitch: &Pitch, posts: &[Disc], ball: Option<Disc>) -> Self {
         let carpet = pitch.carpet_half_extents();
         Self { carpet, torsos: Vec::new(), bases: Vec::new(), posts: posts.to_vec(), ball }
     }
 
-    /// The posts, the ball, and all robots on the pitch but the one of index `but`.
+    /// The posts, the ball, and all robots on the pitch except the one with the index `but`.
     pub(crate) fn by_others(snapshot: &MatchSnapshot, but: Option<usize>) -> Self {
         let ball = snapshot.ball.map(|ball| Disc { centre: ball.position, radius: ball.radius });
         let mut occupied = Self::by_posts(snapshot.pitch, snapshot.posts, ball);
@@ -100,26 +100,26 @@ impl Occupied {
             && self.posts.iter().all(|post| post.centre.distance(centre) > post.radius + radius + CLEARANCE)
     }
 
-    /// The free pose on the carpet nearest to the one wanted, with its heading; one beside the carpet where nothing is
-    /// free for metres.
+    /// The free pose on the carpet nearest to the wanted one, with its heading. If nothing on the carpet is free for metres, a pose beside
+    /// the carpet.
     pub fn free_pose(&self, wanted: Pose, bounds: &Body) -> Pose {
         self.free_pose_from(0, wanted, bounds).1
     }
 
-    /// The same as [`free_pose`](Self::free_pose), with the first `tried` places known to be occupied; and the index of the place.
+    /// Like [`free_pose`](Self::free_pose), with the first `tried` positions known to be occupied. Also returns the index of the position.
     fn free_pose_from(&self, tried: usize, wanted: Pose, bounds: &Body) -> (usize, Pose) {
         let is_free = |position| self.admits_robot(Pose { position, ..wanted }, bounds);
         let (tried, position) = self.free_place_from(tried, wanted.position, is_free);
         (tried, Pose { position, ..wanted })
     }
 
-    /// The free place on the carpet for the ball nearest to the one wanted; one beside the carpet where nothing is free
-    /// for metres.
+    /// The free position on the carpet for the ball nearest to the wanted one. If nothing on the carpet is free for metres, a position
+    /// beside the carpet.
     pub(crate) fn free_ball_place(&self, wanted: Vec2, radius: f32) -> Vec2 {
         self.free_place_from(0, wanted, |place| self.admits_ball(place, radius)).1
     }
 
-    /// The first free place from that of index `tried` on, and its index.
+    /// The first free position with an index of at least `tried`, and its index.
     fn free_place_from(&self, tried: usize, wanted: Vec2, is_free: impl Fn(Vec2) -> bool) -> (usize, Vec2) {
         let on_carpet = places_around(wanted).filter(|place| place.abs().cmple(self.carpet).all());
         let x = wanted.x.clamp(-self.carpet.x, self.carpet.x);
@@ -135,7 +135,7 @@ fn grown(footprint: Footprint) -> Footprint {
     Footprint { half_extents: footprint.half_extents + CLEARANCE, ..footprint }
 }
 
-/// The place itself, then rings of places around it.
+/// The position itself, then rings of positions around it.
 fn places_around(centre: Vec2) -> impl Iterator<Item = Vec2> {
     let rings = (1..=RINGS).flat_map(move |ring| {
         let radius = ring as f32 * RING_DISTANCE;
@@ -153,7 +153,7 @@ pub struct LineUp<'a> {
     team_size: u8,
     kick_off_team: Option<Team>,
     occupied: Occupied,
-    /// How many of the places around each position of the formation are occupied, for each body.
+    /// The number of occupied positions around each position of the formation, for each body.
     tried: Vec<(Pose, Body, usize)>,
 }
 
@@ -171,10 +171,11 @@ impl<'a> LineUp<'a> {
         Self { pitch, game, team_size, kick_off_team, occupied, tried: Vec::new() }
     }
 
-    /// Places a robot at the free place nearest to its position in the formation.
+    /// Places a robot at the free position nearest to its position in the formation.
     pub fn put_down(&mut self, id: RobotId, bounds: &Body) -> Pose {
         let wanted = self.place_of(id);
-        // Jersey numbers beyond those of a formation share its places: what one found taken the next need not try.
+        // Jersey numbers beyond those of a formation share its positions: a position that was occupied for one need not be tried for the
+        // next.
         let known = self.tried.iter().position(|(place, body, _)| *place == wanted && body == bounds);
         let known = known.unwrap_or_else(|| {
             self.tried.push((wanted, *bounds, 0));
@@ -192,7 +193,7 @@ impl<'a> LineUp<'a> {
         formation(self.pitch, self.team_size, id.number, self.game.own_end(id.team), kicks_off)
     }
 
-    /// The position of a ball of `radius`, m: the free place nearest to the centre mark.
+    /// The position of a ball of `radius`, m: the free position nearest to the centre mark.
     pub fn ball_place(&self, radius: f32) -> Vec2 {
         self.occupied.free_ball_place(Vec2::ZERO, radius)
     }
@@ -212,7 +213,7 @@ mod tests {
         assert_eq!(occupied.free_pose(wanted, &bounds), wanted);
         occupied.add_robot(wanted, &bounds);
         let pose = occupied.free_pose(wanted, &bounds);
-        // Side by side in x: torsos are 8 cm thick, and 2 cm are left between them.
+        // Side by side in x: torsos are 8 cm thick, and 2 cm remain between them.
         assert!((0.1..0.2).contains(&pose.position.length()), "{pose:?}");
         assert!(occupied.admits_robot(pose, &bounds));
         assert!(!occupied.admits_robot(Pose::new(0.96, 0.0, 0.0), &bounds));

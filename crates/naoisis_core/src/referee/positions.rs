@@ -12,11 +12,11 @@ use crate::team::{RobotId, Team};
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum IllegalPosition {
-    /// It is outside the lines.
+    /// The robot is outside the lines.
     OffPitch,
-    /// It is not wholly in its own half.
+    /// The robot is not wholly in its own half.
     OutsideOwnHalf,
-    /// It is illegally in the centre circle, or a team-mate there is nearer to the ball.
+    /// The robot is illegally in the centre circle, or a team-mate in the circle is nearer to the ball.
     InCentreCircle,
     /// A defender is not behind the penalty mark of its half (2010). On a pitch with the mark in the penalty area,
     /// such as that of 2025, this does not apply.
@@ -25,13 +25,13 @@ pub enum IllegalPosition {
     InPenaltyArea,
     /// The keeper is not in its own penalty area (2010).
     KeeperAway,
-    /// Too many of its team are in their own goal area (2025).
+    /// Too many robots of the team are in their own goal area (2025).
     InGoalArea,
-    /// It stands on the centre mark.
+    /// The robot stands on the centre mark.
     OnCentreMark,
-    /// It stands on the penalty mark at a penalty kick (2025).
+    /// The robot stands on the penalty mark at a penalty kick (2025).
     OnPenaltyMark,
-    /// It is in the penalty area at a penalty kick, and neither the goalkeeper nor the kicker (2025).
+    /// The robot is in the penalty area at a penalty kick, and is neither the goalkeeper nor the kicker (2025).
     InPenaltyAreaAtKick,
 }
 
@@ -59,8 +59,8 @@ impl IllegalPosition {
     }
 }
 
-/// The illegal position of each robot at a kick-off of `kick_off_team`, or at a drop ball if there is none: one entry for each
-/// robot, none if it is legal or the robot is penalised.
+/// The illegal position of each robot at a kick-off of `kick_off_team`, or at a drop ball if there is no such team: one entry for each
+/// robot, `None` if it is legal or the robot is penalised.
 pub(crate) fn illegal_positions(
     snapshot: &MatchSnapshot,
     kick_off_team: Option<Team>,
@@ -100,8 +100,7 @@ fn nearest_in_circle(snapshot: &MatchSnapshot, team: Team) -> Option<usize> {
         .map(|(index, _)| index)
 }
 
-/// The robot of a team that is outside its own half, the nearest to the centre mark if there are more: it must take the
-/// kick-off (2025).
+/// The robot of a team that is outside its own half, or of several the nearest to the centre mark. It must take the kick-off (2025).
 pub(crate) fn kick_off_player(snapshot: &MatchSnapshot, team: Team) -> Option<RobotId> {
     let outside = snapshot
         .robots
@@ -164,7 +163,7 @@ fn illegal_in_2025(snapshot: &MatchSnapshot, index: usize, is_kick_off_player: b
         return Some(IllegalPosition::OffPitch);
     }
     if is_kick_off_player {
-        // Anywhere in the circle, its other half included, but wholly in it if not in the own half.
+        // The robot may be anywhere in the circle, including the other half, but wholly in the circle if not in its own half.
         let radius = snapshot.pitch.centre_circle_diameter_m / 2.0 + snapshot.pitch.line_width_m / 2.0;
         let inside = base_corners(robot).iter().all(|corner| corner.length() <= radius);
         return (leaves_own_half(snapshot, robot) && !inside).then_some(IllegalPosition::OutsideOwnHalf);
@@ -185,14 +184,14 @@ fn illegal_in_2025(snapshot: &MatchSnapshot, index: usize, is_kick_off_player: b
     }
 }
 
-/// Whether more than `most` of the robot's team are in their own goal area, and it is one of those nearest to the
-/// area's border, the excessive ones. The keeper never is.
+/// Whether more than `most` robots of the robot's team are in their own goal area, and this robot is one of the excess ones, which are
+/// nearest to the area's border. The keeper never is.
 fn is_excessive_in_goal_area(snapshot: &MatchSnapshot, index: usize, most: u8) -> bool {
     let robot = &snapshot.robots[index];
     if !super::illegal_defender::is_in_goal_area(snapshot, robot) || robot.id.is_goalkeeper() {
         return false;
     }
-    // How deep in the area somebody stands; the keeper counts as deepest.
+    // The depth of a robot in the area; the keeper counts as deepest.
     let depth = |other: &RobotSnapshot| {
         let own_end = snapshot.game.own_end(other.id.team);
         if other.id.is_goalkeeper() { f32::INFINITY } else { -in_team_frame(own_end, other.pose.position).x }
@@ -225,7 +224,7 @@ mod tests {
     use std::fs;
     use std::path::PathBuf;
 
-    /// Teams of this size in formation for a kick-off, everybody off its place by so much.
+    /// Teams of this size in formation for a kick-off, with all robots displaced by `off`.
     fn lined_up(pitch: &Pitch, rules: &Rules, kick_off: Option<Team>, off: Pose) -> MatchFixture {
         let mut situation = MatchFixture::three_a_side();
         situation.pitch = pitch.clone();

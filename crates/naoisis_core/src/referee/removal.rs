@@ -1,4 +1,4 @@
-//! Where penalised robots wait, and where they return.
+//! The positions at which penalised robots wait, and return.
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
@@ -12,15 +12,15 @@ use crate::geometry::Pose;
 use crate::pitch::{End, Pitch};
 use crate::robot::body::Body;
 
-/// Distance of a waiting robot from the side line, m (rule book of 2025).
+/// Distance of a waiting robot from the side line, m (2025 rule book).
 const WAITING_DISTANCE: f32 = 0.5;
-/// Distance between the places along a side line that are tried, m: wider robots take every second one.
+/// Distance between the positions along a side line that are tried, m: wider robots occupy every second one.
 const PLACE_DISTANCE: f32 = 0.35;
-/// Number of rows of places where penalised robots wait: enough for all jersey numbers.
+/// Number of rows of positions where penalised robots wait: enough for all jersey numbers.
 const WAITING_ROWS: u32 = 64;
 
-/// The pose at which a robot that was removed from `position` waits: beyond the side line nearest to it, level with its own
-/// penalty mark, at the next free place. It faces away from the pitch (2010), or towards it (2025).
+/// The pose at which a robot that was removed from `position` waits: beyond the side line nearest to that position, level with the robot's
+/// own penalty mark, at the next free position. The robot faces away from the pitch (2010), or towards it (2025).
 pub fn waiting_pose(
     pitch: &Pitch,
     return_place: ReturnPlace,
@@ -34,7 +34,7 @@ pub fn waiting_pose(
     let heading = if faces_pitch { -side } else { side } * FRAC_PI_2;
     let y = side * (pitch.half_width() + WAITING_DISTANCE.min(pitch.border_m));
     let mark = penalty_mark(pitch, own_end).x;
-    // Towards the halfway line, then beyond the mark: always in its own half.
+    // First towards the halfway line, then beyond the mark: always in the robot's own half.
     let inwards = (mark.abs() / PLACE_DISTANCE) as u32;
     let steps = (0..=inwards).map(|step| mark - own_end.sign() * step as f32 * PLACE_DISTANCE);
     let outwards = (1..=8).map(|step| mark + own_end.sign() * step as f32 * PLACE_DISTANCE);
@@ -48,7 +48,7 @@ pub fn waiting_pose(
         .unwrap_or(Pose::new(mark, y, heading))
 }
 
-/// The pose at which a robot returns: at the halfway line, or by the rules of 2025 where it waited.
+/// The pose at which a robot returns: at the halfway line, or by the rules of 2025 at its waiting position.
 pub(crate) fn return_pose(
     snapshot: &MatchSnapshot,
     own_end: End,
@@ -62,8 +62,8 @@ pub(crate) fn return_pose(
     }
 }
 
-/// The pose on the halfway line at the side line farther from the ball, facing the opposite side line; if it is occupied, at the
-/// nearest free place along the side line, rather away from the ball (2010 rule book, section 4.3).
+/// The pose on the halfway line at the side line farther from the ball, facing the opposite side line. If it is occupied, at the nearest
+/// free position along the side line, preferably away from the ball (2010 rule book, section 4.3).
 pub fn halfway_pose(snapshot: &MatchSnapshot, own_end: End, bounds: &Body, occupied: &Occupied) -> Pose {
     let pitch = snapshot.pitch;
     let ball = snapshot.ball.map_or(Vec2::ZERO, |ball| ball.position);
@@ -82,8 +82,8 @@ pub fn halfway_pose(snapshot: &MatchSnapshot, own_end: End, bounds: &Body, occup
         .unwrap_or_else(|| occupied.free_pose(wanted(side, 0.0), bounds))
 }
 
-/// The pose to which a goalkeeper that is stuck at the ball in its own penalty area is moved: on its penalty mark, facing its goal
-/// (2010 rule book, section 3.10). None for any other robot.
+/// The pose to which a goalkeeper that is stuck at the ball in its own penalty area is moved: on its penalty mark, facing its goal (2010
+/// rule book, section 3.10). `None` for any other robot.
 pub(crate) fn stuck_keeper_pose(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Pose> {
     let own_end = snapshot.game.own_end(robot.id.team);
     let area = snapshot.pitch.penalty_area;
@@ -111,7 +111,7 @@ mod tests {
     const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);
 
-    /// Blue 2 has walked into pink 2 at this place.
+    /// Blue 2 has walked into pink 2 at this position.
     fn collision_at(x: f32, y: f32) -> MatchFixture {
         MatchFixture::three_a_side()
             .robot_at(BLUE2, Pose::new(x, y, 0.0))
@@ -142,7 +142,7 @@ mod tests {
         assert_abs_diff_eq!(robots[2].pose.position, Vec2::new(-0.85, 2.5), epsilon = 1e-5);
     }
 
-    /// Where blue 2 comes back with the ball there.
+    /// The pose at which blue 2 returns, with the ball at this position.
     fn comes_back(ball: [f32; 2], change: impl FnOnce(MatchFixture) -> MatchFixture) -> Pose {
         let mut situation = MatchFixture::three_a_side().ball_rolled(ball, ball);
         situation.robot_mut(BLUE2).penalty =

@@ -1,4 +1,4 @@
-//! The match report: what the referee decided and why, in lines that a person can read.
+//! The match report: the decisions of the referee and their reasons, in lines for people.
 
 use bevy::math::Vec2;
 use core::fmt::Write;
@@ -9,8 +9,8 @@ use crate::game::{Evidence, PenaltyReason};
 /// The header line of the report.
 pub const HEADER: &str = "     time    to play  decision";
 
-/// The lines of the report for an event at `time_s` since the start, with `to_play_s` left of the half: the decision, then,
-/// indented, the evidence. None for an event that is no decision of the referee.
+/// The lines of the report for an event at `time_s` since the start, with `to_play_s` left in the half: the decision, then the evidence,
+/// indented. `None` for an event that is not a decision of the referee.
 pub fn report(time_s: f64, to_play_s: Option<f32>, event: &MatchEvent) -> Option<String> {
     let (headline, evidence) = sentence(event)?;
     let to_play = to_play_s.map_or_else(|| "-".to_owned(), |seconds| minutes(f64::from(seconds)));
@@ -27,7 +27,7 @@ fn minutes(seconds: f64) -> String {
     format!("{}:{:02}.{:02}", hundredths / 6000, hundredths / 100 % 60, hundredths % 100)
 }
 
-/// The decision in a sentence; none for an event that is no decision of the referee.
+/// The decision in a sentence; `None` for an event that is not a decision of the referee.
 pub fn headline(event: &MatchEvent) -> Option<String> {
     sentence(event).map(|(sentence, _)| sentence)
 }
@@ -90,7 +90,7 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
     Some((sentence, Some(evidence)))
 }
 
-/// What is reported without evidence, in a sentence.
+/// A sentence for an event that is reported without evidence.
 fn announcement(event: &MatchEvent) -> Option<String> {
     Some(match event {
         MatchEvent::ThrowIn { team, position_m } => format!("Throw-in for {team} at {}.", place(position_m)),
@@ -143,12 +143,12 @@ fn announcement(event: &MatchEvent) -> Option<String> {
     })
 }
 
-/// A place, m.
+/// A position, m, in parentheses.
 fn place(position_m: &Vec2) -> String {
     format!("({:.2}, {:.2})", position_m.x, position_m.y)
 }
 
-/// A number of times in words.
+/// An ordinal number in words.
 fn ordinal(number: u32) -> String {
     match number {
         1 => "first".to_owned(),

@@ -1,4 +1,4 @@
-//! Restarts: kick-offs with `ready` and `set`, free kicks, halves, the end of the match.
+//! Restarts: kick-offs with `ready` and `set`, free kicks, halves, and the end of the match.
 
 use bevy::prelude::*;
 
@@ -32,7 +32,7 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::StateChanged { state });
     }
 
-    /// Places the ball, and forgets its last touch. Robots in its way are moved aside; only a post keeps it from its place.
+    /// Places the ball, and forgets its last touch. Robots in its way are moved aside; only a post displaces the ball.
     pub(super) fn put_ball(&mut self, place: Vec2) -> Vec2 {
         let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
         let place = Occupied::by_posts(self.seen.pitch, self.seen.posts, None).free_ball_place(place, radius);
@@ -70,7 +70,7 @@ impl Referee<'_, '_> {
         *cycles_left == 0
     }
 
-    /// Whether a penalty kick that is not over lets the half go on after its time.
+    /// Whether a penalty kick that is not over extends the half beyond its time.
     pub(super) fn penalty_kick_goes_on(&self) -> bool {
         self.seen.rules.penalty_kick_extends_half && self.decisions.game.penalty_kick().is_some()
     }
@@ -79,7 +79,7 @@ impl Referee<'_, '_> {
     pub(super) fn end_half(&mut self) {
         let (rules, game) = (self.seen.rules, &mut self.decisions.game);
         let is_drawn = game.score.blue == game.score.pink;
-        // Extra time is played after a draw, and then to its end.
+        // Extra time is played after a draw, and is then played to its end.
         let plays_on = is_drawn || rules.is_extra_time(game.half);
         let halves = rules.halves + if plays_on { rules.extra_time_halves } else { 0 };
         if game.half >= halves {
@@ -127,7 +127,7 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::FinalWhistle);
     }
 
-    /// Begins a kick-off, or without a team a drop ball: robots are placed or walk to their positions, as the rules say.
+    /// Begins a kick-off, or without a team a drop ball. Robots are placed or walk to their positions, depending on the rules.
     pub(super) fn begin_kick_off(&mut self, team: Option<Team>) {
         if self.seen.rules.penalties_end_at_kick_off {
             match self.seen.rules.kick_off {
@@ -230,8 +230,8 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// The illegal position of each robot, if any. A robot on its way back to the pitch after a penalty may be beside it (2025 rule
-    /// book, section 3.7).
+    /// The illegal position of each robot, if any. A robot that is returning to the pitch after a penalty may be beside it (2025 rule book,
+    /// section 3.7).
     fn illegal_positions(&self) -> Vec<Option<IllegalPosition>> {
         let mut illegal: Vec<_> = match self.seen.game.penalty_kick() {
             Some(penalty_kick) => penalty_kick::illegal_positions(self.seen, penalty_kick.team).collect(),
@@ -340,7 +340,8 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::FreeKick { set_play: kind, team, position_m: place });
     }
 
-    /// Penalises a robot that takes the kick-off in place of the one that must; the ball is put back. Returns whether it did.
+    /// Penalises a robot that takes the kick-off in place of the one that must take it; the ball is put back. Returns whether this
+    /// happened.
     fn judge_kick_off_player(&mut self, set_play: &SetPlay) -> bool {
         let Some(player) = self.memory.kick_off_player.filter(|_| !set_play.touched) else { return false };
         let mut touches = self.seen.touches.iter().map(|(robot, _)| *robot);

@@ -5,7 +5,7 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, fallen, illegal_defender, inactive, leaving_field, obstruction, set_play, stalling};
 use crate::game::{Evidence, GameState, PenaltyReason, Rules};
 
-/// A robot that is judged, with the data of the match.
+/// The case of a robot to be judged, with the data of the match.
 #[derive(Clone, Copy)]
 pub struct RobotCase<'a> {
     /// The match at the end of the cycle.
@@ -28,23 +28,23 @@ impl<'a> RobotCase<'a> {
     }
 }
 
-/// A rule for which single robots are removed.
+/// A rule whose breach removes single robots.
 pub struct RobotRule {
     /// The offence.
     pub reason: PenaltyReason,
-    /// Whether the rules of the match include it.
+    /// Whether the rules of the match include this rule.
     pub is_on: fn(&Rules) -> bool,
-    /// Whether it applies in `ready`, too, if [fouls are judged](Rules::fouls_in_ready) in it.
+    /// Whether this rule also applies in `ready`, if [fouls are judged](Rules::fouls_in_ready) then.
     pub in_ready: bool,
-    /// The evidence against a robot that breaks it.
+    /// The evidence against a robot that breaks this rule.
     pub judge: fn(&RobotCase) -> Option<Evidence>,
 }
 
-/// All rules about single robots. The first one that a robot breaks counts.
+/// All rules about single robots. Only the first rule that a robot breaks is applied.
 pub const ROBOT_RULES: &[RobotRule] = &[
     RobotRule {
         reason: PenaltyReason::IllegalPosition,
-        // There are set plays only where the rules have them.
+        // Set plays exist only if the rules have them.
         is_on: |_| true,
         in_ready: false,
         judge: |case| {

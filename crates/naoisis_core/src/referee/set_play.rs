@@ -1,8 +1,8 @@
 //! Free kicks: kick-in, goal kick, corner kick, pushing free kick (2025 rule book, sections 3.8 and 3.9), and the kick-off while the
 //! ball belongs to the kicking team.
 //!
-//! Play continues, but for a time the ball belongs to one team, and the other has to keep away from it. The free kick is over when
-//! that team has clearly moved the ball, or after that time.
+//! Play continues, but for a time the ball belongs to one team, and the other team must keep away from it. The free kick is over when that
+//! team has clearly moved the ball, or after that time.
 
 use bevy::prelude::*;
 
@@ -16,21 +16,21 @@ use crate::game::{Evidence, SetPlay, SetPlayKind};
 use crate::pitch::End;
 use crate::team::Team;
 
-/// Distance by which the ball has clearly been moved, m.
+/// Distance from which the ball counts as clearly moved, m.
 pub(super) const MOVED_CLEARLY_M: f32 = 0.05;
-/// For how long a defender may be at an illegal position, s: the referee does not measure distances exactly.
+/// Time for which a defender may be at an illegal position, s: the referee does not measure distances exactly.
 const TOLERANCE_S: f32 = 1.0;
 
 /// The state of a free kick after a cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Course {
-    /// It has not been taken yet.
+    /// The free kick has not been taken yet.
     Waiting(SetPlay),
-    /// It has not been taken yet; the other team moved the ball, which is put back.
+    /// The free kick has not been taken yet; the other team moved the ball, which is put back.
     BallBack(SetPlay),
-    /// It was taken.
+    /// The free kick was taken.
     Taken,
-    /// It was not taken in time.
+    /// The free kick was not taken in time.
     TimeOver,
 }
 
@@ -51,7 +51,7 @@ pub fn advance(set_play: SetPlay, snapshot: &MatchSnapshot) -> Course {
     }
 }
 
-/// The kind of the free kick for a ball out, and the position of the ball.
+/// The kind of the free kick after a ball out, and the position of the ball.
 pub(crate) fn for_ball_out(snapshot: &MatchSnapshot, out: &BallOut) -> (SetPlayKind, Vec2) {
     let pitch = snapshot.pitch;
     let side = if out.position.y < 0.0 { -1.0 } else { 1.0 };
@@ -82,8 +82,8 @@ pub(crate) fn goal_kick_place(snapshot: &MatchSnapshot, team: Team, y: f32) -> V
     Vec2::new(x, side * area.width_m / 2.0)
 }
 
-/// Where an indirect free kick of `team` at `place` is taken by rules that have it outside the opponents' penalty area: at the nearest point of that
-/// area's line that is parallel to the goal line.
+/// The position of an indirect free kick of `team` for an offence at `place`. If the rules place it outside the opponents' penalty area, it
+/// is the nearest point of the area's line that is parallel to the goal line.
 pub(crate) fn indirect_free_kick_place(snapshot: &MatchSnapshot, team: Team, place: Vec2) -> Vec2 {
     let (pitch, end) = (snapshot.pitch, snapshot.game.own_end(team.opponent()));
     if !snapshot.rules.indirect_free_kick_at_area_line || !pitch.in_penalty_area(end, place) {
@@ -93,8 +93,8 @@ pub(crate) fn indirect_free_kick_place(snapshot: &MatchSnapshot, team: Team, pla
     Vec2::new(end.sign() * (pitch.half_length() - pitch.penalty_area.depth_m), place.y.clamp(-half_width, half_width))
 }
 
-/// The number of cycles for which a robot of the other team has been at an illegal position in a free kick, including this one.
-/// During the time to leave none count.
+/// The number of cycles for which a robot of the other team has been at an illegal position in a free kick, including this one. Cycles in
+/// the time for leaving do not count.
 pub(crate) fn advance_encroachment(
     cycles: u64,
     set_play: &SetPlay,
@@ -109,8 +109,8 @@ pub(crate) fn advance_encroachment(
     if counts { cycles + 1 } else { 0 }
 }
 
-/// Whether a robot is at an illegal position. At a kick-off only one robot may be in the other half, the taker, and no farther than in the
-/// circle; the other team is outside the circle, too. At a free kick the other team keeps away from the ball.
+/// Whether a robot is at an illegal position. At a kick-off only the taker may be in the other half, no farther than within the circle; the
+/// other team must also be outside the circle. At a free kick the other team must keep away from the ball.
 fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     if set_play.kind == SetPlayKind::PenaltyKick {
         return penalty_kick::encroaches(set_play, snapshot, robot);

@@ -26,10 +26,10 @@ const GOAL: End = End::NegativeX;
 const BEHIND_BALL_M: f32 = 0.35;
 /// Speed below which the ball has stopped, m/s.
 const STOPPED_MPS: f32 = 0.05;
-/// Greatest distance from a post's surface at which the ball turns if it hits the post, m.
+/// Greatest distance from a post's surface at which a turn of the ball counts as hitting the post, m.
 const AT_POST_M: f32 = 0.01;
 
-/// The result of a shot after a cycle: scored or failed, and why; none while it continues.
+/// The result of a shot after a cycle: scored or failed, and why; `None` while it continues.
 fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(bool, Evidence)> {
     let ball = snapshot.ball.as_ref()?;
     let case = |scored: bool, rule: &'static str| Some((scored, snapshot.evidence(rule, ball.position)));
@@ -198,7 +198,7 @@ impl Referee<'_, '_> {
         self.enter(GameState::Set);
     }
 
-    /// The robot of a team with the least number from `number` on, or with the least number if there is none.
+    /// The robot of a team with the least number of at least `number`, or with the least number if there is none.
     fn first_of(&self, team: Team, number: u8) -> Option<usize> {
         let numbers =
             || self.seen.robots.iter().enumerate().filter(|(_, robot)| robot.id.team == team && !robot.is_out());
@@ -279,7 +279,7 @@ mod tests {
         situation
     }
 
-    /// Lets the `set` before a shot pass.
+    /// Lets the `set` before a shot pass, up to the whistle.
     fn whistled(mut situation: MatchFixture) -> MatchFixture {
         while situation.game.state == GameState::Set {
             situation.pass();
@@ -337,7 +337,7 @@ mod tests {
         assert_eq!(shot([-2.34, 0.0], keeper), Some(true));
     }
 
-    /// By the rules of 2025, the shot under way.
+    /// A shot under way by the rules of 2025.
     fn drawn_2025() -> MatchFixture {
         let mut situation = MatchFixture::three_a_side();
         situation.rules.shoot_out = true;
@@ -364,7 +364,7 @@ mod tests {
             situation.touches = vec![(attacker, true)];
             situation
         };
-        // The mark is at x = -1.2; from there on it rolls, and stops.
+        // The mark is at x = -1.2; from there the ball rolls, and stops.
         let mut kicked = touched(drawn_2025(), -1.2, -1.25);
         assert_eq!(shot(&mut kicked), None);
         assert_eq!(shot(&mut kicked.clone().ball_rolled([-1.25, 0.0], [-1.25, 0.0])), Some((false, ShotRank::Kick)));

@@ -13,7 +13,7 @@ use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::{PerTeam, RobotId};
 
-/// The state of the match at the end of a cycle, by which the rules judge.
+/// The state of the match at the end of a cycle, which the rules judge.
 #[derive(Clone, Copy, Debug)]
 pub struct MatchSnapshot<'a> {
     /// The clock; the instant is the end of its cycle.
@@ -28,17 +28,17 @@ pub struct MatchSnapshot<'a> {
     pub ball: Option<BallSnapshot<'a>>,
     /// All robots, ordered by id.
     pub robots: &'a [RobotSnapshot],
-    /// Posts, goal posts included.
+    /// Posts, including goal posts.
     pub posts: &'a [Disc],
     /// The touches of the ball in this cycle, in their order: the robot, and whether it was a kick.
     pub touches: &'a [(RobotId, bool)],
     /// The last touch of the ball before this cycle; while the referee judges, including this cycle.
     pub last_touch: Option<Touch>,
-    /// Messages that each team has sent in the match, this cycle included.
+    /// Messages that each team has sent in the match, including this cycle.
     pub messages_sent: PerTeam<u32>,
     /// The interventions at the end of this cycle.
     pub interventions: &'a [Intervention],
-    /// The referee outside the match that decides instead, if any.
+    /// The referee outside the match that makes the decisions instead, if any.
     pub outside: Option<&'a OutsideReferee>,
     /// Robots that touched each other in this cycle, by their indices.
     pub contacts: &'a [[usize; 2]],
@@ -86,7 +86,7 @@ pub struct Disc {
 pub struct BallSnapshot<'a> {
     /// The vertices of its path in the cycle, m: the first is its position at the start, the last at the end.
     pub path: &'a [Vec2],
-    /// The heights at these vertices, m above a ball on the ground; empty if it was on the ground all the time.
+    /// The heights at these vertices, m above a ball on the ground; empty if the ball was on the ground during the whole cycle.
     pub heights_m: &'a [f32],
     /// Its position, m, pitch frame.
     pub position: Vec2,
@@ -105,7 +105,7 @@ pub struct RobotSnapshot {
     pub pose: Pose,
     /// Its pose at the start of the cycle, pitch frame.
     pub previous: Pose,
-    /// Velocity of its walk in this cycle without collisions, m/s, pitch frame.
+    /// Velocity of its walk in this cycle, before collisions, m/s, pitch frame.
     pub wanted_velocity: Vec2,
     /// Angles of its head.
     pub head: HeadAngles,
@@ -130,7 +130,7 @@ impl RobotSnapshot {
         !self.penalty.is_active()
     }
 
-    /// Whether it takes no part in the match: it is sent off, or a substitute.
+    /// Whether the robot takes no part in the match: it is sent off, or a substitute.
     pub fn is_out(&self) -> bool {
         self.penalty.0.is_some_and(|penalty| penalty.is_for_the_match())
     }

@@ -1,4 +1,4 @@
-//! Stalling: a robot that stands near the ball for a long time keeps others from it (paper, section 3.4).
+//! Stalling: a robot that stands near the ball for a long time keeps others from the ball (paper, section 3.4).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -7,9 +7,9 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 use crate::geometry::{Pose, wrap_angle};
 
-/// Distance by which a robot has moved, m.
+/// Distance from which a robot counts as having moved, m.
 const MOVED_M: f32 = 0.05;
-/// Angle by which a robot has turned, radians (15 degrees).
+/// Angle from which a robot counts as having turned, radians (15 degrees).
 const TURNED: f32 = 0.262;
 
 /// A robot that stands near the ball.
@@ -17,11 +17,11 @@ const TURNED: f32 = 0.262;
 pub struct Stall {
     /// The pose at which it stopped.
     pub anchor: Pose,
-    /// Cycles for which it has stood there, near the ball.
+    /// Cycles for which the robot has stood there, near the ball.
     pub cycles: u64,
 }
 
-/// The stay of a robot near the ball, including this cycle; none if it is not near, or has just struck the ball.
+/// The stay of a robot near the ball, including this cycle; `None` if it is not near, or has just struck the ball.
 pub fn advance(stall: Option<Stall>, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Stall> {
     let ball = snapshot.ball?;
     let near = robot.pose.position.distance(ball.position) <= snapshot.rules.stall_radius_m;
@@ -68,7 +68,7 @@ mod tests {
 
     const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
 
-    /// Blue 3 stands in front of the ball at this distance, and nobody else near it.
+    /// Blue 3 stands in front of the ball at this distance, with no other robot near the ball.
     fn standing_at(distance: f32) -> MatchFixture {
         MatchFixture::three_a_side()
             .robot_at(BLUE3, Pose::new(1.0 - distance, 1.0, 0.0))

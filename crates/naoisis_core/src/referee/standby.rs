@@ -1,5 +1,5 @@
-//! `standby` before the first `ready` of a half (2025 rule book, section 3.2): robots stand, and wait for the referee to raise its
-//! arms at a random time.
+//! `standby` before the first `ready` of a half (2025 rule book, section 3.2): robots stand and wait for the referee to raise its arms at a
+//! random time.
 
 use bevy::prelude::*;
 
@@ -50,8 +50,7 @@ mod tests {
     use crate::random::RandomStream;
     use crate::team::{RobotId, Team};
 
-    /// A match whose second half begins in the next cycle, with half a second of `standby`, of which robots are told a second
-    /// late.
+    /// A match whose second half begins in the next cycle, with half a second of `standby`. Robots are informed of its end a second late.
     fn half_time() -> MatchFixture {
         let mut situation = MatchFixture::three_a_side();
         situation.rules.kick_off = KickOffProcedure::ReadyAndSet;
@@ -65,7 +64,7 @@ mod tests {
         situation.memory.announcement.announced(&situation.game).state
     }
 
-    /// In how many cycles from now on it is so.
+    /// The number of cycles from now on until `is_so` holds.
     fn cycles_until(situation: &mut MatchFixture, is_so: impl Fn(&MatchFixture) -> bool) -> usize {
         (1..200)
             .find(|_| {

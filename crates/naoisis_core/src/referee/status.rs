@@ -1,14 +1,13 @@
 //! The robots' information about the game.
 //!
 //! Robots are informed of most changes at once, and of every whistle. The start of play after `set` and goals are delayed by
-//! [`Rules::status_delay_s`](crate::game::Rules::status_delay_s) and
-//! [`Rules::goal_delay_s`](crate::game::Rules::goal_delay_s), as by the real GameController (2025 rule book, sections 3.2 and
-//! 3.3: 15 s); robots can react earlier to [`GameStatus::whistles`]. A half's first `ready` is delayed by
-//! [`Rules::ready_delay_s`](crate::game::Rules::ready_delay_s) (45 s), with [`GameStatus::ready_signals`]. Meanwhile the status is
-//! that of a game without the change, with running clocks. Any other change of the game ends the delay.
+//! [`Rules::status_delay_s`](crate::game::Rules::status_delay_s) and [`Rules::goal_delay_s`](crate::game::Rules::goal_delay_s), as by the
+//! real GameController (2025 rule book, sections 3.2 and 3.3: 15 s); robots can react earlier to [`GameStatus::whistles`]. A half's first
+//! `ready` is delayed by [`Rules::ready_delay_s`](crate::game::Rules::ready_delay_s) (45 s), with [`GameStatus::ready_signals`]. Until the
+//! delay is over, the status is that of a game without the change, with running clocks. Any other change of the game ends the delay.
 //!
-//! The team of a free kick may be [delayed](crate::game::Rules::free_kick_signal_s) (2025 rule book, section 3.9.1: the referee
-//! points for at least 5 s). As a simplification every robot has seen the signal by then.
+//! The team of a free kick may be [delayed](crate::game::Rules::free_kick_signal_s) (2025 rule book, section 3.9.1: the referee points for
+//! at least 5 s). As a simplification, every robot has seen the signal after that delay.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -22,9 +21,9 @@ use crate::knowledge::Knowledge;
 use crate::pitch::End;
 use crate::team::Team;
 
-/// A robot's information about the game at the start of a cycle, as from a GameController (2010 rule book, section 3.2). It is a
-/// sensor: every robot has its own, and behaviours read nothing else of the game. Everything but penalties, placements and
-/// whistles may be [delayed](crate::game::Rules::status_delay_s).
+/// A robot's information about the game at the start of a cycle, as from a GameController (2010 rule book, section 3.2). It is a sensor:
+/// every robot has its own, and behaviours read nothing else of the game. All information except penalties, placements and whistles may be
+/// [delayed](crate::game::Rules::status_delay_s).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[serde(default)]
@@ -35,10 +34,10 @@ pub struct GameStatus {
     pub score: Score,
     /// The half under way, from 1.
     pub half: u32,
-    /// Seconds left in this half; none if the rules have no clock.
+    /// Seconds left in this half; `None` if the rules have no clock.
     pub time_left_s: Option<f32>,
-    /// The secondary time, s: what is left of `ready`, of a free kick, of a time-out, or of a shot in a shoot-out. None in `set`, as the
-    /// GameController does not send the time of the whistle.
+    /// The secondary time, s: the remaining time of `ready`, of a free kick, of a time-out, or of a shot in a shoot-out. `None` in `set`,
+    /// as the GameController does not send the time of the whistle.
     pub secondary_time_left_s: Option<f32>,
     /// Seconds since the start of the match.
     pub time_s: f32,
@@ -48,30 +47,30 @@ pub struct GameStatus {
     pub kick_off_team: Team,
     /// Whether play was last restarted by a drop ball instead: neither team has the kick-off.
     pub drop_ball: bool,
-    /// The free kick, or the kick-off that is one team's own, that is under way.
+    /// The free kick under way, or the kick-off while the ball belongs to one team.
     pub set_play: Option<SetPlayStatus>,
     /// How many time-outs this robot's team may still take.
     pub timeouts_left: u32,
-    /// How many messages this robot's team may still send, by the rules and the settings of the scenario; none if unlimited.
+    /// Number of messages that this robot's team may still send, by the rules and the settings of the scenario; `None` if unlimited.
     pub messages_left: Option<u32>,
-    /// The team that shoots, in a penalty shoot-out.
+    /// The team that shoots, if there is a penalty shoot-out.
     pub shoot_out: Option<Team>,
-    /// Whether the match is stopped briefly: nobody may move. Told at once.
+    /// Whether the match is stopped briefly, so that no robot may move. Sent without delay.
     pub stopped: bool,
     /// Whether this robot is penalised.
     pub penalised: bool,
-    /// The offence, if it is penalised.
+    /// The offence, if the robot is penalised.
     pub penalty: Option<PenaltyReason>,
-    /// How often this robot was placed for a restart. When the number changes, the robot has been placed at its kick-off position
-    /// in its team's formation.
+    /// Number of times that this robot was placed for a restart. When the number changes, the robot has been placed at its kick-off
+    /// position in its team's formation.
     pub restarts: u32,
-    /// How often this robot was placed by hand. When the number changes, the robot stood at an illegal position and has been placed
-    /// at its position for a kick-off of the other team; or, in a shoot-out, behind the ball as shooter or on the goal line as
+    /// Number of times that this robot was placed by hand. When the number changes, the robot stood at an illegal position and has been
+    /// placed at its position for a kick-off of the other team; or, in a shoot-out, behind the ball as shooter or on the goal line as
     /// goalkeeper.
     pub hand_placements: u32,
     /// The number of whistles. A whistle is heard at once, even if the change of the game is delayed.
     pub whistles: u32,
-    /// How often the referee has raised its arms for the first `ready` of a half. Robots see it at once.
+    /// Number of times that the referee has raised its arms for the first `ready` of a half. Robots see it at once.
     pub ready_signals: u32,
 }
 
@@ -80,7 +79,7 @@ pub struct GameStatus {
 pub struct SetPlayStatus {
     /// Its kind.
     pub kind: SetPlayKind,
-    /// The team that the ball belongs to; none if not known yet.
+    /// The team that the ball belongs to; `None` if not known yet.
     pub team: Option<Team>,
 }
 
@@ -96,7 +95,7 @@ impl SetPlayStatus {
 /// The delayed information of the robots.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct Announcement {
-    /// The game without the delayed change; none if nothing is delayed.
+    /// The game without the delayed change; `None` if nothing is delayed.
     pub instead: Option<Game>,
     /// Cycles until the end of the delay.
     pub cycles_left: u64,
@@ -108,7 +107,7 @@ impl Announcement {
         self.instead.as_ref().unwrap_or(truth)
     }
 
-    /// Updates the information after a cycle, with the game `after` it and its events.
+    /// Updates the information after a cycle. `after` is the game after the cycle, `events` are those of the cycle.
     pub fn advance(&mut self, seen: &MatchSnapshot, after: &Game, events: &[MatchEvent]) {
         let before = seen.game;
         let goal = events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
@@ -144,7 +143,7 @@ impl Announcement {
     }
 }
 
-/// Whether the game has changed in a way that is announced at once: not by its clocks alone, nor by the end of a set play.
+/// Whether the game has changed in a way that is announced at once: changes of its clocks and the end of a set play are not.
 fn is_announced_at_once(before: &Game, after: &Game) -> bool {
     let begun = |game: &Game| game.set_play.map(|set_play| (set_play.kind, set_play.team));
     let begins_set_play = after.set_play.is_some() && begun(before) != begun(after);
@@ -193,7 +192,7 @@ mod tests {
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
-    /// A match in which goals and the start of play are told five cycles late.
+    /// A match in which robots are informed of goals and of the start of play five cycles late.
     fn delayed() -> MatchFixture {
         let mut situation = MatchFixture::three_a_side();
         situation.rules.status_delay_s = 5.0 * situation.clock.period();
@@ -202,7 +201,7 @@ mod tests {
         situation
     }
 
-    /// In how many cycles from now on they are told of this state.
+    /// The number of cycles from now on until robots are informed of this state.
     fn told_in(situation: &mut MatchFixture, state: GameState) -> Option<usize> {
         (1..20).find(|_| {
             situation.pass();

@@ -11,10 +11,10 @@ use crate::game::{ActivePenalty, GameState, Penalty, PenaltyReason, Substitution
 use crate::team::RobotId;
 
 impl Referee<'_, '_> {
-    /// Notes that `robot` is to be replaced by the substitute `by`.
+    /// Records that `robot` is to be replaced by the substitute `by`.
     ///
     /// # Errors
-    /// Why it cannot be.
+    /// The reason why this is not possible.
     pub(super) fn ask_for_substitution(&mut self, robot: RobotId, by: RobotId) -> Result<(), String> {
         self.require_own_referee()?;
         self.require_no_shoot_out()?;
@@ -48,7 +48,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Makes the substitutions that were asked for, if the rules allow them now.
+    /// Makes the requested substitutions, if the rules allow them now.
     pub(super) fn make_substitutions(&mut self) {
         if self.memory.substitution_requests.is_empty() {
             return;
@@ -65,7 +65,7 @@ impl Referee<'_, '_> {
             return;
         }
         for request in core::mem::take(&mut self.memory.substitution_requests) {
-            // What has become impossible meanwhile is not done.
+            // A substitution that has become impossible meanwhile is dropped.
             if let Ok(indices) = self.check_substitution(request) {
                 self.substitute(indices, is_break);
             }
@@ -91,7 +91,7 @@ impl Referee<'_, '_> {
             (true, SubstitutionProcedure::AsPickUp) => (beside, picked_up(snapshot.cycles(rules.penalty_s).max(1))),
             (true, _) => (beside, picked_up(1)),
         };
-        // The player goes where the substitute has waited.
+        // The player goes to the position at which the substitute has waited.
         let (robots, records) = (&mut self.decisions.robots, &mut self.memory.robots);
         (robots[out].pose, robots[out].penalty) = (substitute.pose, Penalty::SUBSTITUTE);
         (robots[on].pose, robots[on].penalty) = (pose, penalty);
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!(present(&situation), [false, false]);
         situation.pass();
         assert_eq!(present(&situation), [false, true]);
-        // From the side line, as robots come back by these rules.
+        // From the side line, where robots return by these rules.
         let place = situation.robots[2].pose.position;
         assert!(place.y.abs() >= situation.pitch.half_width(), "{place}");
     }

@@ -1,4 +1,4 @@
-//! The systems of the referee: they fetch what it sees and store what it decides.
+//! The systems of the referee: they fetch the input of its decisions and store the results.
 
 use bevy::ecs::query::QueryData;
 use bevy::ecs::system::SystemParam;
@@ -31,8 +31,7 @@ use crate::robot::request::RequestCommand;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::{PerTeam, RobotId, Team};
 
-/// Begins the match in the first cycle, before robots sense and act: they may walk to their places, or the ball comes into
-/// play.
+/// Begins the match in the first cycle, before robots sense and act: robots may walk to their positions, or the ball comes into play.
 pub(super) fn begin_match(
     clock: Res<CycleClock>,
     rules: Res<Rules>,
@@ -41,7 +40,7 @@ pub(super) fn begin_match(
     mut memory: ResMut<RefereeMemory>,
     mut events: ResMut<CycleEvents>,
 ) {
-    // A referee outside the match begins it, too.
+    // A referee outside the match begins the match itself.
     if game.state != GameState::Initial || outside.is_some() {
         return;
     }
@@ -63,7 +62,7 @@ pub(super) fn begin_match(
     }
 }
 
-/// What the referee reads of the match, beside robots and ball.
+/// The data of the match that the referee reads, besides robots and ball.
 #[derive(SystemParam)]
 pub(super) struct Surroundings<'w, 's> {
     clock: Res<'w, CycleClock>,
@@ -77,7 +76,7 @@ pub(super) struct Surroundings<'w, 's> {
     posts: Query<'w, 's, (&'static Pose, &'static Post), (Without<RobotId>, Without<Ball>)>,
 }
 
-/// A robot as the referee sees it, and what the referee can change of it.
+/// A robot as the referee sees it, with the components that the referee can change.
 #[derive(QueryData)]
 #[query_data(mutable)]
 pub(super) struct JudgedRobot {
@@ -95,7 +94,7 @@ pub(super) struct JudgedRobot {
 }
 
 impl JudgedRobotItem<'_, '_> {
-    /// Applies what the referee decided about this robot.
+    /// Applies the decisions of the referee about this robot.
     fn write(&mut self, before: &RobotSnapshot, after: &RobotSnapshot, keeps_posture: bool) {
         *self.penalty = after.penalty;
         let is_put_down = before.pose != after.pose;
@@ -116,7 +115,7 @@ impl JudgedRobotItem<'_, '_> {
     }
 }
 
-/// The ball as the referee sees it, and what the referee can change of it.
+/// The ball as the referee sees it, with the components that the referee can change.
 #[derive(QueryData)]
 #[query_data(mutable)]
 pub(super) struct JudgedBall {
@@ -128,7 +127,7 @@ pub(super) struct JudgedBall {
     path: &'static BallPath,
 }
 
-/// What [`officiate`] works with, kept between cycles so that a steady match allocates nothing.
+/// The buffers of [`officiate`], kept between cycles so that a steady match allocates nothing.
 #[derive(Default)]
 pub(super) struct Scratch {
     entities: Vec<Entity>,
@@ -262,7 +261,7 @@ pub(super) fn update_status(
         let by_radio = radio.limits_with(&own.copied().unwrap_or_default()).messages_left(messages[team].sent);
         by_the_rules.into_iter().chain(by_radio).min()
     };
-    // The GameController does not send when the whistle comes.
+    // The GameController does not send the time of the whistle.
     let secondary = announced.secondary_cycles_left(&rules, &clock).filter(|_| announced.state != GameState::Set);
     for (id, penalty, own_limits, mut status) in &mut robots {
         let record = memory.record(*id);

@@ -36,7 +36,7 @@ pub struct MatchFixture {
 }
 
 impl MatchFixture {
-    /// Three a side as lined up for blue's kick-off, play on, the ball at rest on the centre mark.
+    /// Three robots a side, lined up for blue's kick-off, in play, with the ball at rest on the centre mark.
     pub fn three_a_side() -> Self {
         let (clock, pitch, rules) = (CycleClock { cycle: 100, ..default() }, Pitch::default(), Rules::default());
         let mut game = Game::at_start(&rules, &clock);
@@ -77,13 +77,13 @@ impl MatchFixture {
         }
     }
 
-    /// The ball went straight from one place to another in this cycle.
+    /// The ball rolled straight from one position to another in this cycle.
     pub fn ball_rolled(mut self, from: [f32; 2], to: [f32; 2]) -> Self {
         self.path = vec![from.into(), to.into()];
         self
     }
 
-    /// This robot touched the ball last, from where it is.
+    /// This robot touched the ball last, at its present position.
     pub fn touched_by(mut self, robot: RobotId) -> Self {
         let robot_position = self.robots.iter().find(|seen| seen.id == robot).unwrap().pose.position;
         self.memory.last_touch = Some(Touch { robot, cycle: self.clock.cycle - 1, robot_position, kick: true });
@@ -115,14 +115,14 @@ impl MatchFixture {
         }
     }
 
-    /// This robot stands there.
+    /// This robot stands at `pose`.
     pub fn robot_at(mut self, robot: RobotId, pose: Pose) -> Self {
         let robot = self.robot_mut(robot);
         (robot.pose, robot.previous) = (pose, pose);
         self
     }
 
-    /// This robot wanted to walk so in this cycle, m/s.
+    /// This robot wanted to walk with this velocity in this cycle, m/s.
     pub fn walking(mut self, robot: RobotId, velocity: [f32; 2]) -> Self {
         self.robot_mut(robot).wanted_velocity = velocity.into();
         self
@@ -144,7 +144,7 @@ impl MatchFixture {
         self.clone().pass()
     }
 
-    /// Lets a cycle pass in which nothing else happens, and what the referee decides come true.
+    /// Advances by a cycle in which nothing else happens, and applies the decisions of the referee.
     pub fn pass(&mut self) -> Decisions {
         let mut decisions = Decisions::default();
         let mut memory = self.memory.clone();

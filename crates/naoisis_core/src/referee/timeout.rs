@@ -1,7 +1,7 @@
-//! Time-outs (2010 rule book, section 3.12; 2025: 3.13 and 3.14; HSL 2026, time-out). A team asks for one at any time and takes it in the
-//! next stoppage of play; the referee takes one at once. The clock goes back to where the stoppage began, penalties are over, robots are
-//! placed for the kick-off and stand until the time-out ends. A team's time-out is followed by a kick-off of the other team; a referee's by
-//! the kick-off that was due, or a drop ball.
+//! Time-outs (2010 rule book, section 3.12; 2025: 3.13 and 3.14; HSL 2026, time-out). A team requests one at any time and takes it in the
+//! next stoppage of play; the referee takes one at once. The clock is set back to the start of the stoppage, penalties are over, and robots
+//! are placed for the kick-off and stand until the time-out ends. A team's time-out is followed by a kick-off of the other team; a
+//! referee's by the kick-off that was due, or a drop ball.
 
 use super::decide::Referee;
 use crate::events::MatchEvent;
@@ -9,17 +9,17 @@ use crate::game::{GameState, KickOffProcedure, SetPlayKind, Timeout};
 use crate::team::Team;
 
 impl Referee<'_, '_> {
-    /// Notes that a team asks for a time-out, or begins one of the referee.
+    /// Records that a team requests a time-out, or begins one of the referee.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is no time-out.
     pub(super) fn call_timeout(&mut self, team: Option<Team>, duration_s: Option<f32>) -> Result<(), String> {
         self.require_own_referee()?;
         self.require_no_shoot_out()?;
         let rules = self.seen.rules;
         let longest_s = if team.is_some() { rules.timeout_s } else { rules.referee_timeout_s };
         let duration_s = duration_s.unwrap_or(longest_s);
-        // A duration that is no number is none either.
+        // NaN is not a valid duration either.
         if !(0.0..=longest_s).contains(&duration_s) {
             return Err(format!("a time-out lasts {longest_s} s at most"));
         }
@@ -46,7 +46,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Begins the time-outs and makes the substitutions that were asked for, if the rules allow them now.
+    /// Begins the requested time-outs and makes the requested substitutions, if the rules allow them now.
     pub(super) fn grant_requests(&mut self) {
         if self.is_stoppage() && self.decisions.game.penalty_kick().is_none() {
             for team in Team::BOTH {
@@ -66,7 +66,7 @@ impl Referee<'_, '_> {
         (waits || is_restarted) && game.stop.is_none() && game.shoot_out.is_none() && game.state != GameState::Finished
     }
 
-    /// Begins the time-out that a team has asked for, before a shoot-out. Returns whether there is one.
+    /// Begins the time-out that a team has requested, before a shoot-out. Returns whether there is one.
     pub(super) fn begin_timeout_before_shoot_out(&mut self) -> bool {
         let requests = &mut self.memory.timeout_requests;
         let request = Team::BOTH.into_iter().find_map(|team| requests[team].take().map(|cycles| (team, cycles)));
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
     use crate::game::Intervention;
 
-    /// A match with `ready` and `set`, of teams that have a time-out each, in play.
+    /// A match in play with `ready` and `set`, and one time-out for each team.
     fn with_timeouts() -> MatchFixture {
         let mut situation = MatchFixture::three_a_side();
         (situation.rules.timeouts, situation.rules.timeout_s) = (1, 10.0);
@@ -164,7 +164,7 @@ mod tests {
         let mut situation = with_timeouts();
         ask(&mut situation, BLUES);
         assert_eq!((situation.game.state, situation.game.cycles_left), (GameState::Playing, Some(999)));
-        // Asked in `ready`, it begins at once; the clock has run on.
+        // If it is requested in `ready`, it begins at once; the clock has run on.
         let mut asked_late = with_timeouts();
         ask(&mut asked_late, Intervention::KickOff { team: Team::Blue });
         pass(&mut asked_late, 20);

@@ -1,7 +1,7 @@
 //! Touches of the ball.
 //!
-//! Kicks happen at the start of a cycle, and contacts with bodies later: of all touches of a cycle kicks come first, then contacts
-//! in the order in which they happened.
+//! Kicks happen at the start of a cycle, and contacts with bodies later: of all touches of a cycle, kicks come first, then contacts in the
+//! order in which they happened.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use crate::team::RobotId;
 /// A touch of the ball by a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Touch {
-    /// The robot that touched it.
+    /// The robot that touched the ball.
     pub robot: RobotId,
     /// The cycle.
     pub cycle: u64,
@@ -22,11 +22,11 @@ pub struct Touch {
     pub kick: bool,
 }
 
-/// All touches of a cycle, in their order: the robot, and whether it was a kick. `contacts` are the robots that the ball hit, in
+/// Collects all touches of a cycle, in their order: the robot, and whether it was a kick. `contacts` are the robots that the ball hit, in
 /// their order.
 ///
-/// Of robots that kick in the same cycle, the one that gives the ball the greater speed has the last touch; of equal ones the
-/// first in order. A robot that kicks and is hit by the ball has kicked it.
+/// Of robots that kick in the same cycle, the one that gives the ball the greater speed has the last touch; of equal ones the first in
+/// order. A robot that kicks and is hit by the ball has kicked it.
 pub(crate) fn touches_of_cycle(
     events: &[MatchEvent],
     contacts: impl Iterator<Item = RobotId>,
