@@ -44,7 +44,7 @@ pub enum Address {
     Unix(PathBuf),
 }
 
-/// The error that a text is not an address.
+/// The error that a text is no address.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("expected tcp:HOST:PORT, such as tcp:127.0.0.1:10000, or unix:PATH")]
 pub struct NotAnAddress;

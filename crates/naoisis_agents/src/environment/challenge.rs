@@ -170,7 +170,7 @@ impl Situation {
     }
 }
 
-/// The error of reading a challenge.
+/// Why a challenge cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChallengeError {

@@ -41,7 +41,7 @@ pub enum Start {
     Moment(Snapshot),
 }
 
-/// The error of starting an episode.
+/// Why an episode cannot start.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StartError {

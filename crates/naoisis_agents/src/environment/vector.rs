@@ -46,7 +46,7 @@ pub struct Arrays<'a> {
     pub final_images: &'a mut [u8],
 }
 
-/// The error of stepping or resetting worlds.
+/// Why worlds cannot be stepped or reset.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentError {
@@ -205,8 +205,8 @@ impl Environments {
     /// Plays a step of all worlds with the actions of all agents, row by row.
     ///
     /// # Errors
-    /// If an action is invalid or an episode is over; nothing has happened in that case. If a world panics; the others have been stepped in
-    /// that case.
+    /// When an action is invalid or an episode is over; then nothing has happened. When a world panics; then the others
+    /// have been stepped.
     pub fn step(&mut self, actions: &[f32], arrays: Arrays) -> Result<(), EnvironmentError> {
         let settings = &self.settings;
         let (length, agents) = (settings.action.len(), settings.control.len());

@@ -351,7 +351,7 @@ pub struct PlayerPacket {
     pub cautions: u8,
 }
 
-/// The error that bytes are not a control packet.
+/// Why bytes are no control packet.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PacketError {

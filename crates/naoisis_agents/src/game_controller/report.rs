@@ -26,7 +26,7 @@ pub struct ReturnPacket {
     pub report: StatusReport,
 }
 
-/// The error that bytes are not a return packet.
+/// The error that bytes are no return packet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("expected 32 bytes that begin with RGrt and version 4, fallen 0 or 1, and finite numbers")]
 pub struct NotAReturnPacket;

@@ -26,7 +26,7 @@ pub struct NetworkError {
     pub error: io::Error,
 }
 
-/// Opens a non-blocking socket at `address`.
+/// A non-blocking socket.
 pub(super) fn bind(address: SocketAddr) -> Result<UdpSocket, NetworkError> {
     let socket = UdpSocket::bind(address).and_then(|socket| socket.set_nonblocking(true).map(|()| socket));
     socket.map_err(|error| NetworkError { address, error })

@@ -250,7 +250,7 @@ fn send_messages(
         if let Some(reason) = limits.refusal(&say, team) {
             let count = if reason == Refusal::BudgetSpent { &mut team.over_budget } else { &mut team.refused };
             *count += 1;
-            // Reported once: otherwise a team over its budget would fill the record with the same refusal.
+            // Once is enough: otherwise a team over its budget would fill the record with the same refusal.
             if reason != Refusal::BudgetSpent || *count == 1 {
                 events.push(MatchEvent::CommandRefused { robot: from, command: CommandKind::Say, reason });
             }

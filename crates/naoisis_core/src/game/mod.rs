@@ -113,7 +113,7 @@ pub struct Game {
     pub drop_ball: bool,
     /// The free kick under way, or the kick-off while the ball belongs to one team.
     pub set_play: Option<SetPlay>,
-    /// Number of messages that each team may still send; `None` if unlimited.
+    /// How many messages each team may still send; none if unlimited.
     pub messages_left: Option<PerTeam<u32>>,
     /// Whether each team has exceeded its message budget: its goals do not count.
     pub goals_void: PerTeam<bool>,

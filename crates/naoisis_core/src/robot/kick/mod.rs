@@ -198,7 +198,7 @@ fn swing_legs(
         let strike = ball_in_robot
             .filter(|_| is_low)
             .and_then(|ball| settings.strike(request.kick_type, ball, request.direction));
-        // On the wrong side the ball is struck by the foot as it extends, not as it moves aside.
+        // On the wrong side it is the extending foot that strikes, and not the one that moves aside.
         let strike = strike.filter(|strike| if strike.reduced { is_extended } else { cycles_left == 0 });
         let (Some(strike), Ok((_, physics, ..))) = (strike, ball.single()) else {
             if cycles_left == 0 {

@@ -75,7 +75,7 @@ pub enum CameraRendering {
     Gpu,
 }
 
-/// Error of a renderer: it is not available, or has failed.
+/// The chosen renderer is not available.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct RenderingUnavailable(pub String);

@@ -14,9 +14,9 @@
 //! | junction, cross | it is visible | itself |
 //! | centre circle, corner arc | 3 of 8 points of it are visible, of an arc 3 of 5 | its centre, in the image or not; the corner |
 //!
-//! A visible point is in the image, and no robot or post is in front of it. An object that two cameras see is one percept: from the camera
-//! that sees its foot, or else from the one that has it nearer to the middle of the image. Of a line, each camera reports its own segment.
-//! Percepts are ordered from left to right in the image, so that their order carries no other information.
+//! A visible point is in the image, and no robot or post is in front of it. An object that two cameras see is one percept, from the camera
+//! that sees its foot, or otherwise has it nearer to the middle of the image; of a line, each camera reports its own segment. Percepts are
+//! ordered from left to right in the image, so that their order carries no other information.
 //!
 //! **Units and rate.** Pixels and metres, the robot frame; once a cycle, both cameras.
 //!
@@ -227,7 +227,7 @@ pub struct Percepts {
 }
 
 impl Percepts {
-    /// Removes all percepts, but keeps the memory.
+    /// Removes all percepts, and keeps the memory.
     pub fn clear(&mut self) {
         let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
         *ball = None;
