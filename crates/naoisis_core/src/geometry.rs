@@ -110,7 +110,7 @@ pub fn to_radians(degrees: f32) -> f32 {
 pub fn exact_degrees(radians: f32) -> f64 {
     let degrees = f64::from(radians).to_degrees();
     let is_same = |decimal: &f64| radians_of(*decimal).to_bits() == radians.to_bits();
-    // More places than these only very small angles need, and all of them.
+    // Only very small angles need more places than these, and they need all of them.
     let places = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12];
     places.into_iter().map(|scale| (degrees * scale).round() / scale).find(is_same).unwrap_or(degrees)
 }
@@ -120,7 +120,7 @@ pub fn radians_of(degrees: f64) -> f32 {
     degrees.to_radians() as f32
 }
 
-/// How angles and poses are written in files: in degrees, and [exactly](exact_degrees). For use with `#[serde(with = "...")]`.
+/// The format of angles and poses in files: degrees, written [exactly](exact_degrees). For use with `#[serde(with = "...")]`.
 pub mod file_units {
     use super::{Pose, exact_degrees, radians_of, wrap_angle};
     use core::fmt;
@@ -160,7 +160,7 @@ pub mod file_units {
         }
     }
 
-    /// A pose as files have it, with the heading within (-180, 180].
+    /// A pose in the format of files, with the heading within (-180, 180].
     fn to_file(pose: Pose) -> (f32, f32, f64) {
         (pose.position.x, pose.position.y, exact_degrees(wrap_angle(pose.heading)))
     }
@@ -169,7 +169,8 @@ pub mod file_units {
         Pose::new(x as f32, y as f32, heading_of(degrees))
     }
 
-    /// The heading, radians within (-π, π], of an angle in degrees: so a pose reads the same after it was written.
+    /// The heading, radians within (-π, π], of an angle in degrees. It is wrapped before the conversion, so that a pose that was written is
+    /// read back exactly.
     fn heading_of(degrees: f64) -> f32 {
         if degrees > -180.0 && degrees <= 180.0 {
             return radians_of(degrees);
@@ -259,7 +260,7 @@ pub mod file_units {
     pub mod step {
         use super::*;
 
-        /// No number in a file is larger: in single precision it has to stay finite.
+        /// The largest magnitude of a number that is read: it must stay finite in single precision.
         const LARGEST: f64 = 1e30;
 
         /// Writes `[x, y, degrees]`.

@@ -17,7 +17,7 @@ use bevy::reflect::{TypeInfo, TypeRegistry};
 use core::any::TypeId;
 use core::fmt;
 
-/// What a component or resource is to a behaviour.
+/// The meaning of a component or resource for a behaviour, which decides about access.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Reflect)]
 pub enum Knowledge {
     /// Ground truth, or anything it could be read from: a behaviour may neither read nor write it.
@@ -26,7 +26,7 @@ pub enum Knowledge {
     Sensor,
     /// A command to a robot: a behaviour may read and write it.
     Command,
-    /// What a robot thinks: a behaviour may read and write it.
+    /// A robot's own estimate or memory: a behaviour may read and write it.
     Belief,
     /// Known to everybody, such as the dimensions of the pitch: a behaviour may read it.
     Public,

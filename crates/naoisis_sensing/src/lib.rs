@@ -1,4 +1,4 @@
-//! What robots measure and believe: sonars, odometry, camera images, vision, and the estimators that make beliefs of them.
+//! Measurements and beliefs of robots: sonars, odometry, camera images, vision, and the estimators that turn them into beliefs.
 #![cfg_attr(
     test,
     expect(

@@ -1,4 +1,4 @@
-//! Why a program is lost: the kind and a message.
+//! The reason for the loss of a program: its kind and a message.
 
 use naoisis_core::events::AgentLoss;
 

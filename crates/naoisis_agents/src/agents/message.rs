@@ -12,7 +12,7 @@ use naoisis_sim::interface::command::read_value;
 
 /// The deepest nesting of a message.
 const DEEPEST: usize = 32;
-/// How many bytes of an invalid message are shown in its error.
+/// The number of bytes of an invalid message that are shown in its error.
 const SHOWN: usize = 100;
 /// The longest explanation of an error, bytes. An unknown word in it may be as long as a message.
 const LONGEST: usize = 400;

@@ -47,7 +47,7 @@ pub(super) struct LostAgents(pub Vec<(RobotId, Loss)>);
 pub struct ProgramStartError {
     /// The robot that it should play.
     pub robot: RobotId,
-    /// Why it cannot be started.
+    /// The reason why the program cannot be started.
     pub message: String,
 }
 

@@ -24,7 +24,7 @@ impl fmt::Debug for BreakOff {
     }
 }
 
-/// How programs are treated. Times are wall-clock times; they only decide whether a program is lost.
+/// Limits and settings for programs. Times are wall-clock times; they only decide whether a program is lost.
 #[derive(Resource, Clone)]
 pub struct AgentSettings {
     /// The longest time for an answer: 5 s; `None` for no limit.

@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn constant_deceleration_rolls_with_the_square_of_the_speed() {
         let rolling = Rolling::ConstantMps2(0.3);
-        // s = v0² / (2 a), but for the speed at which it rests; after 2 s: s = v0 t - a t² / 2.
+        // s = v0² / (2 a), apart from the speed at which the ball rests; after 2 s: s = v0 t - a t² / 2.
         assert_relative_eq!(rolling.distance(1.2), 1.2 * 1.2 / 0.6, max_relative = 1e-5);
         let (distance, left) = rolling.advance(1.2, 2.0);
         assert_relative_eq!(distance, 2.4 - 0.6, max_relative = 1e-6);

@@ -46,7 +46,7 @@ pub struct BarrierError {
     pub behaviour: String,
     /// The name of the behaviour's system.
     pub system: String,
-    /// Why it is refused.
+    /// The reason for the refusal.
     pub reason: Breach,
 }
 
@@ -112,7 +112,7 @@ pub enum Breach {
     /// The system queries entities that may not be the behaviour's own robots.
     #[error("finds {what} of entities that need not be its own robots; add `With<{marker}>` to the query's filter")]
     ForeignRobots {
-        /// What it queries.
+        /// The components that it queries, in words.
         what: String,
         /// The behaviour's marker.
         marker: String,

@@ -10,7 +10,7 @@ fn intrinsics() -> CameraIntrinsics {
     CameraIntrinsics::new(Vec2::new(320.0, 240.0), to_radians(58.0))
 }
 
-/// What a NAO's camera sees in a head at these angles.
+/// The view of a NAO's camera in a head at these angles.
 pub(super) fn camera(side: CameraName, head: HeadAngles) -> CameraView {
     let mounts = CameraMounts::default();
     let mount = mounts.as_slice().iter().find(|mount| mount.name == side).unwrap();
@@ -156,12 +156,12 @@ fn what_is_beside_the_view_is_not_in_the_image() {
             }
         }
     }
-    // 48° ahead and 48° behind, of 360°, may be in view, and all that is near the feet: the rest is told apart.
+    // 48° ahead and 48° behind, of 360°, may be in view, and everything near the feet: the rest is certainly not.
     assert!(sides[0] > 3000 && sides[2] > 3000, "{sides:?}");
     assert!(seen_whole > 300, "{seen_whole}");
 }
 
-/// Cameras as they are calibrated: their focal lengths differ, their axes are beside the middle, and their lenses distort.
+/// Calibrated cameras: their focal lengths differ, their principal points are not in the middle, and their lenses distort.
 fn calibrated() -> Vec<CameraIntrinsics> {
     let size = Vec2::new(640.0, 480.0);
     let lenses = [([0.1, -0.2, 0.0], [0.001, 0.002]), ([-0.35, 0.12, -0.02], [0.0, -0.003]), ([0.0; 3], [0.0; 2])];
@@ -227,7 +227,7 @@ fn a_segment_is_clipped_at_the_edges_of_the_image() {
     let part = top.visible_part(Vec3::new(-5.0, 0.0, 0.0), Vec3::new(5.0, 0.0, 0.0)).unwrap();
     assert_abs_diff_eq!(-5.0 + 10.0 * part[0], 1.669, epsilon = 1e-3);
     assert_eq!(part[1], 1.0);
-    // Behind the robot, or beside the view: nothing.
+    // Behind the robot, or beside the view, nothing is visible.
     assert_eq!(top.visible_part(Vec3::new(-1.0, -1.0, 0.0), Vec3::new(-1.0, 1.0, 0.0)), None);
     assert_eq!(top.visible_part(Vec3::new(1.0, 3.0, 0.0), Vec3::new(3.0, 3.0, 0.0)), None);
 }

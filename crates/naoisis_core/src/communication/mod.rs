@@ -88,7 +88,7 @@ pub struct ReceivedMessage {
 #[reflect(Component, @Knowledge::Sensor)]
 pub struct Inbox(pub Vec<ReceivedMessage>);
 
-/// How messages travel.
+/// Settings of the delivery and the limits of messages.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]

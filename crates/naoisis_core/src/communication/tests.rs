@@ -114,7 +114,7 @@ fn messages_are_lost_as_often_as_asked_for_and_independently() {
             assert!((both - 1 - 360).abs() < 73, "{both}");
         }
         let TeamMessageStatistics { sent, delivered, lost, .. } = statistics(&app);
-        // What was sent last is still on its way.
+        // The last messages are still in flight.
         assert_eq!(2 * sent, delivered + lost + app.world().resource::<MessagesInFlight>().0.len() as u32);
     }
 }

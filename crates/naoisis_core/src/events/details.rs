@@ -87,7 +87,7 @@ pub enum CollisionType {
     BallAndPost,
 }
 
-/// What a robot or the ball collided with.
+/// The partner with which a robot or the ball collided.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
 #[non_exhaustive]
 pub enum CollisionPartner {

@@ -125,7 +125,7 @@ pub enum MatchEvent {
     Collision {
         /// The moving robot, the first by id if both move; `None` if the ball hit a post.
         robot: Option<RobotId>,
-        /// What it collided with.
+        /// The other partner of the collision.
         with: CollisionPartner,
         /// The type of the collision.
         #[serde(rename = "type")]

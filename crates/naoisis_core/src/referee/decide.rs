@@ -72,7 +72,7 @@ pub(super) struct Referee<'a, 'b> {
     pub(super) decisions: &'b mut Decisions,
 }
 
-/// Why play is stopped.
+/// The reason for stopping play.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Stoppage {
     /// For a kick-off of this team, or a drop ball.

@@ -10,7 +10,7 @@ use crate::game::{GameState, Intervention, PenaltyReason, Score};
 use crate::geometry::{Pose, wrap_angle};
 use crate::team::RobotId;
 
-/// Why play cannot go on in a time-out.
+/// The reason for refusing an intervention in a time-out.
 const IN_TIMEOUT: &str = "there is a time-out, which `resume` ends";
 
 impl Referee<'_, '_> {

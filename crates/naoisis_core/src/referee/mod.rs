@@ -30,7 +30,7 @@
 //! | a robot that begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
 //! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 45 s + 10 s ¹ | 30 s | |
 //! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | yes | | |
-//! | a half goes on for a penalty kick; a keeper off its line gives a goal | HSL: 7.4, penalty kick | | | | yes | | |
+//! | a penalty kick extends the half; a keeper off its line gives a goal | HSL: 7.4, penalty kick | | | | yes | | |
 //! | an indirect free kick in the offenders' area is taken from its line | HSL: 13.3.1 | | | | yes | | |
 //! | [obstruction] | 2010: 4.14 | | yes | | | | |
 //! | [stalling] | paper: 3.4 | yes | | | | yes | |

@@ -135,7 +135,7 @@ mod tests {
         let mut range = [f32::MAX, f32::MIN];
         for part in design.parts(RobotId::new(Team::Blue, 3), body) {
             let place = limbs[part.frame as usize] * part.frame_from_shape;
-            // How far the shape reaches along z of the robot frame.
+            // The reach of the shape along z of the robot frame.
             let up = place.matrix3.transpose() * bevy::math::Vec3A::Z;
             let half = match part.shape {
                 Shape::Box { half_size } => (Vec3::from(up) * half_size).abs().element_sum(),

@@ -65,7 +65,7 @@ mod tests {
         let mut wrong_end = WrongEnd::default();
         let mut weigh = |told: &[Vec2]| wrong_end.weigh(BALL, told.iter().copied(), 0.5);
         let there = [-BALL, -BALL + Vec2::X * 0.4];
-        // Three cycles of half a second are not enough, nor is what was said before somebody agreed.
+        // Three cycles of half a second are not enough, and a report that agrees with the robot resets the evidence.
         assert!(!(0..3).any(|_| weigh(&there)) && !weigh(&[BALL]) && !(0..3).any(|_| weigh(&there)));
         // A cycle without reports does not reset the evidence.
         assert!(!weigh(&[]) && weigh(&there));

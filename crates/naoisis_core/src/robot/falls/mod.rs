@@ -7,7 +7,7 @@
 //! - A fallen robot lies where it stood, with the same footprint. It is low: cameras see over it and sonars do not detect it.
 //!   It neither walks nor kicks, and its cameras and sonars measure nothing.
 //! - It gets up on command, which takes longer from its back, and may fail, more often if another robot touches it.
-//! - A dive blocks a strip beside the robot against the ball for a time. Then the robot lies, as after a fall.
+//! - For a time, a dive blocks a strip beside the robot against the ball. Then the robot lies, as after a fall.
 
 use bevy::ecs::query::QueryData;
 use bevy::math::ops;
@@ -55,7 +55,7 @@ impl Plugin for FallsPlugin {
     }
 }
 
-/// What makes a robot different from others of its model, for the whole match.
+/// The tendency of a robot to fall, compared with others of its model. It is constant for the whole match.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct FallTendency {

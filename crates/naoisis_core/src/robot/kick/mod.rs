@@ -86,14 +86,14 @@ pub enum KickPhase {
     WindUp {
         /// The kick under way.
         request: KickRequest,
-        /// Whether the robot goes on walking.
+        /// Whether the robot continues to walk.
         in_walk: bool,
         /// Cycles until the foot meets the ball.
         cycles_left: u32,
     },
     /// Regaining balance.
     Recovering {
-        /// Whether the robot goes on walking.
+        /// Whether the robot continues to walk.
         in_walk: bool,
         /// Cycles until the robot may kick again.
         cycles_left: u32,
@@ -304,7 +304,7 @@ mod tests {
             phase = advance_phase(phase, 5);
             cycles += 1;
         }
-        // Two cycles of wind-up, then five of recovery, the first of which is that of the strike.
+        // Two cycles of wind-up, then five of recovery, beginning with the cycle of the strike.
         assert_eq!((cycles, strikes.iter().position(|strike| *strike)), (7, Some(2)));
     }
 }

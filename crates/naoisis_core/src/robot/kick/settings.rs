@@ -49,7 +49,7 @@ pub struct KickModel {
     #[serde(rename = "elevation_deg", with = "file_units::degrees", skip_serializing_if = "is_zero")]
     #[schemars(with = "f32", range(min = 0.0, max = 80.0))]
     pub elevation: f32,
-    /// Whether the robot goes on walking in this kick: the swing is one of its steps.
+    /// Whether the robot continues to walk in this kick: the swing is one of its steps.
     #[serde(skip_serializing_if = "is_false")]
     pub in_walk: bool,
 }
@@ -252,7 +252,7 @@ impl KickSettings {
         self.get(kick_type).and_then(|kick| kick.recovery_s).unwrap_or(self.recovery_s)
     }
 
-    /// Whether the robot goes on walking in a kick of this type.
+    /// Whether the robot continues to walk in a kick of this type.
     pub fn is_in_walk(&self, kick_type: KickType) -> bool {
         self.get(kick_type).is_some_and(|kick| kick.in_walk)
     }

@@ -142,7 +142,7 @@ fn robots_have_the_team_of_their_waistband() {
     assert!(left.team == Team::Blue && right.team == Team::Pink);
     assert_place(left.position_m, 2.5, 0.8);
     assert_place(right.position_m, 2.0, -0.5);
-    // Where it stands: 1.9461 m ahead of the lens, u = 160 + 360.81 * 0.5 / 1.9461, v = 120 + 360.81 * 0.5372 / 1.9461.
+    // Its foot: 1.9461 m ahead of the lens, u = 160 + 360.81 * 0.5 / 1.9461, v = 120 + 360.81 * 0.5372 / 1.9461.
     assert_abs_diff_eq!(right.pixel, Vec2::new(252.70, 219.60), epsilon = 0.01);
     // At 1.4 m its feet are between the images; the waistband tells the place, and the pixel is below the upper image.
     set(&mut app, pink, Pose::new(1.4, -0.3, 0.0));
