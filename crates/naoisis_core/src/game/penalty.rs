@@ -57,44 +57,44 @@ impl ActivePenalty {
 #[reflect(Serialize, Deserialize)]
 #[strum(serialize_all = "snake_case")]
 pub enum PenaltyReason {
-    /// It is responsible for a collision with another robot.
+    /// The robot is responsible for a collision with another robot.
     Pushing,
-    /// It stood near the ball for too long.
+    /// The robot stood near the ball for too long.
     Stalling,
-    /// It covered the ball for too long.
+    /// The robot covered the ball for too long.
     BallHolding,
-    /// It left the carpet, or stayed in a goal.
+    /// The robot left the carpet, or stayed in a goal.
     LeavingField,
-    /// It defended in front of its own goal where the rules forbid it.
+    /// The robot defended in front of its own goal where the rules forbid it.
     IllegalDefender,
-    /// It was at an illegal place at a kick-off or free kick.
+    /// The robot was at an illegal position at a kick-off or free kick.
     IllegalPosition,
-    /// It kept an opponent from the ball without going to the ball itself.
+    /// The robot kept an opponent from the ball without going to the ball itself.
     Obstruction,
-    /// It did nothing for too long.
+    /// The robot did nothing for too long.
     Inactive,
-    /// It lay on the ground for too long.
+    /// The robot lay on the ground for too long.
     Fallen,
-    /// It takes no part in the current shot of the shoot-out.
+    /// The robot takes no part in the current shot of the shoot-out.
     ShootOut,
-    /// Play was stuck, and it was nearest to the ball.
+    /// Play was stuck, and the robot was nearest to the ball.
     GameStuck,
-    /// It began to walk in `set`.
+    /// The robot began to walk in `set`.
     MotionInSet,
-    /// It moved in a brief stop.
+    /// The robot moved in a brief stop.
     MotionInStop,
-    /// A robot of its team began to walk in `standby`.
+    /// A robot of the same team began to walk in `standby`.
     MotionInStandby,
     /// The team asked for the robot to be picked up.
     PickUp,
-    /// It was cautioned too often, and is out for the rest of the match.
+    /// The robot was cautioned too often, and is out for the rest of the match.
     SentOff,
-    /// It is a substitute, or was replaced by one.
+    /// The robot is a substitute, or was replaced by one.
     Substitute,
-    /// It was removed by an [intervention](crate::game::Intervention::Penalise).
+    /// The robot was removed by an [intervention](crate::game::Intervention::Penalise).
     #[default]
     Manual,
-    /// It broke a [custom rule](crate::referee::CustomRule).
+    /// The robot broke a [custom rule](crate::referee::CustomRule).
     #[strum(disabled)]
     Custom(RuleName),
 }
