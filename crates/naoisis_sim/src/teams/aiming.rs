@@ -123,7 +123,7 @@ impl Aim {
     }
 }
 
-/// The least distance between the ball's path and what opponents can block, at most [`ENOUGH_ROOM_M`], m.
+/// Returns the least distance between the ball's path and what opponents can block, at most [`ENOUGH_ROOM_M`], m.
 pub fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBelief], sizes: Sizes) -> f32 {
     opponents
         .iter()

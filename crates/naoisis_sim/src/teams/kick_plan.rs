@@ -22,8 +22,8 @@ const OCCUPIED_COST_S: f32 = 2.5;
 /// A place is taken if it is in the circle of an obstacle, reduced to this share.
 const OCCUPIED_SHARE: f32 = 0.8;
 
-/// The position, m, and the direction to face for a kick that sends a ball at `ball` in `direction` (team frame). For a kick that can be
-/// aimed, the direction to face is the possible one nearest to the way from `own` to the ball.
+/// Returns the position, m, and the direction to face for a kick that sends a ball at `ball` in `direction` (team frame). For a kick that
+/// can be aimed, the direction to face is the possible one nearest to the way from `own` to the ball.
 pub fn stand_for(kick: &KickGeometry, ball: Vec2, direction: Vec2, own: Vec2) -> (Vec2, Vec2) {
     let most = AIMED_SHARE * kick.aims_within();
     let wanted = if most > 0.0 { angle_of(unrotate(ball - own, direction)).clamp(-most, most) } else { 0.0 };

@@ -51,13 +51,13 @@ impl Obstacles {
         }
     }
 
-    /// All obstacles, in the order in which they were added.
+    /// Returns all obstacles, in the order in which they were added.
     pub fn iter(&self) -> impl Iterator<Item = &Obstacle> {
         self.circles[..self.count].iter()
     }
 }
 
-/// The way to go now to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on the way.
+/// Returns the way to go now to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on the way.
 ///
 /// An obstacle that contains `to` is shrunk so that it can be reached. A robot inside an obstacle leaves it sideways and outwards.
 pub fn way_around(from: Vec2, to: Vec2, obstacles: &Obstacles) -> Vec2 {

@@ -189,7 +189,7 @@ mod tests {
             let mates = [(3, Vec2::new(-0.2, 0.0)), (4, Vec2::new(0.5, 0.8)), (5, Vec2::new(1.2, -0.8))];
             job(&player, Company { mates: &mates, opponents: &[] }, player.ball().unwrap())
         };
-        // Of 2, 4 and 5, 2 is the last, then the one in the middle, then the foremost.
+        // Of 2, 4 and 5, number 2 is the rearmost, then the one in the middle, then the foremost.
         assert_eq!(jobs(&situation), Job::Guard);
         situation.belief.pose.position = Vec2::new(0.8, 1.5);
         assert_eq!(jobs(&situation), Job::Cover);
