@@ -9,7 +9,7 @@ const MOST_OF_ONE_NAME: u32 = 1000;
 /// The greatest length of a name, letters.
 const LONGEST_NAME: usize = 60;
 
-/// A name without characters that file systems forbid.
+/// Returns `name` without characters that file systems forbid.
 pub fn stem(name: &str) -> String {
     let letters = name.chars().map(|letter| if letter.is_alphanumeric() || letter == '-' { letter } else { '_' });
     let mut stem: String = letters.take(LONGEST_NAME).collect();

@@ -192,7 +192,7 @@ fn advance(world: &mut World) -> bool {
     }
     if world.contains_resource::<Simulator>() {
         keyframes::keep_if_due(world);
-        // What is done by hand is not done again by itself when the match is played again.
+        // Interventions of the user are not repeated when the match is played again from a keyframe, so they are noted as a change.
         if !world.resource::<Interventions>().queue.is_empty() {
             world.resource::<Keyframes>().note_change();
         }
@@ -231,11 +231,11 @@ fn find_display_fraction(
     fixed: Res<Time<Fixed>>,
     mut fraction: ResMut<DisplayFraction>,
 ) {
-    // The past has a moment of its own.
+    // The displayed moment of the past has its own fraction.
     if timeline.is_past() {
         return;
     }
-    // While it stands still, what is shown stays.
+    // While the match is paused, the displayed fraction stays as it is.
     if playback.speed == Speed::Unlimited || is_over(&game, &clock, &playback) {
         fraction.0 = 1.0;
     } else if !playback.paused {

@@ -42,7 +42,7 @@ pub(super) fn save(folder: &Path, team: Team, percent: f64, run: &Run) -> Result
     let expectation = expectation(team, percent, run)?;
     let file_name = format!("{}-{:06}", stem(name), run.cycle);
     let moment = write_new(folder, &file_name, EXTENSION, run.moment.bytes()).map_err(|error| error.to_string())?;
-    // As many cycles as were played.
+    // The duration covers as many cycles as were played.
     let duration_s = (run.for_s / cycle_s - 1e-6).ceil() * cycle_s;
     let test = json!({
         "name": format!("{name} test"),

@@ -92,13 +92,13 @@ pub struct Rebuilt {
 }
 
 impl Rebuilt {
-    /// The state after a cycle of the match that is shown, if it has been rebuilt.
+    /// Returns the state after a cycle of the match that is shown, if it has been rebuilt.
     pub fn moment(&self, cycle: u64, keyframes: &Keyframes) -> Option<&RebuiltMoment> {
         let moment = self.latest.as_ref()?;
         (moment.cycle == cycle && moment.keyframes.is_same(keyframes)).then_some(moment)
     }
 
-    /// The behaviour states of the moment that was rebuilt last.
+    /// Returns the behaviour states of the moment that was rebuilt last.
     pub fn latest_states(&self) -> impl Iterator<Item = &BehaviourState> {
         self.latest.iter().flat_map(|moment| moment.states.values())
     }
@@ -271,7 +271,7 @@ fn read_state(world: &mut World) {
         let (rebuilt, keyframes) = (world.resource::<Rebuilt>(), world.resource::<Keyframes>());
         let cycle = world.resource::<CycleClock>().cycle;
         let moment = rebuilt.moment(cycle, keyframes);
-        // While the past plays, that of a moment ago is near enough.
+        // While the past is being played, the last rebuilt moment is near enough.
         let moment = if world.resource::<Playback>().paused { moment } else { moment.or(rebuilt.latest.as_ref()) };
         match moment {
             Some(moment) if moment.is_same => Ok(moment.states.get(&id).cloned().unwrap_or_default()),

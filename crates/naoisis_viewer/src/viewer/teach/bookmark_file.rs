@@ -169,7 +169,7 @@ pub(super) fn keep(
     mut notice: ResMut<Notice>,
 ) {
     if file.of.as_ref().is_none_or(|(of, _)| !of.is_same(&keyframes)) {
-        // Another way that the match went is kept nowhere.
+        // The bookmarks of other branches are not stored.
         let is_fork = branches.is_some_and(|branches| branches.is_fork(&keyframes));
         let trace = trace.0.as_deref().filter(|_| timeline.is_replay());
         let played = played.as_ref().and_then(|played| played.0.as_ref());

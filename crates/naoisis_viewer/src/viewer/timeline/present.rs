@@ -184,7 +184,7 @@ pub(super) fn put_record(
         let (belief, mut state) =
             (robot.belief.clone(), state_of(robot, was, Stride { kick, ..stride }, clock.period_s));
         if !fields.has("robots.pose") {
-            // It stays where it was at the start.
+            // Without recorded poses the robot stays where it was at the start.
             let place = world.get::<Pose>(entity).copied().unwrap_or_default();
             (state.pose, state.previous) = (place, PreviousPose(place));
         }
