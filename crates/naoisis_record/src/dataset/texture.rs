@@ -120,7 +120,7 @@ fn wall(noise: &[f32], ray: Vec3, contrast: f32) -> f32 {
     };
     let is_poster = place.y < 0.2 && coarse(noise, place * Vec2::new(9.0, 4.0) + 177.0) > 0.5;
     let poster = if is_poster { coarse(noise, place * Vec2::new(60.0, 50.0) + 31.0) } else { 0.0 };
-    // It is brighter above, where the lamps are.
+    // The surroundings are brighter above, where the lamps are.
     1.0 + contrast * (0.5 * shade + 0.4 * panel + 0.6 * poster + window) + 0.15 * place.y.clamp(0.0, 1.0)
 }
 

@@ -335,7 +335,7 @@ mod tests {
             assert_eq!(joined.record(cycle).unwrap(), whole.record(cycle).unwrap(), "cycle {cycle}");
             assert_eq!(joined.around(cycle), whole.around(cycle), "cycle {cycle}");
         }
-        // It continues where it ended.
+        // The joined history continues at its end.
         joined.push(&empty_record(301)).unwrap();
         assert_eq!(joined.cycles(), Some(0..=301));
         // Other records replace it.

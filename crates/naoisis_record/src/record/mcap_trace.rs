@@ -12,7 +12,7 @@ pub(super) const HEADER: &str = "naoisis-trace";
 pub(super) const END: &str = "naoisis-trace-end";
 pub(super) const LINE: &str = "line";
 
-/// Bytes of a record besides its line, at most.
+/// Greatest size of a record without its line, bytes.
 const BESIDE_BYTES: usize = 64 << 10;
 
 /// Reads an MCAP file as the text of its trace: a line for the header, a line for each message on the trace's channel, and a line for the

@@ -121,7 +121,7 @@ pub enum RobotQuantity {
     Kicks,
     /// Penalties against the robot.
     Penalties,
-    /// How often it fell.
+    /// Number of falls.
     Falls,
     /// Distance that the robot walked, m.
     PathM,

@@ -244,7 +244,7 @@ impl Scenario {
     /// Returns the scenario as JSON with every field and with presets filled in. Reading this text gives the same scenario.
     ///
     /// # Errors
-    /// None for a [valid](Scenario::validate) scenario.
+    /// Never for a [valid](Scenario::validate) scenario.
     pub fn resolved_json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self)
     }

@@ -53,7 +53,7 @@ pub struct RobotState {
     pub base: BodyBox,
 }
 
-/// What a robot senses, hears and believes: values that must be finite.
+/// The values that a robot senses, hears and believes, which must be finite.
 #[derive(QueryData)]
 struct Mind {
     head: &'static HeadAngles,

@@ -51,7 +51,7 @@ pub fn best_at_hand(
         let value = ready * worth + (1.0 - ready) * contested;
         (kick, KickOption { aim, place, receiver, value })
     });
-    // Of equal kicks, the first.
+    // The first of equal kicks is chosen.
     valued.reduce(|best, next| if next.1.value > best.1.value { next } else { best })
 }
 

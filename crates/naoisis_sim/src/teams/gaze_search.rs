@@ -138,7 +138,7 @@ mod tests {
         let head = Head::new(&level, FieldOfView::default());
         assert!(!head.can_see(Vec2::new(0.2, 0.05)) && head.can_see(Vec2::new(0.45, 0.0)));
         assert!(Head::default().can_see(Vec2::new(0.12, 0.05)));
-        // One without speed neither nods nor turns, whatever its limits are.
+        // A head without speed neither nods nor turns, even if its limits would let it.
         let still = HeadLimits { max_speed: 0.0, ..HeadLimits::default() };
         let still = Head::new(&still.reached_from(HeadAngles::default()), FieldOfView::default());
         assert!(!still.turns() && !still.can_see(Vec2::new(0.2, 0.05)));

@@ -79,8 +79,8 @@ impl KickPlan {
                 cost_s + if falls_short { 5.0 } else { 0.0 }
             };
             let advantage_s = if previous == Some(kick_type) { KICK_PREFERENCE_S } else { 0.0 };
-            // Of equals the first is best. Whether the place is taken is not checked for a kick that is worse already, and the angles
-            // are not computed for one that is too far away.
+            // The first of equal plans is the best. Whether the place is taken is not checked for a kick that is worse already, and the
+            // angles are not computed for one that is too far away.
             let is_worse = |cost_s: f32| best.is_some_and(|(least_s, _)| cost_s - advantage_s >= least_s);
             let mut cost_s = cost_of(match &limits.gait {
                 Some(_) if is_worse(cost_of(least_walking_time_s(forward, way, facing, limits))) => continue,

@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(way_around(Vec2::ZERO, to, &Obstacles::default()), to);
         assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(-0.5, -0.25, 0.3)), to);
         assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(1.0, 1.5, 0.3)), to);
-        // Behind the place to reach.
+        // The obstacle is behind the place to reach.
         assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(3.0, 1.5, 0.3)), to);
     }
 

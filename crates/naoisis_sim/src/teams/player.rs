@@ -30,11 +30,11 @@ use naoisis_sensing::sensing::status::BodyStatus;
 /// Half the width of a NAO with its arms, m. The clearances of the built-in teams were measured for a NAO with the paper's ball; other
 /// robots and balls add the difference in size.
 const NAO_HALF_WIDTH_M: f32 = 0.15;
-/// How far the feet of a NAO reach ahead of its origin, m.
+/// Distance by which the feet of a NAO extend ahead of its origin, m.
 const NAO_FRONT_M: f32 = 0.11;
 /// The radius of the paper's ball, m.
 const NAO_BALL_RADIUS_M: f32 = 0.03;
-/// How far the feet of a NAO reach to either side, m.
+/// Distance by which the feet of a NAO extend to either side, m.
 const NAO_FEET_HALF_WIDTH_M: f32 = 0.1;
 /// Half the width that a NAO blocks for the paper's ball, m: its feet and the ball's radius.
 const NAO_BLOCKED_HALF_WIDTH_M: f32 = 0.15;
@@ -162,12 +162,12 @@ impl<'a> Player<'a> {
         self.belief.ball.as_ref()
     }
 
-    /// How much wider its body is to either side than a NAO's, m. Other robots are assumed to be as wide.
+    /// Returns how much wider the player's body is to either side than a NAO's, m. Other robots are assumed to be as wide.
     pub fn wider_than_nao_m(&self) -> f32 {
         self.own_body.torso.half_width_m - NAO_HALF_WIDTH_M
     }
 
-    /// How much further ahead a ball at its feet lies than at a NAO's feet, m.
+    /// Returns how much further ahead a ball at the player's feet lies than at a NAO's feet, m.
     pub fn longer_than_nao_m(&self) -> f32 {
         (self.own_body.base.x_m[1] - NAO_FRONT_M) + (self.ball_radius_m - NAO_BALL_RADIUS_M)
     }

@@ -27,7 +27,7 @@ impl<'a> Player<'a> {
         for post in self.goal_posts().into_iter().filter(|post| near(*post)) {
             obstacles.add(post, POST_CLEARANCE_M + self.wider_than_nao_m());
         }
-        // What is far away will be seen in time.
+        // Obstacles that are far away will be seen in time.
         for (_, offset) in self.echoes().filter(|(distance_m, _)| *distance_m < 0.45) {
             let place = own + offset;
             let known = obstacles.iter().any(|known| known.centre.distance_squared(place) < 0.4 * 0.4);

@@ -57,7 +57,7 @@ pub(super) fn is_soonest(
     let own_s = time_s(player.position()) - preference;
     player.belief.team_mates.iter().filter(|mate| mate.age_s < fresh_s && counts(mate.id)).all(|mate| {
         let time_s = time_s(mate.position_m);
-        // Of two that need the same time, the one with the lower number goes.
+        // If two need the same time, the one with the lower number goes.
         own_s < time_s || (own_s == time_s && mate.id.is_none_or(|id| player.id < id))
     })
 }
@@ -94,14 +94,14 @@ pub fn support(player: &Player, ball: Vec2) -> Decision {
     support_from(player, ball, player.pitch.penalty_area.depth_m)
 }
 
-/// As [`support`], but also in the own penalty area if the rules let field players in.
+/// Like [`support`], but also in the own penalty area if the rules let field players in.
 pub fn support_and_defend(player: &Player, ball: Vec2) -> Decision {
     let depth_m =
         if player.is_own_area_for_keeper_only() { player.pitch.penalty_area.depth_m } else { KEEPERS_DEPTH_M };
     support_from(player, ball, depth_m)
 }
 
-/// As [`support`], outside the area that is `depth_m` deep before the own goal line.
+/// Like [`support`], but outside the area of depth `depth_m` in front of the own goal line.
 fn support_from(player: &Player, ball: Vec2, depth_m: f32) -> Decision {
     let place = support_place(player, ball, depth_m);
     let facing = (ball - player.position()).normalize_or(Vec2::X);

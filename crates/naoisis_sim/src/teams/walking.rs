@@ -98,7 +98,7 @@ fn about_angle_between(from: Vec2, to: Vec2) -> f32 {
     let (less, more) = (along.abs().min(across), along.abs().max(across));
     let slope = less / more.max(f32::MIN_POSITIVE);
     let square = slope * slope;
-    // Of the arc tangent up to 1 (Abramowitz and Stegun, 4.4.47).
+    // Coefficients of the arc tangent up to 1 (Abramowitz and Stegun, 4.4.47).
     let factors = [0.020_835_1, -0.085_133, 0.180_141, -0.330_299_5, 0.999_866];
     let angle = slope * factors.into_iter().fold(0.0, |sum, factor| sum * square + factor);
     let angle = if across > along.abs() { FRAC_PI_2 - angle } else { angle };
@@ -174,7 +174,7 @@ mod tests {
                 }
                 pose = after_step(pose, step);
                 nearest = nearest.min(way.length());
-                // What it takes for a step that goes on while it is told otherwise.
+                // The step under way goes on after a new command, so the robot may move away a little.
                 assert!(way.length() < nearest + 0.04, "walk {index} turns back at {pose:?}");
                 seconds = cycle as f32 * PERIOD;
             }

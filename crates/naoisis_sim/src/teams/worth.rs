@@ -17,7 +17,7 @@ const AIMING_SD: f32 = 0.05;
 const LEFT_AFTER_A_KICK: f32 = 0.4;
 /// The value of a ball from which the team could score, as a share of a goal: opponents come back meanwhile.
 const STANDING: f32 = 0.35;
-/// The weight of which team has the ball next, from 0 to 1, beside where the ball lies: possession changes often. Measured against
+/// The weight of which team has the ball next, from 0 to 1, compared with where the ball lies: possession changes often. Measured against
 /// `roles`: with a greater weight a team keeps more balls, and above this value it wins fewer matches.
 const POSSESSION: f32 = 0.57;
 /// The same for robots with kicks that can be aimed, which need not walk around the ball first.
@@ -216,7 +216,7 @@ fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32
         if along < 0.0 || along > distance {
             continue;
         }
-        // It slows down: the mean of the way is slower than the start.
+        // The ball slows down, so its mean speed is lower than the initial one.
         let steps_aside = (along / (0.75 * launch_mps) - REACTION_S).max(0.0) * player.limits.max_linear_mps;
         let room = direction.perp_dot(offset).abs() - half_width - steps_aside.min(0.5 * along);
         let passes = logistic(2.0 * room / (direction_sd * along + PLACE_SD_M));
@@ -314,7 +314,7 @@ mod tests {
         // An opponent beside the way or behind the ball lets it pass.
         let passes = course(&[opponent(0.6, 1.0), opponent(-0.5, 0.0)]);
         assert!(passes.arrives > 0.99, "{passes:?}");
-        // Of two opponents that might stop it, each is equally likely to do so.
+        // Two opponents that may stop the ball are equally likely to do so.
         let either = course(&[opponent(0.5, 0.0), opponent(1.0, 0.0)]);
         assert!((either.stopped_at.x - 0.75).abs() < 0.05, "{either:?}");
     }

@@ -62,7 +62,7 @@ pub struct Branches {
 pub struct Branch {
     /// The parent branch, and the cycle after which this one differs from it; `None` for the root.
     pub from: Option<(usize, u64)>,
-    /// What it is called.
+    /// The name in the window.
     pub name: String,
     /// The last cycle that was played when the branch was stored.
     pub last_cycle: u64,

@@ -24,7 +24,7 @@ use naoisis_sim::scenario::Scenario;
 
 /// The number of cycles that are kept.
 const LONGEST: usize = 3600;
-/// How much before a moment of the past is read from the records, s.
+/// The time before a moment of the past whose cycles are read from the records, s.
 pub const LOOK_BACK_S: f64 = 20.0;
 /// The part of a frame in which records are read.
 const BUDGET: Duration = Duration::from_millis(4);

@@ -168,7 +168,7 @@ impl Default for DisplaySettings {
 }
 
 impl DisplaySettings {
-    /// Panels at the right or above the match of which only one is open at a time.
+    /// Panels at the right or above the match. Only one of them is open at a time.
     const OPENED: [Switch; 5] = [Switch::Help, Switch::Game, Switch::Overlays, Switch::Cameras, Switch::ManyTimes];
 
     /// Shows or hides a part of the window.

@@ -69,7 +69,7 @@ pub enum LayoutSystems {
     Lanes,
     /// The plots, above the lanes.
     Plots,
-    /// Panels of which one at a time is open, at the right.
+    /// Panels at the right, one of which is open at a time.
     Right,
     /// The events, at the right.
     Events,

@@ -67,7 +67,7 @@ impl<'a> From<&'a CycleRecord> for Observed<'a> {
 /// A robot after a cycle, as the counter reads it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ObservedRobot<'a> {
-    /// Which robot.
+    /// The robot's id.
     pub id: RobotId,
     /// True pose, pitch frame.
     pub pose: Pose,

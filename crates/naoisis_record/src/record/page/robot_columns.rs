@@ -35,7 +35,7 @@ const FARTHEST_M: f32 = 20.0;
 /// Length of a list that is left out of this sample: the page shows the previous one.
 const LEFT_OUT: i32 = -1;
 
-/// How much is left out of the page, in ascending order.
+/// The data that are left out of the page, in ascending order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub(super) enum Thinning {
     /// Nothing.

@@ -139,7 +139,7 @@ pub struct PlayedFile(pub Option<ScenarioFile>);
 /// Starts the match of a file, in place of the current one.
 ///
 /// # Errors
-/// What is wrong with it, in words; the current match then continues.
+/// A message about the scenario if it is invalid. The current match then continues.
 pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), String> {
     start(world, &file.scenario).map_err(|fault| file.source.error(&fault).headline())?;
     world.insert_resource(PlayedFile(Some(file)));
@@ -149,7 +149,7 @@ pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), St
 /// Starts a match, in place of the current one.
 ///
 /// # Errors
-/// What is wrong with the scenario; the current match then continues.
+/// The fault of the scenario if it is invalid. The current match then continues.
 pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     simulation::start_match(world, scenario)?;
     timeline::forget(world);

@@ -1,4 +1,4 @@
-//! What the mouse drags, and where it would be put.
+//! The object that the mouse drags, and the place where it would be put.
 
 use bevy::prelude::*;
 
@@ -34,7 +34,7 @@ impl Sight {
     }
 }
 
-/// What the mouse drags.
+/// The object that the mouse drags.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Held {
     /// Moves a robot.
@@ -50,7 +50,7 @@ pub enum Held {
 /// A drag that has started.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Grip {
-    /// What is dragged.
+    /// The object that is dragged.
     pub held: Held,
     /// Its pose, pitch frame.
     pub pose: Pose,

@@ -74,7 +74,7 @@ pub const KEYS: &[(&str, &str)] = &[
 /// A kick that a key stands for, independent of the robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum DrivenKick {
-    /// One of the paper's four.
+    /// One of the paper's four kicks.
     OfPaper(KickType),
     /// The kick at this index among the robot's own, sorted by name.
     Own(usize),

@@ -196,7 +196,7 @@ pub(super) fn redo(world: &mut World) -> String {
     words
 }
 
-/// Why a step cannot be undone or redone now: in the past, only strokes of the pen can be.
+/// Returns the reason if a step cannot be undone or redone now: in the past, only strokes of the pen can be.
 fn why_it_cannot_be(world: &World, step: &Step) -> Option<String> {
     let timeline = world.resource::<Timeline>();
     (matches!(step, Step::Hand { .. }) && !is_live(timeline)).then(|| why_not(timeline).to_owned())

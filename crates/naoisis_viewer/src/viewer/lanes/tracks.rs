@@ -13,13 +13,13 @@ use naoisis_sim::scenario::Scenario;
 /// The source of a robot's ball estimate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BallSource {
-    /// It sees the ball.
+    /// The robot sees the ball.
     Seen,
-    /// It saw the ball recently.
+    /// The robot saw the ball recently.
     Remembered,
     /// A team-mate reported the ball.
     Told,
-    /// It does not know the ball.
+    /// The robot does not know where the ball is.
     Lost,
 }
 

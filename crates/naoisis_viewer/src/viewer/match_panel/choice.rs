@@ -26,7 +26,7 @@ impl MatchChoice {
     /// Returns the scenario after the choice, from the current one and, if known, its text.
     ///
     /// # Errors
-    /// What is wrong with the resulting scenario, in words.
+    /// A message about the resulting scenario if it is invalid.
     pub fn applied(&self, present: &Scenario, file: Option<&ScenarioFile>) -> Result<ScenarioFile, String> {
         let in_words = |error: ScenarioError| error.headline();
         let mut chosen = match self {

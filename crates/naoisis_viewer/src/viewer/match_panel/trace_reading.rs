@@ -79,7 +79,7 @@ impl TraceReading {
     /// Waits for the first part, and says that it is shown.
     ///
     /// # Errors
-    /// What is wrong with the trace, and where; `None` if nothing is read.
+    /// The error of the trace; `None` if no trace is being read.
     pub fn wait(&mut self) -> Result<ReadTrace, Option<TraceError>> {
         let reading = self.0.as_mut().ok_or(None)?;
         let part = reading.parts.lock().unwrap_or_else(PoisonError::into_inner).recv();

@@ -62,7 +62,7 @@ pub fn columns() -> usize {
 /// with all values.
 ///
 /// # Errors
-/// Those of the file system.
+/// When the files cannot be written.
 pub fn save(
     folder: &Path,
     match_name: &str,

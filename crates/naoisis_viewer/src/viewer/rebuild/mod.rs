@@ -56,9 +56,9 @@ pub enum RebuildProgress {
     Nothing,
     /// Until the end of this cycle; it is the same match.
     Until(u64),
-    /// It differs from this cycle on.
+    /// The match differs from this cycle on.
     Differs(u64),
-    /// It cannot be replayed, and why.
+    /// The match cannot be replayed, for this reason.
     Failed(String),
 }
 
@@ -105,7 +105,7 @@ impl Rebuilt {
 }
 
 impl Rebuilt {
-    /// Why the state after a cycle will not be rebuilt, if so.
+    /// Returns the reason if the state after a cycle will not be rebuilt.
     pub fn why_not(&self, cycle: u64, keyframes: &Keyframes) -> Option<String> {
         if let Some(fault) = keyframes.fault() {
             return Some(format!("Not known: {fault}."));

@@ -124,7 +124,7 @@ impl From<KeptBookmark> for Bookmark {
     }
 }
 
-/// The file for a match: beside its trace, or beside its scenario file, with the seed.
+/// Returns the file of bookmarks for a match: beside its trace, or beside its scenario file, with the seed.
 fn file_of(trace: Option<&Path>, scenario: Option<(&Path, u64)>) -> Option<PathBuf> {
     let (path, ending) = match (trace, scenario) {
         (Some(trace), _) => (trace, ".bookmarks.json".to_owned()),
@@ -139,7 +139,7 @@ fn file_of(trace: Option<&Path>, scenario: Option<(&Path, u64)>) -> Option<PathB
 /// Reads the bookmarks of a file; empty if the file does not exist.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// A message when the file cannot be read or is invalid.
 fn read(path: &Path) -> Result<Vec<Bookmark>, String> {
     let text = match read_file(path, LARGEST_FILE_BYTES) {
         Ok(text) => text,

@@ -35,7 +35,7 @@ pub(super) struct Present {
     ball: Option<(Entity, BallBundle)>,
 }
 
-/// The components of a robot of which records contain something, except the belief, which some robots lack.
+/// The components of a robot that records describe, except the belief, which some robots lack.
 #[derive(Bundle, Clone, Debug)]
 struct RobotBundle {
     pose: Pose,
@@ -52,7 +52,7 @@ struct RobotBundle {
     drawings: Drawings,
 }
 
-/// The components of the ball of which records contain something.
+/// The components of the ball that records describe.
 #[derive(Bundle, Clone, Copy, Debug)]
 struct BallBundle {
     pose: Pose,

@@ -56,7 +56,7 @@ struct Shown {
     /// Whether it has started, or for how many frames it has not.
     has_begun: bool,
     waited: u8,
-    /// Where a trace continues after it, cycles.
+    /// The moment at which a trace continues after it, cycles.
     goes_on_at: f64,
     /// The state of the viewer before it.
     speed: Speed,
