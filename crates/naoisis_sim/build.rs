@@ -1,5 +1,6 @@
-//! Tells the crate where its assets are, as `NAOISIS_ASSETS`, relative to the folder of the crate: there, or at the top of the repository
-//! where a checkout has no symbolic links, as on Windows. An absolute path would be wrong in another checkout that shares the build folder.
+//! Sets `NAOISIS_ASSETS` to the path of the crate's assets, relative to the folder of the crate: in this folder, or at the top of the
+//! repository if a checkout has no symbolic links, as on Windows. An absolute path would be wrong in another checkout that shares the build
+//! folder.
 
 use std::path::PathBuf;
 

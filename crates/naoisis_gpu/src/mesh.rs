@@ -1,4 +1,4 @@
-//! Meshes of the [shapes](naoisis_sensing::appearance::shapes), for what draws on a graphics card.
+//! Meshes of the [shapes](naoisis_sensing::appearance::shapes), for renderers on a graphics card.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{MeshMergeError, PrimitiveTopology, VertexAttributeValues};
@@ -10,10 +10,10 @@ use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::appearance::field::{GroundMark, GroundShape};
 use naoisis_sensing::appearance::shapes::{Part, Shape};
 
-/// Corners of a circle on the ground.
+/// Number of corners of a circle on the ground.
 const CIRCLE_CORNERS: usize = 160;
 
-/// The mesh of a shape about its own frame.
+/// Returns the mesh of a shape in its own frame.
 pub fn mesh_of(shape: Shape) -> Mesh {
     match shape {
         Shape::Box { half_size } => Cuboid { half_size }.into(),
@@ -29,16 +29,16 @@ pub fn mesh_of(shape: Shape) -> Mesh {
     }
 }
 
-/// Stands a shape with its axis along y up along z.
+/// Returns a transform that turns a shape from the y axis to the z axis and moves it to `centre`.
 pub fn upright(centre: Vec3) -> Transform {
     Transform::from_translation(centre).with_rotation(Quat::from_rotation_x(FRAC_PI_2))
 }
 
-/// A cylinder of radius 1, with its ends stretched.
+/// Returns the mesh of a frustum: a cylinder of radius 1 whose ends are stretched.
 fn frustum(bottom: Vec2, top: Vec2, half_height: f32) -> Mesh {
     let mut mesh = Cylinder::new(1.0, 2.0 * half_height).mesh().resolution(24).build();
     let slant = (bottom - top) / (2.0 * half_height).max(1e-6);
-    // Bevy's cylinder is around y.
+    // The axis of Bevy's cylinder is y.
     let places: Vec<Vec3> = match mesh.attribute(Mesh::ATTRIBUTE_POSITION) {
         Some(VertexAttributeValues::Float32x3(places)) => places.iter().map(|&[x, y, z]| Vec3::new(x, -z, y)).collect(),
         _ => Vec::new(),
@@ -51,7 +51,7 @@ fn frustum(bottom: Vec2, top: Vec2, half_height: f32) -> Mesh {
     if let Some(VertexAttributeValues::Float32x3(normals)) = mesh.attribute_mut(Mesh::ATTRIBUTE_NORMAL) {
         for (normal, place) in normals.iter_mut().zip(&places) {
             let [x, y, z] = *normal;
-            // The ends look up and down, the side outwards and by its slant.
+            // The normals of the ends point up and down, those of the side outwards with its slope.
             *normal = if y.abs() > 0.5 {
                 [0.0, 0.0, y.signum()]
             } else {
@@ -66,18 +66,18 @@ fn frustum(bottom: Vec2, top: Vec2, half_height: f32) -> Mesh {
     mesh
 }
 
-/// A colour as it stands in a vertex: red, green and blue as they are in the file (sRGB, not linear) from 0 to 1, and in
-/// place of its opacity the number of the label, of 255.
+/// Returns the colour of a vertex: red, green and blue from 0 to 1 as in the file (sRGB, not linear), and the number of the label divided
+/// by 255 as the alpha value.
 pub fn vertex_colour(colour: Colour, label: Label) -> [f32; 4] {
     let [red, green, blue] = colour.0.map(|channel| f32::from(channel) / 255.0);
     [red, green, blue, f32::from(label as u8) / 255.0]
 }
 
-/// One mesh of parts, each in its own frame, with colours and labels in the vertices ([`vertex_colour`]). A speck without
-/// any part.
+/// Returns one mesh of several parts, each in its own frame, with colours and labels in the vertices ([`vertex_colour`]). Without parts,
+/// the mesh is an invisible box of size 0.
 ///
 /// # Errors
-/// Should the meshes of two shapes have different attributes, which would be a mistake here.
+/// When the meshes of two shapes have different attributes, which would be a mistake in this module.
 pub fn labelled_mesh<'a, Frame: 'a>(parts: impl IntoIterator<Item = &'a Part<Frame>>) -> Result<Mesh, MeshMergeError> {
     let mut whole: Option<Mesh> = None;
     for part in parts {
@@ -96,8 +96,8 @@ pub fn labelled_mesh<'a, Frame: 'a>(parts: impl IntoIterator<Item = &'a Part<Fra
     }))
 }
 
-/// One mesh of what is painted on the ground, from the bottom up: each mark lies `step_m` above the one before, so that
-/// the upper ones are seen. Its normals are zero: flat colour, without light.
+/// Returns one mesh of the marks on the ground, ordered from the bottom up: each lies `step_m` above the previous one, so that the upper
+/// ones are visible. The normals are zero, so the colours are flat, without light.
 pub fn ground_mesh(marks: &[GroundMark], lowest_m: f32, step_m: f32) -> Mesh {
     let mut triangles = Vec::new();
     let mut colours = Vec::new();
@@ -125,7 +125,7 @@ pub fn ground_mesh(marks: &[GroundMark], lowest_m: f32, step_m: f32) -> Mesh {
     flat_mesh(PrimitiveTopology::TriangleList, triangles, colours)
 }
 
-/// One mesh of lines, such as the strings of a net.
+/// Returns one mesh of lines, such as the strings of a net.
 pub fn line_mesh(lines: &[[Vec3; 2]], colour: Colour, label: Label) -> Mesh {
     let ends: Vec<Vec3> = lines.iter().flatten().copied().collect();
     let colours = vec![vertex_colour(colour, label); ends.len()];

@@ -1,5 +1,5 @@
-//! Measured robots and matches compared with their sources, models made of descriptions of robots and fitted to their logs, and the
-//! figures of the paper.
+//! Compares simulated robots and matches with figures of real ones, makes models from descriptions of robots, fits models to logs, and
+//! draws the figures of the paper.
 
 pub mod calibration;
 pub mod description;

@@ -1,7 +1,7 @@
-//! What if: one moment of a match, continued many times with different random numbers.
+//! Continues a match from one moment many times, with different random numbers ("what if").
 //!
-//! A [`Moment`] is a match between two cycles. A [branch](play_branches) continues it with random numbers of its own; what was drawn
-//! before, such as the mounting errors of a robot's cameras, stays. [`Outcomes`] has the shares of their results.
+//! A [`Moment`] is the state of a match between two cycles. A [branch](play_branches) continues it with its own random numbers. Values that
+//! were drawn before, such as the mounting errors of a robot's cameras, stay the same. [`Outcomes`] has statistics of the results.
 
 use bevy::prelude::*;
 use serde::Serialize;
@@ -14,21 +14,21 @@ use naoisis_core::team::{PerTeam, Team};
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::simulation::{MatchApp, Snapshot, SnapshotError, play_in_order};
 
-/// A match between two cycles as bytes, which each thread restores into a world of its own.
+/// The state of a match between two cycles as bytes. Each thread restores it into its own world.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Moment {
     bytes: Vec<u8>,
-    /// Its time, s since the start of the match.
+    /// Time of the match, s since its start.
     pub time_s: f64,
     /// The score at that time.
     pub score: PerTeam<u32>,
 }
 
 impl Moment {
-    /// The match in `world` as it is now.
+    /// Saves the match in `world` in its present state.
     ///
     /// # Errors
-    /// What cannot be saved of it.
+    /// If the state cannot be saved.
     pub fn of(world: &mut World) -> Result<Moment, SnapshotError> {
         let bytes = Snapshot::take(world)?.to_bytes(world)?;
         Ok(Moment { bytes, time_s: world.resource::<CycleClock>().end_time_s(), score: score(world) })
@@ -37,17 +37,17 @@ impl Moment {
     /// Restores the match in `world`, to continue as it did.
     ///
     /// # Errors
-    /// When it is the state of no match that `world` can have.
+    /// If the state is not of a match that `world` can have.
     pub fn put_back(&self, world: &mut World) -> Result<(), SnapshotError> {
         Snapshot::from_bytes(&self.bytes, world)?.restore(world)
     }
 
-    /// The match as the bytes of a file: that of a [saved match](Snapshot::save).
+    /// Returns the bytes of the match in the format of a [saved match](Snapshot::save).
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The memory that it takes, bytes.
+    /// Returns the memory that the moment takes, bytes.
     pub fn size_bytes(&self) -> usize {
         self.bytes.len()
     }
@@ -55,7 +55,7 @@ impl Moment {
     /// Restores the match in `world`, to continue with the random numbers of `seed`.
     ///
     /// # Errors
-    /// When it is the state of no match that `world` can have.
+    /// If the state is not of a match that `world` can have.
     pub fn restore(&self, world: &mut World, seed: u64) -> Result<(), SnapshotError> {
         Snapshot::from_bytes(&self.bytes, world)?.restore_with_chance(world, seed)
     }
@@ -68,7 +68,7 @@ fn score(world: &World) -> PerTeam<u32> {
 /// The result of one branch.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Continuation {
-    /// Its number, from 0.
+    /// Index of the branch, from 0.
     pub index: usize,
     /// The seed of its random numbers.
     pub seed: u64,
@@ -76,7 +76,7 @@ pub struct Continuation {
     pub goals: PerTeam<u32>,
     /// The team that scored first, and the time after the moment, s.
     pub first_goal: Option<(Team, f64)>,
-    /// The place of the ball at the end, m, pitch frame. `None` without a ball.
+    /// The position of the ball at the end, m, pitch frame. `None` without a ball.
     pub ball_m: Option<Vec2>,
     /// The time at the end, s since the start of the match.
     pub end_s: f64,
@@ -85,21 +85,21 @@ pub struct Continuation {
 /// The number, length and seeds of branches.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Continuations {
-    /// Continuations to play.
+    /// Number of branches to play.
     pub times: usize,
-    /// Their length, s. They end earlier at the final whistle.
+    /// Length of a branch, s. It ends earlier at the final whistle.
     pub for_s: f64,
-    /// The seed of the first; the next has the next.
+    /// Seed of the first branch; it grows by one from branch to branch.
     pub first_seed: u64,
-    /// Continuations that are played at the same time, at least 1.
+    /// Number of branches that are played at the same time, at least 1.
     pub threads: usize,
 }
 
-/// Plays branches of `moment`, each with the next seed, and hands their results to `finished` in the order of the seeds. When `stop`
+/// Plays branches of `moment`, each with the next seed, and passes their results to `finished` in the order of the seeds. When `stop`
 /// becomes true, the branches under way are finished and no others begin.
 ///
 /// # Errors
-/// When the moment cannot be put into an app that `simulator` makes.
+/// If the moment cannot be restored in an app that `simulator` makes.
 pub fn play_branches(
     moment: &Moment,
     branches: &Continuations,
@@ -109,7 +109,7 @@ pub fn play_branches(
 ) -> Result<(), SnapshotError> {
     let worker = || {
         let mut app = simulator();
-        // The branches have the cores.
+        // The branches themselves use the cores.
         app.insert_resource(SensingThreads(1));
         app
     };
@@ -143,23 +143,23 @@ fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> 
     Ok(Continuation { index, seed, goals, first_goal, ball_m, end_s })
 }
 
-/// What the branches of a moment come to, with intervals of 95 % confidence.
+/// Statistics of the branches of a moment, with intervals of 95 % confidence.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Outcomes {
-    /// Continuations that were played.
+    /// Number of branches that were played.
     pub times: usize,
-    /// The share in which each team scores.
+    /// Share of branches in which each team scores.
     pub scores: PerTeam<Option<Estimate>>,
-    /// The share in which each team scores first.
+    /// Share of branches in which each team scores first.
     pub scores_first: PerTeam<Option<Estimate>>,
-    /// The share without a goal.
+    /// Share of branches without a goal.
     pub nobody_scores: Option<Estimate>,
-    /// Blue's goals minus pink's: the mean.
+    /// Mean of blue's goals minus pink's.
     pub goal_difference: Option<Estimate>,
-    /// The median time of the first goal, s after the moment, of the branches that have one.
+    /// Median time of the first goal, s after the moment, of the branches with a goal.
     pub first_goal_s: Option<f64>,
-    /// The mean place of the ball at the end, m, pitch frame.
+    /// Mean position of the ball at the end, m, pitch frame.
     pub ball_m: Option<[Estimate; 2]>,
 }
 
@@ -210,7 +210,7 @@ mod tests {
                  { "number": 1, "behaviour": { "script": [{ "from_s": 4, "kick": { "type": "right_straight" } }] } }] }"#,
         );
         app.start_match(&scenario.unwrap()).unwrap();
-        // Shortly before the kick, of which direction and speed are left to chance.
+        // Shortly before the kick, whose direction and speed are random.
         app.run_cycles(100);
         Moment::of(app.world_mut()).unwrap()
     }

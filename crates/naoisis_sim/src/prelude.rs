@@ -1,6 +1,6 @@
-//! What most programs with a match in them need. Names that Bevy's prelude or other crates have too, or that say little by
-//! themselves, such as [`Pitch`](naoisis_core::pitch::Pitch), [`Game`](naoisis_core::game::Game) and
-//! [`Rules`](naoisis_core::game::Rules), are imported from their modules.
+//! Commonly used items for programs with matches. Names that also occur in Bevy's prelude or in other crates, or that need their module for
+//! context, such as [`Pitch`](naoisis_core::pitch::Pitch), [`Game`](naoisis_core::game::Game) and [`Rules`](naoisis_core::game::Rules), are
+//! imported from their modules.
 
 pub use crate::scenario::Scenario;
 pub use crate::simulation::{

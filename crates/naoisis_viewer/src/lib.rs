@@ -1,4 +1,4 @@
-//! The window in which matches are watched.
+//! The viewer: a window that shows matches.
 #![cfg_attr(
     test,
     expect(

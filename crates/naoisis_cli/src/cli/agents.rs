@@ -30,7 +30,7 @@ fn duration(word: &str) -> Result<Duration, String> {
 }
 
 impl AgentArguments {
-    /// How programs are treated in the match of a scenario file. Programs of the file run in its folder, those of the
+    /// Returns the settings for programs in the match of a scenario file. Programs named in the file run in its folder, those of the
     /// command line in the current folder.
     pub fn settings(&self, scenario: &str, teams: &TeamArguments) -> AgentSettings {
         let default = AgentSettings::default();
@@ -51,7 +51,7 @@ impl AgentArguments {
     }
 }
 
-/// The folder of a scenario file; `None` for a built-in scenario.
+/// Returns the folder of a scenario file; `None` for a built-in scenario.
 fn folder_of(scenario: &str) -> Option<PathBuf> {
     let path = Path::new(scenario);
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());

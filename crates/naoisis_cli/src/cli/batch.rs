@@ -111,7 +111,7 @@ fn realisms(words: &str) -> Result<Settings, String> {
 }
 
 impl BatchArguments {
-    /// The values of all settings of the command line.
+    /// Returns the values of all settings of the command line.
     fn settings(&self) -> Vec<Vec<Setting>> {
         self.realism.iter().map(|Settings(values)| values).chain(&self.set).cloned().collect()
     }
@@ -124,7 +124,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         Err(status) => return status,
     };
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    // Matches with changed sides share those that were asked for.
+    // With --pairs, half of the matches of a pair have changed sides.
     let sides = if sweep.pairs().is_some() { 2 } else { 1 };
     let first_seed = arguments.seed.or_else(|| Some(sweep.scenario(0).ok()?.seed)).unwrap_or(1);
     let threads = arguments.threads.map_or(cores, usize::from);
@@ -164,7 +164,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
             } else if !row.note.is_empty() {
                 progress.suspend(|| report::note(&format!("match {}, seed {}: {}", row.index + 1, row.seed, row.note)));
             }
-            // The mistakes first: a batch that goes on plays matches again of which there is no row.
+            // Mistakes are written before the row: an interrupted batch repeats the matches without a row when it continues.
             let written = mistakes.as_mut().map_or(Ok(()), |mistakes| mistakes.write(&batch, &row));
             row.mistakes = Vec::new();
             if let Err(error) = written.and_then(|()| table.write(&batch, &row)) {
@@ -242,7 +242,7 @@ fn open_tables(
     Ok((table, rows, mistakes))
 }
 
-/// How programs are treated. The teams of --pairs and --set run in the current folder.
+/// Returns the settings for programs. Those of --pairs and --set run in the current folder.
 fn agent_settings(arguments: &BatchArguments) -> AgentSettings {
     let settings = arguments.agents.settings(&arguments.scenario, &TeamArguments::default());
     let sets_teams = arguments.set.iter().flatten().any(|setting| setting.path().to_string().starts_with("teams"));
@@ -279,8 +279,8 @@ fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> ExitCode {
     printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The sweep of the arguments. Checks that every value of every setting can be started, with the first values of the
-/// others.
+/// Returns the sweep of the arguments. Checks that a match can be started with each value of every setting, combined with the first values
+/// of the others.
 ///
 /// # Errors
 /// The exit status of an error, which has been reported.
@@ -335,7 +335,7 @@ fn check_settings(arguments: &BatchArguments) -> Result<(), String> {
     }
 }
 
-/// The teams that play each other: at least two, each once.
+/// Returns the teams that play each other: at least two, each once.
 fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> {
     let app = program.simulator();
     let registry = app.world().resource::<BehaviourRegistry>();
@@ -376,7 +376,7 @@ fn failure(row: &MatchRow) -> String {
     format!("match {} with seed {} {what}: {}", row.index + 1, row.seed, row.note)
 }
 
-/// A progress bar that starts at the matches that were played earlier.
+/// Returns a progress bar that starts at the matches that were played earlier.
 pub(super) fn progress_bar(matches: usize, earlier: usize, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();

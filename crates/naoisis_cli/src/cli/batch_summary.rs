@@ -7,7 +7,7 @@ use naoisis_record::batch::summary::Summary;
 use naoisis_record::batch::sweep::Sweep;
 use naoisis_record::batch::{Batch, MatchOutcome, MatchRow, Variants};
 
-/// Prints the results of each combination of settings that has been played. `rows` are sorted by their variants.
+/// Prints the results of each combination of settings that has been played. Sorts `rows` by variant.
 pub(super) fn print_summaries(
     printer: &mut Printer,
     sweep: &Sweep,
@@ -18,7 +18,7 @@ pub(super) fn print_summaries(
     rows.sort_by_key(|row| (row.variant, row.index));
     for rows in rows.chunk_by(|one, other| combination(one) == combination(other)) {
         let settings = rows.first().map(|row| sweep.words(row.variant)).unwrap_or_default();
-        // Every result names its realism.
+        // The realism is printed with every result.
         let realism = rows.first().map(|row| sweep.realism(row.variant)).unwrap_or_default();
         let settings = if settings.is_empty() { settings } else { format!("{settings}; ") };
         printer.print(format_args!("{settings}realism {realism}\n"));
@@ -38,7 +38,7 @@ pub(super) fn print_summaries(
     }
 }
 
-/// Counts the mistakes in the matches of a combination: by robot, or by team with --pairs.
+/// Returns the numbers of mistakes in the matches of a combination: by robot, or by team with --pairs.
 fn count_mistakes(sweep: &Sweep, rows: &[MatchRow], mistakes: &MistakeTable) -> MistakeCounts {
     let combination = |variant: usize| variant / sweep.variants_of_combination();
     let played = |row: &&MatchRow| !matches!(row.outcome, MatchOutcome::Refused | MatchOutcome::Panicked);
@@ -50,7 +50,7 @@ fn count_mistakes(sweep: &Sweep, rows: &[MatchRow], mistakes: &MistakeTable) -> 
         .counts()
         .filter(|(variant, ..)| rows.first().is_some_and(|row| combination(row.variant) == combination(*variant)))
         .map(|(variant, robot, kind, count)| (who(variant, robot), kind, count));
-    // A team has a part in the matches of its pairs only.
+    // With --pairs, a team only played in the matches of its pairs.
     let is_of = |row: &MatchRow, name: &str| match (sweep.pairs(), sweep.pairing(row.variant)) {
         (Some(pairs), Some(pairing)) => pairs.names(pairing).contains(&name),
         _ => true,
@@ -58,7 +58,7 @@ fn count_mistakes(sweep: &Sweep, rows: &[MatchRow], mistakes: &MistakeTable) -> 
     MistakeCounts::of(of_these, |name| rows.iter().filter(played).filter(|row| is_of(row, name)).count())
 }
 
-/// The number of matches, and the speed of those that were played now.
+/// Returns a text with the number of matches, and the speed of those that were played now.
 pub(super) fn what_was_played(batch: &Batch<Sweep>, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
     let of_all = format!("{} of {} matches", rows.len(), batch.len());
     let played = &rows[earlier.min(rows.len())..];

@@ -68,7 +68,7 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
     }
     if let Some(cameras) = arguments.cameras {
         scenario.settings.cameras.render = cameras.into();
-        // Robots of another model have cameras of their own.
+        // Robots of another model have camera settings of their own.
         for own in scenario.robots.iter_mut().filter_map(|robot| robot.own.cameras.as_mut()) {
             own.render = cameras.into();
         }
@@ -95,8 +95,8 @@ pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), Exit
     scenario.validate().map_err(|fault| report::usage_error(&format!("--duration: {}", fault.in_words())))
 }
 
-/// Changes settings of the running match in `app`: `settings` are applied to the text of its scenario, and the
-/// differences to the match. `name` stands for the match in errors.
+/// Changes settings of the running match in `app`. `settings` are applied to the text of its scenario, then the differences to the match.
+/// `name` is the name of the match in errors.
 ///
 /// # Errors
 /// The exit status of an error, which has been reported.
@@ -145,7 +145,7 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     change_settings(app.world_mut(), &scenario).map_err(|fault| usage_error(&fault.to_string()))?;
     let clock = app.world().resource::<CycleClock>();
     match scenario.last_cycle() {
-        // How long a match lasts is saved with it.
+        // The duration of the match is saved with it.
         Some(last) if last <= clock.cycle => Err(usage_error(&format!(
             "{}: the match is over after {:.1} s; expected a longer duration, such as --duration {:.0}",
             path.display(),

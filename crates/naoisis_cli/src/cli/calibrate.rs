@@ -60,7 +60,7 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// A table of the figures that were found, beside those of the model, and of those that could not be found.
+/// Returns a table of the figures that were found, with those of the model for comparison, and of those that could not be found.
 pub(super) fn found(model: &RobotModel, calibration: &Calibration) -> String {
     let width = calibration.figures.iter().map(|figure| figure.path.chars().count()).max().unwrap_or_default();
     let mut text = format!("{:width$}      found   95 % confidence          {}\n", "figure", model.name);
@@ -87,7 +87,7 @@ pub(super) fn found(model: &RobotModel, calibration: &Calibration) -> String {
     text
 }
 
-/// The columns of logs, for the help text.
+/// Returns the columns of logs, for the help text.
 fn columns() -> String {
     let mut text =
         "Columns (others are ignored; angles are positive to the left, positions to the front and to the left):\n"

@@ -108,7 +108,7 @@ pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
     interrupt.finish(printer.finish(ExitCode::SUCCESS))
 }
 
-/// The players of the arguments, else all with a rate in the challenge.
+/// Returns the players of the arguments, by default all that have a rate in the challenge.
 fn players(challenge: &Challenge, arguments: &ChallengeArguments) -> Vec<ChallengePlayer> {
     let player = |word: &str| {
         let Ok(player) = word.parse();
@@ -130,7 +130,7 @@ fn as_json(challenge: &Challenge, played: &[(ChallengePlayer, Vec<Attempt>)]) ->
     })
 }
 
-/// The success rates as a text.
+/// Returns the success rates as text.
 fn in_words(challenge: &Challenge, played: &[(ChallengePlayer, Vec<Attempt>)]) -> String {
     let mut text = format!("{}-v{}: {}\n", challenge.name, challenge.version, challenge.description);
     for (player, rows) in played {

@@ -96,7 +96,7 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
     printer.finish(status)
 }
 
-/// Plays a valid scenario and judges its expectations.
+/// Plays a valid scenario and returns the verdicts on its expectations.
 fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<Verdict>, String> {
     let file = ScenarioFile::find(file).map_err(|error| error.to_string())?;
     let mut file = file.with(&arguments.set).map_err(|error| error.to_string())?;
@@ -110,7 +110,7 @@ fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<
     play_many(simulator, &file.scenario, &file.scenario.expectations)
 }
 
-/// The errors of a file: of its fields, of the names in it, and finally of starting its match.
+/// Returns the errors of a file: those of its fields, then of the names in it, and finally of starting its match.
 fn errors_of(file: &str, app: &mut App) -> Vec<ScenarioError> {
     match ScenarioFile::check(file, |scenario| names::unknown(app.world(), scenario)) {
         Ok(file) => app.start_match(&file.scenario).err().map(|fault| file.source.error(&fault)).into_iter().collect(),

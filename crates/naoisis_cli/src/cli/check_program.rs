@@ -22,7 +22,7 @@ use naoisis_sim::simulation::MatchApp;
 const SCENARIO: &str = "match3v3";
 /// The length of the test, cycles: ten seconds.
 const CYCLES: u32 = 300;
-/// The robot that the program plays; it is one of its team.
+/// The robot whose program is checked. The other robots of its team are played by the same command.
 const ROBOT: RobotId = RobotId::new(Team::Blue, 1);
 
 /// Tests the program of a team in a match, and prints each step. Returns whether all is well.
@@ -78,7 +78,7 @@ pub fn check_program(program: Program, team: &str, arguments: &AgentArguments, p
     is_ok
 }
 
-/// The name and protocol of the program, if it was accepted.
+/// Returns the name and protocol of the program, if it was accepted.
 fn hello_of(app: &App) -> Option<String> {
     let entity = app.world().resource::<Roster>().get(ROBOT)?;
     let hello = app.world().get::<AgentPlayer>(entity)?.hello()?;
@@ -89,12 +89,12 @@ fn hello_of(app: &App) -> Option<String> {
 /// The results of a test match.
 #[derive(Default)]
 struct Trial {
-    /// Why the program was lost, if it was.
+    /// Reason why the program was lost, if it was.
     lost: Option<String>,
     slowest: Duration,
-    /// The number of cycles with each part of a command.
+    /// Number of cycles with each part of a command.
     commands: BTreeMap<&'static str, u32>,
-    /// The refused commands, with their numbers.
+    /// Refused commands with their numbers.
     refused: BTreeMap<String, u32>,
 }
 
@@ -125,7 +125,7 @@ impl Trial {
     }
 }
 
-/// The parts that a command sets, named as in a trace.
+/// Returns the names of the parts that a command sets, as in a trace.
 fn words_of(command: &RobotCommand) -> impl Iterator<Item = &'static str> {
     let RobotCommand { walk, head, kick, posture, request, say } = command;
     let words = [

@@ -1,4 +1,4 @@
-//! `naoisis convert`: a trace in another format.
+//! `naoisis convert`: writes a trace in another format.
 
 use clap::Args;
 use core::ops::ControlFlow;
@@ -38,13 +38,13 @@ pub struct ConvertArguments {
 }
 
 impl ConvertArguments {
-    /// A trace that becomes `file`.
+    /// Returns the arguments that convert a trace to `file`.
     pub fn to_file(trace: PathBuf, file: PathBuf) -> Self {
         Self { trace, file: Some(file), parquet: None, csv: None, force: false }
     }
 }
 
-/// What a trace is converted to.
+/// Target of a conversion.
 enum Target<'a> {
     File(&'a Path, &'a LogFormat),
     Tables(&'a Path, TableFormat),

@@ -73,7 +73,7 @@ pub struct DatasetArguments {
     quiet: bool,
 }
 
-/// The value that a word stands for.
+/// Returns the value that a word stands for.
 fn among<T: Copy>(all: &[(&'static str, T)], word: &str) -> Result<T, String> {
     let found = all.iter().find(|(name, _)| *name == word).map(|(_, value)| *value);
     found.ok_or_else(|| format!("expected {}", one_of(all.iter().map(|(name, _)| *name))))

@@ -28,7 +28,7 @@ fn expectation(text: &str) -> Result<Expectation, String> {
 }
 
 impl ExpectArguments {
-    /// The file that is written.
+    /// Returns the file to write.
     pub fn output(&self) -> Option<Output> {
         self.junit.clone().map(|path| Output { option: "--junit", path })
     }
@@ -45,12 +45,12 @@ impl ExpectArguments {
         Ok(())
     }
 
-    /// The expectations of the match itself.
+    /// Returns the expectations about the match itself.
     pub fn of_match(&self) -> Vec<Expectation> {
         self.expect.iter().copied().filter(|expectation| expectation.frequency.is_none()).collect()
     }
 
-    /// Plays the matches of expectations about many matches, and judges them.
+    /// Plays the matches of the expectations about many matches, and returns their verdicts.
     pub fn judge_many(&self, simulator: impl Fn() -> App + Sync, scenario: &Scenario) -> Result<Vec<Verdict>, String> {
         let many: Vec<Expectation> =
             self.expect.iter().copied().filter(|expectation| expectation.frequency.is_some()).collect();
@@ -58,7 +58,7 @@ impl ExpectArguments {
     }
 }
 
-/// Plays the matches of all expectations, on all cores.
+/// Plays the matches of all expectations on all cores, and returns their verdicts.
 pub fn play_many(
     simulator: impl Fn() -> App + Sync,
     scenario: &Scenario,

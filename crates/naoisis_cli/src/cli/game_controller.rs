@@ -14,10 +14,10 @@ use naoisis_core::team::PerTeam;
 
 /// The default numbers of the teams.
 const TEAM_NUMBERS: PerTeam<u8> = PerTeam { blue: 1, pink: 2 };
-/// The largest port offset: the highest port of the protocol, that of a team, is 10255.
+/// The largest port offset. The highest port of the protocol, that of a team, is 10255.
 const LARGEST_OFFSET: i64 = 55_000;
 
-/// Parses the name of a protocol version.
+/// Returns a parser for the name of a protocol version.
 fn protocol_versions() -> impl TypedValueParser<Value = ProtocolVersion> {
     let values = ProtocolVersion::ALL.map(|version| PossibleValue::new(version.name()).help(version.league()));
     PossibleValuesParser::new(values).map(|name| {
@@ -95,7 +95,7 @@ impl GameControllerArguments {
         Ok(())
     }
 
-    /// The default speed, as a multiple of real time; `None` for as fast as possible.
+    /// Returns the default speed as a multiple of real time; `None` for as fast as possible.
     pub fn pace(&self) -> Option<f64> {
         self.listen_game_controller.map(|_| 1.0)
     }

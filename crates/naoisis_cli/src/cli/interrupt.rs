@@ -5,8 +5,8 @@ use std::process::{self, ExitCode};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-/// Whether the program was asked to end. After the first signal the command may end in its own way; the second signal
-/// ends the program at once.
+/// State of the request to end the program. After the first signal the command may end in its own way. The second signal ends the program
+/// at once.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct Interrupt(Arc<Flags>);
 
@@ -21,7 +21,7 @@ impl Interrupt {
     /// Watches for signals from now on, and calls `on_first` at the first one.
     ///
     /// # Errors
-    /// When the system does not allow it.
+    /// When signals cannot be watched.
     pub fn watch(on_first: impl Fn() + Send + 'static) -> Result<Self, String> {
         let interrupt = Self::default();
         let flags = Arc::clone(&interrupt.0);
@@ -36,26 +36,26 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Ends the program at once when a signal arrives: for commands that have nothing to close.
+    /// Ends the program at once when a signal arrives, for commands that have no open files.
     ///
     /// # Errors
-    /// When the system does not allow it.
+    /// When signals cannot be watched.
     pub fn end_at_once() -> Result<(), String> {
         on_signal(|status| process::exit(i32::from(status)))
     }
 
-    /// A flag that turns true with the first signal. Setting it stops the command for another reason.
+    /// Returns a flag that becomes true at the first signal. Setting it stops the command for another reason.
     pub fn stop(&self) -> &AtomicBool {
         &self.0.stop
     }
 
-    /// Whether the command is to stop.
+    /// Returns whether the command should stop.
     pub fn is_stopped(&self) -> bool {
         self.0.stop.load(Ordering::SeqCst)
     }
 
-    /// The exit status of a command that would end with `status`: 130 after Ctrl-C and 143 after SIGTERM, unless something
-    /// else failed.
+    /// Returns the exit status of a command that would end with `status`: 130 after Ctrl-C and 143 after SIGTERM, unless something else
+    /// failed.
     pub fn finish(&self, status: ExitCode) -> ExitCode {
         match self.0.status.load(Ordering::SeqCst) {
             interrupted if interrupted != 0 && status == ExitCode::SUCCESS => ExitCode::from(interrupted),
@@ -77,7 +77,7 @@ fn on_signal(act: impl Fn(u8) + Send + 'static) -> Result<(), String> {
         Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(|error| format!("cannot watch for interrupts: {error}"))?;
     std::thread::spawn(move || {
         for signal in signals.forever() {
-            // As shells name the end by a signal.
+            // The same status as in shells for a program ended by a signal.
             act(u8::try_from(128 + signal).unwrap_or(u8::MAX));
         }
     });

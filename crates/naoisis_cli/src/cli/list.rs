@@ -88,12 +88,12 @@ fn scenarios() -> Result<Vec<(String, String)>, ScenarioError> {
 }
 
 fn challenges() -> Vec<(String, String)> {
-    // That all of them can be read is tested.
+    // A test checks that all of them can be read.
     let challenges = CHALLENGES.iter().filter_map(|(name, _)| Challenge::named(name).ok());
     challenges.map(|challenge| (challenge.name, challenge.description)).collect()
 }
 
-/// Every behaviour, with the teams that use it.
+/// Returns every behaviour with the teams that use it.
 fn behaviours(registry: &BehaviourRegistry) -> Vec<(String, String)> {
     let plays = |team: &TeamRecipe, behaviour: &str| {
         let sizes = 1..=LARGEST_TEAM;
@@ -158,7 +158,7 @@ fn rules() -> Vec<(String, String)> {
     RULES_PRESETS.iter().filter_map(|preset| row(preset.name)).collect()
 }
 
-/// A text with two columns.
+/// Returns a text with two columns.
 fn table(rows: &[(String, String)]) -> String {
     let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or_default();
     rows.iter()

@@ -25,7 +25,7 @@ pub struct LogArguments {
 }
 
 impl LogArguments {
-    /// All logs, each with its option.
+    /// Returns all logs, each with its option.
     fn all(&self) -> impl Iterator<Item = (&'static str, Log)> + '_ {
         let named = self.named().into_iter().filter_map(|(option, format, path)| {
             Some((option, Log { format: format.to_owned(), path: path.clone()? }))
@@ -33,13 +33,13 @@ impl LogArguments {
         self.log.iter().map(|log| ("--log", log.clone())).chain(named)
     }
 
-    /// The options that name a format: each with the format, which is the ending too, and the file.
+    /// Returns the options of single formats: each with the format, which is also the ending, and the file.
     fn named(&self) -> [(&'static str, &'static str, &Option<PathBuf>); 2] {
         [("--mcap", "mcap", &self.mcap), ("--html", "html", &self.html)]
     }
 }
 
-/// A format and a file.
+/// A log format and its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Log {
     format: String,
@@ -78,7 +78,7 @@ impl Recording for LogArguments {
 
     fn open(&self, world: &World, _: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
         let formats = world.resource::<LogFormats>();
-        // Before a file is made, all formats are known.
+        // All formats are checked before a file is created.
         let mut logs = Vec::new();
         for (option, log) in self.all() {
             let format = formats.get(&log.format).ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! The logs of `naoisis realism --logs`, counted.
+//! Counts real matches in the logs of `naoisis realism --logs`.
 
 use core::fmt::{self, Write as _};
 use std::fs;
@@ -19,10 +19,10 @@ pub(super) struct CountedLogs {
 }
 
 impl CountedLogs {
-    /// Reads a log, or all `.yaml` files of a folder in the order of their names. A log that is cut off is noted.
+    /// Reads a log, or all `.yaml` files of a folder in the order of their names. Incomplete logs are noted.
     ///
     /// # Errors
-    /// When one cannot be read, or the folder has none.
+    /// When a log cannot be read, or the folder has none.
     pub fn read(path: &Path, quiet: bool) -> Result<Self, String> {
         let files = files(path)?;
         let mut logs = Vec::new();
@@ -39,7 +39,7 @@ impl CountedLogs {
         Ok(Self { folder: path.to_owned(), logs, comparison })
     }
 
-    /// The values as figures of real matches.
+    /// Returns the values as figures of real matches.
     pub fn figures(&self) -> RealFigures {
         let count = self.logs.len();
         let name = self.folder.file_name().unwrap_or_default().to_string_lossy();
@@ -64,7 +64,7 @@ impl CountedLogs {
         names.join(", ")
     }
 
-    /// The years of the matches, such as `2023-2024`.
+    /// Returns the years of the matches, such as `2023-2024`.
     fn years(&self) -> String {
         let years = || self.logs.iter().filter_map(|log| log.date.get(..4));
         match (years().min(), years().max()) {

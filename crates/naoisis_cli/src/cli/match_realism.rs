@@ -1,4 +1,4 @@
-//! `naoisis realism --match`: plays whole matches and puts them beside real ones.
+//! `naoisis realism --match`: plays whole matches and compares them with real ones.
 
 use clap::Args;
 use core::fmt::Write as _;
@@ -70,14 +70,15 @@ pub struct MatchRealismArguments {
 }
 
 impl MatchRealismArguments {
-    /// Whether they are of matches rather than of robots.
+    /// Returns whether the arguments are about matches rather than robots.
     pub fn are_given(&self) -> bool {
         self.scenario.is_some()
             || self.logs.is_some()
             || Team::BOTH.into_iter().any(|team| self.teams.of(team).is_some())
     }
 
-    /// Checks that teams play and no file is replaced. Returns the real figures: those of `--real` before those of the program.
+    /// Checks that teams are only given for matches, and that no file is replaced. Returns the real figures: those of `--real` before the
+    /// built-in ones.
     fn check(&self) -> Result<Vec<RealFigures>, String> {
         if self.scenario.is_none() && Team::BOTH.into_iter().any(|team| self.teams.of(team).is_some()) {
             return Err("--blue, --pink: teams play matches only; expected --match beside them".to_owned());
@@ -98,7 +99,7 @@ impl MatchRealismArguments {
     }
 }
 
-/// Counts the matches of `--logs`, plays those of `--match`, and prints them.
+/// Counts the matches of `--logs`, plays those of `--match`, and prints the results.
 pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> ExitCode {
     let mut real = match arguments.check() {
         Ok(real) => real,
@@ -166,14 +167,14 @@ fn play_and_compare(
     interrupt.finish(printer.finish(status))
 }
 
-/// Prints what each quantity is.
+/// Prints the definition of each quantity.
 pub fn explain() -> ExitCode {
     let mut printer = Printer::default();
     printer.print(definitions(&quantities(&[])));
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// The scenario with realistic robots, the teams and the settings of the command line.
+/// Returns the scenario with realistic robots, and the teams and settings of the command line.
 ///
 /// # Errors
 /// The exit status of an error, which has been reported.
@@ -200,7 +201,7 @@ fn chosen(program: Program, arguments: &MatchRealismArguments, scenario: &str) -
     Ok(file)
 }
 
-/// Plays the matches and reports those that failed. Returns the measures of the others, and whether one failed.
+/// Plays the matches and reports those that failed. Returns the measures of the others, and whether any failed.
 fn play(
     program: Program,
     arguments: &MatchRealismArguments,
@@ -250,7 +251,7 @@ fn what_was_played(arguments: &MatchRealismArguments, file: &ScenarioFile, playe
     text
 }
 
-/// Writes the files of `--json`, the heading and the rows, and `--csv`, the rows.
+/// Writes the files of `--json` (heading and rows) and `--csv` (rows).
 fn write_tables(arguments: &MatchRealismArguments, heading: Value, comparison: &Comparison) -> Result<(), String> {
     if let Some(path) = &arguments.json {
         let mut value = heading;

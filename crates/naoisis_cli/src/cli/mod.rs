@@ -112,7 +112,7 @@ enum Command {
     Figures(figures::FiguresArguments),
     /// List what is available
     List(list::ListArguments),
-    /// Show a robot model, or make one of a robot's description
+    /// Show a robot model, or make one from a robot's description
     Robot(robot::RobotArguments),
     /// Measure simulated robots, or whole matches, and compare them with real ones
     Realism(Box<realism::RealismArguments>),
@@ -129,12 +129,11 @@ enum Command {
     Vision(vision::VisionArguments),
 }
 
-/// Parses and executes the command line: the whole of a `main`. `extend` adds behaviours, teams, sensors and plugins to
-/// the app of every match after [`NaoisisPlugins`]: it is called once for the window, and once per match and thread of
-/// a batch.
+/// Parses and executes the command line: the complete body of a `main` function. `extend` adds behaviours, teams, sensors and plugins to
+/// the app of every match after [`NaoisisPlugins`]. It is called once for the window, and once per match and thread of a batch.
 ///
 /// # Panics
-/// When `extend` does, such as for a behaviour that the barrier refuses.
+/// When `extend` does, for example for a behaviour that the information barrier refuses.
 pub fn run(extend: impl Fn(&mut App) + Sync + 'static) -> ExitCode {
     run_with(env::args_os(), extend)
 }
@@ -144,7 +143,7 @@ pub fn run(extend: impl Fn(&mut App) + Sync + 'static) -> ExitCode {
 /// # Panics
 /// When `extend` does.
 pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut App) + Sync + 'static) -> ExitCode {
-    // The window plays matches in threads that end with the process.
+    // The program is leaked, because the window plays matches in threads that run until the process ends.
     let program = Program { extend: Box::leak(Box::new(extend)) };
     let command_line = match CommandLine::try_parse_from(words) {
         Ok(command_line) => command_line,
@@ -172,7 +171,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
     }
 }
 
-/// Prints an error of the command line, or the help or version that was asked for.
+/// Prints an error of the command line, or the requested help or version. Returns the exit status.
 fn said_by_clap(error: &clap::Error) -> ExitCode {
     let status = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
     match error.print() {
@@ -183,24 +182,24 @@ fn said_by_clap(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// The program that runs the commands: what it adds to each of its matches.
+/// The program that runs the commands, with its additions to each match.
 #[derive(Clone, Copy)]
 struct Program<'a> {
     extend: &'a (dyn Fn(&mut App) + Sync),
 }
 
 impl Program<'_> {
-    /// A simulator without a match, with all behaviours and teams.
+    /// Returns a simulator without a match, with all behaviours and teams.
     fn simulator(self) -> App {
         self.simulator_with(())
     }
 
-    /// A simulator with further plugins.
+    /// Returns such a simulator with further plugins.
     fn simulator_with<M>(self, plugins: impl Plugins<M>) -> App {
         let mut app = App::new();
         app.add_plugins(plugins);
         self.add_to(&mut app);
-        // Nothing runs this app, which would do so.
+        // An app that is not run by a runner has to be finished here.
         app.finish();
         app.cleanup();
         app

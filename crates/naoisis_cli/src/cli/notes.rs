@@ -1,4 +1,4 @@
-//! Hints about models and scenarios that are valid, but perhaps not what was meant.
+//! Hints about valid models and scenarios that may not be what the user meant.
 
 use bevy::math::Vec2;
 
@@ -9,14 +9,14 @@ use naoisis_core::team::Team;
 use naoisis_sensing::sensing::camera::ball_in_view::{nearest_ball_seen_m, sees_ball};
 use naoisis_sim::scenario::{Realism, RobotModel, RobotSettings, Scenario, ScenarioFile};
 
-/// Hints about a model: what its cameras cannot see, and what its file leaves open.
+/// Returns hints about a model: what its cameras cannot see, and figures that its file lacks.
 pub(super) fn of_model(model: &RobotModel) -> Vec<String> {
     let blindness = model.scenario().ok().and_then(|scenario| blindness_in(&scenario));
     [blindness, naos_measures(model), errors_left_open(model)].into_iter().flatten().collect()
 }
 
-/// Hints about a scenario: settings that do not reach all robots, and figures that the files of its models leave open
-/// although its realism asks for them.
+/// Returns hints about a scenario: settings that do not apply to all robots, and figures that the files of its models lack although its
+/// realism needs them.
 pub(super) fn of_scenario(file: &ScenarioFile) -> Vec<String> {
     let mut notes = file.notes();
     let Scenario { model, robots, teams, realism, .. } = &file.scenario;
@@ -28,7 +28,7 @@ pub(super) fn of_scenario(file: &ScenarioFile) -> Vec<String> {
     let mut models: Vec<&String> = of_teams.chain(of_robots).flatten().chain([model]).collect();
     models.sort();
     models.dedup();
-    // Of those that come with the program it is known.
+    // Only models from files are checked, because the built-in ones are known.
     let files = models.into_iter().filter(|model| RobotModel::named(model).is_none());
     for model in files.filter_map(|model| RobotModel::find(model).ok()) {
         notes.extend(errors_left_open(&model).map(|words| format!("{}: {words}", model.name)));
@@ -41,10 +41,10 @@ pub(super) fn tell(notes: &[String]) {
     notes.iter().for_each(|words| report::note(&format!("note: {words}")));
 }
 
-/// How many figures a note names.
+/// Greatest number of figures that a note names.
 const MOST_NAMED: usize = 8;
 
-/// A list of paths; the first ones if there are many.
+/// Returns a list of paths, shortened to the first ones if there are many.
 fn some_of(paths: &[String]) -> Option<String> {
     let (named, others) = paths.split_at(paths.len().min(MOST_NAMED));
     if named.is_empty() {
@@ -54,18 +54,18 @@ fn some_of(paths: &[String]) -> Option<String> {
     Some(format!("{}{others}", named.join(", ")))
 }
 
-/// A note about figures of a model that have no source.
+/// Returns a note about figures of a model without a source.
 pub(super) fn unsourced(model: &RobotModel) -> Option<String> {
     some_of(&model.without_source()).map(|paths| format!("`sources` has no source for: {paths}"))
 }
 
-/// A note about figures that a custom model takes from the NAO.
+/// Returns a note about figures that a custom model takes from the NAO.
 fn naos_measures(model: &RobotModel) -> Option<String> {
     some_of(&model.measures_of_nao())
         .map(|paths| format!("the file leaves these out, so the NAO's figures are used: {paths}"))
 }
 
-/// A note about a model that lacks figures for `realistic`.
+/// Returns a note about a model that lacks figures for `realistic`.
 fn errors_left_open(model: &RobotModel) -> Option<String> {
     let paths = some_of(&model.without_errors())?;
     Some(format!(
@@ -73,7 +73,7 @@ fn errors_left_open(model: &RobotModel) -> Option<String> {
     ))
 }
 
-/// A note about a robot of a scenario whose cameras cannot see a ball that it could kick.
+/// Returns a note if the robot's cameras cannot see a ball that it could kick.
 fn blindness_in(scenario: &Scenario) -> Option<String> {
     let Scenario { settings: RobotSettings { body, cameras, head, kicks, .. }, ball, .. } = scenario;
     if cameras.mounts.as_slice().is_empty() {
@@ -81,7 +81,7 @@ fn blindness_in(scenario: &Scenario) -> Option<String> {
     }
     let head = head.reached_from(HeadAngles::default());
     let radius_m = ball.unwrap_or_default().radius_m;
-    // Where the ball lies best, and as far away as it may.
+    // The best place of the ball, and the farthest one.
     let places = |region: KickGeometry| [region.best_m, Vec2::new(region.x_m[1], region.best_m.y)];
     let mut places = kicks.types().filter_map(|kick| kicks.geometry(kick)).flat_map(places).peekable();
     if places.peek().is_none() {

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use naoisis_core::cycle::CycleClock;
 
-/// Stands for standard output instead of a file.
+/// Path that stands for standard output.
 pub const STANDARD_OUTPUT: &str = "-";
 
-/// A file that a command writes, with its option.
+/// A file that a command writes, with the option that names it.
 pub struct Output {
     /// The option, such as `--trace`.
     pub option: &'static str,
-    /// The file that is to be written.
+    /// The file to write.
     pub path: PathBuf,
 }
 
@@ -45,8 +45,7 @@ pub fn check_files(input: &Path, outputs: &[Output], force: bool) -> Result<(), 
 /// The error about an existing file.
 pub const EXISTS: &str = "the file exists already; expected another name, or --force to replace it";
 
-/// Whether two paths lead to the same file, through any names and links. Always false for devices, which cannot be
-/// lost.
+/// Returns whether two paths lead to the same file, by any names and links. Always false for devices, whose content cannot be lost.
 fn is_same_file(one: &Path, other: &Path) -> bool {
     match (one.metadata(), other.metadata()) {
         (Ok(there), Ok(other_there)) => there.is_file() && is_same_inode(one, &there, other, &other_there),
@@ -67,7 +66,7 @@ fn is_same_inode(one: &Path, _: &Metadata, other: &Path, _: &Metadata) -> bool {
     real(one) == real(other)
 }
 
-/// The path with its links resolved, as far as it exists.
+/// Returns the path with its links resolved, as far as it exists.
 fn real(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     match (path.canonicalize(), absolute.parent().map(Path::canonicalize), absolute.file_name()) {
@@ -77,7 +76,7 @@ fn real(path: &Path) -> PathBuf {
     }
 }
 
-/// The cycle at the end of which the match has lasted `time_s`.
+/// Returns the cycle at whose end the match has lasted `time_s`.
 pub fn cycle_at(time_s: f32, clock: &CycleClock) -> u64 {
     (f64::from(time_s) / clock.period_s).round() as u64
 }

@@ -1,10 +1,10 @@
-//! The speed at which a match is played.
+//! Limits the speed at which a match is played.
 
 use core::time::Duration;
 use std::thread;
 use std::time::Instant;
 
-/// A match that is later than this, in real time, does not catch up.
+/// Greatest delay that a match catches up, real time.
 const LATEST: Duration = Duration::from_millis(250);
 /// The longest single sleep, so that interrupts are noticed.
 const LONGEST_SLEEP: Duration = Duration::from_millis(50);
@@ -12,14 +12,14 @@ const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 /// Keeps a match from running faster than a multiple of real time. It does not influence the match.
 #[derive(Debug)]
 pub struct Pace {
-    /// The real time of a cycle.
+    /// Real time of a cycle.
     cycle: Duration,
-    /// When the next cycle may start.
+    /// Time at which the next cycle may start.
     next: Instant,
 }
 
 impl Pace {
-    /// Limits the speed to `times_real_time` for cycles of `period_s`.
+    /// Limits the speed to `times_real_time` for cycles of `period_s`, s.
     pub fn new(times_real_time: f64, period_s: f64) -> Self {
         Self { cycle: Duration::from_secs_f64(period_s / times_real_time), next: Instant::now() }
     }
@@ -36,7 +36,7 @@ impl Pace {
         }
     }
 
-    /// When the cycle after one that starts at `now` may start.
+    /// Returns the time at which the cycle after one that starts at `now` may start.
     fn next_after(&self, now: Instant) -> Instant {
         let is_late = now.saturating_duration_since(self.next) > LATEST;
         if is_late { now + self.cycle } else { self.next + self.cycle }

@@ -104,7 +104,7 @@ impl Recording for PictureArguments {
         let cycle_s = world.resource::<CycleClock>().period_s;
         let mut pictures = PictureRecorder::default();
         pictures.renderer.overlays.clone_from(&self.draw);
-        // The video's file is made last: a command that fails before leaves nothing behind.
+        // The file of the video is created last, so that nothing is left behind if the command fails earlier.
         if let Some(path) = &self.sheet {
             let camera = self.views.iter().find_map(|picture| match picture {
                 Picture::Camera(robot, side) => Some((*robot, *side)),
@@ -131,18 +131,18 @@ impl Recording for PictureArguments {
     }
 }
 
-/// A hint that --force helps, for errors about existing frames.
+/// Returns a hint that --force helps, for errors about existing frames.
 pub fn or_force(error: &RecordError) -> &'static str {
     if matches!(error, RecordError::NotEmpty(_)) { ", or --force to replace frames that are there" } else { "" }
 }
 
-/// The robots of the match as a list in words.
+/// Returns the list of the robots in the match.
 fn who_plays(world: &World) -> String {
     let robots: Vec<String> = world.resource::<Roster>().iter().map(|(id, _)| id.to_string()).collect();
     robots.join(", ")
 }
 
-/// The cameras of a robot.
+/// Returns the cameras of a robot.
 fn mounts_of(world: &World, robot: RobotId) -> CameraMounts {
     let robot = world.resource::<Roster>().get(robot);
     let settings = robot.and_then(|robot| world.get::<CameraSettings>(robot));

@@ -45,7 +45,7 @@ pub struct PlayArguments {
 }
 
 impl PlayArguments {
-    /// Whether no argument says which match to play. Then the window asks.
+    /// Returns whether no argument says which match to play. Then the window asks.
     #[cfg(feature = "viewer")]
     fn names_nothing_to_play(&self) -> bool {
         let Self { scenario, teams, game_controller, seed, record, .. } = self;
@@ -99,7 +99,7 @@ pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
     }
 }
 
-/// The scenario of the command line; without one, the last one that was watched, if it still exists.
+/// Returns the scenario of the command line. Without one, it is the last one that was watched, if it still exists.
 fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), Vec<ScenarioError>> {
     let check = |name: &str| ScenarioFile::check(name, |_| Vec::new());
     if let Some(name) = &arguments.scenario {
@@ -115,13 +115,13 @@ fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), Vec<Scenari
     Ok((DEFAULT_SCENARIO.to_owned(), check(DEFAULT_SCENARIO)?))
 }
 
-/// Whether a window can be opened, or why not.
+/// Checks whether a window can be opened. The error says why not.
 #[cfg(not(feature = "viewer"))]
 pub(super) fn display() -> Result<(), &'static str> {
     Err("this program was built without the viewer")
 }
 
-/// Whether a window can be opened, or why not.
+/// Checks whether a window can be opened. The error says why not.
 #[cfg(all(feature = "viewer", unix, not(target_os = "macos")))]
 pub(super) fn display() -> Result<(), &'static str> {
     if std::env::var_os("DISPLAY").is_none_or(|display| display.is_empty()) {
@@ -129,7 +129,7 @@ pub(super) fn display() -> Result<(), &'static str> {
     }
     match x11rb::connect(None) {
         Ok((connection, _)) => {
-            // A server whose last client leaves restarts, and refuses clients meanwhile: this client stays.
+            // The connection stays open: a server restarts when its last client leaves, and refuses clients meanwhile.
             core::mem::forget(connection);
             Ok(())
         }
@@ -137,7 +137,7 @@ pub(super) fn display() -> Result<(), &'static str> {
     }
 }
 
-/// Whether a window can be opened, or why not.
+/// Checks whether a window can be opened. The error says why not.
 #[cfg(all(feature = "viewer", not(all(unix, not(target_os = "macos")))))]
 pub(super) fn display() -> Result<(), &'static str> {
     Ok(())
@@ -168,7 +168,7 @@ fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: 
     if let Err(message) = arguments.game_controller.start(app.world_mut()) {
         return report::usage_error(&message);
     }
-    // The next time may be in another folder.
+    // The program may be started in another folder the next time, so the path is absolute.
     let path = std::path::Path::new(name).canonicalize();
     if let Ok(path) = &path {
         app.insert_resource(WatchedScenarioFile::of(path));

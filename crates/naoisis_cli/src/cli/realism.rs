@@ -11,8 +11,8 @@ use super::{Program, report};
 use naoisis_lab::trials::{self, MeasuredQuantity};
 use naoisis_sim::scenario::{MODELS, ModelError, RobotModel};
 
-/// The relative difference from which a figure is marked: three standard errors of a standard deviation from
-/// `repetitions` samples, each `1 / sqrt(2 n)`; 15 % for 200 repetitions.
+/// Returns the relative difference from which a figure is marked: three standard errors of a standard deviation from `repetitions` samples,
+/// each `1 / sqrt(2 n)`; 15 % for 200 repetitions.
 fn far(repetitions: u32) -> f64 {
     f64::max(0.15, 3.0 / (2.0 * f64::from(repetitions)).sqrt())
 }
@@ -45,7 +45,7 @@ pub fn realism(program: Program, arguments: &RealismArguments) -> ExitCode {
             Err(error) => return no_model("--robot: ", &error),
         },
     };
-    // There is nothing to be closed.
+    // There are no files to close.
     if let Err(message) = Interrupt::end_at_once() {
         return report::failure(&message);
     }
@@ -65,7 +65,7 @@ pub fn realism(program: Program, arguments: &RealismArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// Reports the errors of the model that `argument` names: for a file, all of them. Returns exit status 2.
+/// Reports the errors of the model that `argument` names; all of them if it is a file. Returns exit status 2.
 pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
     match error {
         ModelError::Wrong(errors) => report::scenario_errors(errors),
@@ -73,8 +73,8 @@ pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
     }
 }
 
-/// The table of a model; `left_out` are trials that do not apply to it. A difference above `far` is marked by `!`, a
-/// real figure without a source by `?`.
+/// Returns the table of a model. `left_out` are trials that do not apply to it. `!` marks a difference above `far`, and `?` a real figure
+/// without a source.
 fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str], far: f64) -> String {
     let names: Vec<String> = quantities
         .iter()

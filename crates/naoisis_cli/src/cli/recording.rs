@@ -1,4 +1,4 @@
-//! The interface of the options by which `naoisis run` records a match.
+//! The common interface of the options with which `naoisis run` records a match.
 
 use bevy::prelude::*;
 
@@ -7,15 +7,15 @@ use naoisis_record::record::recorder::Recorder;
 
 /// The options of one kind of recording.
 pub trait Recording {
-    /// Checks that the options fit each other.
+    /// Checks that the options are compatible.
     fn check(&self) -> Result<(), String> {
         Ok(())
     }
 
-    /// The files that it writes.
+    /// Returns the files that it writes.
     fn outputs(&self) -> Vec<Output>;
 
-    /// Whether it writes to standard output, so that nothing else may.
+    /// Returns whether it writes to standard output, so that nothing else may.
     fn takes_standard_output(&self) -> bool {
         false
     }

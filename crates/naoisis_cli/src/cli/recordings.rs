@@ -1,5 +1,5 @@
-//! All recordings of `naoisis run`. A format with options of its own is a file with these options, and a line here. One
-//! without options is registered by `add_log_format`, and written by `--log`.
+//! All recordings of `naoisis run`. For a format with options of its own, add a file with these options and a line here. A format without
+//! options is registered by `add_log_format`, and written by `--log`.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -32,7 +32,8 @@ macro_rules! recordings {
     };
 }
 
-// What is opened first leaves nothing behind when another cannot be opened: files that are written over come last.
+// Recordings are opened in this order. The first ones leave nothing behind if a later one cannot be opened. Those that write over files
+// come last.
 recordings! {
     pictures: PictureArguments,
     trace: TraceArguments,
@@ -42,17 +43,17 @@ recordings! {
 }
 
 impl Recordings {
-    /// Checks that the options fit each other.
+    /// Checks that the options are compatible.
     pub fn check(&self) -> Result<(), String> {
         self.all().into_iter().try_for_each(Recording::check)
     }
 
-    /// The files that are written.
+    /// Returns the files that are written.
     pub fn outputs(&self) -> Vec<Output> {
         self.all().into_iter().flat_map(Recording::outputs).collect()
     }
 
-    /// Whether something is written to standard output, so that nothing else may be.
+    /// Returns whether a recording writes to standard output, so that nothing else may.
     pub fn take_standard_output(&self) -> bool {
         self.all().into_iter().any(Recording::takes_standard_output)
     }

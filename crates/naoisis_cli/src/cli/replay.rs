@@ -1,4 +1,4 @@
-//! `naoisis replay`: a recorded match in the window.
+//! `naoisis replay`: shows a recorded match in the window.
 
 use clap::Args;
 use core::ops::ControlFlow;
@@ -30,7 +30,7 @@ pub struct ReplayArguments {
     pub window: WindowArguments,
 }
 
-/// The note about a trace without an end.
+/// Note about an incomplete trace.
 const BROKEN_OFF: &str = "the trace is incomplete: it is shown as far as it goes";
 
 /// Runs the command. Without a display, the trace is read and summarised.
@@ -47,7 +47,7 @@ pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCod
     }
 }
 
-/// Reads a trace, which takes a while if it is long, and prints a summary.
+/// Reads a trace and prints a summary.
 fn summarise(path: &Path, reason: &str) -> ExitCode {
     let progress = ProgressBar::new_spinner().with_message(format!("reading {}", path.display()));
     if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {
@@ -120,7 +120,7 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
     window::show(app)
 }
 
-/// A summary of a trace in a few lines.
+/// Returns a summary of a trace in a few lines.
 fn summary(trace: &ReadTrace) -> String {
     let scenario = &trace.scenario;
     let name = if scenario.name.is_empty() { "a match" } else { &scenario.name };

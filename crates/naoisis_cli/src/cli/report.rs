@@ -1,4 +1,4 @@
-//! How the commands report errors.
+//! Reports errors of the commands.
 
 use core::fmt;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
@@ -8,10 +8,10 @@ use std::process::ExitCode;
 use super::visible::{visible, visible_in_place};
 use naoisis_sim::scenario::ScenarioError;
 
-/// The exit status for errors in arguments or files.
+/// Exit status for errors in arguments or files.
 pub const USAGE_ERROR: u8 = 2;
 
-/// Reports a failure while running. Returns exit status 1.
+/// Reports a failure of a running command. Returns exit status 1.
 pub fn failure(message: &str) -> ExitCode {
     print_error(&format!("error: {message}"));
     ExitCode::FAILURE
@@ -49,11 +49,11 @@ fn print_error(text: &str) {
 
 /// Prints a text that may contain control characters.
 fn print_rendered(text: &str) {
-    // Standard error may be closed; then the text is dropped.
+    // If standard error is closed, the text is dropped.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
-/// How an error of a scenario file is printed.
+/// Style in which an error of a scenario file is printed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Style {
     /// One paragraph, for files and other programs.
@@ -90,7 +90,7 @@ fn rendered(error: &ScenarioError, style: Style) -> String {
     }
 }
 
-/// An error of a scenario in the form that miette prints.
+/// An error of a scenario in the form for miette.
 #[derive(Debug)]
 struct Report<'a> {
     error: &'a ScenarioError,

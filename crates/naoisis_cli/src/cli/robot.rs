@@ -1,4 +1,4 @@
-//! `naoisis robot`: the sheet of a robot model and its figures with their sources, and models made of descriptions.
+//! `naoisis robot`: shows the figures of a robot model with their sources, and makes models from descriptions.
 
 use clap::{Args, Subcommand};
 use core::fmt::Write;
@@ -27,7 +27,7 @@ pub struct RobotArguments {
 enum RobotCommand {
     /// Show a model: its figures with their sources, and with --out a sheet with pictures
     Show(ShowArguments),
-    /// Make a model of a robot's description (URDF or MJCF), with a sheet
+    /// Make a model from a robot's description (URDF or MJCF), with a sheet
     Import(ImportArguments),
 }
 
@@ -81,16 +81,16 @@ fn show(arguments: &ShowArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// The greatest width of the column of values, letters.
+/// Greatest width of the column of values, letters.
 const WIDEST_COLUMN: usize = 44;
 
-/// The figures of a model with their sources, one line each.
+/// Returns the figures of a model with their sources, one line each.
 fn figures_of(model: &RobotModel) -> String {
     let mut figures = Vec::new();
     collect("", &Value::Object(model.all_settings()), &mut figures);
     let wide = |of: fn(&(String, String)) -> &String| figures.iter().map(|figure| of(figure).chars().count()).max();
     let (paths, values) = (wide(|figure| &figure.0).unwrap_or_default(), wide(|figure| &figure.1).unwrap_or_default());
-    // A long list is wider than its column.
+    // Longer values extend beyond the column.
     let values = values.min(WIDEST_COLUMN);
     let mut text = format!("{}: {}\n\n", model.name, model.description);
     for (path, value) in &figures {

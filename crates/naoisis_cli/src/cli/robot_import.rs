@@ -1,4 +1,4 @@
-//! `naoisis robot import`: makes a robot model of a URDF or MJCF file.
+//! `naoisis robot import`: makes a robot model from a URDF or MJCF file.
 
 use clap::Args;
 use std::fs;
@@ -46,7 +46,7 @@ pub struct ImportArguments {
     force: bool,
 }
 
-/// The angle of a joint, as `left_knee=0.5`.
+/// The angle of a joint, such as `left_knee=0.5`.
 #[derive(Debug, Clone)]
 struct Angle(String, f64);
 
@@ -62,7 +62,7 @@ impl FromStr for Angle {
     }
 }
 
-/// Makes a model of a description and writes it with its sheet. Prints what was found, what was not, and what to measure.
+/// Makes a model from a description, and writes it with its sheet. Prints the figures that were found and not found, and what to measure.
 pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
     let options = ImportOptions {
         name: arguments.name.clone(),
@@ -109,11 +109,11 @@ pub(super) fn import(arguments: &ImportArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// What was found, what was not, and what is to be measured.
+/// Returns a text about the figures that were found and not found, and those to measure.
 fn findings(imported: &Imported) -> String {
-    /// The greatest width of the column of values, letters.
+    /// Greatest width of the column of values, letters.
     const WIDEST: usize = 30;
-    /// The most letters of a value.
+    /// Greatest length of a value, letters.
     const LONGEST: usize = 80;
 
     let all = || imported.found.iter().chain(&imported.guessed);

@@ -1,4 +1,4 @@
-//! The sheet of a robot model as a file.
+//! Writes the sheet of a robot model to a file.
 
 use std::path::Path;
 
@@ -9,13 +9,13 @@ use naoisis_sim::scenario::RobotModel;
 /// Draws the sheet of a model into a file.
 ///
 /// # Errors
-/// Why it cannot be drawn or written.
+/// When the sheet cannot be drawn or written.
 pub(super) fn draw_sheet(model: &RobotModel, path: &Path) -> Result<(), String> {
     let image = model_sheet::draw(model, 1.0).map_err(|error| error.to_string())?;
     write_png(path, Layer::Colours, &image).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// The file name of the sheet of a model. Characters that would lead to other folders are replaced.
+/// Returns the file name of the sheet of a model. Characters that would lead to other folders are replaced.
 pub(super) fn sheet_name(model: &str) -> String {
     let allowed = |character: char| character.is_alphanumeric() || "-_+ ".contains(character);
     let name: String = model.chars().map(|character| if allowed(character) { character } else { '_' }).collect();

@@ -1,4 +1,4 @@
-//! `naoisis run`: a match without a window, as fast as possible.
+//! `naoisis run`: plays a match without a window, as fast as possible.
 
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
@@ -27,7 +27,7 @@ use naoisis_record::record::recorder::{self, EndReason, Recorders};
 use naoisis_sim::scenario::{Scenario, ScenarioFile};
 use naoisis_sim::simulation::Snapshot;
 
-/// Cycles between two updates of the progress bar; few enough that it moves when pictures are written.
+/// Number of cycles between two updates of the progress bar: few enough that it also moves while pictures are written.
 const CYCLES_PER_PROGRESS: u64 = 16;
 
 /// Runs the command.
@@ -40,14 +40,14 @@ pub fn run_scenario(program: Program, file: &ScenarioFile, arguments: &RunArgume
     run_match(program, arguments, None, |app| begin::begin_with(app, file, arguments))
 }
 
-/// Plays the match that `begin` starts in the app. With an address, waits first for programs that connect.
+/// Plays the match that `begin` starts in the app. With an address, it first waits for programs to connect.
 pub(super) fn run_match(
     program: Program,
     arguments: &RunArguments,
     listen: Option<&Address>,
     begin: impl FnOnce(&mut App) -> Result<(), ExitCode>,
 ) -> ExitCode {
-    // A missing adapter is reported where one is requested.
+    // If a graphics adapter is needed and missing, that is reported elsewhere.
     let filter = "warn,wgpu_hal::vulkan::instance=off".to_owned();
     let log = LogPlugin { level: Level::WARN, filter, ..default() };
     let mut app = program.simulator_with((log, RecordPlugin));
@@ -112,7 +112,7 @@ pub(super) fn run_match(
     if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
 }
 
-/// Notes the robots that stand still because no program can connect.
+/// Prints a note about robots that stand still because no program can connect.
 fn tell_of_nobodys_robots(world: &World) {
     let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
     if !free.is_empty() {
@@ -179,15 +179,15 @@ struct Outcome {
     reason: EndReason,
     goals: Vec<(f64, Team)>,
     broken_invariants: Vec<String>,
-    /// The measurements for expectations.
+    /// Measurements for expectations.
     watch: Watch,
-    /// Robots whose programs were lost.
+    /// Number of robots whose programs were lost.
     agents_lost: PerTeam<u32>,
-    /// The number of decisions of the referee by kind, for --explain.
+    /// Number of the referee's decisions by kind, for --explain.
     decisions: BTreeMap<String, u32>,
     /// Whether the match was saved during the run, or saving failed.
     saved: bool,
-    /// Why saving failed.
+    /// Reason why saving failed.
     not_saved: Option<String>,
 }
 
@@ -263,12 +263,12 @@ fn run_to_the_end(
     outcome
 }
 
-/// The length of a match, s of its own clock: without time that the referee adds.
+/// Returns the length of a match by its own clock, s: without time that the referee adds.
 pub(super) fn length_s(scenario: &Scenario) -> f32 {
     scenario.longest_s().unwrap_or(scenario.rules.longest_s())
 }
 
-/// A progress bar of the simulated seconds; hidden if standard error is no terminal.
+/// Returns a progress bar of the simulated seconds; it is hidden if standard error is not a terminal.
 fn progress_bar(length_s: f32, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
@@ -295,7 +295,7 @@ fn finish(
         match said {
             Ok(Some(summary)) if !arguments.quiet => printer.print(summary),
             Ok(_) => {}
-            // The reader of a trace may close the pipe.
+            // The program that reads the trace may have closed the pipe.
             Err(error) if error.is_broken_pipe() => return ExitCode::SUCCESS,
             Err(error) => {
                 return report::failure(&format!("cannot write {error}; what was written before it can still be used"));
@@ -318,7 +318,7 @@ fn finish(
     }
 }
 
-/// The title of the report: which match it is about.
+/// Returns the title of the report, which names the match.
 fn title(scenario: &Scenario) -> String {
     let name = if scenario.name.is_empty() { "Match" } else { &scenario.name };
     let teams = match &scenario.teams {
@@ -329,7 +329,7 @@ fn title(scenario: &Scenario) -> String {
     format!("{name}{teams}. Rules {}, realism {realism}, seed {seed}.\n{HEADER}\n", rules.name)
 }
 
-/// The number of decisions of the referee by kind, as a line.
+/// Returns a line with the number of the referee's decisions by kind.
 fn tally(decisions: &BTreeMap<String, u32>) -> String {
     let count = |(kind, count): (&String, &u32)| format!("{count} {}", kind.replace('_', " "));
     let counts: Vec<String> = decisions.iter().map(count).collect();
@@ -354,7 +354,7 @@ fn summary(
     }
     let end = words_of(outcome.reason);
     let simulated_s = clock.end_time_s();
-    // A saved match goes on in the middle.
+    // A saved match starts in the middle.
     let cycles = clock.cycle - started_at_cycle;
     text += &format!(
         "{simulated_s:>7.1} s  {end}: {result}\n{} cycles in {wall_s:.2} s, {} times real time, realism {realism}\n",
@@ -373,7 +373,7 @@ fn words_of(reason: EndReason) -> &'static str {
     }
 }
 
-/// Formats a number with two decimals below 1, one below 10, and none above.
+/// Returns a number as text with two decimals below 1, one below 10, and none above.
 fn factor(value: f64) -> String {
     let digits = if value < 1.0 { 2 } else { usize::from(value < 10.0) };
     format!("{value:.digits$}")

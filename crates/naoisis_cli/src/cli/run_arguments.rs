@@ -98,12 +98,12 @@ pub(super) fn realism(word: &str) -> Result<Setting, String> {
 }
 
 impl RunArguments {
-    /// The settings of the command line, in its order.
+    /// Returns the settings of the command line, in their order.
     pub fn settings(&self) -> Vec<Setting> {
         self.realism.iter().chain(&self.set).cloned().collect()
     }
 
-    /// Checks that the outputs can be written, as far as that is known before the match.
+    /// Checks that the outputs can be written, as far as this is known before the match.
     pub fn check_outputs(&self) -> Result<(), String> {
         self.recordings.check()?;
         let mut files = self.recordings.outputs();
@@ -114,7 +114,7 @@ impl RunArguments {
         if path.extension().is_none_or(|extension| extension != EXTENSION) {
             return Err(format!("--save: {}: expected a file name that ends in .{EXTENSION}", path.display()));
         }
-        // Said now rather than after the match.
+        // This is reported before the match rather than after it.
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if !folder.is_dir() || path.is_dir() {
             return Err(format!("--save: {}: expected a file in a folder that exists", path.display()));

@@ -1,4 +1,4 @@
-//! The teams of the command line, which replace those of a scenario.
+//! Arguments for the teams, which replace those of a scenario.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -21,7 +21,7 @@ pub struct TeamArguments {
 }
 
 impl TeamArguments {
-    /// The chosen team of this colour.
+    /// Returns the chosen team of a colour.
     pub fn of(&self, team: Team) -> Option<&str> {
         match team {
             Team::Blue => self.blue.as_deref(),

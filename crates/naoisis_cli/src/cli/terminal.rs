@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use super::report;
 use super::visible::visible;
 
-/// Prints to standard output, or to standard error instead. If the reader of the output closes it, the rest is dropped
-/// without an error. Other failures are reported at the end.
+/// Prints to standard output or standard error. If the reader of the output closes it, the rest is dropped without an error. Other failures
+/// are reported at the end.
 #[derive(Debug, Default)]
 pub struct Printer {
     is_stderr: bool,
@@ -16,7 +16,7 @@ pub struct Printer {
 }
 
 impl Printer {
-    /// Prints to standard error, because something else is written to standard output.
+    /// Returns a printer to standard error, for commands that write other data to standard output.
     pub fn to_stderr() -> Self {
         Self { is_stderr: true, error: None }
     }
@@ -33,13 +33,13 @@ impl Printer {
         self.error = printed.err();
     }
 
-    /// Whether nothing more can be printed.
+    /// Returns whether nothing more can be printed.
     pub fn is_closed(&self) -> bool {
         self.error.is_some()
     }
 
-    /// The exit status of a command that would end with `status`: a failure, which is reported, if some output could
-    /// not be printed.
+    /// Returns the exit status of a command that would end with `status`. If some output could not be printed, this is reported and is a
+    /// failure.
     pub fn finish(self, status: ExitCode) -> ExitCode {
         match self.error {
             Some(error) if error.kind() != io::ErrorKind::BrokenPipe => {

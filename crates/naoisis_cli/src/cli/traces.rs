@@ -11,7 +11,7 @@ use naoisis_record::record::recorder::Recorder;
 use naoisis_record::record::trace::TraceRecorder;
 use naoisis_sim::interface::fields::Fields;
 
-/// The ending of a trace without one: traces are long, so it is compressed.
+/// Ending that is added to file names without one: traces are long, so they are compressed.
 const ENDING: &str = "jsonl.zst";
 
 /// The arguments for a trace.
@@ -29,8 +29,7 @@ pub struct TraceArguments {
 }
 
 impl TraceArguments {
-    /// The file. A name without an ending gets the ending of a compressed trace, except for a pipe or device that
-    /// exists.
+    /// Returns the file. A name without an ending gets the ending of a compressed trace, except if it is an existing pipe or device.
     fn file(&self) -> Option<PathBuf> {
         let path = self.trace.as_deref().filter(|_| !self.takes_standard_output())?;
         let is_complete = path.extension().is_some() || path.metadata().is_ok_and(|there| !there.is_file());

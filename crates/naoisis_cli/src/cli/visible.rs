@@ -1,9 +1,8 @@
-//! Text without characters that a terminal would interpret.
+//! Escapes characters that a terminal would interpret.
 
 use std::borrow::Cow;
 
-/// The text with control characters, and those that change the direction of text, as escapes such as `\u{1b}`. Line
-/// ends are kept.
+/// Returns the text with control characters, and those that change the direction of text, as escapes such as `\u{1b}`. Line ends are kept.
 pub fn visible(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden) {
         return Cow::Borrowed(text);
@@ -19,8 +18,7 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// The text with every control character replaced by a visible one of the same number of bytes, so that positions stay
-/// valid.
+/// Returns the text with every control character replaced by a visible one of the same number of bytes, so that positions stay valid.
 pub fn visible_in_place(text: &str) -> String {
     let replacement = |character: char| match character.len_utf8() {
         1 => '?',
@@ -30,7 +28,7 @@ pub fn visible_in_place(text: &str) -> String {
     text.chars().map(|character| if is_hidden(character) { replacement(character) } else { character }).collect()
 }
 
-/// Whether a terminal would interpret the character instead of showing it.
+/// Returns whether a terminal would interpret the character instead of showing it.
 fn is_hidden(character: char) -> bool {
     let turns_reading = matches!(
         character,

@@ -1,4 +1,4 @@
-//! `naoisis vision`: the accuracy of the vision of a scenario's robots, as a table.
+//! `naoisis vision`: measures the accuracy of the vision of a scenario's robots.
 
 use clap::{Args, ValueEnum};
 use std::process::ExitCode;
@@ -69,13 +69,13 @@ impl VisionArguments {
         self.realism.iter().chain(&self.set).cloned().collect()
     }
 
-    /// The scenario with the settings of the command line.
+    /// Returns the scenario with the settings of the command line.
     fn file(&self) -> Result<ScenarioFile, ExitCode> {
         let file = super::begin::scenario_file(&self.scenario)?;
         file.check_with(&self.settings()).map_err(|errors| report::scenario_errors(&errors))
     }
 
-    /// The conditions of the scenario and the command line.
+    /// Returns the conditions of the scenario and the command line.
     fn conditions(&self, file: &ScenarioFile) -> Conditions {
         let mut conditions = seeing::conditions(&file.scenario);
         conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };
@@ -102,7 +102,7 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
         Ok(model) => model,
         Err(status) => return status,
     };
-    // There is nothing to be closed.
+    // There are no files to close.
     if let Err(message) = Interrupt::end_at_once() {
         return report::failure(&message);
     }
@@ -124,7 +124,7 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// The model of the robots, for --fit.
+/// Returns the model of the robots, for --fit.
 fn model_to_fit(arguments: &VisionArguments, file: &ScenarioFile) -> Result<Option<RobotModel>, ExitCode> {
     if !arguments.fit {
         return Ok(None);

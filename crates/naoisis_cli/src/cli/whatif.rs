@@ -139,7 +139,7 @@ fn thread_count(asked_for: Option<u16>) -> usize {
     asked_for.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
 }
 
-/// The trace and the time that `word` names, if it has this form.
+/// Returns the trace and the time that `word` names, if it has this form.
 fn trace_and_time(word: &str) -> Option<(&Path, f64)> {
     let (path, time) = word.rsplit_once('@')?;
     let time: f64 = time.parse().ok()?;
@@ -211,7 +211,7 @@ fn refuse_programs(app: &mut App) -> Result<(), ExitCode> {
     Ok(())
 }
 
-/// Replays the match of a trace up to `time_s`, and checks that it is the same.
+/// Replays the match of a trace until `time_s`, and checks that it is the same match.
 fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
     let usage_error = |message: String| report::usage_error(&format!("{}: {message}", path.display()));
     let mut trace = TraceReader::open(path).map_err(|error| report::usage_error(&error.to_string()))?;
@@ -230,7 +230,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
             run_cycle(app.world_mut());
         }
         let is_same = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
-        // What a trace leaves out cannot differ.
+        // Parts that the trace lacks are not compared.
         let mut same = !trace.fields().has("robots.pose")
             || record
                 .robots
@@ -252,7 +252,7 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
     }
 }
 
-/// The statistics as a text.
+/// Returns the statistics as text.
 fn in_words(moment: &Moment, scenario: &str, realism: &str, until_s: f32, outcomes: &Outcomes) -> String {
     let percent = |estimate: Option<Estimate>| match estimate {
         Some(Estimate { value, low, high }) => {

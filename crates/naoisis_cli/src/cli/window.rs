@@ -11,13 +11,13 @@ pub struct WindowArguments {
     /// Write the state of the window as JSON lines, for tests that drive it from outside
     #[arg(long, value_name = "FILE")]
     pub report_state: Option<PathBuf>,
-    /// When the program began.
+    /// Start time of the program.
     #[cfg(feature = "viewer")]
     #[arg(skip)]
     pub began: Began,
 }
 
-/// The start time of the program, taken when the command line is parsed.
+/// Start time of the program, taken when the command line is parsed.
 #[cfg(feature = "viewer")]
 #[derive(Debug, Clone, Copy)]
 pub struct Began(pub Instant);
@@ -29,10 +29,10 @@ impl Default for Began {
     }
 }
 
-/// An app with a window, without a match.
+/// Returns an app with a window, without a match.
 ///
 /// # Errors
-/// What is wrong with the command line.
+/// A message about the command line if it is wrong.
 #[cfg(feature = "viewer")]
 pub(super) fn open(program: super::Program<'static>, arguments: &WindowArguments) -> Result<bevy::app::App, String> {
     use super::interrupt::Interrupt;
@@ -48,7 +48,7 @@ pub(super) fn open(program: super::Program<'static>, arguments: &WindowArguments
         None => None,
     };
     let mut app = bevy::app::App::new();
-    // Bevy's own would leave a program that was started in the background to be killed, with files that are not whole.
+    // Bevy's own handler would let a program started in the background be killed, which would leave incomplete files.
     let interrupt = Interrupt::watch(TerminalCtrlCHandlerPlugin::gracefully_exit)?;
     let viewer = ViewerPlugins.set(FirstFramePlugin { began: arguments.began.0 });
     app.add_plugins(viewer);
@@ -69,7 +69,7 @@ pub(super) fn show(mut app: bevy::app::App) -> std::process::ExitCode {
     use bevy::app::AppExit;
     use std::process::ExitCode;
 
-    // The app is gone when the window is.
+    // The app no longer exists after the window is closed.
     let interrupt = app.world().resource::<Interrupt>().clone();
     match app.run() {
         AppExit::Error(code) if !interrupt.is_stopped() => ExitCode::from(code.get()),

@@ -1,4 +1,4 @@
-//! The materials of the scene, and the light in it.
+//! The materials and the light of the scene.
 
 use bevy::asset::{load_internal_asset, uuid_handle};
 use bevy::mesh::MeshVertexBufferLayoutRef;
@@ -14,7 +14,7 @@ use naoisis_sensing::sensing::camera::software::light;
 
 const SHADER: Handle<Shader> = uuid_handle!("5f1c1c0e-7e55-4a4e-9a7c-3d0a2c4b8f16");
 
-/// How far away things are told apart, m. Beyond, they are as far as this: as far as frames on disk tell.
+/// Greatest depth that is measured, m. Everything beyond has this depth. It is also the greatest one of depth images in files.
 pub(super) const MOST_DEPTH_M: f32 = 65.535;
 
 /// Draws [`SceneMaterial`]s.
@@ -27,24 +27,24 @@ impl Plugin for SceneMaterialPlugin {
     }
 }
 
-/// What a mesh is in the scene, which says when and how it is drawn.
+/// Kind of surface of a mesh, which decides when and how it is drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Surface {
-    /// A body, under the light.
+    /// A body, with light.
     Body,
-    /// The ground where it is not in a shadow. Drawn after the shadows, which hide it.
+    /// The ground outside shadows. It is drawn after the shadows, which hide it.
     Ground,
-    /// The ground as it is in a shadow. Drawn first.
+    /// The ground in shadow. It is drawn first.
     ShadedGround,
-    /// A shadow on the ground: it has no colour, and hides the ground that is not in a shadow.
+    /// A shadow on the ground. It has no colour, but hides the [`Ground`](Self::Ground) surface, so that the shaded ground is visible.
     Shadow,
-    /// The strings of a net, through which everything is seen.
+    /// The strings of a net, which are partly transparent.
     Net,
-    /// How far away it is, in place of a colour.
+    /// A body that is drawn with its distance instead of a colour.
     Depth,
 }
 
-/// The light, as the shader has it.
+/// The light, in the layout of the shader.
 #[derive(Clone, Copy, ShaderType, Debug)]
 struct Light {
     sun: Vec4,
@@ -86,7 +86,7 @@ impl Material for SceneMaterial {
     }
 
     fn alpha_mode(&self) -> AlphaMode {
-        // This says only when it is drawn: first the opaque, then the masked, then the blended.
+        // This only decides the order of drawing: opaque, then masked, then blended.
         match self.surface {
             Surface::Body | Surface::ShadedGround | Surface::Depth => AlphaMode::Opaque,
             Surface::Shadow => AlphaMode::Mask(0.0),
@@ -123,7 +123,7 @@ impl Material for SceneMaterial {
             }
             for target in fragment.targets.iter_mut().flatten() {
                 match surface {
-                    // The label of what is behind a string stays.
+                    // The label of the object behind a string is kept.
                     Surface::Net => target.write_mask = ColorWrites::COLOR,
                     Surface::Shadow => target.write_mask = ColorWrites::empty(),
                     _ => target.blend = None,
@@ -134,7 +134,7 @@ impl Material for SceneMaterial {
             depth.depth_write_enabled = Some(surface != Surface::Net);
         }
         if surface == Surface::Shadow {
-            // Flattened onto the ground, a body may be inside out.
+            // A body that is flattened onto the ground may be inside out.
             descriptor.primitive.cull_mode = None;
         }
         Ok(())

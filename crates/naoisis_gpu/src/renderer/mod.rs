@@ -1,14 +1,12 @@
-//! The renderer of the graphics card: pictures of a [scene](naoisis_sensing::appearance::scene::Scene) by Bevy, without a
-//! window.
+//! The renderer on a graphics card: Bevy draws images of a [scene](naoisis_sensing::appearance::scene::Scene) without a window.
 //!
-//! It is a Bevy app of its own with nothing but the renderer in it. A picture is asked for and returned at once, so that it
-//! belongs to the cycle that asked for it: the scene becomes entities, one camera a picture draws into a texture, and
-//! the textures are read back before [`GpuRenderer::draw`] returns. The cameras see those entities and nothing else: what a viewer
-//! draws over a match is in another world.
+//! It is a separate Bevy app that contains only the renderer. [`GpuRenderer::draw`] is synchronous, so that an image belongs to the cycle
+//! that requested it: it turns the scene into entities, one camera per image draws into a texture, and the textures are read back before
+//! the method returns. The cameras see only these entities: the overlays of the viewer are in another world.
 //!
-//! Any adapter will do, one in software too; where there is none, [`GpuRenderer::new`] says so. Pictures show the same scene
-//! as the [software renderer](naoisis_sensing::sensing::camera::software)'s, from the same description with the same light; pixels on edges may differ,
-//! and between adapters too, so a match that is played by these images is the same again on the same machine only.
+//! Any adapter works, including software adapters. Without one, [`GpuRenderer::new`] returns an error. Images show the same scene with the
+//! same light as those of the [software renderer](naoisis_sensing::sensing::camera::software). Pixels on edges may differ, also between
+//! adapters, so a match in which robots use these images is only repeatable on the same machine.
 
 use bevy::app::{SubApp, SubApps};
 use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget};
@@ -37,14 +35,14 @@ use naoisis_sensing::sensing::camera::{GpuBackend, RenderingUnavailable, SceneRe
 use read_back::{read_back, take_colours, take_depth, take_labels, texture};
 use render_scene::{RenderScene, SceneVariant};
 
-/// The camera does not look further than this, m.
+/// Distance of the camera's far plane, m.
 const FAR_M: f32 = 600.0;
-/// A renderer that is not ready by now never will be.
+/// Number of updates after which a renderer that is not ready is considered as failed.
 const MOST_WARM_UP_UPDATES: usize = 200;
 
-/// Lets matches of the app have camera images that are drawn on a graphics card (`"cameras": { "render": "gpu" }`).
+/// Draws the camera images of matches with `"cameras": { "render": "gpu" }` on a graphics card.
 ///
-/// The renderer starts with the first match that asks for it.
+/// The renderer starts with the first match that needs it.
 pub struct GpuCamerasPlugin;
 
 impl Plugin for GpuCamerasPlugin {
@@ -65,20 +63,20 @@ impl SceneRenderer for SharedRenderer {
     }
 }
 
-/// Why there are no pictures.
+/// Reason why there are no images.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
-    /// There is no graphics card, and nothing that stands in for one.
+    /// There is no graphics card and no software adapter.
     #[error("no graphics adapter with Vulkan, Metal or DirectX 12 was found")]
     NoAdapter,
-    /// A picture is greater than what the adapter can draw.
+    /// An image is larger than the adapter can draw.
     #[error("a picture of {width} x {height} samples is too large: the adapter draws {most} in each direction at most")]
     TooLarge {
-        /// Width in samples.
+        /// Width, samples.
         width: u32,
-        /// Height in samples.
+        /// Height, samples.
         height: u32,
-        /// The adapter's limit.
+        /// The adapter's limit for each of them, samples.
         most: u32,
     },
     /// The adapter stopped working.
@@ -92,7 +90,7 @@ impl From<MeshMergeError> for GpuError {
     }
 }
 
-/// Draws pictures on a graphics card.
+/// Draws images on a graphics card.
 pub struct GpuRenderer {
     apps: SubApps,
     render_scene: RenderScene,
@@ -101,7 +99,7 @@ pub struct GpuRenderer {
     most_samples: u32,
 }
 
-/// A camera of Bevy's, its texture, and where this is read back to.
+/// A Bevy camera with its texture, and the buffer into which the texture is read back.
 struct Camera3 {
     entity: Entity,
     target: Handle<Image>,
@@ -110,21 +108,21 @@ struct Camera3 {
     buffer: Option<Buffer>,
 }
 
-/// One drawing of a picture.
+/// One drawing of an image.
 struct Pass {
-    /// Of which of the pictures that were asked for.
+    /// Index of the requested image.
     index: usize,
     variant: SceneVariant,
     msaa: Msaa,
     takes: Takes,
 }
 
-/// What is taken of it.
+/// Data that are taken from a drawing.
 #[derive(Clone, Copy)]
 enum Takes {
-    /// Colours, and with them labels, if they are not mixed.
+    /// Colours, and labels if every pixel has a single sample of them.
     Colours {
-        /// Whether they are there, and wanted.
+        /// Whether labels are taken, too.
         labels: bool,
     },
     Labels,
@@ -135,7 +133,7 @@ impl GpuRenderer {
     /// Starts the renderer.
     ///
     /// # Errors
-    /// When there is no adapter.
+    /// [`GpuError::NoAdapter`] if there is no adapter.
     pub fn new() -> Result<Self, GpuError> {
         let settings = WgpuSettings { backends: Some(wgpu::Backends::PRIMARY), ..default() };
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
@@ -163,7 +161,7 @@ impl GpuRenderer {
             bevy::mesh::MeshPlugin,
             bevy::camera::CameraPlugin,
             bevy::light::LightPlugin,
-            // Bevy's lights bring gizmos along where there are any; no camera here sees them.
+            // With the feature `gizmos`, Bevy's lights need this plugin. No camera of this app sees gizmos.
             #[cfg(feature = "gizmos")]
             bevy::gizmos::GizmoPlugin,
             bevy::core_pipeline::CorePipelinePlugin,
@@ -184,7 +182,7 @@ impl GpuRenderer {
         Ok(Self { apps, render_scene: RenderScene::default(), cameras: Vec::new(), adapter, most_samples })
     }
 
-    /// The name of the adapter, and what drives it.
+    /// Returns the name of the adapter and its graphics API.
     pub fn adapter(&self) -> &str {
         &self.adapter
     }
@@ -192,9 +190,9 @@ impl GpuRenderer {
     /// Draws pictures of a scene.
     ///
     /// # Errors
-    /// When one is too large, or the adapter fails. The pictures are not to be used then.
+    /// When an image is too large or the adapter fails. The images are invalid then.
     pub fn draw(&mut self, scene: &Scene, requests: &mut [&mut ImageRequest]) -> Result<(), GpuError> {
-        // Distances are a picture of their own, and so are labels where the samples of a pixel are mixed.
+        // Depth needs a drawing of its own. So do labels if the samples of a pixel are mixed.
         let mut passes: Vec<Pass> = Vec::new();
         for (index, request) in requests.iter().enumerate() {
             let variant = SceneVariant { design: request.design, shadows: request.view.shadows, depth: false };
@@ -243,7 +241,7 @@ impl GpuRenderer {
         Ok(())
     }
 
-    /// Points a camera, which is made if there are not enough. Whether it is new.
+    /// Points a camera at the view of a pass, and creates it if necessary. Returns whether it is new.
     fn aim(&mut self, number: usize, view: &View, pass: &Pass) -> Result<bool, GpuError> {
         let Pass { variant, msaa, .. } = *pass;
         let [width, height] = view.size();
@@ -295,7 +293,7 @@ impl GpuRenderer {
         Ok(is_new)
     }
 
-    /// Draws until everything that is needed for it is there: shaders are loaded and compiled.
+    /// Updates the renderer until all shaders are loaded and compiled.
     fn warm_up(&mut self) -> Result<(), GpuError> {
         for update in 0..MOST_WARM_UP_UPDATES {
             bevy::tasks::tick_global_task_pools_on_main_thread();
@@ -315,7 +313,7 @@ fn render_world(apps: &mut SubApps) -> Result<&mut World, GpuError> {
     render.map(SubApp::world_mut).ok_or(GpuError::NoAdapter)
 }
 
-/// The colour of the sky, linear, with its label.
+/// Returns the colour of the sky, linear, with its label as the alpha value.
 fn sky() -> [f32; 4] {
     let [red, green, blue] = colours::SKY.0;
     let [red, green, blue, _] = LinearRgba::from(Color::srgb_u8(red, green, blue)).to_f32_array();

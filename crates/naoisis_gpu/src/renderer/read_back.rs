@@ -1,4 +1,4 @@
-//! What the graphics card has drawn, on its way from textures into images.
+//! Reads drawn textures back from the graphics card into images.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::prelude::*;
@@ -15,7 +15,7 @@ use super::{Camera3, GpuError};
 use naoisis_sensing::appearance::view::View;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// A texture to draw into, of so many samples.
+/// Returns a texture to draw into, of `size` samples.
 pub(super) fn texture(size: UVec2) -> bevy::image::Image {
     let extent = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
     let usages = RenderAssetUsages::RENDER_WORLD;
@@ -26,7 +26,7 @@ pub(super) fn texture(size: UVec2) -> bevy::image::Image {
     image
 }
 
-/// The pixels of the cameras' textures, four bytes each, without gaps.
+/// Returns the pixels of the cameras' textures, four bytes each, without gaps.
 pub(super) fn read_back(render: &World, cameras: &mut [Camera3]) -> Result<Vec<Vec<u8>>, GpuError> {
     let device = render.resource::<RenderDevice>().clone();
     let queue = render.resource::<RenderQueue>().clone();
@@ -83,7 +83,7 @@ pub(super) fn read_back(render: &World, cameras: &mut [Camera3]) -> Result<Vec<V
     Ok(pictures)
 }
 
-/// Fills an image's colours.
+/// Fills the colours of an image.
 pub(super) fn take_colours(samples: &[u8], view: &View, image: &mut Image) {
     let [width, height] = view.size();
     let count = view.supersampling.max(1) as usize;
@@ -109,21 +109,21 @@ pub(super) fn take_colours(samples: &[u8], view: &View, image: &mut Image) {
     }
 }
 
-/// Fills an image's labels.
+/// Fills the labels of an image.
 pub(super) fn take_labels(samples: &[u8], view: &View, image: &mut Image) {
     let [width, height] = view.size();
     let count = view.supersampling.max(1) as usize;
     image.labels.clear();
     for row in 0..height {
         for column in 0..width {
-            // Of several samples, the middle one.
+            // The label of a pixel is that of its middle sample.
             let [column, row] = [column, row].map(|place| place * count + count / 2);
             image.labels.push(samples[4 * (row * width * count + column) + 3]);
         }
     }
 }
 
-/// Fills an image's distances.
+/// Fills the distances of an image.
 pub(super) fn take_depth(samples: &[u8], view: &View, image: &mut Image) {
     let [width, height] = view.size();
     let count = view.supersampling.max(1) as usize;

@@ -1,7 +1,7 @@
-//! The scene as entities of Bevy: pitch, posts, ball and robots, each on the render layers of those who see it.
+//! The scene as Bevy entities: pitch, posts, ball and robots, each on the render layers of the cameras that see it.
 //!
-//! There are no transforms to propagate: the frame of Bevy's world is the pitch frame here, and places are written where Bevy's renderer
-//! reads them, as [`GlobalTransform`].
+//! There are no transforms to propagate: the frame of this world is the pitch frame, and poses are written directly to the
+//! [`GlobalTransform`]s that Bevy's renderer reads.
 
 use bevy::camera::visibility::RenderLayers;
 use bevy::math::{Affine3A, Mat3};
@@ -22,38 +22,38 @@ use naoisis_sensing::appearance::view::View;
 use naoisis_sensing::appearance::{Label, colours};
 use naoisis_sensing::sensing::camera::software::light::SUN;
 
-/// What lies on the ground is this much above what it lies on, m: too little to be seen.
+/// Height of each mark on the ground above the one below it, m: too little to be visible.
 const STEP_M: f32 = 0.000_1;
-/// Heights of the ground in shadow, of the ground in the light, and of the shadows between, m: a shadow hides the latter.
+/// Heights of the ground in shadow, of the ground in light and of the shadows, m. A shadow hides the ground in light below it.
 const SHADED_M: f32 = -0.003;
 const LIT_M: f32 = 0.0;
 const SHADOW_M: f32 = 0.003;
 /// Half the side of the hall's floor, m.
 const FLOOR_HALF_M: f32 = 400.0;
 
-/// What a camera is shown of the scene: as which variant of it.
+/// Variant of the scene that a camera sees.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct SceneVariant {
-    /// How robots look.
+    /// Appearance of robots.
     pub(super) design: RobotDesign,
     /// Whether bodies cast shadows.
     pub(super) shadows: bool,
-    /// Distances in place of colours.
+    /// Whether distances are drawn instead of colours.
     pub(super) depth: bool,
 }
 
-/// Layers of what all see: bodies and the ground, shadows and the ground in them, and both for distances.
+/// Layers of everything except robots: bodies and the ground, shadows and the ground in them, and distances.
 const COMMON: usize = 0;
 const COMMON_SHADOWS: usize = 1;
 const COMMON_DEPTH: usize = 2;
-/// From here on, layers of robots: of its body, of its shadow and of its distances, in both designs.
+/// First layer of robots. Each robot has layers for its body, its shadow and its distances, in both designs.
 const FIRST_OF_ROBOTS: usize = 3;
 const LAYERS_PER_ROBOT: usize = 6;
 
-/// An entity, and where it is in the frame of what it belongs to.
+/// An entity that moves with the ball or with a limb of a robot.
 struct PlacedEntity {
     entity: Entity,
-    /// The limb that it is of, if of a robot.
+    /// Index of the limb; 0 for the ball.
     limb: usize,
     is_shadow: bool,
 }
@@ -61,9 +61,9 @@ struct PlacedEntity {
 /// The entities of a robot.
 #[derive(Default)]
 struct RobotEntities {
-    /// Its number, which says its layers.
+    /// Number of the robot, which determines its layers.
     index: usize,
-    /// By design: bodies, shadows and distances, as far as they were needed.
+    /// Bodies, shadows and distances of each design, as far as they were needed.
     parts: [Vec<PlacedEntity>; 2],
     has: [[bool; 3]; 2],
 }
@@ -74,7 +74,7 @@ pub(super) struct RenderScene {
     materials: BTreeMap<usize, Handle<SceneMaterial>>,
     pitch: Option<Pitch>,
     posts: Vec<ScenePost>,
-    /// What stands or lies still.
+    /// Entities that do not move.
     fixed: Vec<Entity>,
     ball: Vec<PlacedEntity>,
     ball_radius_m: f32,
@@ -84,8 +84,8 @@ pub(super) struct RenderScene {
 }
 
 impl RenderScene {
-    /// Makes entities of a scene, with all that the cameras are shown of it. Whether something new came among them, for which
-    /// the renderer has to get ready.
+    /// Updates the entities to a scene, with all variants that the cameras see. Returns whether there are new entities, for which the
+    /// renderer has to warm up.
     pub(super) fn set(
         &mut self,
         world: &mut World,
@@ -123,7 +123,7 @@ impl RenderScene {
         Ok(is_new)
     }
 
-    /// The layers that a camera sees.
+    /// Returns the layers that a camera sees.
     pub(super) fn layers(&self, view: &View, variant: SceneVariant) -> RenderLayers {
         let mut layers = vec![if variant.depth { COMMON_DEPTH } else { COMMON }];
         let casts = variant.shadows && !variant.depth;
@@ -145,7 +145,7 @@ impl RenderScene {
         RenderLayers::from_layers(&layers)
     }
 
-    /// What stays where it is as long as the pitch and the posts are the same, and the ball.
+    /// Replaces the ball and the entities that stay in place as long as the pitch and the posts do.
     fn lay_out(&mut self, world: &mut World, scene: &Scene) -> Result<(), MeshMergeError> {
         let gone = self.fixed.drain(..).chain(self.ball.drain(..).map(|part| part.entity));
         for entity in gone.collect::<Vec<_>>() {
@@ -180,7 +180,7 @@ impl RenderScene {
             let entity = spawn(ball_mesh.clone(), surface, layer);
             self.ball.push(PlacedEntity { entity, limb: 0, is_shadow: surface == Surface::Shadow });
         }
-        // The shadows of what stands still stay where they are, too.
+        // Shadows of bodies that do not move stay in place, too.
         for entity in &self.fixed {
             let is_shadow = world.get::<MeshMaterial3d<SceneMaterial>>(*entity).is_some_and(|material| {
                 self.materials.get(&(Surface::Shadow as usize)).is_some_and(|shadow| *shadow == material.0)
@@ -192,7 +192,7 @@ impl RenderScene {
         Ok(())
     }
 
-    /// As what surfaces the bodies that all see are drawn, and on which layers.
+    /// Returns the surfaces with which the bodies other than robots are drawn, with their layers.
     fn surfaces(&self) -> Vec<(Surface, usize)> {
         let mut surfaces = vec![(Surface::Body, COMMON)];
         if self.has_shadows {
@@ -210,7 +210,7 @@ impl RobotEntities {
         FIRST_OF_ROBOTS + LAYERS_PER_ROBOT * self.index + 3 * (design as usize) + kind
     }
 
-    /// Adds what a camera is shown of it and is not there yet. Whether there was something to add.
+    /// Adds the entities that are missing for a variant. Returns whether there were any.
     fn add_missing(
         &mut self,
         world: &mut World,
@@ -254,7 +254,7 @@ fn spawn(
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material), RenderLayers::layer(layer))).id()
 }
 
-/// Puts a thing at its place, or out of sight.
+/// Moves an entity to a place, or hides it.
 fn put(world: &mut World, part: &PlacedEntity, place: Option<Affine3A>) {
     let mut entity = world.entity_mut(part.entity);
     match place {
@@ -268,14 +268,14 @@ fn put(world: &mut World, part: &PlacedEntity, place: Option<Affine3A>) {
     }
 }
 
-/// Flattens bodies along the sun's rays onto the ground.
+/// Returns the transform that flattens bodies along the sun's rays onto the ground.
 fn on_ground() -> Affine3A {
     let along = -SUN / SUN.z;
     let flat = Mat3::from_cols(Vec3::X, Vec3::Y, along.with_z(0.0));
     Affine3A::from_mat3_translation(flat, Vec3::Z * SHADOW_M)
 }
 
-/// The floor of the hall.
+/// Returns the floor of the hall.
 fn floor() -> GroundMark {
     let corner = |x: f32, y: f32| Vec2::new(x, y) * FLOOR_HALF_M;
     let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];

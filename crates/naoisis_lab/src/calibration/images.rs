@@ -6,10 +6,10 @@ use naoisis_core::statistics::{Estimate, median, share};
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::image::accuracy::{Accuracy, ClassAccuracy};
 
-/// The least number of directions from which a spread is computed.
+/// Least number of directions from which a spread is computed.
 const FOR_A_SPREAD: usize = 20;
-/// The half distance of a class whose detection rate does not fall off, as a multiple of the farthest distance that was
-/// tested. At that distance it then loses 1 in 700.
+/// Half distance of a class whose detection rate does not fall off, as a multiple of the greatest tested distance. At the tested distance,
+/// 1 in 700 is then missed.
 const BEYOND: f64 = 3.0;
 const USUAL_EXPONENT: f64 = 6.0;
 
@@ -32,7 +32,7 @@ pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Cal
     ];
     for (class, seen, is_taken_for) in classes {
         let path = |name: &str| format!("vision.noise.{class}.{name}");
-        // A stretch of line is compared by the point of it that is nearest to the robot, which no direction belongs to.
+        // A line is compared at its point nearest to the robot, which has no direction of its own.
         if class != "lines" {
             let offs: Vec<f64> =
                 seen.sightings.iter().filter_map(|sighting| Some(f64::from(sighting.bearing_error()?))).collect();
@@ -54,7 +54,7 @@ pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Cal
             .collect();
         detection(&rows, class, into);
         if is_taken_for {
-            // There is one ball: where it is seen, nothing else is taken for it.
+            // There is only one ball: if it is seen, no other object is mistaken for it.
             let found = seen.sightings.iter().filter(|sighting| class == "ball" && sighting.seen.is_some()).count();
             let looks = accuracy.looks.saturating_sub(found);
             let estimate = share(seen.false_detections.min(looks), looks);
@@ -62,7 +62,7 @@ pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Cal
             into.add(&path("false_positive_probability"), estimate, &basis, "no looks");
         }
     }
-    // What is counted above is not there a second time.
+    // These errors are already part of the image errors above.
     let none = Some(Estimate::exactly(0.0));
     for path in ["head_angle_sd_deg", "false_balls.per_minute", "false_robots.per_minute"] {
         into.add(&format!("vision.noise.{path}"), none, "counted in the images' own errors", "");
@@ -70,9 +70,8 @@ pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Cal
     calibration
 }
 
-/// Fits misses and fall-off of a class. If the class is hardly missed, or there is too little data to find where the
-/// fall-off starts, the result says that it does not fall off within the tested distances; the model's own fall-off
-/// would make images look worse than they are.
+/// Fits misses and fall-off of a class. If the class is hardly ever missed, or there is too little data to find the start of the fall-off,
+/// the result does not fall off within the tested distances: the model's own fall-off would make images look worse than they are.
 fn detection(rows: &[Detection], class: &str, into: &mut Calibration) {
     let paths = detection_paths(class);
     let seen = rows.iter().filter(|row| row.is_seen).count();
@@ -96,7 +95,7 @@ fn detection(rows: &[Detection], class: &str, into: &mut Calibration) {
     }
 }
 
-/// A robust standard deviation of errors with outliers: 1.4826 times the median of their absolute values.
+/// Returns a robust standard deviation of errors with outliers: 1.4826 times the median of their absolute values.
 fn spread(errors: &[f64]) -> Option<f64> {
     median(errors.iter().map(|error| error.abs()).collect()).map(|size| 1.4826 * size)
 }

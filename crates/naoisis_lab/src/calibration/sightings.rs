@@ -12,11 +12,11 @@ use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::vision::{ClassNoise, VisionNoise};
 use naoisis_sim::scenario::{RobotModel, Scenario};
 
-/// The longest time between two sightings that are compared, s.
+/// Longest time between two sightings that are compared, s.
 const LONGEST_GAP_S: f64 = 0.2;
-/// The least number of sightings for a detection curve.
+/// Least number of sightings for a detection curve.
 const FOR_A_CURVE: usize = 100;
-/// The steepest detection curve; a model's exponent is at most 100.
+/// Steepest detection curve. A model's exponent is at most 100.
 const STEEPEST: f64 = 60.0;
 
 /// The angular error of a sighting: to the left and down, degrees.
@@ -27,7 +27,7 @@ struct Off {
     time_s: Option<f64>,
     yaw_deg: f64,
     pitch_deg: f64,
-    /// The variance of the pixel itself, degrees².
+    /// Variance of the pixel error, degrees².
     pixel_variance: f64,
 }
 
@@ -50,13 +50,13 @@ pub(super) fn fit(sightings: &[LoggedSighting], model: &RobotModel, into: &mut C
     }
 }
 
-/// The angular error of a sighting, if the object was detected.
+/// Returns the angular error of a sighting, if the object was detected.
 fn off(sighting: &LoggedSighting, scenario: &Scenario) -> Option<Off> {
     let seen = sighting.seen?;
     let bearing = |[x, y]: [f64; 2]| libm::atan2(y, x);
     let depression = |[x, y]: [f64; 2]| libm::atan2(sighting.lens_height_m, libm::hypot(x, y));
-    // What is seen too far to the right is seen by cameras that look too far to the left; what is seen too high up, by
-    // cameras that look too far down.
+    // An object that is seen too far to the right means that the camera looks too far to the left. One that is seen too high means that the
+    // camera looks too far down.
     let yaw_deg = wrap_degrees((bearing(sighting.real) - bearing(seen)).to_degrees());
     let pitch_deg = (depression(sighting.real) - depression(seen)).to_degrees();
     let noise = &scenario.settings.vision.noise;
@@ -84,7 +84,7 @@ fn class_of(noise: &VisionNoise, thing: Thing) -> &ClassNoise {
     }
 }
 
-/// The focal length in pixels: pixels per radian at the centre of the image.
+/// Returns the focal length in pixels: pixels per radian at the centre of the image.
 pub(super) fn focal_length(cameras: &CameraSettings) -> f64 {
     f64::from(CameraIntrinsics::from(cameras).focal.x)
 }
@@ -94,7 +94,7 @@ fn gaze(offs: &[Off], into: &mut Calibration) {
     let robot = |off: &Off| off.robot;
     let pixel =
         |offs: &[Off]| mean(&offs.iter().map(|off| off.pixel_variance).collect::<Vec<f64>>()).unwrap_or_default();
-    // About each robot's own mean, yaw and pitch together.
+    // Yaw and pitch together, relative to each robot's own mean.
     let within = move |offs: &[Off]| -> Option<f64> {
         let (mut squares, mut degrees) = (0.0, 0.0);
         for of_robot in super::by_robot(offs, robot) {
@@ -114,7 +114,7 @@ fn gaze(offs: &[Off], into: &mut Calibration) {
         into.add(&path, estimate, &basis(&of_motion, "sightings", robot), &needs);
     }
     let all = basis(offs, "sightings", robot);
-    // Each robot's two means are two draws of the bias.
+    // The two means of each robot are two samples of the bias.
     let bias = between_robots(offs, robot, |offs| {
         let of = |angle: fn(&Off) -> f64| {
             Some([mean(&offs.iter().map(angle).collect::<Vec<f64>>())?, chance_of_mean(offs, angle)])
@@ -130,7 +130,7 @@ fn gaze(offs: &[Off], into: &mut Calibration) {
     into.add("vision.noise.gaze.correlation_s", correlation, &all, "fewer than a hundred sightings with `time_s`");
 }
 
-/// The variance of the mean of one robot with correlated errors, from the means of stretches.
+/// Returns the variance of the mean of one robot with correlated errors, from the means of stretches.
 fn chance_of_mean(offs: &[Off], angle: fn(&Off) -> f64) -> f64 {
     let length = offs.len().div_ceil(super::STRETCHES).max(1);
     let means: Vec<f64> =
@@ -138,8 +138,8 @@ fn chance_of_mean(offs: &[Off], angle: fn(&Off) -> f64) -> f64 {
     variance(&means).unwrap_or_default() / (means.len() as f64).max(1.0)
 }
 
-/// The time constant of the errors. They are a first-order process: the covariance of two errors a time dt apart is
-/// exp(-dt / τ) times the variance. Uses pairs of neighbours; pixel errors are independent.
+/// Returns the time constant of the errors. They are a first-order process: the covariance of two errors a time dt apart is exp(-dt / τ)
+/// times the variance. Uses pairs of neighbours; pixel errors are independent.
 fn correlation_s(offs: &[Off]) -> Option<f64> {
     let (mut products, mut squares, mut gaps, mut pairs) = (0.0, 0.0, 0.0, 0.0);
     for of_robot in super::by_robot(offs, |off| off.robot) {
@@ -165,7 +165,7 @@ fn correlation_s(offs: &[Off]) -> Option<f64> {
     (pairs > 0.0 && correlation > 0.0 && correlation < 1.0).then(|| -(gaps / pairs) / libm::log(correlation))
 }
 
-/// The paths of the figures of a detection curve, in the order of [`Curve::parameters`].
+/// Returns the paths of the figures of a detection curve, in the order of [`Curve::parameters`].
 pub(super) fn detection_paths(class: &str) -> [String; 3] {
     ["miss_probability", "falloff.half_distance_m", "falloff.exponent"]
         .map(|name| format!("vision.noise.{class}.{name}"))
@@ -192,21 +192,21 @@ fn detection(sightings: &[Detection], word: &str, class: &str, into: &mut Calibr
     }
 }
 
-/// The maximum-likelihood misses and fall-off of a class. `None` if the data do not determine the fall-off.
+/// Returns the maximum-likelihood misses and fall-off of a class. `None` if the data do not determine the fall-off.
 pub(super) fn detection_curve(sightings: &[Detection]) -> Option<[Estimate; 3]> {
     if sightings.len() < FOR_A_CURVE || sightings.iter().all(|sighting| sighting.is_seen) {
         return None;
     }
     let groups = groups(sightings, |sighting| sighting.robot);
     let usual = Curve::new(0.1, 4.0, 6.0);
-    // Of the unbounded parameters, so that no interval has what cannot be.
+    // Intervals are those of the unbounded parameters, so that they contain no impossible values.
     let estimate = |index: usize| {
         let found = jackknife(&groups, |sightings| Some(Curve::fitted(sightings, usual).0[index]))?;
         Some(of_transformed(found, |parameter| Curve(DVec3::splat(parameter)).parameters()[index]))
     };
     let estimates = [estimate(0)?, estimate(1)?, estimate(2)?];
     let [_, half_distance_m, exponent] = &estimates;
-    // An interval wider than what it is of says nothing.
+    // An interval wider than its value is no information.
     let is_known = |estimate: &Estimate| estimate.margin() < estimate.value;
     (is_known(half_distance_m) && is_known(exponent) && exponent.value < STEEPEST).then_some(estimates)
 }
@@ -242,7 +242,7 @@ impl Curve {
         [1.0 / (1.0 + libm::exp(-x)), libm::exp(y), libm::exp(z)]
     }
 
-    /// The detection probability at `distance_m`, and its derivatives by the parameters.
+    /// Returns the detection probability at `distance_m`, and its derivatives by the parameters.
     fn seen_at(self, distance_m: f64) -> (f64, DVec3) {
         let [miss, half_m, exponent] = self.parameters();
         let times = libm::pow(distance_m / half_m, exponent);
@@ -254,10 +254,10 @@ impl Curve {
         (seen, slopes)
     }
 
-    /// The maximum-likelihood curve by Fisher scoring. If there are hardly any sightings between always and never
-    /// detected, the exponent stays within a factor of e of that of `start`.
+    /// Returns the maximum-likelihood curve by Fisher scoring. If there are hardly any sightings between always and never detected, the
+    /// exponent stays within a factor of e of that of `start`.
     fn fitted(sightings: &[Detection], start: Curve) -> Curve {
-        /// The largest change of a parameter in a step.
+        /// Largest change of a parameter in a step.
         const LONGEST_STEP: f64 = 0.5;
         let mut curve = start;
         for _ in 0..100 {

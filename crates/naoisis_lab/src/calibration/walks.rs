@@ -6,9 +6,9 @@ use super::{
 };
 use naoisis_core::statistics::{Estimate, jackknife};
 
-/// The least length of a straight walk, m.
+/// Least length of a straight walk, m.
 const LEAST_WAY_M: f64 = 0.2;
-/// The least angle of a turn, degrees.
+/// Least angle of a turn, degrees.
 const LEAST_TURN_DEG: f64 = 20.0;
 
 /// A walk compared with the motion of the legs: as planned, or by odometry if the plan is not in the log.
@@ -28,7 +28,7 @@ impl Compared {
         let (legs, legs_turn) = walk.planned.unwrap_or(walk.odometry);
         let way = libm::hypot(legs[0], legs[1]);
         let along = |[x, y]: Place| if way > 0.0 { (x * legs[0] + y * legs[1]) / way } else { 0.0 };
-        // A turn of more than half a turn is the one that is near to that of the legs.
+        // Turns of more than half a turn are unwrapped to be near that of the legs.
         let turn = |turn: f64| legs_turn + wrap_degrees(turn - legs_turn);
         Self {
             robot: walk.robot,
@@ -39,13 +39,13 @@ impl Compared {
     }
 }
 
-/// The sum of `of` over all walks divided by the sum of `over`.
+/// Returns the sum of `of` over all walks divided by the sum of `over`.
 fn ratio(walks: &[Compared], of: impl Fn(&Compared) -> f64, over: impl Fn(&Compared) -> f64) -> Option<f64> {
     let sum: f64 = walks.iter().map(over).sum();
     (sum != 0.0).then(|| walks.iter().map(of).sum::<f64>() / sum)
 }
 
-/// A statistic over the groups of rows; `None` for fewer than three rows.
+/// Returns the estimate of a statistic over the groups of rows; `None` for fewer than three rows.
 fn over_groups(rows: &[Compared], statistic: impl Fn(&[Compared]) -> Option<f64>) -> Option<Estimate> {
     if rows.len() < 3 { None } else { jackknife(&groups(rows, robot), statistic) }
 }
@@ -58,9 +58,9 @@ fn way(walk: &Compared) -> f64 {
     walk.legs[0]
 }
 
-/// What robots walked and turned beyond the motion of their legs, m and degrees.
+/// Displacement and turn of robots minus those of their legs, m and degrees.
 const SLIPPED: [fn(&Compared) -> f64; 2] = [|walk| walk.real[0] - walk.legs[0], |walk| walk.real[1] - walk.legs[1]];
-/// What odometry counted beyond the motion of the legs, m and degrees.
+/// Displacement and turn by odometry minus those of the legs, m and degrees.
 const MISCOUNTED: [fn(&Compared) -> f64; 2] =
     [|walk| walk.counted[0] - walk.legs[0], |walk| walk.counted[1] - walk.legs[1]];
 
@@ -115,7 +115,7 @@ pub(super) fn fit(walks: &[Walk], into: &mut Calibration) {
     fit_errors("odometry.noise", &samples, if is_planned { MISCOUNTED } else { SLIPPED }, into);
 }
 
-/// Fits the lasting slip: its scale, and how scale and drift differ from robot to robot.
+/// Fits the systematic slip: its scale, and the variation of scale and drift between robots.
 fn fit_slip(samples: &Samples, into: &mut Calibration) {
     const FEW_ROBOTS: &str = "walks of fewer than three robots (column `robot`)";
 
@@ -123,7 +123,7 @@ fn fit_slip(samples: &Samples, into: &mut Calibration) {
     let scale = |walks: &[Compared]| ratio(walks, |walk| walk.real[0], way);
     let drift = |walks: &[Compared]| ratio(walks, SLIPPED[1], way);
     into.add("motion.gait.slip.scale", over_groups(straight, scale), &ways, FEW_WALKS);
-    // What a robot's own mean errs by, from how its walks differ.
+    // Variance by chance of a robot's own mean, from the differences between its walks.
     let chance = |walks: &[Compared], value: fn(&Compared) -> f64| {
         let mean_way = mean(&walks.iter().map(way).collect::<Vec<f64>>()).unwrap_or(1.0);
         let values: Vec<f64> = walks.iter().map(value).collect();
@@ -135,9 +135,9 @@ fn fit_slip(samples: &Samples, into: &mut Calibration) {
     into.add("motion.gait.slip.drift_sd_degpm", drifts, &ways, FEW_ROBOTS);
 }
 
-/// Fits the random errors of the way and of the turn, which are figures within `path`.
+/// Fits the random errors of displacement and turn, which are figures within `path`.
 fn fit_errors(path: &str, samples: &Samples, [off_way, off_turn]: [fn(&Compared) -> f64; 2], into: &mut Calibration) {
-    // A deviation that grows with the root of an angle in degrees, for a radian of it.
+    // Converts a deviation that grows with the square root of an angle, from one degree to one radian.
     let of_radian = |estimate: Estimate| of_transformed(estimate, |value| 1.0_f64.to_degrees().sqrt() * value);
     let (ways, turns) = (samples.ways(), samples.turns());
     into.add(&format!("{path}.translation_sd_m"), spread(&samples.straight, off_way, way), &ways, FEW_WALKS);
@@ -146,7 +146,7 @@ fn fit_errors(path: &str, samples: &Samples, [off_way, off_turn]: [fn(&Compared)
     into.add(&format!("{path}.rotation_sd_deg"), rotation, &turns, FEW_TURNS);
 }
 
-/// The standard deviation of `error` for each unit of `measure`, with which its variance grows.
+/// Returns the standard deviation of `error` at one unit of `measure`. Its variance is proportional to `measure`.
 fn spread(rows: &[Compared], error: fn(&Compared) -> f64, measure: fn(&Compared) -> f64) -> Option<Estimate> {
     if rows.len() < 3 {
         return None;

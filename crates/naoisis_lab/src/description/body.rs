@@ -7,18 +7,18 @@ use super::figures::{Figures, degrees, joint_source, metres, place, span};
 use super::limbs::{Legs, Limbs, axis_of, point_of};
 use super::tree::{JointIndex, Posture, Tree, bounds};
 
-/// The height of a head whose shapes are not known, as a share of the height of the neck.
+/// Height of a head without shapes, as a share of the height of the neck.
 const HEAD_SHARE: f64 = 0.25;
-/// The thickness of an arm whose shapes are not known, m.
+/// Thickness of an arm without shapes, m.
 const ARM_M: f64 = 0.04;
-/// The joints of one shoulder are at most so far from each other, m.
+/// Distance between the joints of one shoulder at most, m.
 const SHOULDER_M: f64 = 0.15;
 
-/// A robot that stands, in the robot's frame.
+/// A standing robot, in the robot frame.
 pub(super) struct Standing<'a> {
     pub tree: &'a Tree,
     pub limbs: &'a Limbs,
-    /// The places of links in the robot's frame, in which the ground is at 0.
+    /// The transforms from the links to the robot frame, in which the ground is at 0.
     pub places: Vec<DAffine3>,
     /// The file's name.
     pub file: &'a str,
@@ -33,12 +33,12 @@ pub(super) struct Measures {
     pub neck_m: DVec3,
     pub height_m: f64,
     pub has_legs: bool,
-    /// Whether its head turns up and down.
+    /// Whether the head turns up and down.
     pub nods: bool,
 }
 
 impl<'a> Standing<'a> {
-    /// The robot on the ground in a posture; `None` if the description has neither shapes nor legs.
+    /// Places the robot on the ground in a posture. Returns `None` if the description has neither shapes nor legs.
     pub fn new(tree: &'a Tree, limbs: &'a Limbs, posture: &Posture, file: &'a str) -> Option<Standing<'a>> {
         let places = tree.places(posture);
         let feet = limbs.legs.as_ref().map(|legs| legs.sides.each_ref().map(|leg| leg.foot));
@@ -48,7 +48,7 @@ impl<'a> Standing<'a> {
         let soles = feet.and_then(|feet| tree.bounds(&groups(&feet), &places));
         let ground = match (soles, &limbs.legs) {
             (Some([least, _]), _) => least.z,
-            // A foot without shapes is a tenth as high as the leg is long.
+            // The height of a foot without shapes is a tenth of the leg's length.
             (None, Some(Legs { sides: [leg, _] })) => {
                 let ankle = places[leg.foot].translation.z;
                 ankle - 0.1 * (point_of(tree, &places, leg.hip).z - ankle)
@@ -62,22 +62,22 @@ impl<'a> Standing<'a> {
         Some(Standing { tree, limbs, places, file })
     }
 
-    /// The place of a joint, m.
+    /// Returns the position of a joint, m.
     pub fn point(&self, index: JointIndex) -> DVec3 {
         point_of(self.tree, &self.places, index)
     }
 
-    /// The axis of a joint.
+    /// Returns the axis of a joint.
     pub fn axis(&self, index: JointIndex) -> DVec3 {
         axis_of(self.tree, &self.places, index)
     }
 
-    /// The source that is a joint.
+    /// Returns the source of a figure that is taken from a joint.
     pub fn source(&self, index: JointIndex) -> String {
         joint_source(self.tree.joint(index))
     }
 
-    /// The source that is the shape of a link.
+    /// Returns the source of a figure that is taken from the shape of a link.
     fn shape_source(&self, link: usize) -> String {
         format!("{}, shape of {}", self.file, self.tree.links[link].name)
     }
@@ -86,7 +86,7 @@ impl<'a> Standing<'a> {
         self.tree.bounds(&self.tree.rigid_group(link), &self.places)
     }
 
-    /// Sets the figures of the body.
+    /// Sets the figures of the body. Returns the measures that other figures need.
     pub fn body(&self, figures: &mut Figures) -> Measures {
         let legs = self.limbs.legs.as_ref();
         let (trunk, trunk_source) = self.trunk(figures);
@@ -133,7 +133,7 @@ impl<'a> Standing<'a> {
         }
     }
 
-    /// The box around the trunk, and its source or the reason of the guess.
+    /// Returns the box around the trunk, and its source or the reason of the guess.
     fn trunk(&self, figures: &mut Figures) -> ([DVec3; 2], Result<String, String>) {
         if let Some(found) = self.group_bounds(0).filter(|[least, most]| (*most - *least).min_element() > 0.01) {
             return (found, Ok(self.shape_source(0)));
@@ -241,7 +241,7 @@ impl<'a> Standing<'a> {
         let (hip, knee) = (self.point(leg.hip), self.point(leg.knee));
         let ankle = leg.ankle.map_or(self.places[leg.foot].translation, |ankle| self.point(ankle));
         figures.found("body.legs.hip_m", place(hip.with_z(hip_m)), self.source(leg.hip));
-        // As the model has straight legs, its parts are as high as they are in the posture.
+        // The legs of the model are straight, so the lengths of their parts are heights in the posture.
         let source = |joint: JointIndex| format!("{}, its height in the posture", self.source(joint));
         figures.found("body.legs.thigh_m", metres(hip_m - knee.z), source(leg.knee));
         let of_ankle = leg.ankle.map_or(format!("{}, link {}", self.file, self.tree.links[leg.foot].name), source);
@@ -257,7 +257,7 @@ impl<'a> Standing<'a> {
         };
         let points: Vec<DVec3> = left.iter().map(|index| self.point(*index)).collect();
         let near = |point: &&DVec3| point.distance(points[0]) < SHOULDER_M;
-        // The outermost joint of the shoulder; arms hang from there.
+        // The outermost joint of the shoulder, from which the arm hangs.
         let of_shoulder = points.iter().take(2).take_while(near).count().saturating_sub(1);
         let shoulder = points[of_shoulder];
         let joints_m: f64 = points[of_shoulder..].windows(2).map(|pair| pair[0].distance(pair[1])).sum();
@@ -304,7 +304,7 @@ impl<'a> Standing<'a> {
         let top = |links: &[usize]| self.tree.bounds(links, &self.places).map(|[_, most]| most.z);
         match (top(&head_links).filter(|top| *top > neck.z), self.limbs.head.link()) {
             (Some(of_head), Some(link)) => {
-                // Arms may be raised above the head where all joints are at 0.
+                // The arms may be above the head if all joints are at 0.
                 let height = of_head.max(torso_top);
                 figures.found("body.height_m", metres(height), self.shape_source(link));
                 height

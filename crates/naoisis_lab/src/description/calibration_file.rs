@@ -1,4 +1,4 @@
-//! Calibrations of cameras as their tools write them: ROS' `camera_info`, Kalibr's `camchain`, and OpenCV's, all YAML.
+//! Reads calibrations of cameras: ROS' `camera_info`, Kalibr's `camchain`, and OpenCV's files, all in YAML.
 
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -9,17 +9,17 @@ use super::DescriptionError;
 use super::figures::Figures;
 use naoisis_core::read_file::read_file;
 
-/// The largest file that is read, bytes.
+/// Size limit of a file, bytes.
 const LARGEST_FILE_BYTES: u64 = 4 << 20;
-/// The most cameras of a Kalibr file that are read.
+/// Number of cameras that are read from a Kalibr file at most.
 const MOST_CAMERAS: usize = 16;
-/// What is expected.
+/// The contents that are expected, for error messages.
 const EXPECTED: &str =
     "expected YAML of ROS (camera_info), Kalibr (camchain) or OpenCV, with camera matrix, distortion and image size";
-/// The models of distortion that are the one of naoisis.
+/// The distortion models that are equivalent to the one of naoisis.
 const MODELS: [&str; 5] = ["plumb_bob", "radtan", "rational_polynomial", "none", ""];
 
-/// The calibrations of a file.
+/// The calibrations in a file.
 pub(super) struct Calibrations {
     file: String,
     cameras: Vec<Calibrated>,
@@ -31,11 +31,11 @@ struct Calibrated {
     size: [u32; 2],
     /// fx, fy, cx and cy.
     pinhole: [f64; 4],
-    /// k1, k2, p1, p2 and k3, or less of them.
+    /// k1, k2, p1, p2 and k3, or fewer of them.
     distortion: Vec<f64>,
 }
 
-/// A text, with the name of its file.
+/// A text with the name of its file.
 struct Source<'a> {
     file: String,
     text: &'a str,
@@ -44,7 +44,7 @@ struct Source<'a> {
 /// Reads the calibrations of a file.
 ///
 /// # Errors
-/// When it cannot be read, or is none.
+/// If the file cannot be read, or has no calibration.
 pub(super) fn read(path: &Path) -> Result<Calibrations, DescriptionError> {
     let unreadable = |reason: String| DescriptionError::Unreadable { file: path.display().to_string(), reason };
     let bytes = read_file(path, LARGEST_FILE_BYTES).map_err(|problem| unreadable(problem.to_string()))?;
@@ -55,19 +55,19 @@ pub(super) fn read(path: &Path) -> Result<Calibrations, DescriptionError> {
 }
 
 impl Source<'_> {
-    /// The error about the first line that has this word.
+    /// Returns an error at the first line that contains `word`.
     fn wrong(&self, word: &str, problem: impl Into<String>) -> DescriptionError {
         let line = self.text.lines().position(|line| !word.is_empty() && line.contains(word)).map(|line| line + 1);
         DescriptionError::Calibration { file: self.file.clone(), line, problem: problem.into() }
     }
 
     fn cameras(&self) -> Result<Vec<Calibrated>, DescriptionError> {
-        // OpenCV begins with a line that is no YAML of today, and has tags of its own.
+        // OpenCV's files begin with a line that is not valid YAML today, and have their own tags.
         let text = self.text.trim_start_matches('\u{feff}');
         let is_opencv = text.starts_with("%YAML:");
         let body = if is_opencv { text.split_once('\n').map_or("", |(_, rest)| rest) } else { text };
         let body = body.replace("!!opencv-matrix", "");
-        // Of several documents, as of messages of a topic, the first one.
+        // If there are several documents, such as the messages of a topic, the first one is used.
         let Some(document) = Deserializer::from_str(&body).next() else {
             return Err(self.wrong("", format!("the file is empty; {EXPECTED}")));
         };
@@ -85,7 +85,7 @@ impl Source<'_> {
         }
     }
 
-    /// A camera of Kalibr.
+    /// Reads a camera of Kalibr.
     fn kalibr(&self, camera: &Value) -> Result<Calibrated, DescriptionError> {
         let model = camera.get("camera_model").and_then(Value::as_str).unwrap_or("pinhole");
         if model != "pinhole" {
@@ -105,7 +105,7 @@ impl Source<'_> {
         self.calibrated([pinhole[0], pinhole[1], pinhole[2], pinhole[3]], [size[0], size[1]], model, distortion)
     }
 
-    /// A camera with a matrix, of ROS or OpenCV.
+    /// Reads a camera with a matrix, from ROS or OpenCV.
     fn matrix(&self, camera: &Value) -> Result<Calibrated, DescriptionError> {
         let needs = |names: &[&str], what: &str| {
             let found = names.iter().find_map(|name| field(camera, name));
@@ -142,7 +142,7 @@ impl Source<'_> {
             );
             return Err(self.wrong(model, problem));
         }
-        // The rational model, and that of thin prisms, begin with the five of plumb_bob.
+        // The rational model and the thin prism model begin with the five coefficients of plumb_bob.
         while distortion.len() > 5 && distortion.last() == Some(&0.0) {
             distortion.pop();
         }
@@ -151,7 +151,7 @@ impl Source<'_> {
                 format!("the distortion has {} coefficients; calibrate with plumb_bob, of five", distortion.len());
             return Err(self.wrong("istortion", problem));
         }
-        // Short lists lack zeros: k1, k2, p1, p2, k3.
+        // Missing coefficients of short lists are zero: k1, k2, p1, p2, k3.
         let count = if distortion.len() == 5 { 5 } else { 4 };
         distortion.resize(count, 0.0);
         if pinhole[..2].iter().any(|focal| *focal <= 0.0) {
@@ -166,13 +166,13 @@ impl Source<'_> {
     }
 }
 
-/// The field of an object with this name, whatever its capitals and underscores.
+/// Returns the field of an object with this name, ignoring case and underscores.
 fn field<'a>(object: &'a Value, name: &str) -> Option<&'a Value> {
     let plain = |word: &str| word.chars().filter(|letter| *letter != '_').collect::<String>().to_lowercase();
     object.as_object()?.iter().find(|(own, _)| plain(own) == name).map(|(_, value)| value)
 }
 
-/// The numbers of a list, of the `data` of a matrix, or of a list of rows.
+/// Returns the numbers of a list, of a matrix' `data`, or of a list of rows.
 fn numbers(value: Option<&Value>) -> Option<Vec<f64>> {
     match value? {
         Value::Object(matrix) => numbers(matrix.get("data")),
@@ -186,10 +186,11 @@ fn numbers(value: Option<&Value>) -> Option<Vec<f64>> {
 }
 
 impl Calibrations {
-    /// Sets the figures of cameras by their calibrations: of one for all cameras, of several in the order of the cameras.
+    /// Sets the figures of cameras from their calibrations. A single calibration applies to all cameras; several apply in the order of the
+    /// cameras.
     ///
     /// # Errors
-    /// When there is another number of calibrations than of cameras.
+    /// If there are several calibrations, but not as many as cameras.
     pub fn set(&self, figures: &mut Figures) -> Result<(), DescriptionError> {
         let count = figures.get("cameras.mounts").and_then(Value::as_array).map_or(0, Vec::len);
         let intrinsics = |camera: &Calibrated| {

@@ -9,23 +9,23 @@ use super::tree::{Camera, Fov};
 use super::{DescriptionError, ImportOptions};
 use naoisis_core::camera_model::CameraMounts;
 
-/// The image of a camera of which nothing is known: width and height, pixels.
+/// Image size of a camera without one: width and height, pixels.
 const USUAL_SIZE: [u32; 2] = [640, 480];
-/// The field of view along the diagonal of a camera of which nothing is known, degrees.
+/// Diagonal field of view of a camera without one, degrees.
 const USUAL_FOV_DEG: f64 = 90.0;
-/// Frames of one camera are at most so far from each other, m.
+/// Distance between frames of the same camera at most, m.
 const SAME_M: f64 = 1e-3;
-/// A camera that is turned about its axis by more than this is named, degrees.
+/// Roll of a camera from which on it is reported, degrees.
 const LEVEL_DEG: f64 = 2.0;
 
-/// A camera of the description with the index of its link.
+/// A camera of the description, with the index of its link.
 type Found<'a> = (usize, &'a Camera);
 
 impl Standing<'_> {
-    /// Sets the cameras: those of the options, or the one of the head that most likely is one.
+    /// Sets the figures of the cameras: those in the options, or the most likely camera of the head.
     ///
     /// # Errors
-    /// When a camera of the options is not there.
+    /// If a camera in the options does not exist.
     pub fn cameras(
         &self,
         figures: &mut Figures,
@@ -70,7 +70,7 @@ impl Standing<'_> {
         let source = |camera: &Camera| format!("{}, {}", camera.place, camera.name);
         let sources: Vec<String> = chosen.iter().map(|(_, camera)| source(camera)).collect();
         figures.found("cameras.mounts", Value::Array(mounts), sources.join("; "));
-        // Another frame of the same camera may say what its image is.
+        // Another frame of the same camera may have the image's properties.
         let lens = |(link, camera): Found| (self.places[link] * camera.link_from_camera).translation;
         let is_same = |found: &Found| lens(*found).distance(lens(chosen[0])) < SAME_M;
         let camera = all().filter(is_same).find(|(_, camera)| camera.fov.is_some()).unwrap_or(chosen[0]).1;
@@ -94,7 +94,7 @@ impl Standing<'_> {
         Ok(())
     }
 
-    /// How likely a frame is the camera that a robot plays with.
+    /// Returns a score of how likely a frame is the camera that the robot plays with. Scores are compared in order.
     fn likelihood(&self, (link, camera): Found) -> [bool; 4] {
         let name = camera.name.to_lowercase();
         let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
@@ -107,14 +107,14 @@ impl Standing<'_> {
         ]
     }
 
-    /// The place of a camera in the head with the head straight, as files have it.
+    /// Returns the mount of a camera in the form of files: its position and direction while the head is straight.
     fn mount(&self, figures: &mut Figures, (link, camera): Found, name: &str) -> Value {
         let at = self.places[link] * camera.link_from_camera;
         let rotation = at.matrix3;
         let forward = camera.forward(rotation);
         let right = camera.right(rotation);
         let (tilt, pan) = (-libm::asin(forward.z.clamp(-1.0, 1.0)), libm::atan2(forward.y, forward.x));
-        // The right side of a level image has no height.
+        // The right side of a level image points along the ground.
         let roll = libm::asin(right.z.clamp(-1.0, 1.0));
         if roll.abs().to_degrees() > LEVEL_DEG {
             figures.lacking.push(format!(
@@ -132,7 +132,7 @@ impl Standing<'_> {
     }
 }
 
-/// The field of view along the diagonal of an image, radians.
+/// Returns the diagonal field of view, radians.
 fn diagonal(fov: Fov, [width, height]: [u32; 2]) -> f64 {
     let [width, height] = [width, height].map(f64::from);
     let focal = match fov {
@@ -142,7 +142,7 @@ fn diagonal(fov: Fov, [width, height]: [u32; 2]) -> f64 {
     2.0 * libm::atan(libm::hypot(width, height) / 2.0 / focal)
 }
 
-/// A camera in the middle of the face.
+/// Sets the figures of a camera in the middle of the face, as a guess.
 fn guess_camera(figures: &mut Figures, measures: &Measures) {
     let Measures { neck_m, height_m, .. } = measures;
     let lens = DVec3::new(neck_m.x + 0.06, 0.0, neck_m.z + 0.5 * (height_m - neck_m.z));
@@ -150,7 +150,7 @@ fn guess_camera(figures: &mut Figures, measures: &Measures) {
         .lacking
         .push("no camera was found by its name: its place, direction and field of view are guesses".to_owned());
     let reason = "a camera in the middle of the face";
-    // A head that does not nod has to see the ball at its feet.
+    // If the head does not nod, the camera has to see the ball at the feet.
     let tilt_deg = if measures.nods { 12.0 } else { 35.0 };
     let mount = json!({ "name": "head", "position_m": place(lens), "tilt_deg": tilt_deg });
     figures.guess("cameras.mounts", json!([mount]), reason);
@@ -160,9 +160,9 @@ fn guess_camera(figures: &mut Figures, measures: &Measures) {
     figures.guess("cameras.diagonal_fov_deg", json!(USUAL_FOV_DEG), reason);
 }
 
-/// Short names for cameras: `head` for one, else what tells them apart.
+/// Returns short names for cameras: `head` for a single one, otherwise the parts of their names that differ.
 fn names_of(cameras: &[Found]) -> Vec<String> {
-    /// Words that say nothing.
+    /// Words without information.
     const EMPTY: [&str; 7] = ["camera", "optical", "frame", "link", "joint", "sensor", "head"];
 
     if cameras.len() == 1 {

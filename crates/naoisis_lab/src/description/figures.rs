@@ -1,4 +1,4 @@
-//! The figures of a model, each with its source.
+//! Collects the figures of a model, each with its source.
 
 use bevy::math::DVec3;
 use core::fmt::Display;
@@ -8,34 +8,34 @@ use std::collections::BTreeMap;
 use super::ImportedFigure;
 use super::tree::Joint;
 
-/// The start of the source of a figure that is a guess.
+/// Prefix of the source of a guess.
 const GUESS: &str = "guess: ";
 
-/// The figures of a model by their paths, and where they are from.
+/// The figures of a model by their paths, with their sources.
 #[derive(Default)]
 pub(super) struct Figures {
     pub settings: Map<String, Value>,
     pub sources: BTreeMap<String, String>,
-    /// The paths of figures in the order in which they were set.
+    /// The paths of the figures, in the order in which they were set.
     order: Vec<String>,
-    /// What was not found in the description, in words.
+    /// What is missing from the description, in words.
     pub lacking: Vec<String>,
 }
 
 impl Figures {
-    /// Sets the figure at a path that the description has.
+    /// Sets the figure at `path` to a value of the description.
     pub fn found(&mut self, path: &str, value: Value, source: impl Display) {
         self.set(path, value);
         self.sources.insert(path.to_owned(), source.to_string());
     }
 
-    /// Sets the figure at a path that is a guess for this reason.
+    /// Sets the figure at `path` to a guess, with its reason.
     pub fn guess(&mut self, path: &str, value: Value, reason: impl Display) {
         self.set(path, value);
         self.sources.insert(path.to_owned(), format!("{GUESS}{reason}"));
     }
 
-    /// Takes a figure away.
+    /// Removes a figure.
     pub fn remove(&mut self, path: &str) {
         self.order.retain(|other| other != path);
         self.sources.remove(path);
@@ -47,14 +47,14 @@ impl Figures {
         group.and_then(|fields| fields.remove(name));
     }
 
-    /// The figure at a path.
+    /// Returns the figure at a path.
     pub fn get(&self, path: &str) -> Option<&Value> {
         let (first, rest) = path.split_once('.').unwrap_or((path, ""));
         let rest = rest.split('.').filter(|name| !name.is_empty());
         rest.fold(self.settings.get(first), |value, name| value?.get(name))
     }
 
-    /// The figures that were found, with their sources, and the guesses with their reasons.
+    /// Returns the figures that were found, with their sources, and the guesses, with their reasons.
     pub fn with_reasons(&self) -> (Vec<ImportedFigure>, Vec<ImportedFigure>) {
         let figure = |path: &String| {
             let value = self.get(path).map(Value::to_string).unwrap_or_default();
@@ -66,7 +66,7 @@ impl Figures {
         (found, guessed)
     }
 
-    /// Sets the figure at a path, by a source or as a guess.
+    /// Sets the figure at `path`. `source` is its source, or as an error the reason of a guess.
     pub fn either(&mut self, path: &str, value: Value, source: &Result<String, String>) {
         match source {
             Ok(source) => self.found(path, value, source),
@@ -91,28 +91,28 @@ impl Figures {
     }
 }
 
-/// A length in m to a tenth of a millimetre.
+/// Returns a length in m, rounded to a tenth of a millimetre.
 pub(super) fn metres(length_m: f64) -> Value {
-    // Zero has no sign.
+    // Avoids a negative zero.
     json!((length_m * 1e4).round() / 1e4 + 0.0)
 }
 
-/// A place in m to a tenth of a millimetre.
+/// Returns a position in m, rounded to a tenth of a millimetre.
 pub(super) fn place(place_m: DVec3) -> Value {
     Value::Array(place_m.to_array().map(metres).to_vec())
 }
 
-/// The least and the greatest length, m.
+/// Returns the least and the greatest length, m.
 pub(super) fn span([least, most]: [f64; 2]) -> Value {
     json!([metres(least), metres(most)])
 }
 
-/// An angle in degrees to a tenth.
+/// Returns an angle in degrees, rounded to a tenth.
 pub(super) fn degrees(angle: f64) -> Value {
     json!((angle.to_degrees() * 10.0).round() / 10.0 + 0.0)
 }
 
-/// The source that is a joint.
+/// Returns the source of a figure that is taken from a joint.
 pub(super) fn joint_source(joint: &Joint) -> String {
     format!("{}, joint {}", joint.place, joint.name)
 }

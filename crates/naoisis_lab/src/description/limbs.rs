@@ -1,4 +1,4 @@
-//! The head, legs and arms of a robot, found among the joints of its description.
+//! Finds the head, legs and arms of a robot among the joints of its description.
 
 use bevy::math::{DAffine3, DVec3};
 
@@ -7,18 +7,18 @@ use super::{DescriptionError, ImportOptions};
 
 /// Words in the names of the joints of heads.
 const HEAD_WORDS: [&str; 2] = ["head", "neck"];
-/// How nearly a joint turns about an axis, as the cosine of the angle between them.
+/// Cosine of the angle between a joint's axis and the nominal axis, at least.
 const ALONG: f64 = 0.8;
-/// What mirrored limbs may differ by, m.
+/// Difference between mirrored limbs at most, m.
 const MIRRORED_M: f64 = 0.03;
-/// The knees' bend of a robot whose posture is not said, radians: that in which Booster's robots walk.
+/// Bend of the knees if no posture is given, radians: the bend in which Booster's robots walk.
 const KNEE_BEND: f64 = 0.4;
 
 /// The parts of a robot.
 pub(super) struct Limbs {
     pub head: Head,
     pub legs: Option<Legs>,
-    /// The chains of the left and the right arm from the shoulder on.
+    /// The joints of the left and the right arm, from the shoulder on.
     pub arms: Option<[Vec<JointIndex>; 2]>,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Legs {
 
 /// A leg.
 pub(super) struct Leg {
-    /// The roll joint of the hip, or its pitch joint without one.
+    /// The roll joint of the hip, or its pitch joint if it has no roll joint.
     pub hip: JointIndex,
     pub hip_pitch: JointIndex,
     pub knee: JointIndex,
@@ -46,7 +46,7 @@ pub(super) struct Leg {
 }
 
 impl Head {
-    /// The link that carries the whole head.
+    /// Returns the link that carries the whole head.
     pub fn link(&self) -> Option<usize> {
         let links = [self.yaw, self.pitch].into_iter().flatten().map(|index| index.link);
         links.min()
@@ -57,7 +57,7 @@ impl Limbs {
     /// Finds the parts of a robot.
     ///
     /// # Errors
-    /// When a joint of the options is not there, or turns about another axis.
+    /// If a joint in the options does not exist or turns about another axis.
     pub fn of(tree: &Tree, options: &ImportOptions) -> Result<Limbs, DescriptionError> {
         let straight = tree.places(&Posture::new());
         let head = find_head(tree, &straight, options)?;
@@ -67,17 +67,17 @@ impl Limbs {
     }
 }
 
-/// The axis of a joint in the root's frame.
+/// Returns the axis of a joint in the root's frame.
 pub(super) fn axis_of(tree: &Tree, places: &[DAffine3], index: JointIndex) -> DVec3 {
     places[index.link].transform_vector3(tree.joint(index).axis)
 }
 
-/// The place of a joint in the root's frame, m.
+/// Returns the position of a joint in the root's frame, m.
 pub(super) fn point_of(tree: &Tree, places: &[DAffine3], index: JointIndex) -> DVec3 {
     places[index.link].transform_point3(tree.joint(index).point)
 }
 
-/// The joint of this name.
+/// Returns the joint with this name.
 pub(super) fn named(tree: &Tree, name: &str) -> Result<JointIndex, DescriptionError> {
     let found = tree.joints().find(|(_, joint)| joint.name == name);
     found.map(|(index, _)| index).ok_or_else(|| DescriptionError::NoJoint {
@@ -113,7 +113,7 @@ fn find_head(tree: &Tree, straight: &[DAffine3], options: &ImportOptions) -> Res
     })
 }
 
-/// Pairs of tips that are mirrored at the middle of the robot, the left one first.
+/// Returns pairs of tips that mirror each other at the middle of the robot, the left one first.
 fn mirrored_pairs<'a>(
     tree: &'a Tree,
     straight: &'a [DAffine3],
@@ -130,7 +130,7 @@ fn mirrored_pairs<'a>(
     pairs
 }
 
-/// The links that are above both tips.
+/// Returns the links that are ancestors of both tips.
 fn common_links(tree: &Tree, [left, right]: [usize; 2]) -> Vec<usize> {
     let others = tree.ancestry(right);
     tree.ancestry(left).into_iter().filter(|link| others.contains(link)).collect()
@@ -139,7 +139,7 @@ fn common_links(tree: &Tree, [left, right]: [usize; 2]) -> Vec<usize> {
 fn find_legs(tree: &Tree, straight: &[DAffine3], head: Head) -> Option<Legs> {
     let is_of_head = |tip: usize| head.link().is_some_and(|head| tree.is_within(tip, head));
     let mut pairs = mirrored_pairs(tree, straight, |tip| !is_of_head(tip));
-    // The lowest ones stand on the ground.
+    // The lowest pair stands on the ground.
     pairs.sort_by(|one, other| straight[one[0]].translation.z.total_cmp(&straight[other[0]].translation.z));
     pairs.into_iter().find_map(|pair| {
         let common = common_links(tree, pair);
@@ -148,7 +148,7 @@ fn find_legs(tree: &Tree, straight: &[DAffine3], head: Head) -> Option<Legs> {
     })
 }
 
-/// The leg that ends in `foot`: with a knee, that is two joints that pitch.
+/// Returns the leg that ends in `foot`. It needs two pitch joints, so that it has a knee.
 fn leg(tree: &Tree, straight: &[DAffine3], foot: usize, common: &[usize]) -> Option<Leg> {
     let chain = tree.chain(foot, common);
     let along = |axis: DVec3| {
@@ -158,7 +158,7 @@ fn leg(tree: &Tree, straight: &[DAffine3], foot: usize, common: &[usize]) -> Opt
     let (pitches, rolls) = (along(DVec3::Y), along(DVec3::X));
     let (&[hip_pitch, knee], rest) = pitches.split_first_chunk::<2>()?;
     let height = |index: JointIndex| point_of(tree, straight, index).z;
-    // A robot that hangs its legs from the hips down.
+    // The legs must hang down from the hips.
     if height(hip_pitch) <= height(knee) || height(knee) <= straight[foot].translation.z {
         return None;
     }
@@ -176,17 +176,17 @@ fn find_arms(tree: &Tree, straight: &[DAffine3], head: Head, legs: Option<&Legs>
         let common = common_links(tree, pair);
         let chains = pair.map(|tip| tree.chain(tip, &common));
         let &first = chains[0].first()?;
-        // Of hands with fingers the longest chain counts.
+        // Of a hand with fingers, the longest chain counts.
         (point_of(tree, straight, first).z > hip_m && !chains[1].is_empty()).then_some(chains)
     });
-    // The first of those that are as long.
+    // Of chains with equal length, the first.
     arms.reduce(|longest, chains| if chains[0].len() > longest[0].len() { chains } else { longest })
 }
 
-/// The posture in which a robot stands: that of the options, or with slightly bent knees and the ankles below the hips.
+/// Returns the posture in which the robot stands: the one in the options, or one with slightly bent knees and the ankles below the hips.
 ///
 /// # Errors
-/// When a joint of the options is not there.
+/// If a joint in the options does not exist.
 pub(super) fn standing(tree: &Tree, limbs: &Limbs, options: &ImportOptions) -> Result<Posture, DescriptionError> {
     for (name, _) in &options.stand {
         named(tree, name)?;
@@ -202,9 +202,9 @@ pub(super) fn standing(tree: &Tree, limbs: &Limbs, options: &ImportOptions) -> R
     Ok(posture)
 }
 
-/// The angles of a leg with a bent knee, a level foot and the ankle below the hip.
+/// Returns the joint angles of a leg with a bent knee, a level foot and the ankle below the hip.
 fn bent(tree: &Tree, straight: &[DAffine3], leg: &Leg) -> Posture {
-    // An angle is positive where it turns the leg to the back.
+    // A positive angle turns the leg backwards.
     let sign = |index: JointIndex| axis_of(tree, straight, index).y.signum();
     let angle = |index: JointIndex, back: f64| (tree.joint(index).name.clone(), sign(index) * back);
     let allows = |bend: f64| {
@@ -222,7 +222,7 @@ fn bent(tree: &Tree, straight: &[DAffine3], leg: &Leg) -> Posture {
         let ankle = leg.ankle.map_or(places[leg.foot].translation, |ankle| point_of(tree, &places, ankle));
         ankle.x - point_of(tree, &places, leg.hip_pitch).x
     };
-    // The secant method; the ankle's way ahead is nearly linear in the angle.
+    // Secant method. The forward position of the ankle is nearly linear in the angle.
     let [mut before, mut hip] = [-bend, 0.0];
     let mut off_before = ankle_ahead(before);
     for _ in 0..20 {

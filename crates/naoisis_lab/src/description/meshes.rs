@@ -1,4 +1,4 @@
-//! The bounds of meshes: STL, binary and text, and OBJ.
+//! Computes the bounds of meshes: STL (binary and text) and OBJ.
 
 use bevy::math::DVec3;
 use std::path::Path;
@@ -7,17 +7,17 @@ use super::DescriptionError;
 use super::tree::bounds;
 use naoisis_core::read_file::read_file;
 
-/// The largest mesh that is read, bytes.
+/// Size limit of a mesh, bytes.
 const LARGEST_MESH_BYTES: u64 = 512 << 20;
-/// The header of a binary STL file: 80 bytes of anything, and the number of triangles.
+/// Length of a binary STL header: 80 arbitrary bytes, and the number of triangles.
 const HEADER_BYTES: usize = 84;
-/// A triangle of a binary STL file: a normal and three corners of four bytes a number, and two bytes more.
+/// Length of a triangle in binary STL: a normal and three corners with four bytes per number, and two more bytes.
 const TRIANGLE_BYTES: usize = 50;
 
-/// The least and the greatest corner of a mesh, m, with each axis multiplied by `scale`.
+/// Returns the least and the greatest corner of a mesh, m, with each axis multiplied by `scale`.
 ///
 /// # Errors
-/// [`DescriptionError::Mesh`] when it cannot be read.
+/// [`DescriptionError::Mesh`] if the mesh cannot be read.
 pub(super) fn bounds_of(path: &Path, scale: DVec3) -> Result<[DVec3; 2], DescriptionError> {
     let name = path.display();
     let wrong = |problem: String| DescriptionError::Mesh(format!("the mesh {name} {problem}"));
@@ -38,7 +38,7 @@ pub(super) fn bounds_of(path: &Path, scale: DVec3) -> Result<[DVec3; 2], Descrip
 fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
     let count = bytes.get(HEADER_BYTES - 4..HEADER_BYTES).and_then(|count| count.try_into().ok());
     let triangles = count.map_or(0, u32::from_le_bytes) as usize;
-    // Binary files may begin with `solid` as text files do; their length tells them apart.
+    // Binary files may begin with `solid` like text files, but have exactly this length.
     if triangles > 0 && bytes.len() - HEADER_BYTES == triangles.saturating_mul(TRIANGLE_BYTES) {
         let corners = bytes[HEADER_BYTES..].chunks_exact(TRIANGLE_BYTES).flat_map(|triangle| {
             triangle[12..48].chunks_exact(12).map(|corner| {
@@ -53,7 +53,7 @@ fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
     bounds(text_points(bytes, "vertex"))
 }
 
-/// The points of the lines that begin with `word`.
+/// Returns the points in the lines that begin with `word`.
 fn text_points<'a>(bytes: &'a [u8], word: &'a str) -> impl Iterator<Item = DVec3> {
     bytes.split(|byte| *byte == b'\n').filter_map(move |line| {
         let mut words = core::str::from_utf8(line).ok()?.split_whitespace();
@@ -73,7 +73,7 @@ mod tests {
         let corners = [[0.0, -1.0, 2.0], [3.0, 0.5, 2.5], [1.0, 4.0, -2.0_f32]];
         let mut text = "solid robot\n facet normal 0 0 1\n  outer loop\n".to_owned();
         let mut objects = "# comment\nvn 9 9 9\n".to_owned();
-        // A binary file that begins as a text file does.
+        // A binary file that begins like a text file.
         let mut binary = b"solid ".to_vec();
         binary.resize(80, b' ');
         binary.extend(1_u32.to_le_bytes());

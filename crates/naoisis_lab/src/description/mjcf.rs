@@ -1,4 +1,4 @@
-//! Reads MJCF, the descriptions of MuJoCo: includes, defaults with classes, and the compiler's settings.
+//! Reads MJCF, MuJoCo's descriptions, with includes, default classes, and the compiler's settings.
 
 use bevy::math::{DAffine3, DMat3, DQuat, DVec3};
 use std::collections::BTreeMap;
@@ -10,15 +10,15 @@ use super::tree::{Camera, CameraAxes, Fov, Joint, Link, Shape, Tree};
 use super::urdf::MOST_LINKS;
 use super::xml::Element;
 
-/// Files are included at most so deep.
+/// Depth of nested includes at most.
 const DEEPEST_INCLUDE: usize = 20;
 
-/// The attributes of elements by the elements' names.
+/// The attributes of elements, by the elements' names.
 type Attributes = BTreeMap<String, BTreeMap<String, String>>;
 
 /// The settings of the `<compiler>`.
 struct Compiler {
-    /// Radians of the unit of angles.
+    /// The unit of angles, radians.
     angle: f64,
     euler_order: String,
     mesh_folder: PathBuf,
@@ -28,22 +28,22 @@ struct Compiler {
 struct Reader {
     compiler: Compiler,
     classes: BTreeMap<String, Attributes>,
-    /// Files and scales of meshes by name.
+    /// Files and scales of meshes, by the meshes' names.
     meshes: BTreeMap<String, (PathBuf, DVec3)>,
     links: Vec<Link>,
     warnings: Vec<String>,
 }
 
-/// What elements of a body are read in.
+/// The context in which elements of a body are read.
 #[derive(Clone, Copy)]
 struct Scope<'a> {
     link: usize,
-    /// The frame of the elements in that of the link: that of `<frame>` elements.
+    /// The transform from the present frame to the link's, for `<frame>` elements.
     link_from_here: DAffine3,
     class: &'a str,
 }
 
-/// The robot of a `<mujoco>` element.
+/// Reads the robot in a `<mujoco>` element.
 pub(super) fn read(model: Element, path: &Path) -> Result<Tree, DescriptionError> {
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let model = with_includes(model, &folder, &folder, 0)?;
@@ -64,7 +64,7 @@ pub(super) fn read(model: Element, path: &Path) -> Result<Tree, DescriptionError
     let world: Vec<&Element> = model.all("worldbody").collect();
     let mut bodies: Vec<&Element> = world.iter().flat_map(|world| world.all("body")).collect();
     bodies.extend(world.iter().flat_map(|world| world.all("frame")).flat_map(|frame| frame.all("body")));
-    // A ball and posts may be in the file, too.
+    // The file may also contain a ball and posts.
     let Some(robot) = bodies.iter().rev().max_by_key(|body| count_bodies(body)) else {
         return Err(model.place.wrong("there is no <body> in the <worldbody>"));
     };
@@ -77,13 +77,13 @@ pub(super) fn read(model: Element, path: &Path) -> Result<Tree, DescriptionError
     Ok(Tree { name, links, warnings })
 }
 
-/// The number of bodies of a body, itself included.
+/// Returns the number of bodies in a body, itself included.
 fn count_bodies(body: &Element) -> usize {
     let inner = body.children.iter().filter(|child| child.name == "body" || child.name == "frame");
     usize::from(body.name == "body") + inner.map(count_bodies).sum::<usize>()
 }
 
-/// Replaces `<include>` elements by what is in their files, which lie in `main` or else in `folder`.
+/// Replaces `<include>` elements by the contents of their files, which are in `main` or otherwise in `folder`.
 fn with_includes(element: Element, main: &Path, folder: &Path, depth: usize) -> Result<Element, DescriptionError> {
     let mut children = Vec::with_capacity(element.children.len());
     for child in element.children {
@@ -138,7 +138,7 @@ fn compiler(model: &Element, folder: &Path) -> Result<Compiler, DescriptionError
 }
 
 impl Reader {
-    /// Adds the class of a `<default>` and those inside it. `outer` is the class around it.
+    /// Adds the class of a `<default>` and those inside it. `outer` is the enclosing class.
     fn add_class(&mut self, defaults: &Element, name: &str, outer: &str) -> Result<(), DescriptionError> {
         let mut class = self.classes.get(name).or(self.classes.get(outer)).cloned().unwrap_or_default();
         for element in defaults.children.iter().filter(|child| child.name != "default") {
@@ -151,7 +151,7 @@ impl Reader {
         Ok(())
     }
 
-    /// An element with the attributes that its class adds; `class` is that of its body.
+    /// Returns an element with the default attributes of its class. `class` is that of its body.
     fn with_defaults(&self, element: &Element, class: &str) -> Result<Element, DescriptionError> {
         let own = element.attribute("class");
         let Some(defaults) = self.classes.get(own.unwrap_or(class)) else {
@@ -169,7 +169,7 @@ impl Reader {
 
     fn add_mesh(&mut self, mesh: &Element) -> Result<(), DescriptionError> {
         let mesh = self.with_defaults(mesh, "main")?;
-        // A mesh may also be of points in the file itself, which is not read.
+        // A mesh of points in the description itself is not read.
         let Some(file) = mesh.attribute("file") else { return Ok(()) };
         let path = self.compiler.mesh_folder.join(file);
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -178,7 +178,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Adds a body and those in it; the first one is the robot's root.
+    /// Adds a body and the bodies in it. The first one is the robot's root.
     fn add_body(&mut self, body: &Element, around: Option<Scope>, class: &str) -> Result<(), DescriptionError> {
         let link = self.links.len();
         let place = self.placement(body)?;
@@ -186,7 +186,7 @@ impl Reader {
         self.links.push(Link {
             name: body.attribute("name").map_or_else(|| format!("body {link}"), str::to_owned),
             parent: around.map(|scope| scope.link),
-            // Where the robot stands in its world says nothing of it.
+            // The position of the robot in its world is irrelevant.
             parent_from_link: around.map_or(DAffine3::IDENTITY, |scope| scope.link_from_here * place),
             joints: Vec::new(),
             shapes: Vec::new(),
@@ -194,14 +194,14 @@ impl Reader {
         });
         let scope = Scope { link, link_from_here: DAffine3::IDENTITY, class };
         self.add_content(body, scope)?;
-        // What is drawn says something only of bodies without collisions.
+        // Geoms that are only drawn are used if the body has no collisions.
         if self.links[link].shapes.is_empty() {
             self.add_geoms(body, scope, false)?;
         }
         Ok(())
     }
 
-    /// Adds the geoms of a body that collide, or those that are drawn alone.
+    /// Adds the geoms of a body: those that collide, or those that are only drawn.
     fn add_geoms(&mut self, element: &Element, scope: Scope, is_collision: bool) -> Result<(), DescriptionError> {
         for child in &element.children {
             match child.name.as_str() {
@@ -213,7 +213,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The scope of the elements in a `<frame>`.
+    /// Returns the scope of the elements in a `<frame>`.
     fn in_frame<'a>(&self, frame: &'a Element, scope: Scope<'a>) -> Result<Scope<'a>, DescriptionError> {
         let class = frame.attribute("childclass").unwrap_or(scope.class);
         Ok(Scope { link_from_here: scope.link_from_here * self.placement(frame)?, class, ..scope })
@@ -320,7 +320,7 @@ impl Reader {
     fn add_camera(&mut self, camera: &Element, scope: Scope) -> Result<(), DescriptionError> {
         let camera = self.with_defaults(camera, scope.class)?;
         let size = camera.vector::<2>("resolution")?.filter(|size| size.iter().all(|side| *side > 1.0));
-        // `fovy` is in degrees whatever the compiler's angles are.
+        // `fovy` is in degrees, whatever the compiler's unit of angles is.
         let mut vertical = camera.number("fovy")?.map(f64::to_radians);
         if let (Some([_, focal]), Some([_, height])) = (camera.vector::<2>("focalpixel")?, size) {
             vertical = Some(2.0 * libm::atan(height / 2.0 / focal));
@@ -338,7 +338,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The place and direction that the attributes of an element give it.
+    /// Returns the transform in the attributes of an element.
     fn placement(&self, element: &Element) -> Result<DAffine3, DescriptionError> {
         let place = element.vector::<3>("pos")?.map_or(DVec3::ZERO, DVec3::from);
         Ok(DAffine3::from_rotation_translation(self.rotation(element)?, place))
@@ -370,7 +370,7 @@ impl Reader {
         Ok(DQuat::IDENTITY)
     }
 
-    /// The rotation by Euler angles: about the turned axes for small letters, about the fixed ones for capitals.
+    /// Returns the rotation for Euler angles: about the turned axes for lower-case letters, about the fixed axes for upper-case letters.
     fn euler(&self, angles: [f64; 3]) -> DQuat {
         let mut rotation = DQuat::IDENTITY;
         for (letter, angle) in self.compiler.euler_order.chars().zip(angles) {

@@ -1,8 +1,9 @@
-//! Models of robots from their descriptions: URDF and MJCF.
+//! Makes models of robots from their descriptions: URDF and MJCF.
 //!
-//! A description has links, joints with limits, shapes, and sometimes cameras. [`import`] finds head, legs and arms among
-//! them and makes a [model](naoisis_sim::scenario::RobotModel) of it: the boxes of the body, hips, knees and feet, the
-//! neck with its limits, and the cameras, each figure with the place in the file that it is from. What descriptions do not
+//! A description has links, joints with limits, shapes, and sometimes cameras. [`import`] finds head, legs and arms among them and makes a
+//! [model](naoisis_sim::scenario::RobotModel): the boxes of the body, hips, knees and feet, the neck with its limits, and the cameras. Each
+//! figure has its place in the file as its source. Figures that descriptions do not have (walking, kicks, noise) are guessed and marked as
+//! guesses.
 //! have (walking, kicks, noise) is guessed, and marked as a guess.
 
 use std::path::{Path, PathBuf};
@@ -27,54 +28,54 @@ use figures::Figures;
 use limbs::{Limbs, standing};
 use xml::Element;
 
-/// What to take from a description, where it does not say it by itself.
+/// Choices for the import where the description is ambiguous.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct ImportOptions {
-    /// The name of the model; none: that of the description.
+    /// The name of the model. `None` for that of the description.
     pub name: Option<String>,
-    /// The joint by which the head turns to the left; none: the one that is called so.
+    /// The yaw joint of the head. `None` for the joint with such a name.
     pub head_yaw: Option<String>,
-    /// The joint by which the head nods; none: the one that is called so.
+    /// The pitch joint of the head. `None` for the joint with such a name.
     pub head_pitch: Option<String>,
-    /// The frames of its cameras; none: the one that is called so.
+    /// The frames of the cameras. If empty, the frame with such a name.
     pub cameras: Vec<String>,
-    /// The file of a calibration of its cameras: ROS' `camera_info`, Kalibr's `camchain`, or OpenCV's, in YAML.
+    /// A calibration file of the cameras: ROS' `camera_info`, Kalibr's `camchain`, or OpenCV's, in YAML.
     pub camera_info: Option<PathBuf>,
-    /// The angles of joints when the robot stands, radians, those of others being 0; none: slightly bent knees.
+    /// The joint angles of the standing robot, radians; those of other joints are 0. If empty, the knees are slightly bent.
     pub stand: Vec<(String, f64)>,
 }
 
-/// A model made of a description.
+/// A model made from a description.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Imported {
-    /// Its name.
+    /// Name of the model.
     pub name: String,
-    /// The text of its file, RON.
+    /// The text of the model's file, in RON.
     pub text: String,
-    /// The figures that the description or a calibration has.
+    /// The figures from the description or a calibration.
     pub found: Vec<ImportedFigure>,
-    /// The measures that neither has, with the reasons of the guesses.
+    /// The figures that are guesses, with their reasons.
     pub guessed: Vec<ImportedFigure>,
-    /// What the description lacks or what could not be read, in words.
+    /// What is missing from the description or could not be read, in words.
     pub lacking: Vec<String>,
-    /// What is to be measured on the real robot, in words.
+    /// What has to be measured on the real robot, in words.
     pub to_measure: Vec<&'static str>,
 }
 
-/// A figure of a model that its description has.
+/// A figure of an imported model.
 #[derive(Clone, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct ImportedFigure {
-    /// Its path in the model, such as `body.neck_m`.
+    /// Path in the model, such as `body.neck_m`.
     pub path: String,
-    /// Its value as in a file.
+    /// Value, in the form of a file.
     pub value: String,
-    /// The place in the description, such as `robot.urdf:120, joint head_pitch`.
+    /// The source, such as `robot.urdf:120, joint head_pitch`, or the reason of a guess.
     pub source: String,
 }
 
-/// What is wrong with a description.
+/// Why a description cannot be imported.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DescriptionError {
@@ -83,10 +84,10 @@ pub enum DescriptionError {
     Unreadable {
         /// The file.
         file: String,
-        /// What the system says.
+        /// The operating system's error.
         reason: String,
     },
-    /// Something in a file is wrong.
+    /// The contents of a file are wrong.
     #[error("{file}:{line}:{column}: {problem}")]
     Wrong {
         /// The name of the file.
@@ -101,7 +102,7 @@ pub enum DescriptionError {
     /// A mesh cannot be read.
     #[error("{0}")]
     Mesh(String),
-    /// A file is no calibration of a camera that can be used.
+    /// A file is no usable calibration of a camera.
     #[error("{file}{}: {problem}", .line.map(|line| format!(":{line}")).unwrap_or_default())]
     Calibration {
         /// The name of the file.
@@ -111,7 +112,7 @@ pub enum DescriptionError {
         /// What is wrong.
         problem: String,
     },
-    /// There is no joint of this name.
+    /// There is no joint with this name.
     #[error("there is no joint `{name}`; there are {}", .known.join(", "))]
     NoJoint {
         /// The name.
@@ -119,7 +120,7 @@ pub enum DescriptionError {
         /// All joints.
         known: Vec<String>,
     },
-    /// There is no camera of this name.
+    /// There is no camera with this name.
     #[error(
         "there is no camera `{name}`; {}",
         if .known.is_empty() { "no link or camera of the description is called one".to_owned() } else { format!("there are {}", .known.join(", ")) }
@@ -127,21 +128,21 @@ pub enum DescriptionError {
     NoCamera {
         /// The name.
         name: String,
-        /// All that may be cameras.
+        /// All frames that may be cameras.
         known: Vec<String>,
     },
     /// There are more cameras than a robot may have.
     #[error("{0} cameras; a robot has at most {most}", most = naoisis_core::camera_model::CameraMounts::MOST)]
     TooManyCameras(usize),
-    /// Nothing in the description says how large the robot is.
+    /// The description does not determine the size of the robot.
     #[error("{0}: nothing says how large the robot is: it has no legs, and no shapes that can be read")]
     NoSize(String),
 }
 
-/// Makes a model of the description at `path`, URDF or MJCF.
+/// Makes a model from the URDF or MJCF description at `path`.
 ///
 /// # Errors
-/// When a file is not there or wrong, when it is another kind of file, and when it lacks a joint or camera of the options.
+/// If a file is missing or wrong, has another format, or lacks a joint or camera of the options.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, DescriptionError> {
     let root = Element::read(path)?;
     let tree = match root.name.as_str() {
@@ -181,9 +182,9 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, Descript
     Ok(Imported { name, text, found, guessed, lacking: figures.lacking, to_measure: model::TO_MEASURE.to_vec() })
 }
 
-/// Warnings, of many about meshes the first alone.
+/// Returns the warnings, with only the first ones about meshes.
 fn shortened(warnings: &[String]) -> Vec<String> {
-    /// The most meshes that are named.
+    /// Number of meshes that are named at most.
     const MOST_MESHES: usize = 3;
 
     let (meshes, mut others): (Vec<&String>, Vec<&String>) =
@@ -194,10 +195,10 @@ fn shortened(warnings: &[String]) -> Vec<String> {
     others.into_iter().cloned().chain(more).collect()
 }
 
-/// The kinds of descriptions that can be read.
+/// The formats that can be read, for error messages.
 const EXPECTED: &str = "expected URDF (<robot>) or MJCF (<mujoco>)";
 
-/// A word for a model, from the name in the description or of its file: small letters, digits and underscores.
+/// Returns a name for a model, from the description's name or its file name: lower-case letters, digits and underscores.
 fn name_of(robot: &str, path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let word = |name: &str| {

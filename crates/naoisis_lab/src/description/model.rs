@@ -1,4 +1,4 @@
-//! The figures that no description has, and the text of the model.
+//! Adds the figures that no description has, and writes the text of the model.
 
 use serde_json::{Map, Value, json};
 
@@ -7,14 +7,14 @@ use super::figures::{Figures, metres};
 use crate::calibration::ron_text;
 use naoisis_sim::scenario::RobotModel;
 
-/// The hips' height of the robot by whose gait that of others is guessed: the Booster K1.
+/// Height of the hips of the Booster K1, whose gait is scaled for other robots, m.
 const K1_HIP_M: f64 = 0.4345;
-/// Its walking speed, m/s.
+/// Walking speed of the Booster K1, m/s.
 const K1_SPEED_MPS: f64 = 0.6;
 
-/// Sets what no description has: walking, kicks, and the errors of a real robot. All are guesses.
+/// Sets the figures that no description has: walking, kicks, and the errors of a real robot. All are guesses. Returns the realistic part.
 pub(super) fn add_guesses(figures: &mut Figures, measures: &Measures) -> Map<String, Value> {
-    // Walks alike are as fast as the square root of the legs' length (Froude's number).
+    // The speed of similar gaits grows with the square root of the legs' length (Froude number).
     let speed = (K1_SPEED_MPS * (measures.hip_m / K1_HIP_M).sqrt() * 20.0).round() / 20.0;
     let speed = speed.max(0.1);
     let reason = "by the length of the legs, as the Booster K1 walks";
@@ -38,7 +38,7 @@ pub(super) fn add_guesses(figures: &mut Figures, measures: &Measures) -> Map<Str
         });
         figures.guess(&format!("kicks.{kick}"), kick_model, "by that foot straight ahead, as the Booster K1's");
     }
-    // Errors are those of a robot of the same kind: one that falls, or one on wheels.
+    // The errors are those of a similar robot: one with legs, or one on wheels.
     let preset = if measures.has_legs { "booster_k1" } else { "rover" };
     let mut realistic = RobotModel::named(preset).map(|model| model.realistic).unwrap_or_default();
     realistic.remove("ball");
@@ -63,7 +63,7 @@ pub(super) fn add_guesses(figures: &mut Figures, measures: &Measures) -> Map<Str
     realistic
 }
 
-/// What a robot of one's own has to be measured for, with how.
+/// What has to be measured on the real robot, and how.
 pub(super) const TO_MEASURE: [&str; 5] = [
     "walking: speeds to all sides, acceleration, slip (motion; `naoisis calibrate` fits it to a log of walks)",
     "kicks: where the ball must lie, how far it goes, how much it spreads (kicks; `naoisis calibrate`)",
@@ -72,7 +72,7 @@ pub(super) const TO_MEASURE: [&str; 5] = [
     "falls and getting up (falls), delays (latency), odometry (odometry.noise)",
 ];
 
-/// The text of the model's file.
+/// Returns the text of the model's file.
 pub(super) fn text(name: &str, file: &str, figures: &Figures, realistic: &Map<String, Value>) -> String {
     let description = format!("{name}, imported from {file}; what no description has is a guess");
     let model = json!({

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use super::*;
 use naoisis_sim::scenario::RobotModel;
 
-/// A description of those for tests.
+/// Returns the path of a test description.
 fn sample(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/descriptions").join(name)
 }
 
-/// A model as it is after it was written, checked and read again.
+/// Returns the model after it was written, checked and read again.
 fn checked(imported: &Imported) -> RobotModel {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("robot.ron");
@@ -22,7 +22,7 @@ fn checked(imported: &Imported) -> RobotModel {
     model
 }
 
-/// Imports a text as a file of this name.
+/// Imports a text as a file with this name.
 fn import_text(name: &str, text: &str, options: &ImportOptions) -> Result<Imported, DescriptionError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -34,7 +34,7 @@ fn straight(joint: &str) -> ImportOptions {
     ImportOptions { stand: vec![(joint.to_owned(), 0.0)], ..ImportOptions::default() }
 }
 
-/// The numbers at a path such as `body.neck_m`.
+/// Returns the numbers at a path such as `body.neck_m`.
 fn numbers(model: &RobotModel, path: &str) -> Vec<f64> {
     let settings = Value::Object(model.settings.clone());
     let value = path.split('.').fold(&settings, |value, name| match name.parse::<usize>() {
@@ -65,7 +65,8 @@ fn the_t1_of_a_urdf_has_its_makers_figures() {
     let imported = import(&sample("t1.urdf"), &straight("left_knee_pitch_joint")).unwrap();
     let model = checked(&imported);
     assert_eq!(model.name, "t1");
-    // By hand from the joints: the sole is 0.1155 + 0.02 + 0.0819 + 0.134 + 0.28 + 0.012 + 0.0214 + 0.0218 m below the trunk's frame.
+    // Computed by hand from the joints: the sole is 0.1155 + 0.02 + 0.0819 + 0.134 + 0.28 + 0.012 + 0.0214 + 0.0218 m below the trunk's
+    // frame.
     let expected: [(&str, &[f64]); 16] = [
         ("body.legs.hip_m", &[0.014, 0.106, 0.5511]),
         ("body.legs.thigh_m", &[0.2159]),
@@ -90,7 +91,7 @@ fn the_t1_of_a_urdf_has_its_makers_figures() {
     assert!(source("head.yaw_deg").contains("t1.urdf:") && source("head.yaw_deg").ends_with("joint aahead_yaw_joint"));
     assert!(source("body.legs.hip_m").ends_with("joint left_hip_roll_joint"));
     assert!(source("cameras.mounts").ends_with("head_realsense_rgb_link"));
-    // The motor's 41.9 rad/s are not the head's.
+    // The motor's limit of 41.9 rad/s is not used for the head.
     assert_figures(&model, &[("head.max_degps", &[200.0])]);
     assert!(source("head.max_degps").starts_with("guess: ") && source("motion.max_linear_mps").starts_with("guess: "));
     assert!(imported.lacking.iter().any(|words| words.contains("field of view")), "{:?}", imported.lacking);
@@ -122,11 +123,11 @@ fn the_k1_of_an_mjcf_has_its_figures() {
     assert_eq!(imported.lacking, [""; 0]);
     assert!(model.source("body.arms.shoulder_m").unwrap().starts_with("k1_arms.xml:"));
 
-    // With bent knees it is lower, and its feet are level and below the hips.
+    // With bent knees the robot is lower, and its feet are level and below the hips.
     let bent = checked(&import(&sample("k1.xml"), &ImportOptions::default()).unwrap());
     let height = |model: &RobotModel| numbers(model, "body.neck_m")[2];
     let lower = height(&model) - height(&bent);
-    // A bend of 0.4 rad takes (0.19 + 0.245) m (1 - cos 0.2), nearly.
+    // A bend of 0.4 rad lowers it by approximately (0.19 + 0.245) m (1 - cos 0.2).
     assert!((lower - 0.0085).abs() < 0.001, "{lower}");
     assert_figures(&bent, &[("body.legs.ankle_m", &[0.024])]);
     let hip = numbers(&bent, "body.legs.hip_m");
@@ -230,7 +231,7 @@ fn what_is_no_description_is_named() {
 
 #[test]
 fn places_of_mjcf_may_be_said_in_every_way() {
-    // A head whose camera looks 30° down and ahead, said in five ways; capitals are about fixed axes.
+    // A head whose camera looks ahead and 30° down, in five notations; upper-case letters are for fixed axes.
     let ways = [
         ("xyz", r#"xyaxes="0 -1 0 0.5 0 0.8660254""#),
         ("xyz", r#"quat="0.6123724 0.3535534 -0.3535534 -0.6123724""#),
@@ -258,7 +259,7 @@ fn places_of_mjcf_may_be_said_in_every_way() {
             ],
         );
         let is_turned = imported.lacking.iter().any(|words| words.contains("turned by"));
-        // The shortest turn of one axis says nothing of the image's right side.
+        // The shortest rotation of one axis does not determine the image's right side.
         assert_eq!(is_turned, turn.starts_with("zaxis"), "{turn}: {:?}", imported.lacking);
     }
 }

@@ -1,15 +1,15 @@
-//! A robot as its description has it: links, the joints between them, shapes and cameras.
+//! A robot as a tree of links, with the joints between them, shapes and cameras.
 
 use bevy::math::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::xml::Place;
 
-/// A robot of links. Each has its parent before it.
+/// A robot as a list of links. Parents come before their children.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     pub name: String,
     pub links: Vec<Link>,
-    /// What could not be read, such as missing meshes.
+    /// Parts that could not be read, such as missing meshes.
     pub warnings: Vec<String>,
 }
 
@@ -18,13 +18,13 @@ pub(super) struct Tree {
 pub(super) struct Link {
     pub name: String,
     pub parent: Option<usize>,
-    /// Its place in its parent with all joints at 0.
+    /// The transform to its parent, with all joints at 0.
     pub parent_from_link: DAffine3,
-    /// The joints by which it moves against its parent; none if it is fixed to it.
+    /// The joints that connect the link to its parent. Empty if it is fixed.
     pub joints: Vec<Joint>,
-    /// Boxes around its shapes: those of collisions if there are any, else those that are drawn.
+    /// The boxes around its shapes: those of collisions or, if there are none, those that are drawn.
     pub shapes: Vec<Shape>,
-    /// Frames that may be those of cameras.
+    /// Frames that may be cameras.
     pub cameras: Vec<Camera>,
 }
 
@@ -33,11 +33,11 @@ pub(super) struct Link {
 pub(super) struct Joint {
     pub name: String,
     pub is_hinge: bool,
-    /// Unit vector, frame of the link.
+    /// The axis, a unit vector in the link's frame.
     pub axis: DVec3,
-    /// A point of the axis, m, frame of the link.
+    /// A point on the axis, m, in the link's frame.
     pub point: DVec3,
-    /// Radians or m.
+    /// The limits, radians or m.
     pub limits: Option<[f64; 2]>,
     pub place: Place,
 }
@@ -46,18 +46,18 @@ pub(super) struct Joint {
 #[derive(Clone, Debug)]
 pub(super) struct Shape {
     pub link_from_box: DAffine3,
-    /// Half its size, m.
+    /// Half the size, m.
     pub half: DVec3,
 }
 
-/// A frame that may be that of a camera.
+/// A frame that may be a camera.
 #[derive(Clone, Debug)]
 pub(super) struct Camera {
     pub name: String,
-    /// Its axes are x ahead, y left and z up, or those of an image ([`CameraAxes`]).
+    /// The transform to the link. The axes are x ahead, y left and z up, or those of an image ([`CameraAxes`]).
     pub link_from_camera: DAffine3,
     pub axes: CameraAxes,
-    /// Width and height of its image, pixels.
+    /// Width and height of the image, pixels.
     pub size: Option<[u32; 2]>,
     /// Field of view, radians.
     pub fov: Option<Fov>,
@@ -74,14 +74,14 @@ pub(super) enum Fov {
 /// The axes of a camera's frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum CameraAxes {
-    /// The file does not say it: x ahead or, as in images, z ahead; whichever looks more to the front.
+    /// The file does not say: x ahead or, as in images, z ahead. The axis that points more to the front is used.
     Unknown,
-    /// MuJoCo's: x right, y up, and it looks along -z.
+    /// MuJoCo's axes: x right, y up, and the camera looks along -z.
     MuJoCo,
 }
 
 impl Camera {
-    /// The direction in which it looks, in the frame in which its rotation is `rotation`.
+    /// Returns the direction in which the camera looks. `rotation` is its rotation in the frame of the result.
     pub fn forward(&self, rotation: DMat3) -> DVec3 {
         match self.axes {
             CameraAxes::MuJoCo => -rotation.z_axis,
@@ -90,7 +90,7 @@ impl Camera {
         }
     }
 
-    /// The direction of the image's right side.
+    /// Returns the direction of the image's right side. `rotation` is the camera's rotation in the frame of the result.
     pub fn right(&self, rotation: DMat3) -> DVec3 {
         match self.axes {
             CameraAxes::MuJoCo => rotation.x_axis,
@@ -101,12 +101,12 @@ impl Camera {
 
     fn is_optical(&self, rotation: DMat3) -> bool {
         let [body, optical] = [rotation.x_axis.x, rotation.z_axis.x];
-        // A camera that looks aside or back is told by its name.
+        // If the camera looks aside or backwards, its name decides.
         if body.max(optical) > 0.5 { optical > body } else { self.name.to_lowercase().contains("optical") }
     }
 }
 
-/// Angles of joints by name, radians; those of all others are 0.
+/// Angles of joints by name, radians. All others are 0.
 pub(super) type Posture = Vec<(String, f64)>;
 
 /// A joint of a tree, by the indices of its link and of the joint in it.
@@ -117,7 +117,7 @@ pub(super) struct JointIndex {
 }
 
 impl Tree {
-    /// The place of each link in the root's frame.
+    /// Returns the transform from each link to the root.
     pub fn places(&self, posture: &Posture) -> Vec<DAffine3> {
         let angle_of = |joint: &Joint| posture.iter().find(|(name, _)| *name == joint.name).map_or(0.0, |(_, at)| *at);
         let mut places: Vec<DAffine3> = Vec::with_capacity(self.links.len());
@@ -143,26 +143,26 @@ impl Tree {
         &self.links[index.link].joints[index.joint]
     }
 
-    /// All joints.
+    /// Returns all joints.
     pub fn joints(&self) -> impl Iterator<Item = (JointIndex, &Joint)> {
         self.links.iter().enumerate().flat_map(|(link, of)| {
             of.joints.iter().enumerate().map(move |(joint, at)| (JointIndex { link, joint }, at))
         })
     }
 
-    /// The links from the root to `link`, both included.
+    /// Returns the links from the root to `link`, both included.
     pub fn ancestry(&self, link: usize) -> Vec<usize> {
         let mut links: Vec<usize> = core::iter::successors(Some(link), |link| self.links[*link].parent).collect();
         links.reverse();
         links
     }
 
-    /// Whether `link` is `ancestor` or moves with it.
+    /// Returns whether `link` is `ancestor` or one of its descendants.
     pub fn is_within(&self, link: usize, ancestor: usize) -> bool {
         self.ancestry(link).contains(&ancestor)
     }
 
-    /// The link and those that are fixed to it.
+    /// Returns the link and the links that are fixed to it.
     pub fn rigid_group(&self, link: usize) -> Vec<usize> {
         let mut group = vec![link];
         for (index, other) in self.links.iter().enumerate() {
@@ -173,7 +173,7 @@ impl Tree {
         group
     }
 
-    /// The last links that move, of each chain.
+    /// Returns the last moving link of each chain.
     pub fn tips(&self) -> Vec<usize> {
         let moves = |link: usize| !self.links[link].joints.is_empty();
         let is_last = |link: usize| {
@@ -182,7 +182,7 @@ impl Tree {
         (0..self.links.len()).filter(|link| moves(*link) && is_last(*link)).collect()
     }
 
-    /// The hinges from the root to `link`, without those of the links of `common`.
+    /// Returns the hinges from the root to `link`, except those of the links in `common`.
     pub fn chain(&self, link: usize, common: &[usize]) -> Vec<JointIndex> {
         let links = self.ancestry(link).into_iter().filter(|link| !common.contains(link));
         let hinges =
@@ -190,7 +190,7 @@ impl Tree {
         hinges.filter(|index| self.joint(*index).is_hinge).collect()
     }
 
-    /// The least box around the shapes of links at these places, in the frame of the places.
+    /// Returns the smallest box around the shapes of links, for these transforms of all links.
     pub fn bounds(&self, links: &[usize], places: &[DAffine3]) -> Option<[DVec3; 2]> {
         let corners = links.iter().flat_map(|link| {
             self.links[*link].shapes.iter().flat_map(move |shape| shape.corners(places[*link] * shape.link_from_box))
@@ -208,7 +208,7 @@ impl Shape {
     }
 }
 
-/// The least box around points.
+/// Returns the smallest box around points.
 pub(super) fn bounds(points: impl IntoIterator<Item = DVec3>) -> Option<[DVec3; 2]> {
     points.into_iter().fold(None, |bounds, point| match bounds {
         None => Some([point; 2]),

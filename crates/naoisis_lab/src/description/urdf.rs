@@ -8,10 +8,10 @@ use super::meshes;
 use super::tree::{Camera, CameraAxes, Fov, Joint, Link, Shape, Tree};
 use super::xml::Element;
 
-/// The most links of a robot that are read.
+/// Number of links of a robot at most.
 pub(super) const MOST_LINKS: usize = 2000;
 
-/// The robot of a `<robot>` element.
+/// Reads the robot in a `<robot>` element.
 pub(super) fn read(robot: &Element, path: &Path) -> Result<Tree, DescriptionError> {
     let mut warnings = Vec::new();
     let links: Vec<&Element> = robot.all("link").collect();
@@ -45,7 +45,7 @@ pub(super) fn read(robot: &Element, path: &Path) -> Result<Tree, DescriptionErro
         };
         return Err(robot.place.wrong(problem));
     };
-    // Parents come before their children.
+    // Sort the links, so that parents come before their children.
     let mut order = vec![root];
     let mut next = 0;
     while let Some(&parent) = order.get(next) {
@@ -103,7 +103,7 @@ fn read_joint(joint: &Element) -> Result<Option<Joint>, DescriptionError> {
 fn read_link(link: &Element, path: &Path, warnings: &mut Vec<String>) -> Result<Link, DescriptionError> {
     let mut shapes = Vec::new();
     for (word, is_collision) in [("collision", true), ("visual", false)] {
-        // What is drawn says something only of links without collisions.
+        // Visual shapes are used only if the link has no collision shapes.
         for element in link.all(word).filter(|_| is_collision || link.child("collision").is_none()) {
             let Some(geometry) = element.child("geometry").and_then(|geometry| geometry.children.first()) else {
                 continue;
@@ -134,7 +134,7 @@ fn read_link(link: &Element, path: &Path, warnings: &mut Vec<String>) -> Result<
     })
 }
 
-/// Half the size of a geometry and its middle, m.
+/// Returns half the size of a geometry and the position of its centre, m.
 fn read_geometry(geometry: &Element, path: &Path) -> Result<Option<(DVec3, DVec3)>, DescriptionError> {
     let needs = |name: &str| {
         let number = geometry.number(name)?;
@@ -158,7 +158,7 @@ fn read_geometry(geometry: &Element, path: &Path) -> Result<Option<(DVec3, DVec3
     Ok(Some((half, DVec3::ZERO)))
 }
 
-/// The file of a mesh: relative to the description, or to a folder above it for `package://NAME/...`.
+/// Returns the file of a mesh: relative to the description, or to one of its parent folders for `package://NAME/...`.
 fn mesh_file(name: &str, path: &Path) -> PathBuf {
     let folder = path.parent().unwrap_or(Path::new(""));
     if let Some(name) = name.strip_prefix("file://") {
@@ -173,7 +173,7 @@ fn mesh_file(name: &str, path: &Path) -> PathBuf {
     tried.into_iter().find(|file| file.is_file()).unwrap_or_else(|| folder.join(in_package))
 }
 
-/// The transform of the `<origin>` of an element.
+/// Returns the transform in the `<origin>` of an element.
 fn origin(element: &Element) -> Result<DAffine3, DescriptionError> {
     let Some(origin) = element.child("origin") else { return Ok(DAffine3::IDENTITY) };
     let xyz = origin.vector::<3>("xyz")?.map_or(DVec3::ZERO, DVec3::from);
@@ -185,7 +185,7 @@ fn origin(element: &Element) -> Result<DAffine3, DescriptionError> {
 /// Words in the names of links and joints of cameras.
 const CAMERA_WORDS: [&str; 6] = ["camera", "realsense", "zed_", "rgb", "_cam", "cam_"];
 
-/// Adds the frame of a link that may be that of a camera, by its name or by a sensor of Gazebo.
+/// Adds the frame of a link that may be a camera, by its name or by a Gazebo sensor.
 fn add_camera(
     link: &mut Link,
     element: &Element,

@@ -1,4 +1,4 @@
-//! XML files as trees of elements that know their place in the file.
+//! Reads XML files as trees of elements with their places in the file.
 
 use core::fmt;
 use roxmltree::{Document, Node, ParsingOptions};
@@ -8,11 +8,11 @@ use std::sync::Arc;
 use super::DescriptionError;
 use naoisis_core::read_file::read_file;
 
-/// The largest file that is read, bytes.
+/// Size limit of a file, bytes.
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
-/// The deepest nesting of elements that is read.
+/// Depth of nested elements at most.
 const DEEPEST: usize = 256;
-/// The most nodes of a file that are read.
+/// Number of nodes of a file at most.
 const MOST_NODES: u32 = 2_000_000;
 
 /// A place in a file.
@@ -25,13 +25,13 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The start of a file.
+    /// Returns the start of a file.
     pub fn start_of(path: &Path) -> Place {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         Place { file: name.as_ref().into(), line: 1, column: 1 }
     }
 
-    /// The error that something at this place is wrong.
+    /// Returns an error at this place.
     pub fn wrong(&self, problem: impl Into<String>) -> DescriptionError {
         let Place { file, line, column } = self;
         DescriptionError::Wrong { file: file.to_string(), line: *line, column: *column, problem: problem.into() }
@@ -50,7 +50,7 @@ pub(super) struct Element {
     pub name: String,
     pub attributes: Vec<(String, String)>,
     pub children: Vec<Element>,
-    /// Its text, without space at both ends.
+    /// The text, without blanks at both ends.
     pub text: String,
     pub place: Place,
 }
@@ -59,7 +59,7 @@ impl Element {
     /// Reads a file.
     ///
     /// # Errors
-    /// When it cannot be read, is no XML, or is a xacro file.
+    /// If the file cannot be read, is no XML, or is a xacro file.
     pub fn read(path: &Path) -> Result<Element, DescriptionError> {
         let unreadable = |reason: String| DescriptionError::Unreadable { file: path.display().to_string(), reason };
         let bytes = read_file(path, LARGEST_FILE_BYTES).map_err(|problem| unreadable(problem.to_string()))?;
@@ -111,33 +111,33 @@ impl Element {
         })
     }
 
-    /// The children of this name.
+    /// Returns the children with this name.
     pub fn all<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> {
         self.children.iter().filter(move |child| child.name == name)
     }
 
-    /// The first child of this name.
+    /// Returns the first child with this name.
     pub fn child(&self, name: &str) -> Option<&Element> {
         self.children.iter().find(|child| child.name == name)
     }
 
-    /// An attribute.
+    /// Returns an attribute.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(own, _)| own == name).map(|(_, value)| value.as_str())
     }
 
-    /// An attribute that must be there.
+    /// Returns a required attribute.
     ///
     /// # Errors
-    /// When it is missing.
+    /// If the attribute is missing.
     pub fn needs(&self, name: &str) -> Result<&str, DescriptionError> {
         self.attribute(name).ok_or_else(|| self.place.wrong(format!("<{}> has no `{name}`", self.name)))
     }
 
-    /// The numbers of an attribute, from `least` to `most` of them; `None` without it.
+    /// Returns the numbers of an attribute, between `least` and `most` of them. Returns `None` if the attribute is missing.
     ///
     /// # Errors
-    /// When it has another number of them, or something else.
+    /// If there is another number of values, or a value is no number.
     pub fn numbers(&self, name: &str, least: usize, most: usize) -> Result<Option<Vec<f64>>, DescriptionError> {
         let Some(text) = self.attribute(name) else { return Ok(None) };
         let number = |word: &str| word.parse::<f64>().ok().filter(|number| number.is_finite());
@@ -152,18 +152,18 @@ impl Element {
         }
     }
 
-    /// The `N` numbers of an attribute; `None` without it.
+    /// Returns the `N` numbers of an attribute. Returns `None` if the attribute is missing.
     ///
     /// # Errors
-    /// When it has another number of them, or something else.
+    /// If there is another number of values, or a value is no number.
     pub fn vector<const N: usize>(&self, name: &str) -> Result<Option<[f64; N]>, DescriptionError> {
         Ok(self.numbers(name, N, N)?.and_then(|numbers| numbers.try_into().ok()))
     }
 
-    /// The number of an attribute; `None` without it.
+    /// Returns the number of an attribute. Returns `None` if the attribute is missing.
     ///
     /// # Errors
-    /// When it is no number.
+    /// If the value is no number.
     pub fn number(&self, name: &str) -> Result<Option<f64>, DescriptionError> {
         Ok(self.vector::<1>(name)?.map(|[number]| number))
     }
@@ -212,7 +212,7 @@ mod tests {
             "{error}"
         );
         assert!(parse("<robot><xacro:a/></robot>").unwrap_err().contains("xacro some/robot.urdf >"));
-        // What xacro has expanded still names it.
+        // Expanded xacro files still have its namespace.
         parse(&format!("<robot {uri}><link name='a'/></robot>")).unwrap();
     }
 }

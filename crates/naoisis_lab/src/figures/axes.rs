@@ -8,7 +8,7 @@ use naoisis_record::record::canvas::{Anchor, Canvas, INK, PAPER, width_of_words}
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::appearance::scene::Scene;
 
-/// The height of numbers at axes, points.
+/// Height of numbers at axes, points.
 const NUMBERS: f32 = 17.0;
 /// The height of labels of axes, points.
 const LABELS: f32 = 19.0;
@@ -29,7 +29,7 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// The point of a pair of values (across, up).
+    /// Returns the point of a pair of values (across, up).
     pub fn place(&self, values: Vec2) -> Vec2 {
         let share = |value: f32, [from, to]: [f32; 2]| (value - from) / (to - from);
         self.at + self.size * Vec2::new(share(values.x, self.across), 1.0 - share(values.y, self.up))
@@ -107,7 +107,7 @@ impl Plan {
         Plan { axes: Axes { at, size, across, up }, origin: Vec2::ZERO, x_is_up }
     }
 
-    /// The plan with axes that count from `origin`.
+    /// Returns the plan with axes that count from `origin`.
     pub fn counted_from(self, origin: Vec2) -> Plan {
         let [across, up] = if self.x_is_up { [origin.y, origin.x] } else { [origin.x, origin.y] };
         let axes = Axes {
@@ -123,13 +123,13 @@ impl Plan {
         self.axes.size.x / (self.axes.across[1] - self.axes.across[0]).abs()
     }
 
-    /// The point of a position in the pitch frame.
+    /// Returns the point of a position in the pitch frame.
     pub fn place(&self, point: Vec2) -> Vec2 {
         let offset = point - self.origin;
         self.axes.place(if self.x_is_up { offset.yx() } else { offset })
     }
 
-    /// The points of positions in the pitch frame.
+    /// Returns the points of positions in the pitch frame.
     pub fn places(&self, points: impl IntoIterator<Item = Vec2>) -> Vec<Vec2> {
         points.into_iter().map(|point| self.place(point)).collect()
     }
@@ -197,7 +197,7 @@ mod tests {
         assert!(plan.place(Vec2::new(2.0, 0.0)).abs_diff_eq(Vec2::new(310.0, 70.0), 1e-3));
         let turned = Plan { ..Plan::new(Vec2::ZERO, Vec2::splat(200.0), Vec2::ZERO, 100.0, true) };
         assert!(turned.place(Vec2::new(0.5, 0.25)).abs_diff_eq(Vec2::new(75.0, 50.0), 1e-3));
-        // The axes count from elsewhere, the places stay.
+        // The origin of the axes has moved, but the places stay.
         let moved = turned.counted_from(Vec2::new(0.3, 0.1));
         assert!(moved.place(Vec2::new(0.5, 0.25)).abs_diff_eq(Vec2::new(75.0, 50.0), 1e-3));
         assert!((moved.axes.up[0] + 1.3).abs() < 1e-6 && (moved.axes.across[0] - 0.9).abs() < 1e-6);

@@ -34,7 +34,7 @@ fn scenario(model: &RobotModel) -> Result<String, FigureError> {
     let scenario = json!({
         "rules": "free", "seed": 7, "ball": { "position_m": [0.2, -0.55] },
         "robots": [
-            // While nobody looks, it comes nearer.
+            // The opponent comes nearer while the robot looks elsewhere.
             { "team": "blue", "number": 1, "pose": [-0.62, 0.16, -20.0], "behaviour": { "script": [
                 { "from_s": 2.9, "until_s": 4.2, "walk": [0.005, 0.0, 0.0] }
             ] } },
@@ -135,7 +135,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let seen = seen.ok_or(missing("the opponent was not seen"))?;
     let before_echo = |index: &usize| samples[*index + 1].heard() && samples[*index].track().is_some();
     let remembered = (seen..samples.len() - 1).find(before_echo).ok_or(missing("the opponent was not heard"))?;
-    // The echo has been taken for what it says after a few cycles.
+    // After a few cycles the robot believes the echo.
     let heard = (remembered + 12).min(samples.len() - 1);
     let nothing = seen.saturating_sub(24);
 
@@ -183,7 +183,7 @@ fn draw_stage(
     let mut picture = Canvas::scaled(plan.axes.size, canvas.scale(), PAPER);
     let inner = Plan { axes: Axes { at: Vec2::ZERO, ..plan.axes }, ..plan };
     inner.picture(&mut picture, &sample.scene);
-    // What the robot perceives with.
+    // The sectors of the sensors.
     let view = inner.places(sector(sample.own, sample.head.yaw, senses.half_view, [0.08, 4.0]));
     picture.fill(&view, PAPER, 0.13);
     picture.outline(&view, GREY, 1.5);
@@ -196,7 +196,7 @@ fn draw_stage(
             bright_line(&mut picture, &echo, ORANGE, 4.0);
         }
     }
-    // What it makes of that.
+    // The resulting belief.
     let own = sample.belief.pose_in_pitch(End::PositiveX);
     let [xx, xy, yy, ..] = sample.belief.pose_covariance;
     draw_pose(&mut picture, &inner, own);

@@ -40,7 +40,7 @@ const SAME_DEG: f32 = 0.5;
 /// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let alone = FigureMatch::begin(model, r#"{ "rules": "free", "ball": null, "robots": [{ "number": 1 }] }"#)?;
-    // A head that reaches none of these angles, or few of them, has so many views and no more.
+    // A head that reaches only some of these angles gets only those views.
     let looks = distinct(HEAD_DEG.map(|angles| alone.within_head_limits(BLUE, angles)));
     let script: Vec<String> = looks
         .iter()
@@ -62,7 +62,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     };
     let width = view_width(&cameras, &camera, looks.len());
     let [own_width, own_height] = camera.size.unwrap_or([cameras.width, cameras.height]);
-    // One view has both rows for itself.
+    // A single view takes both rows.
     let view_height = width * own_height as f32 / own_width as f32;
     let row_height = if looks.len() > 1 { view_height + BETWEEN } else { ROW };
     let mut canvas = Canvas::scaled(Vec2::new(PAGE_WIDTH, 672.0 + 2.0 * row_height), scale, PAPER);

@@ -135,7 +135,7 @@ fn draw_plan(canvas: &mut Canvas, samples: &[Sample], hit: usize, base: [Vec2; 4
         ),
         (contact, contact + 0.45 * leaving.normalize_or(Vec2::X), leaving, SKY_BLUE),
     ] {
-        // Beside the way of the ball, on its left.
+        // Beside the path of the ball, on its left.
         let beside = velocity.normalize_or(Vec2::X).perp() * 0.09;
         let ends = [from, to].map(|place| plan.place(place + beside));
         bright_arrow(canvas, ends, colour, 3.0);
@@ -162,7 +162,7 @@ fn draw_speed(canvas: &mut Canvas, samples: &[Sample], hit: usize) {
     canvas.words("collision", Vec2::new(x + 10.0, at.y + 28.0), 19.0, Anchor::Left, INK);
     canvas.line(&before, VERMILION, 4.0);
     canvas.line(&after, BLUE, 4.0);
-    // What it would have had with nothing in its way: it slows down as it did before.
+    // The speed without the collision: the ball slows down as it did before.
     let rate = ops::ln(samples[0].velocity.length() / samples[hit - 1].velocity.length())
         / (samples[hit - 1].time_s - samples[0].time_s) as f32;
     let free: Vec<Vec2> = (0..=40_u8)

@@ -40,7 +40,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     between(Vec2::new(-x, border), Vec2::new(x, border), &metres(pitch.length_m));
     between(Vec2::new(-x - 0.54, -y), Vec2::new(-x - 0.54, y), &metres(pitch.width_m));
     between(Vec2::new(x - 0.9, y), Vec2::new(x - 0.9, carpet.y), &metres(pitch.border_m));
-    // On it.
+    // On the pitch.
     let area = pitch.penalty_area;
     between(Vec2::new(-x, 1.45), Vec2::new(-x + area.depth_m, 1.45), &metres(area.depth_m));
     between(
@@ -62,7 +62,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
 
     // The pitch frame.
     for (axis, name) in [(Vec2::X, "x"), (Vec2::Y, "y")] {
-        // The mark in its origin stays to be seen.
+        // The centre mark stays visible.
         let [from, to] = [plan.place(0.09 * axis), plan.place(0.42 * axis)];
         bright_arrow(&mut canvas, [from, to], YELLOW, 3.0);
         bright_words(&mut canvas, name, plan.place(0.42 * axis + Vec2::new(0.08, 0.04)), 22.0, Anchor::Middle);

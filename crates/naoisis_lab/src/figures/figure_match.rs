@@ -46,7 +46,7 @@ impl FigureMatch {
     /// # Errors
     /// When the scenario is invalid.
     pub fn begin(model: &RobotModel, scenario: &str) -> Result<FigureMatch, FigureError> {
-        // What is no object is refused with where and why.
+        // A value that is no object is refused, with its place and the reason.
         let mut fields: Value = serde_json::from_str(scenario).unwrap_or_else(|_| json!(scenario));
         if let Value::Object(fields) = &mut fields {
             fields.insert("model".to_owned(), json!(model.reference()));
@@ -68,22 +68,22 @@ impl FigureMatch {
         }
     }
 
-    /// The time of the match, s.
+    /// Returns the time of the match, s.
     pub fn time_s(&self) -> f64 {
         self.app.world().resource::<CycleClock>().end_time_s()
     }
 
-    /// The current scene.
+    /// Returns the current scene.
     pub fn scene(&self) -> &Scene {
         self.renderer.scene()
     }
 
-    /// A component of a robot; the default if the robot is not in the match.
+    /// Returns a component of a robot; the default if the robot is not in the match.
     pub fn robot<C: Component + Clone + Default>(&self, id: RobotId) -> C {
         self.app.robot::<C>(id).cloned().unwrap_or_default()
     }
 
-    /// The yaw and pitch of the head, degrees, limited to those that the robot can reach.
+    /// Returns the yaw and pitch of the head, degrees, limited to those that the robot can reach.
     pub fn within_head_limits(&self, id: RobotId, [yaw, pitch]: [f32; 2]) -> [f32; 2] {
         let limits = self.robot::<HeadLimits>(id).reached_from(self.robot::<HeadAngles>(id));
         let within = |angle: f32, [least, most]: [f32; 2]| angle.max(to_degrees(least)).min(to_degrees(most));
@@ -91,18 +91,18 @@ impl FigureMatch {
         [yaw, within(pitch, limits.pitch_at(to_radians(yaw)))]
     }
 
-    /// The height of its robots, as a multiple of the NAO's.
+    /// Returns the height of its robots, as a multiple of the NAO's.
     pub fn height_in_naos(&self, id: RobotId) -> f32 {
         self.robot::<Body>(id).height_m / Body::default().height_m
     }
 
-    /// The current image of a robot's camera as a view of `width` points with smooth edges. `None` if the robot or the
+    /// Returns the current image of a robot's camera as a view of `width` points with smooth edges. `None` if the robot or the
     /// camera does not exist.
     pub fn view_of_robot(&self, id: RobotId, side: CameraName, width: f32, scale: f32) -> Option<(View, CameraView)> {
         view_of_robot(self.scene(), &self.robot(id), id, side, width, scale)
     }
 
-    /// The position of the ball, m, pitch frame; the origin if there is none.
+    /// Returns the position of the ball, m, pitch frame; the origin if there is none.
     pub fn ball(&self) -> Vec2 {
         self.app.ball().unwrap_or_default().position
     }
@@ -122,23 +122,23 @@ pub fn draw_with(scene: &Scene, view: &View, design: RobotDesign, layers: Layers
     image
 }
 
-/// The samples per side of a pixel for a picture of this size.
+/// Returns the samples per side of a pixel for a picture of this size.
 pub fn supersampling([width, height]: [u32; 2]) -> u32 {
     (MOST_SAMPLES / width.max(height).max(1)).clamp(1, 3)
 }
 
-/// The pixels of an area of points.
+/// Returns the pixels of an area of points.
 pub fn pixels(size: Vec2, scale: f32) -> [u32; 2] {
     (size * scale).round().to_array().map(|side| (side as u32).max(1))
 }
 
-/// A perspective view from `eye` to `target`, for an area of points.
+/// Returns a perspective view from `eye` to `target`, for an area of points.
 pub fn view_from(eye: Vec3, target: Vec3, vertical_fov: f32, size: Vec2, scale: f32) -> View {
     let size = pixels(size, scale);
     View { supersampling: supersampling(size), ..View::looking_at(eye, target, vertical_fov, size) }
 }
 
-/// A view straight down on `centre`, for an area of points; with +x to the right, or up if `x_is_up`.
+/// Returns a view straight down on `centre`, for an area of points; with +x to the right, or up if `x_is_up`.
 pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size: Vec2, scale: f32) -> View {
     let pixels = pixels(size, scale);
     let size = Vec2::from(pixels.map(|side| side as f32));
@@ -157,7 +157,7 @@ pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size:
     }
 }
 
-/// The image of a camera of a robot in a scene, as for [`FigureMatch::view_of_robot`].
+/// Returns the image of a camera of a robot in a scene, as for [`FigureMatch::view_of_robot`].
 pub fn view_of_robot(
     scene: &Scene,
     settings: &CameraSettings,

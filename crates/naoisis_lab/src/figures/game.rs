@@ -38,7 +38,7 @@ struct Sample {
 
 /// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
-    // Who sees nothing scores no goal that could be waited for.
+    // A robot without a camera does not score, so there would be no goal to wait for.
     if model.scenario()?.settings.cameras.mounts.as_slice().is_empty() {
         return Err(FigureError::Lacking { figure: 8, what: "what a camera sees" });
     }
@@ -67,7 +67,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
         let view = View { supersampling: supersampling(size), ..view_of_field(&sample.scene.pitch, size) };
         canvas.pixels(&figure_match::draw(&sample.scene, &view), at);
         if let Some(pixel) = sample.scene.ball.and_then(|ball| view.project(ball.centre())) {
-            // The ball is so small that nobody would find it.
+            // The ball is so small that it needs a ring.
             let ring = ellipse(at + pixel / scale, Vec2::X * 9.0, Vec2::Y * 9.0);
             canvas.outline(&ring, YELLOW, 2.0);
         }

@@ -43,7 +43,7 @@ struct Shown {
     words: Cow<'static, str>,
 }
 
-/// The kicks of a robot that are shown: those of the paper's figure, else others that it has.
+/// The kicks of a robot that are shown: those of the paper's figure, otherwise others that it has.
 fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
     let shown = |kick: KickType, words: &str, ball: &dyn Fn(&KickGeometry) -> Vec2| {
         let geometry = settings.geometry(kick)?;
@@ -71,7 +71,7 @@ fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
         shown(KickType::LeftStraight, "Left straight kick", &best),
         shown(KickType::LeftSide, "Left side kick", &best),
     ];
-    // Those of its own show what no other robot has: as many of them as have room.
+    // Custom kicks, as many as fit.
     let own = settings.own.iter().filter_map(|(name, _)| {
         let kick = KickType::Custom(*name);
         let words = format!("Kick {}", kick.words());
@@ -85,7 +85,7 @@ fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
         Some(Shown { aim, words: words.into(), ..ahead })
     });
     let mut chosen: Vec<Shown> = first.into_iter().flatten().chain(own).take(MOST_SHOWN).collect();
-    // The order is that of the paper: from what it does best to what does not work.
+    // The paper's order: from the best kick to one that does not work.
     chosen.extend(more.into_iter().flatten());
     chosen.truncate(MOST_SHOWN);
     chosen
@@ -195,7 +195,7 @@ fn draw_view(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2)
 /// Draws a plan of the rectangle, the tip of the foot, and the ray from it through the ball.
 fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2, is_first: bool) {
     let &Shown { kick, geometry, ball, aim, .. } = shown;
-    // As large as the rectangle of a NAO's kicks, which end 23 cm ahead.
+    // The size is relative to the rectangle of a NAO's kicks, which end 23 cm ahead.
     let size = (geometry.x_m[1] / 0.23).max(1.0);
     let centre = ROBOT.transform_point(Vec2::new(0.13 * size, 0.0));
     let plan = Plan::new(at, Vec2::new(WIDTH, 250.0), centre, 740.0 / size, true).counted_from(ROBOT.position);
@@ -206,7 +206,7 @@ fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2
     canvas.dashes(&closed(&area), PAPER, 2.0);
     let strike = played.robot::<KickSettings>(BLUE).strike(kick, ball, aim);
     if strike.is_some() && !geometry.admits(ball) {
-        // From the wrong side it is a straight kick, whose rectangle this is.
+        // From the wrong side this is a straight kick, with this rectangle.
         let straight = played.robot::<KickSettings>(BLUE).geometry(KickType::RightStraight).unwrap_or(geometry);
         canvas.dashes(&closed(&plan.places(reach(&straight))), YELLOW, 1.6);
     }
@@ -255,7 +255,7 @@ mod tests {
         let of_k1 = shown(&kicks("booster_k1"));
         assert_eq!((of_k1.len(), of_k1[0].0.as_str()), (4, "right_straight"));
         assert!(of_k1.iter().any(|(kick, aim)| kick == "visual" && *aim > 0.2), "{of_k1:?}");
-        // The paper's figure is the paper's.
+        // With the NAO, the figure is that of the paper.
         let words: Vec<String> = kicks_of(&kicks("nao")).into_iter().map(|shown| shown.words.into_owned()).collect();
         assert_eq!(words[1], "Right straight kick, at an angle");
         assert_eq!(shown(&KickSettings { own: kicks("booster_k1").own, ..kicks("rover") }).len(), 4);

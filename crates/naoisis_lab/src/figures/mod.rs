@@ -26,19 +26,19 @@ mod sonar;
 /// Why a figure cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum FigureError {
-    /// Its scenario is invalid.
+    /// The scenario of the figure is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// Its scenario cannot be started.
+    /// The scenario of the figure cannot be started.
     #[error(transparent)]
     Start(#[from] ScenarioFault),
-    /// It cannot be written.
+    /// The figure cannot be written.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// It shows something that the robot does not have.
+    /// The robot does not have something that the figure shows.
     #[error("figure {figure} shows {what}, and the robot has none")]
     Lacking {
-        /// Its number in the paper.
+        /// Number of the figure in the paper.
         figure: u8,
         /// What the robot lacks.
         what: &'static str,
@@ -46,15 +46,15 @@ pub enum FigureError {
     /// The robot is so large that parts of the figure would overlap.
     #[error("figure {figure} has no room for a robot of this size: {problem}")]
     TooLarge {
-        /// Its number in the paper.
+        /// Number of the figure in the paper.
         figure: u8,
         /// What overlaps.
         problem: String,
     },
-    /// The event that it shows did not happen.
+    /// The event that the figure shows did not happen.
     #[error("figure {figure} has nothing to show: {missing}")]
     Missing {
-        /// Its number in the paper.
+        /// Number of the figure in the paper.
         figure: u8,
         /// The event.
         missing: &'static str,
@@ -64,9 +64,9 @@ pub enum FigureError {
 /// A figure of the paper.
 #[derive(Clone, Copy, Debug)]
 pub struct Figure {
-    /// Its number in the paper.
+    /// Number in the paper.
     pub number: u8,
-    /// Its subject in a word.
+    /// Subject, in a word.
     pub name: &'static str,
     draw: fn(&RobotModel, f32) -> Result<Image, FigureError>,
 }
@@ -84,15 +84,15 @@ pub const FIGURES: [Figure; 8] = [
 ];
 
 impl Figure {
-    /// The name of its file.
+    /// Returns the name of its file.
     pub fn file_name(&self) -> String {
         format!("figure_{}_{}.png", self.number, self.name)
     }
 
-    /// Draws the figure with robots of `model`; `scale` is the number of pixels per point.
+    /// Draws the figure with robots of `model`. `scale` is the number of pixels per point.
     ///
     /// # Errors
-    /// When its match cannot be played, or the robot does not have what it shows.
+    /// If its match cannot be played, or the robot does not have what the figure shows.
     pub fn draw(&self, model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
         (self.draw)(model, scale).map_err(|error| {
             let problem = match &error {
@@ -100,7 +100,7 @@ impl Figure {
                 FigureError::Start(fault) => fault.message.clone(),
                 _ => return error,
             };
-            // What is wrong with the model itself is said as such.
+            // A fault of the model itself is reported as such.
             if model.scenario().is_ok() { FigureError::TooLarge { figure: self.number, problem } } else { error }
         })
     }

@@ -49,7 +49,7 @@ enum Side {
 /// Draws the sheet of a model.
 ///
 /// # Errors
-/// When the model makes no valid scenario, or its match cannot start.
+/// If the model makes no valid scenario, or its match cannot start.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     remark(&mut canvas, &format!("{}: {}", model.name, model.description), Vec2::new(60.0, 34.0));
@@ -80,7 +80,7 @@ fn scene_of(pose: Pose, ball_m: Option<f32>) -> String {
     let mut robots = vec![robot("blue", [pose.position.x, pose.position.y, to_degrees(pose.heading)])];
     let mut scenario = json!({ "realism": "realistic", "rules": "free", "field": "spl2025" });
     if let Some(ball_m) = ball_m {
-        // As far behind the ball as that is from the robot, but for what is beside each other.
+        // The other robot is as far behind the ball as the ball is from the robot, apart from objects side by side.
         let other_m = if ball_m > 1.2 { 2.0 * ball_m } else { 2.0 };
         robots.push(robot("pink", [pose.position.x + other_m, 0.5, 200.0]));
         scenario["ball"] = json!({ "position_m": [pose.position.x + ball_m, -0.2] });
@@ -204,7 +204,7 @@ fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) 
         canvas.outline(&corners.map(place), colours::CARPET, 1.5);
         let from = geometry.best_m;
         let most = geometry.aims_within();
-        // A kick that can be aimed has the fan of where it sends the ball.
+        // A kick that can be aimed gets a fan of its directions.
         for wanted in if most > 0.0 { vec![-most, 0.0, most] } else { vec![0.0] } {
             let to = from + 0.08 * geometry.leaves(from, wanted);
             canvas.arrow(place(from), place(to), INK, 2.0);

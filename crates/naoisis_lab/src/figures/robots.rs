@@ -26,7 +26,7 @@ const SAMPLES: u32 = 4;
 
 /// Draws the figure.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
-    // They stand on the halfway line, and the eye is beside the pitch: there is nothing between.
+    // The robots stand on the halfway line, and the eye is beside the pitch, so that nothing is in between.
     let robot = |team: &str, heading_deg: f32| {
         let scenario = format!(
             r#"{{ "rules": "free", "ball": null,

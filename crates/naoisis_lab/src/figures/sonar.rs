@@ -153,7 +153,7 @@ fn own_sectors(canvas: &mut Canvas, model: &RobotModel) -> Result<SonarSettings,
     );
     let words = format!("\u{b1}{}", degrees(settings.half_angle));
     bright_words(canvas, &words, from_robot(0.49 * size, -settings.heading) + Vec2::Y * 6.0, 20.0, Anchor::Middle);
-    // Their range, beside them.
+    // The range, beside the sectors.
     let left_edge = settings.heading + settings.half_angle;
     let beside = unit(left_edge).perp() * 0.05 * size;
     let along = |distance: f32| plan.place(PLACE + distance * unit(left_edge) + beside);

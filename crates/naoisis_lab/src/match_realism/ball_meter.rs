@@ -1,4 +1,4 @@
-//! What happens to the ball in a match: its way, kicks and what became of them, the robots around it.
+//! Measures the ball in a match: its path, the kicks and their results, and the robots around it.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -12,30 +12,30 @@ use naoisis_record::record::match_counts::kicks::{KickEnd, KickFollower, StruckK
 use naoisis_sim::interface::cycle_record::{BallRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// A robot that is nearer to the ball is at it, m.
+/// Distance to the ball within which a robot is at the ball, m.
 const AT_BALL_M: f32 = 0.5;
-/// A robot that is nearer to the ball is in the crowd around it, m.
+/// Distance to the ball within which a robot belongs to the crowd, m.
 const CROWD_M: f32 = 1.0;
-/// The number of robots that are a crowd.
+/// Number of robots that make a crowd.
 const CROWD: usize = 4;
-/// A ball that is faster rolls, m/s.
+/// Speed from which on the ball rolls, m/s.
 const ROLLS_MPS: f32 = 0.05;
-/// A ball that has rested for longer without a touch is left alone, s.
+/// Time without motion or touch after which a ball is left alone, s.
 const LEFT_ALONE_S: f64 = 2.0;
-/// A ball that is nearer to a side line is at the side, m.
+/// Distance to a touchline within which the ball is at the side, m.
 const AT_SIDE_M: f32 = 0.5;
 
 /// Measures the ball.
 pub(super) struct BallMeter {
     follower: KickFollower,
-    /// Where the ball was after the cycle before, m.
+    /// The position of the ball after the previous cycle, m.
     last_m: Option<Vec2>,
-    /// Since when each robot has been at the ball, s.
+    /// The time at which each robot arrived at the ball, s.
     at_ball_since: BTreeMap<RobotId, f64>,
-    /// When `playing` began, s, until the first touch.
+    /// The time at which `playing` began, s. `None` after the first touch.
     whistled_at: Option<f64>,
     was_playing: bool,
-    /// Since when the ball has rested without a touch, s.
+    /// The time since when the ball has rested without a touch, s.
     alone_since: Option<f64>,
 }
 
@@ -53,7 +53,7 @@ impl BallMeter {
 
     pub(super) fn look(&mut self, cycle: MeteredCycle, field: &mut FieldMeasures) {
         let MeteredCycle { record, is_playing, duration_s } = cycle;
-        // What happened before measuring began does not count.
+        // Events before the start of measuring do not count.
         let is_touched = duration_s > 0.0 && self.note_kicks(cycle, field);
         for (kick, end) in self.follower.look(&Observed::from(record)) {
             self.note_end(kick, end, field);
@@ -104,12 +104,12 @@ impl BallMeter {
             KickEnd::Stopped => NextTouch::Stopped,
         };
         *field.next_touches.entry(touch).or_default() += 1;
-        // After the cycle the ball may be somewhere else: kicked again, or put down.
+        // After the cycle the ball may have been kicked again or put down, so its last position is used.
         let way_m = self.last_m.map(|last_m| f64::from(last_m.distance(kick.position_m)));
         field.kick_ways_m.extend(way_m);
     }
 
-    /// Looks at the ball in play and at the robots around it.
+    /// Measures the ball in play and the robots around it.
     fn look_at(&mut self, ball: &BallRecord, is_touched: bool, cycle: MeteredCycle, field: &mut FieldMeasures) {
         let MeteredCycle { record, duration_s, .. } = cycle;
         let place_m = ball.position_m.truncate();
@@ -154,7 +154,7 @@ impl BallMeter {
         }
     }
 
-    /// Ends the kick whose ball still rolls.
+    /// Ends the kick whose ball is still rolling.
     pub(super) fn finish(&mut self, field: &mut FieldMeasures) {
         if let Some((kick, end)) = self.follower.finish() {
             self.note_end(kick, end, field);
@@ -162,7 +162,7 @@ impl BallMeter {
     }
 }
 
-/// Whether the ball is put down somewhere else by an event, rather than rolling there.
+/// Returns whether the event puts the ball down somewhere else.
 fn puts_the_ball_down(event: &MatchEvent) -> bool {
     matches!(
         event,

@@ -1,4 +1,4 @@
-//! Simulated and real figures side by side.
+//! Compares simulated and real figures.
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -29,20 +29,20 @@ const CSV_COLUMNS: [&str; 15] = [
     "is_off",
 ];
 
-/// How sure the real figure of a row is.
+/// The certainty of a row's real figure, as a mark.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mark {
-    /// It was counted in a primary source: no mark.
+    /// The figure was counted in a primary source: no mark.
     Hard,
-    /// It is of one match, or derived: `~`.
+    /// The figure is of one match, or derived: `~`.
     Derived,
-    /// There is none: `?`.
+    /// There is no real figure: `?`.
     Unknown,
 }
 
 impl Mark {
-    /// The mark as printed.
+    /// Returns the mark as printed.
     pub fn sign(self) -> &'static str {
         match self {
             Mark::Hard => "",
@@ -52,35 +52,35 @@ impl Mark {
     }
 }
 
-/// A real figure with the name and the year of its matches.
+/// A real figure, with the name and the year of its matches.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[non_exhaustive]
 pub struct ComparedFigure {
     /// The figure.
     #[serde(flatten)]
     pub figure: RealFigure,
-    /// Which matches it is of.
+    /// The matches of the figure.
     pub name: String,
-    /// When these were played.
+    /// The year of these matches.
     pub year: String,
 }
 
-/// A quantity of simulated matches beside that of real ones.
+/// A quantity of simulated matches, compared with real matches.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[non_exhaustive]
 pub struct ComparedRow {
     /// The key of the quantity.
     pub key: String,
-    /// Its name as printed.
+    /// The name, as printed.
     pub name: String,
-    /// Its unit; empty for a number.
+    /// The unit; empty for a number.
     pub unit: &'static str,
-    /// What it is.
+    /// The definition of the quantity.
     pub definition: String,
-    /// The value of the matches with its 95 % interval.
+    /// The value for all matches, with its 95 % interval.
     #[serde(serialize_with = "finite")]
     pub estimate: Option<Estimate>,
-    /// How the interval is made.
+    /// The kind of the interval.
     pub interval: IntervalKind,
     /// The real figure.
     pub real: Option<ComparedFigure>,
@@ -102,7 +102,7 @@ impl ComparedRow {
         Self { key, name, unit, definition, estimate, interval, real }
     }
 
-    /// How sure the real figure is.
+    /// Returns the mark of the real figure's certainty.
     pub fn mark(&self) -> Mark {
         match self.real.as_ref().map(|real| real.figure.certainty) {
             Some(Certainty::Hard) => Mark::Hard,
@@ -111,15 +111,16 @@ impl ComparedRow {
         }
     }
 
-    /// The simulated value divided by the real one. `None` without one of them, of a bound, and for a real value of 0.
+    /// Returns the simulated value divided by the real one. Returns `None` if one of them is missing, if the real figure is a bound, or if
+    /// it is 0.
     pub fn ratio(&self) -> Option<f64> {
         let real = &self.real.as_ref()?.figure;
         let ratio = self.estimate?.value / real.value;
         (real.bound == Bound::Exact && ratio.is_finite()).then_some(ratio)
     }
 
-    /// Whether the simulated value is off: the two intervals have nothing in common, or the simulated one is beyond a bound. `None`
-    /// without one of the values, or where a real value has no interval.
+    /// Returns whether the values differ: their intervals do not overlap, or the simulated interval is beyond a bound. Returns `None` if a
+    /// value or the interval of an exact real value is missing.
     pub fn is_off(&self) -> Option<bool> {
         let real = &self.real.as_ref()?.figure;
         let Estimate { low, high, .. } = self.estimate?;
@@ -131,7 +132,7 @@ impl ComparedRow {
     }
 }
 
-/// Matches beside real ones.
+/// Simulated matches compared with real ones.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Comparison {
@@ -140,7 +141,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares `matches` of the scenario of this name with `real` figures: of several of a quantity, with the first.
+    /// Compares `matches` of the scenario with this name with `real` figures. If a quantity has several figures, the first is used.
     pub fn of(matches: &[MatchMeasures], real: &[RealFigures], scenario: &str) -> Self {
         let figure = |key: &str| {
             let mut of_scenario = real.iter().filter(|figures| figures.are_of(scenario));
@@ -157,12 +158,12 @@ impl Comparison {
         Self { rows: quantities(matches).into_iter().map(row).collect() }
     }
 
-    /// The row of a quantity.
+    /// Returns the row of a quantity.
     pub fn row(&self, key: &str) -> Option<&ComparedRow> {
         self.rows.iter().find(|row| row.key == key)
     }
 
-    /// The rows as JSON, with ratio, mark and verdict.
+    /// Returns the rows as JSON, with ratio, mark and verdict.
     pub fn to_json(&self) -> Value {
         let row = |row: &ComparedRow| {
             let mut value = json!(row);
@@ -174,10 +175,10 @@ impl Comparison {
         self.rows.iter().map(row).collect()
     }
 
-    /// Writes the rows as CSV, a line each.
+    /// Writes the rows as CSV, one line each.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn write_csv(&self, writer: impl io::Write) -> io::Result<()> {
         let mut table = csv::Writer::from_writer(writer);
         table.write_record(CSV_COLUMNS)?;
@@ -209,8 +210,8 @@ impl Comparison {
         table.flush()
     }
 
-    /// The values as figures of real matches, for a file: `name`, `year` and `source` say of which. Quantities that were not measured
-    /// are left out.
+    /// Returns the values as figures of real matches, for a file. `name`, `year` and `source` describe the matches. Quantities that were
+    /// not measured are left out.
     pub fn to_real_figures(&self, name: &str, year: &str, source: &str, matches: u32) -> RealFigures {
         let figure = |row: &ComparedRow| {
             let Estimate { value, low, high } = row.estimate?;

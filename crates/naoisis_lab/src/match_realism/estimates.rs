@@ -1,4 +1,4 @@
-//! Values of all matches together, with their intervals.
+//! Computes values of all matches together, with their intervals.
 
 use serde::Serialize;
 
@@ -6,33 +6,33 @@ use super::measures::MatchMeasures;
 use naoisis_core::random::RandomStream;
 use naoisis_core::statistics::{Estimate, quantile, share};
 
-/// Repetitions of the bootstrap.
+/// Number of bootstrap samples.
 const RESAMPLES: usize = 1000;
 
-/// How an interval of 95 % is made.
+/// The kind of a 95 % interval.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum IntervalKind {
     /// Between the 2.5 % and 97.5 % quantiles of the values of 1000 samples of matches, drawn with replacement (Efron 1979).
     Bootstrap,
-    /// Wilson's score interval of a share of matches.
+    /// Wilson's score interval, for a share of matches.
     Wilson,
 }
 
-/// A value of all matches together. `None` without what it is made of.
+/// Returns the value of all matches together, or `None` if data are missing.
 type Value = Box<dyn Fn(&[&MatchMeasures]) -> Option<f64>>;
-/// Whether a match is counted. `None` of matches that are left out.
+/// Returns whether a match counts, or `None` if it is left out.
 type Condition = fn(&MatchMeasures) -> bool;
 
-/// A quantity that simulated and real matches are compared by.
+/// A quantity by which simulated and real matches are compared.
 pub struct Quantity {
-    /// Its name in files.
+    /// The name in files.
     pub key: String,
-    /// Its name as printed.
+    /// The name as printed.
     pub name: String,
-    /// Its unit as printed; empty for a number.
+    /// The unit as printed; empty for a number.
     pub unit: &'static str,
-    /// What it is, in a line.
+    /// The definition, in a line.
     pub definition: String,
     statistic: Statistic,
 }
@@ -43,7 +43,7 @@ enum Statistic {
 }
 
 impl Quantity {
-    /// Creates a quantity whose value is that of all matches together.
+    /// Creates a quantity whose value is computed from all matches together.
     pub(super) fn new(
         [key, name, unit, definition]: [&'static str; 4],
         value: impl Fn(&[&MatchMeasures]) -> Option<f64> + 'static,
@@ -52,18 +52,18 @@ impl Quantity {
         Self { key: key.to_owned(), name: name.to_owned(), unit, definition: definition.to_owned(), statistic }
     }
 
-    /// Creates a quantity that is the share of matches of which something is true, %.
+    /// Creates a quantity that is the share of matches for which `is_true` holds, %.
     pub(super) fn share_of_matches([key, name, definition]: [&'static str; 3], is_true: Condition) -> Self {
         let statistic = Statistic::ShareOfMatches(is_true);
         Self { key: key.to_owned(), name: name.to_owned(), unit: "%", definition: definition.to_owned(), statistic }
     }
 
-    /// Gives it other words, for one of many of a kind.
+    /// Changes the words, for one of several similar quantities.
     pub(super) fn named(self, key: String, name: String, definition: String) -> Self {
         Self { key, name, definition, ..self }
     }
 
-    /// Its interval.
+    /// Returns the kind of the interval.
     pub fn interval(&self) -> IntervalKind {
         match self.statistic {
             Statistic::OfAll(_) => IntervalKind::Bootstrap,
@@ -71,8 +71,8 @@ impl Quantity {
         }
     }
 
-    /// Returns its value over `matches` with its 95 % interval. `None` if the matches do not have it; of a single match the interval
-    /// is infinite.
+    /// Returns the value over `matches` with its 95 % interval. Returns `None` if the matches do not have it. For a single match the
+    /// interval is infinite.
     pub fn estimate(&self, matches: &[&MatchMeasures]) -> Option<Estimate> {
         match &self.statistic {
             Statistic::OfAll(value) => bootstrap(matches, value),
@@ -84,7 +84,7 @@ impl Quantity {
     }
 }
 
-/// The value of `matches` with the interval of the bootstrap, whose random numbers are always the same.
+/// Returns the value of `matches` with its bootstrap interval. The random numbers are always the same.
 fn bootstrap(matches: &[&MatchMeasures], value_of: &Value) -> Option<Estimate> {
     let value = value_of(matches)?;
     if matches.len() < 2 {

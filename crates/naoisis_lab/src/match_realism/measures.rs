@@ -1,4 +1,4 @@
-//! What is measured of one match.
+//! The measures of a match.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use naoisis_core::team::{PerTeam, Team};
 use naoisis_record::record::game_controller_log::PICK_UP;
 use naoisis_record::record::match_counts::MatchCounts;
 
-/// What was measured of one match, simulated or real.
+/// The measures of a match, simulated or real.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub struct MatchMeasures {
@@ -22,7 +22,7 @@ pub struct MatchMeasures {
     pub game_s: f64,
     /// Time of all robots in `ready`, `set` and `playing`, s.
     pub robot_s: f64,
-    /// How much of it was without a penalty, s.
+    /// The part of `robot_s` without a penalty, s.
     pub active_s: f64,
     /// Penalties of both teams.
     pub penalties: BTreeMap<PenaltyGroup, u32>,
@@ -30,12 +30,12 @@ pub struct MatchMeasures {
     pub set_plays: BTreeMap<SetPlayKind, u32>,
     /// Messages that each team sent in `ready`, `set` and `playing`. `None` if they were not counted.
     pub messages: Option<PerTeam<u32>>,
-    /// What only those know who see robots and ball: `None` of a log of a GameController.
+    /// The measures of robots and ball. `None` for the log of a GameController, which does not have them.
     pub field: Option<FieldMeasures>,
 }
 
 impl MatchMeasures {
-    /// Returns what a GameController, too, knows of the match of these `counts`.
+    /// Returns the measures that a GameController also has, from the `counts` of a match.
     pub fn of_counts(counts: &MatchCounts, messages: Option<PerTeam<u32>>) -> Self {
         let both = |of: PerTeam<u32>| of.blue + of.pink;
         let mut penalties = BTreeMap::new();
@@ -65,7 +65,7 @@ impl MatchMeasures {
         }
     }
 
-    /// The goals of both teams.
+    /// Returns the goals of both teams.
     pub fn all_goals(&self) -> u32 {
         self.goals.blue + self.goals.pink
     }
@@ -100,7 +100,7 @@ pub enum PenaltyGroup {
 }
 
 impl PenaltyGroup {
-    /// All of them, as printed.
+    /// All groups, in the order in which they are printed.
     pub const ALL: [Self; 11] = [
         Self::Pushing,
         Self::IllegalPosition,
@@ -115,7 +115,7 @@ impl PenaltyGroup {
         Self::Other,
     ];
 
-    /// Returns the group of a reason. `None` for robots that take no part in a shot of a shoot-out, and substitutes.
+    /// Returns the group of a reason. Returns `None` for robots that take no part in a shot of a shoot-out, and for substitutes.
     pub fn of(reason: PenaltyReason) -> Option<Self> {
         Some(match reason {
             PenaltyReason::Pushing => Self::Pushing,
@@ -134,7 +134,7 @@ impl PenaltyGroup {
         })
     }
 
-    /// Its key in files, and its name as printed.
+    /// Returns the key in files and the printed name.
     pub fn words(self) -> [&'static str; 2] {
         match self {
             Self::Pushing => ["pushing", "pushing"],
@@ -152,44 +152,44 @@ impl PenaltyGroup {
     }
 }
 
-/// What became of a kick.
+/// What happened to the ball after a kick.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum NextTouch {
     /// A team-mate touched the ball next.
     Mate,
-    /// An opponent did.
+    /// An opponent touched the ball next.
     Opponent,
-    /// The kicker did, more than half a second later.
+    /// The kicker touched the ball again, more than half a second later.
     Kicker,
     /// The ball left the pitch.
     Out,
-    /// It was a goal.
+    /// The ball went into a goal.
     Goal,
     /// Play was stopped for another reason.
     Stopped,
 }
 
-/// What is measured of robots and ball. "In play" is the state `playing`; robots with a penalty are left out.
+/// The measures of robots and ball. "In play" is the state `playing`. Robots with a penalty are left out.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub struct FieldMeasures {
-    /// Time of robots in play, s.
+    /// Time of all robots in play, s.
     pub robot_play_s: f64,
-    /// Time of robots that lay or got up, in play, s.
+    /// Time in play of robots that were lying or getting up, s.
     pub lying_s: f64,
-    /// Time of upright field players in play, s.
+    /// Time in play of upright field players, s.
     pub field_player_s: f64,
-    /// How much of it was slower than 0.02 m/s, s.
+    /// The part of `field_player_s` in which they were slower than 0.02 m/s, s.
     pub standing_s: f64,
-    /// The way of upright robots in play, without steps under 0.1 m, m.
+    /// Distance that upright robots walked in play, m. Steps under 0.1 m are left out.
     pub walked_m: f64,
-    /// The distance of each field player in play, m, on average.
+    /// Mean distance that a field player walked in play, m.
     pub field_player_distance_m: Option<f64>,
     /// Falls in play, by cause.
     pub falls: BTreeMap<FallCause, u32>,
-    /// Times from falls until the robot stood again, s, of those that lay on the front.
+    /// Times from a fall until the robot stood again, for robots that lay on the front, s.
     pub get_up_front_s: Vec<f64>,
-    /// The same of those that lay on the back.
+    /// The same for robots that lay on the back.
     pub get_up_back_s: Vec<f64>,
     /// Contacts of team-mates in play.
     pub contacts_of_mates: u32,
@@ -199,39 +199,39 @@ pub struct FieldMeasures {
     pub ball_seen: Option<f64>,
     /// Time of robots within 3 m of the ball, in play, s.
     pub near_3_m_s: f64,
-    /// How much of it they recognised the ball, s.
+    /// The part of `near_3_m_s` in which the robot recognised the ball, s.
     pub seen_within_3_m_s: f64,
-    /// Times in play in which no robot of a team saw the ball, of more than 1 s, until one saw it again, s.
+    /// Times in play, longer than 1 s, in which no robot of a team saw the ball until one saw it again, s.
     pub ball_unknown_s: Vec<f64>,
-    /// The share of the time in which a robot's pose error is over 0.5 m.
+    /// Share of the time in which a robot's pose error is over 0.5 m.
     pub pose_over_half_m: Option<f64>,
     /// The same, over 1 m.
     pub pose_over_1_m: Option<f64>,
-    /// Each team's share in the possession.
+    /// Each team's possession.
     pub possession: PerTeam<Option<f64>>,
-    /// The way of the ball in play, m.
+    /// Length of the ball's path in play, m.
     pub ball_way_m: f64,
     /// Time in play in which the ball was faster than 0.05 m/s, s.
     pub ball_rolls_s: f64,
-    /// Time in play with the ball within 0.5 m of a side line, s.
+    /// Time in play with the ball within 0.5 m of a touchline, s.
     pub ball_at_side_s: f64,
     /// Balls that left the pitch.
     pub outs: u32,
     /// Kicks that struck the ball, by name without `left_` and `right_`.
     pub kicks: BTreeMap<String, u32>,
-    /// Kicks that missed it.
+    /// Kicks that missed the ball.
     pub kicks_missed: u32,
-    /// How far the ball was from the place of the kick when the next robot touched it, or it left the pitch, or play was stopped, m.
+    /// Distance between the place of the kick and the ball when the next robot touched it, it left the pitch, or play was stopped, m.
     pub kick_ways_m: Vec<f64>,
-    /// What became of the kicks.
+    /// What happened after the kicks.
     pub next_touches: BTreeMap<NextTouch, u32>,
-    /// How long the kicker had been within 0.5 m of the ball, s.
+    /// Times that the kicker had been within 0.5 m of the ball before a kick, s.
     pub near_before_kick_s: Vec<f64>,
-    /// The number of upright robots within 1 m of the ball, times the time in play, s.
+    /// Number of upright robots within 1 m of the ball, summed over the time in play, s.
     pub robots_near_ball_s: f64,
     /// Time in play with four such robots or more, s.
     pub four_near_ball_s: f64,
-    /// How much of it the ball had rested for 2 s without a touch, s.
+    /// The part of `four_near_ball_s` in which the ball had rested for 2 s without a touch, s.
     pub left_alone_s: f64,
     /// Time in play with upright robots of both teams within 0.5 m of the ball, s.
     pub contested_s: f64,
@@ -240,12 +240,12 @@ pub struct FieldMeasures {
 }
 
 impl FieldMeasures {
-    /// The number of falls.
+    /// Returns the number of falls.
     pub fn all_falls(&self) -> u32 {
         self.falls.values().sum()
     }
 
-    /// The number of kicks that struck the ball.
+    /// Returns the number of kicks that struck the ball.
     pub fn all_kicks(&self) -> u32 {
         self.kicks.values().sum()
     }

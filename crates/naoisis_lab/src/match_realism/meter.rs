@@ -1,4 +1,4 @@
-//! The observer that measures a match.
+//! Measures a match.
 
 use super::ball_meter::BallMeter;
 use super::measures::{FieldMeasures, MatchMeasures};
@@ -22,7 +22,7 @@ pub struct MatchMeter {
 }
 
 impl MatchMeter {
-    /// Creates a meter for matches of `scenario`. The first record that it [reads](Self::look) is where measuring begins.
+    /// Creates a meter for matches of `scenario`. Measuring begins with the first record that it [reads](Self::look).
     pub fn new(scenario: &Scenario) -> Self {
         Self {
             counts: MatchCounts::new(scenario),
@@ -35,7 +35,7 @@ impl MatchMeter {
         }
     }
 
-    /// Reads the next record. A shoot-out is not measured: the match is over before it.
+    /// Reads the next record. A shoot-out is not measured, because it comes after the match.
     pub fn look(&mut self, record: &CycleRecord) {
         if record.game.shoot_out.is_some() {
             return;
@@ -57,12 +57,12 @@ impl MatchMeter {
         }
     }
 
-    /// What has been counted by the one counter of a match.
+    /// Returns the counts of the match.
     pub fn counts(&self) -> &MatchCounts {
         &self.counts
     }
 
-    /// Ends measuring.
+    /// Ends measuring and returns the measures.
     pub fn finish(mut self) -> MatchMeasures {
         self.ball.finish(&mut self.field);
         let counts = &self.counts;
@@ -103,7 +103,7 @@ mod tests {
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);
 
-    /// Measures a match of blue 2 and pink 2 with a record a tenth of a second; `change` makes the record of a cycle.
+    /// Measures a match of blue 2 and pink 2 with a record every tenth of a second. `change` changes the record of a cycle.
     fn measured(cycles: u64, change: impl Fn(&mut CycleRecord)) -> MatchMeasures {
         let mut meter = MatchMeter::new(&Scenario { cycle_s: 0.1, ..default() });
         for cycle in 0..=cycles {
@@ -160,7 +160,7 @@ mod tests {
             match record.cycle {
                 10 => record.events.push(fall.clone()),
                 60 => record.events.push(MatchEvent::GotUp { robot: BLUE2 }),
-                // In `ready` it is no fall in play.
+                // In `ready` a fall does not count as in play.
                 90.. => {
                     record.game.state = GameState::Ready;
                     record.events.push(fall.clone());
@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn a_kick_has_its_way_its_next_touch_and_the_time_before() {
         let kicked = field(measured(60, |record| {
-            // Blue comes near after 1 s, kicks after 3 s; the ball rolls 1 m in 1 s, and pink has it.
+            // Blue comes near after 1 s and kicks after 3 s; the ball rolls 1 m in 1 s, and pink touches it.
             record.robots[0].pose.position.x = if record.cycle < 10 { -3.0 } else { -0.3 };
             let rolled_m = (record.cycle.saturating_sub(30) as f32 * 0.1).min(1.0);
             if let Some(ball) = &mut record.ball {
@@ -224,7 +224,7 @@ mod tests {
         use naoisis_core::camera_model::CameraName;
         use naoisis_sensing::sensing::vision::BallPercept;
         let unknown = field(measured(60, |record| {
-            // Blue sees it at the start and again after 4 s, and not for half a second later; pink always.
+            // Blue sees the ball at the start and again after 4 s, and not for half a second later; pink always sees it.
             let blue_sees = !(1..40).contains(&record.cycle) && !(50..55).contains(&record.cycle);
             let seen = BallPercept { camera: CameraName::TOP, pixel: Vec2::ZERO, position_m: Vec2::ZERO };
             record.robots[0].percepts.ball = blue_sees.then_some(seen);

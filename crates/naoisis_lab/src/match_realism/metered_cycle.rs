@@ -1,4 +1,4 @@
-//! A cycle of a match as the meters read it.
+//! A cycle of a match, as the meters read it.
 
 use naoisis_sim::interface::cycle_record::CycleRecord;
 
@@ -6,8 +6,8 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 #[derive(Clone, Copy)]
 pub(super) struct MeteredCycle<'a> {
     pub record: &'a CycleRecord,
-    /// Whether the ball is in play after it.
+    /// Whether the ball is in play after the cycle.
     pub is_playing: bool,
-    /// Its time, s; 0 where measuring begins.
+    /// Duration of the cycle, s; 0 at the start of measuring.
     pub duration_s: f64,
 }

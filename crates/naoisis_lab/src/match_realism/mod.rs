@@ -1,8 +1,8 @@
-//! Matches beside real ones: whole matches are played, counted, and compared with published figures of real matches.
+//! Compares simulated matches with real ones: plays whole matches, counts them, and compares them with published figures.
 //!
-//! A [`MatchMeter`] reads the record of each cycle and makes [`MatchMeasures`] of a match. Each [`Quantity`] is a value of all matches
-//! together with its 95 % interval, and each [`RealFigures`] a file with figures of real matches and their sources. A [`Comparison`] puts
-//! them side by side. `naoisis realism --match` prints it.
+//! A [`MatchMeter`] reads the record of each cycle and computes the [`MatchMeasures`] of a match. A [`Quantity`] is a value of all matches
+//! together with its 95 % interval. [`RealFigures`] are the contents of a file with figures of real matches and their sources. A
+//! [`Comparison`] compares the two. `naoisis realism --match` prints it.
 //!
 //! ```
 //! use bevy::prelude::*;

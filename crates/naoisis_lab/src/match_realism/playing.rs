@@ -1,4 +1,4 @@
-//! Plays the matches that are measured.
+//! Plays and measures matches.
 
 use bevy::prelude::*;
 use core::sync::atomic::AtomicBool;
@@ -18,10 +18,10 @@ use naoisis_sim::simulation::{MatchApp, play_in_order};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MatchFailure {
-    /// It cannot be started.
+    /// The match cannot be started.
     #[error("it cannot be started: {0}")]
     Start(#[from] ScenarioFault),
-    /// It panicked.
+    /// The match panicked.
     #[error("it panicked: {0}")]
     Panicked(String),
     /// An invariant of the simulation was broken.
@@ -29,17 +29,17 @@ pub enum MatchFailure {
     InvariantBroken(String),
 }
 
-/// Plays one match of `scenario` to its end, without a shoot-out, in an app that `simulator` makes, and measures it.
+/// Plays and measures one match of `scenario`, to its end but without a shoot-out, in an app made by `simulator`.
 ///
 /// # Errors
-/// When it cannot be started, panics, or breaks an invariant.
+/// If the match cannot be started, panics, or breaks an invariant.
 pub fn play_match(simulator: impl Fn() -> App, scenario: &Scenario) -> Result<MatchMeasures, MatchFailure> {
     let played = catch_unwind(AssertUnwindSafe(|| {
         let mut app = simulator();
         if !app.is_plugin_added::<GatherPlugin>() {
             app.add_plugins(GatherPlugin);
         }
-        // The matches have the cores.
+        // The matches themselves use the cores.
         app.insert_resource(SensingThreads(1));
         play_to_the_end(app.start_match(scenario)?.world_mut(), scenario)
     }));
@@ -72,8 +72,8 @@ fn play_to_the_end(world: &mut World, scenario: &Scenario) -> Result<MatchMeasur
     }
 }
 
-/// Plays `matches` of `scenario` on `threads` threads with seeds from `first_seed` on, and hands each seed with its measures to `finished`
-/// in the order of the seeds. When `stop` becomes true, the matches under way are finished and no others begin.
+/// Plays `matches` matches of `scenario` on `threads` threads with seeds from `first_seed` on, and passes each seed with its measures to
+/// `finished`, in the order of the seeds. When `stop` becomes true, the matches under way are finished and no others begin.
 pub fn play_matches(
     scenario: &Scenario,
     matches: usize,

@@ -1,4 +1,4 @@
-//! Figures of real matches, as data: files in `assets/real`, and those of users.
+//! Figures of real matches: files in `assets/real`, and users' own files.
 //!
 //! A file is RON, or JSON with the same names:
 //!
@@ -15,9 +15,8 @@
 //! )
 //! ```
 //!
-//! `low` and `high` are the ends of the 95 % interval; without them a difference is not judged. `certainty` is `hard` (the default),
-//! or `derived` for figures of one match and for those that follow from something else. `bound` is `exact` (the default), `at_least` or
-//! `at_most`.
+//! `low` and `high` are the ends of the 95 % interval; without them a difference is not judged. `certainty` is `hard` (the default), or
+//! `derived` for figures of a single match or computed from others. `bound` is `exact` (the default), `at_least` or `at_most`.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -28,9 +27,9 @@ use std::path::{Path, PathBuf};
 use super::quantities::quantities;
 use naoisis_core::read_file::read_file;
 
-/// The largest file that is read, bytes.
+/// Size limit of a file, bytes.
 const LARGEST_FILE: u64 = 1 << 20;
-/// The beginning of the keys of kicks by kind, of which there may be any.
+/// Prefix of the keys of kicks by kind. Any kind is possible.
 const KICK_KIND: &str = "kicks.";
 
 macro_rules! embedded {
@@ -39,26 +38,26 @@ macro_rules! embedded {
     };
 }
 
-/// The files that come with the program.
+/// The files that are embedded in the program.
 const BUILT_IN: [(&str, &str); 5] =
     embedded!["hsl_limits" "spl_2010" "spl_2022_2024" "spl_2023_b_human" "spl_2019_final"];
 
-/// How sure a real figure is.
+/// How certain a real figure is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Certainty {
-    /// Counted in a primary source.
+    /// The figure was counted in a primary source.
     #[default]
     Hard,
-    /// Of one match, or derived from something else.
+    /// The figure is of a single match, or derived from others.
     Derived,
 }
 
-/// What a real figure says of the true value.
+/// How a real figure relates to the true value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
-    /// It is the value.
+    /// The figure is the true value.
     #[default]
     Exact,
     /// The true value is at least as large.
@@ -73,25 +72,25 @@ pub enum Bound {
 pub struct RealFigure {
     /// The value, in the unit of its quantity.
     pub value: f64,
-    /// The lower end of its 95 % interval.
+    /// The lower end of the 95 % interval.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub low: Option<f64>,
-    /// The upper end.
+    /// The upper end of the 95 % interval.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high: Option<f64>,
-    /// How many it was counted over.
+    /// Size of the sample.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub n: Option<u32>,
-    /// What was counted over, such as `matches`.
+    /// What was sampled, such as `matches`.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub of: String,
-    /// How sure it is.
+    /// How certain the figure is.
     #[serde(default)]
     pub certainty: Certainty,
-    /// What it says of the true value.
+    /// How the figure relates to the true value.
     #[serde(default)]
     pub bound: Bound,
-    /// Where it comes from.
+    /// The source of the figure.
     pub source: String,
 }
 
@@ -99,14 +98,14 @@ pub struct RealFigure {
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RealFigures {
-    /// Which matches they are of.
+    /// The matches of the figures.
     pub name: String,
-    /// When these were played.
+    /// The year of these matches.
     pub year: String,
-    /// The scenarios that they are compared with; all if there are none.
+    /// The scenarios that the figures are compared with. If empty, all scenarios.
     #[serde(default)]
     pub scenarios: Vec<String>,
-    /// The figures by the keys of their quantities.
+    /// The figures, by the keys of their quantities.
     pub figures: BTreeMap<String, RealFigure>,
 }
 
@@ -119,18 +118,18 @@ pub enum RealFiguresError {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// It is no file with figures.
+    /// The file has no valid figures.
     #[error("{path}: {message}")]
     NotRead {
         /// The file.
         path: PathBuf,
-        /// Why, with the place.
+        /// The reason, with its place.
         message: String,
     },
-    /// There is no such quantity.
+    /// There is no quantity with this key.
     #[error(
         "{path}: there is no quantity `{key}`; expected one of those that `naoisis realism --match --explain` prints"
     )]
@@ -148,13 +147,13 @@ pub enum RealFiguresError {
         /// The key of its quantity.
         key: String,
     },
-    /// The folder has no such files.
+    /// The folder has no files with figures.
     #[error("{0}: the folder has no .ron or .json file; expected at least one")]
     Empty(PathBuf),
 }
 
 impl RealFigures {
-    /// Returns those that come with the program.
+    /// Returns the figures that are embedded in the program.
     pub fn built_in() -> Vec<Self> {
         // A test reads all of them.
         BUILT_IN
@@ -166,7 +165,7 @@ impl RealFigures {
     /// Reads a file, or all `.ron` and `.json` files of a folder in the order of their names.
     ///
     /// # Errors
-    /// When one cannot be read, or has a quantity that does not exist.
+    /// If a file cannot be read, or has a quantity that does not exist.
     pub fn read(path: &Path) -> Result<Vec<Self>, RealFiguresError> {
         if !path.is_dir() {
             return Ok(vec![Self::read_file(path)?]);
@@ -188,7 +187,7 @@ impl RealFigures {
         Self::from_text(&String::from_utf8_lossy(&bytes), path)
     }
 
-    /// Reads a text: JSON if the name of its file ends so, or else RON.
+    /// Reads a text: JSON if the file name ends in `.json`, otherwise RON.
     fn from_text(text: &str, path: &Path) -> Result<Self, RealFiguresError> {
         let is_json = path.extension().is_some_and(|extension| extension == "json");
         let read: Result<Self, String> = if is_json {
@@ -215,7 +214,7 @@ impl RealFigures {
         Ok(read)
     }
 
-    /// Whether they are compared with this scenario.
+    /// Returns whether the figures are compared with this scenario.
     pub fn are_of(&self, scenario: &str) -> bool {
         self.scenarios.is_empty() || self.scenarios.iter().any(|name| name == scenario)
     }
@@ -223,7 +222,7 @@ impl RealFigures {
     /// Returns the text of a file with these figures, in RON.
     ///
     /// # Errors
-    /// None but of memory.
+    /// If the figures cannot be serialised, which does not happen.
     pub fn to_ron(&self) -> Result<String, ron::Error> {
         let pretty =
             ron::ser::PrettyConfig::new().struct_names(false).extensions(ron::extensions::Extensions::IMPLICIT_SOME);

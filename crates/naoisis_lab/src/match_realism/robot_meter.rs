@@ -1,4 +1,4 @@
-//! What robots do in a match: walk, stand, fall, get up, touch each other, see the ball.
+//! Measures the robots in a match: walking, standing, falls, getting up, contacts, and how often they see the ball.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -10,21 +10,21 @@ use naoisis_core::robot::posture::{LyingOn, Posture};
 use naoisis_core::team::{PerTeam, RobotId};
 use naoisis_sim::interface::cycle_record::RobotRecord;
 
-/// The least step that counts as a way, m: as in the video analysis of B-Human.
+/// The least step that counts as walking, m, as in the video analysis of B-Human.
 const LEAST_STEP_M: f32 = 0.1;
-/// A robot that is slower stands, m/s.
+/// Speed below which a robot stands, m/s.
 const STANDS_MPS: f32 = 0.02;
-/// A ball that no robot of a team has seen for longer is unknown to it, s.
+/// Time after which a ball that no robot of a team has seen is unknown to the team, s.
 const UNKNOWN_AFTER_S: f64 = 1.0;
-/// A ball that is nearer should be seen, m.
+/// Distance within which the ball should be seen, m.
 const NEAR_BALL_M: f32 = 3.0;
 
 /// Measures robots.
 #[derive(Default)]
 pub(super) struct RobotMeter {
-    /// Where each robot's next step begins, while it is upright in play.
+    /// The start of each robot's next step, while the robot is upright in play.
     steps_from: BTreeMap<RobotId, Vec2>,
-    /// When each robot that lies fell, s, and the side of the body that is down.
+    /// When each lying robot fell, s, and the side of the body on which it lies.
     fell_at: BTreeMap<RobotId, (f64, LyingOn)>,
     /// When a robot of the team last saw the ball in this play, s.
     ball_seen_at: PerTeam<Option<f64>>,
@@ -48,7 +48,7 @@ impl RobotMeter {
         let MeteredCycle { record, is_playing, .. } = cycle;
         match event {
             MatchEvent::Fall { robot, cause, .. } => {
-                // Who falls again while getting up has been down since the first fall.
+                // If a robot falls again while getting up, the first fall counts.
                 if *cause != FallCause::GettingUp {
                     self.fell_at.insert(*robot, (record.time_s, LyingOn::default()));
                 }

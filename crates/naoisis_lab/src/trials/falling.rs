@@ -149,8 +149,8 @@ fn collide(
     Ok((collisions > 0.0).then_some([fell / collisions, expected / collisions]))
 }
 
-/// Counts falls of two robots that press against each other until one falls: the falls, and the time of contact, s, added up over
-/// both robots.
+/// Counts falls of two robots that press against each other until one falls. Returns the number of falls, and the time of contact of both
+/// robots together, s.
 fn press(laboratory: &mut Laboratory, contact_falls_per_min: f32, repetitions: u32) -> Result<[f64; 2], TrialError> {
     /// The distance at the start, m: little, so that they meet at once.
     const APART_M: f32 = 0.6;
@@ -268,7 +268,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             quantity("falls in a minute of contact", "", rate, real.contact_falls_per_min, path)
                 .if_seen(fell, NOBODY_FELL)
         }),
-        // A robot that does not walk does not fall in these trials.
+        // A robot that does not walk cannot fall in these trials.
         has_walk.then(|| {
             let share = tries.fell_back / (tries.fell_back + tries.got_up_s.len() as f64).max(1.0);
             quantity("tries to get up that fail", "", share, real.get_up_failure, "falls.get_up_failure")

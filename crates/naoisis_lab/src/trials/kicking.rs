@@ -39,7 +39,7 @@ fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitio
         let script = json!({ "script": [{ "from_s": 0, "kick": { "type": kick_type.name() } }] });
         laboratory.begin(json!({
             "seed": seed, "ball": { "position_m": [place.x, place.y] }, "falls": { "kick_probability": 0 },
-            // The ball is free to roll as far as it does.
+            // The pitch is so large that the ball can roll as far as it does.
             "field": { "preset": "spl2025", "length_m": 40, "width_m": 20 },
             "robots": [{ "team": "blue", "number": 1, "behaviour": script }],
         }))?;
@@ -52,7 +52,7 @@ fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitio
             for event in app.events() {
                 if let MatchEvent::Kick { direction: Some(angle), .. } = event {
                     direction = Some(*angle);
-                    // It leaves within the cycle that has just ended.
+                    // The ball leaves within the cycle that has just ended.
                     kicks.departures.push((cycle - 1) as f64 * period_s);
                 }
             }
@@ -81,7 +81,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         None => Ok(None),
     };
     let side = of_type(KickType::LeftSide)?;
-    // A robot without the straight kick is measured by that which reaches furthest.
+    // If the robot has no straight kick, the kick with the greatest reach is measured.
     let Some(main) = real
         .settings
         .kicks
@@ -113,7 +113,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let speed_left = f64::from(laboratory.app.ball_velocity().unwrap_or_default().length());
 
     let (kicks, latency, rolling) = (real.settings.kicks, real.settings.latency, real.ball.unwrap_or_default().rolling);
-    // The way of a ball grows with its speed, or with the square of it where it slows down evenly: so does its spread.
+    // The distance grows with the speed of the ball, or with its square at constant deceleration, and so does its spread.
     let distance_spread = match rolling {
         Rolling::ExponentialPerS(_) => kicks.speed_sd_of(main),
         Rolling::ConstantMps2(_) => 2.0 * kicks.speed_sd_of(main),
@@ -140,7 +140,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         KickType::LeftStraight | KickType::RightStraight => ("straight kick".to_owned(), format!("kicks.{main}")),
         KickType::LeftSide | KickType::RightSide => ("side kick".to_owned(), format!("kicks.{main}")),
     };
-    // What a kick says for itself counts more than what all have in common.
+    // A kick's own figures take precedence over the common ones.
     let of_main = |field: &str| {
         let own = format!("{path}.{field}");
         if model.says(&own) { own } else { format!("kicks.{field}") }

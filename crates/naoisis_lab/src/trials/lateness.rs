@@ -23,7 +23,7 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
     let real = laboratory.scenario(json!({}))?;
     let mut quantities = Vec::new();
     if !real.settings.cameras.mounts.as_slice().is_empty() {
-        // Small ones are as late as large ones.
+        // Small images are as late as large ones.
         let cameras = json!({ "render": "software", "width": 16, "height": 12 });
         let age_s = youngest(&mut laboratory, cameras, |laboratory| {
             let clock = laboratory.app.world().resource::<CycleClock>();
@@ -61,7 +61,7 @@ fn youngest(
     age_s: impl Fn(&Laboratory) -> Option<f64>,
 ) -> Result<f64, TrialError> {
     laboratory.begin(json!({ "ball": null, "cameras": cameras, "robots": [{ "team": "blue", "number": 1 }] }))?;
-    // Until the first has arrived, there is nothing that would have an age.
+    // Before the first reading arrives, there is no age.
     let cycles = laboratory.cycles(LONGEST_S);
     laboratory.app.run_cycles(cycles);
     let mut youngest_s = f64::INFINITY;

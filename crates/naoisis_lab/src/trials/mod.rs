@@ -56,7 +56,7 @@ pub struct MeasuredQuantity {
 pub const NOT_GIVEN: &str = "not given";
 
 impl MeasuredQuantity {
-    /// The relative difference of the measured value from the real figure; `None` if it was not measured.
+    /// Returns the relative difference of the measured value from the real figure; `None` if it was not measured.
     pub fn difference(&self) -> Option<f64> {
         let share = if self.real == 0.0 { self.measured } else { self.measured / self.real - 1.0 };
         self.not_seen.is_none().then_some(share)
@@ -68,7 +68,7 @@ impl MeasuredQuantity {
         Self { not_seen: (times == 0.0 && self.real != 0.0).then_some(otherwise), ..self }
     }
 
-    /// Whether the real figure has no known source.
+    /// Returns whether the real figure has no known source.
     pub fn is_guess(&self) -> bool {
         self.source.starts_with("guess:") || self.source == NOT_GIVEN
     }
@@ -103,7 +103,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     Ok(quantities)
 }
 
-/// The reasons why quantities of a model are left out, in words.
+/// Returns the reasons why quantities of a model are left out, in words.
 ///
 /// # Errors
 /// When the model makes no valid scenario.

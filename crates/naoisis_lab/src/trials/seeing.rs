@@ -5,7 +5,7 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sensing::sensing::vision::image::accuracy::Conditions;
 use naoisis_sim::scenario::Scenario;
 
-/// The conditions of the first blue robot of a scenario: pitch, ball and robots, its cameras and its vision.
+/// Returns the conditions for the first blue robot of a scenario: the pitch, ball and robots, its cameras and its vision.
 pub fn conditions(scenario: &Scenario) -> Conditions {
     let [own, other] = Team::BOTH.map(|team| scenario.robot(RobotId::new(team, 1)));
     let [own_body, other_body] = [&own, &other].map(|robot| scenario.body_of(robot));

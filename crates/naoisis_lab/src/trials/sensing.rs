@@ -28,7 +28,7 @@ fn look(laboratory: &mut Laboratory, distance_m: f32, cycles: u32) -> Result<Vec
     Ok((0..cycles)
         .map(|_| {
             laboratory.app.run_cycles(1);
-            // One that is taken for the ball elsewhere is none of it.
+            // A false ball elsewhere does not count.
             let seen = laboratory.reading::<Percepts>().ball.map(|ball| ball.position_m);
             seen.filter(|place| ops::atan2(place.y, place.x).abs() < 0.2)
         })
@@ -246,7 +246,7 @@ fn measure_angles(
         let errors: Vec<f64> = errors.iter().flat_map(|match_errors| match_errors[when]).collect();
         deviation_of(&errors)
     };
-    // What two looks in a match have in common, seconds apart, is what never changes in it.
+    // The common part of two looks in a match, seconds apart, is the error that does not change in the match.
     let common: Vec<f64> = standing.iter().flat_map(|[first, then]| [first[0] * then[0], first[1] * then[1]]).collect();
     let bias = mean_of(&common).max(0.0).sqrt();
     let quantity = |name, measured, real: f32, path| laboratory.quantity(name, "°", measured, real.into(), path);

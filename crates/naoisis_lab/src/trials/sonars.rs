@@ -100,7 +100,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         let bearing = heading + to_radians(beside_deg);
         Ok::<_, TrialError>(sonar(&mut laboratory, [sonar_m, bearing], PING_S, 4)?.iter().any(Option::is_some))
     })?;
-    // As soon as its edge is in the cone, a pole is heard.
+    // A pole is detected as soon as its edge is in the cone.
     let edge_deg = to_degrees(ops::asin(POLE_RADIUS_M / (sonar_m + POLE_RADIUS_M)));
     let false_echoes = crosstalk(&mut laboratory, real.settings.sonar.max_m, cycles)?;
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);

@@ -52,14 +52,14 @@ fn walk(laboratory: &mut Laboratory, step: [f32; 3], seed: u32) -> Result<Walk, 
     for _ in 0..cycles {
         let (pose, Odometry(counted)) = (laboratory.pose(), laboratory.reading());
         laboratory.app.run_cycles(1);
-        // Odometry counts the steps of the cycle before.
+        // Odometry counts the steps of the previous cycle.
         let (moved, Odometry(counted_now)) = (pose.relative(laboratory.pose()), laboratory.reading());
         let ExecutedStep(legs) = laboratory.reading();
         let counted = counted.relative(counted_now);
         legs_did.push(Vec3::new(legs.dx, legs.dy, legs.dtheta));
         let steps =
             [(moved.position, moved.heading), (legs.translation(), legs.dtheta), (counted.position, counted.heading)];
-        // What is counted errs sideways, too: of that the way along the commanded direction is none.
+        // Odometry also errs sideways. Only the displacement along the commanded direction counts.
         let along = Vec2::new(step[0], step[1]).normalize_or_zero();
         for (index, (translation, turn)) in steps.into_iter().enumerate() {
             ways[index] += f64::from(translation.dot(along));

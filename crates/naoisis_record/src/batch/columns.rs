@@ -6,10 +6,10 @@ use super::variants::fingerprint;
 use super::{Batch, Variants};
 use naoisis_sim::scenario::Scenario;
 
-/// The columns before those of the settings.
+/// Columns before the settings.
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
-/// The columns after those of the settings: first those of a row, in the order of its fields.
+/// Columns after the settings: the fields of a row, in their order, and the last two of the scenario.
 const COLUMNS: [&str; 32] = [
     "outcome",
     "winner",
@@ -45,22 +45,22 @@ const COLUMNS: [&str; 32] = [
     SCENARIO,
 ];
 
-/// The last columns, which are those of the scenario.
+/// Number of columns at the end that describe the scenario.
 const COLUMNS_OF_SCENARIO: usize = 2;
-/// The column of the fingerprint.
+/// Name of the column with the scenario's fingerprint.
 const SCENARIO: &str = "scenario";
 
-/// The error for a file that is something else.
+/// Error message for a file that is no table of matches.
 pub(super) const NO_TABLE: &str = "this is no table of matches";
 
-/// The names of a batch's settings as columns of its tables: one that is called like another column has `set.` before it.
+/// Returns the column names of a batch's settings. A setting with the name of another column gets the prefix `set.`.
 pub(super) fn setting_columns<V: Variants>(batch: &Batch<V>) -> Vec<String> {
     let is_taken = |column: &str| LEADING_COLUMNS.contains(&column) || COLUMNS.contains(&column);
     let unlike_others = |column: String| if is_taken(&column) { format!("set.{column}") } else { column };
     batch.variants.columns().into_iter().map(unlike_others).collect()
 }
 
-/// The columns of a batch's table, of which those of the settings differ from batch to batch.
+/// The columns of a batch's table. The columns of the settings differ from batch to batch.
 pub(super) struct Columns(Vec<String>);
 
 impl Columns {
@@ -73,12 +73,12 @@ impl Columns {
         LEADING_COLUMNS.into_iter().chain(self.0.iter().map(String::as_str)).chain(COLUMNS)
     }
 
-    /// The first line of a table.
+    /// Returns the header line of the table.
     pub(super) fn header(&self) -> String {
         line_of(self.names())
     }
 
-    /// How the columns of a table with this first line differ from these.
+    /// Describes how the columns of a table with the header `first_line` differ from these columns.
     pub(super) fn difference(&self, first_line: &str) -> String {
         let theirs = cells_of(first_line);
         if !theirs.iter().map(String::as_str).take(LEADING_COLUMNS.len()).eq(LEADING_COLUMNS) {
@@ -100,7 +100,7 @@ impl Columns {
         }
     }
 
-    /// The row of a line, or how it differs from what this batch would write there.
+    /// Reads the row of a line. The error says how the line differs from what this batch would write there.
     pub(super) fn read_row<V: Variants>(&self, batch: &Batch<V>, index: usize, line: &str) -> Result<MatchRow, String> {
         if index >= batch.len() {
             return Err(format!("the table has more matches than the {} of this batch", batch.len()));
@@ -127,7 +127,7 @@ impl Columns {
     }
 }
 
-/// Returns how the scenario of a row differs from this batch's: in its duration alone, or otherwise.
+/// Describes how the scenario of a row differs from this batch's: in its duration alone, or otherwise.
 fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs: &str) -> String {
     let duration = |duration_s: Option<f32>| duration_s.map_or("not given".to_owned(), |s| format!("{s} s"));
     let difference = batch.variants.scenario(row.variant).ok().and_then(|ours| {
@@ -140,7 +140,7 @@ fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs
     })
 }
 
-/// The cells of a match of this batch.
+/// Returns the cells of the row of a match in this batch.
 pub(super) fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
     let mut cells = vec![(row.index + 1).to_string(), row.seed.to_string()];
     cells.extend(batch.variants.values(row.variant).into_iter().map(as_text));

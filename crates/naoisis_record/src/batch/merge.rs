@@ -1,4 +1,4 @@
-//! Merging the tables of the parts of a batch, which were played on several machines.
+//! Merges the tables of the parts of a batch that were played on several machines.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,34 +11,34 @@ use super::observer::MatchRow;
 use super::table::TableError;
 use super::{Batch, Variants};
 
-/// Most gaps that an error names.
+/// Number of gaps that an error lists at most.
 const MOST_GAPS: usize = 5;
 
 /// Why tables do not make up a batch.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MergeError {
-    /// One of them cannot be read, or is of another batch.
+    /// A table cannot be read, or belongs to another batch.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// A match is in two of them.
+    /// A match is in two tables.
     #[error("match {number} is in {first} and in {second}; expected it in one of them")]
     Twice {
-        /// Its number, from 1.
+        /// Number of the match, from 1.
         number: usize,
-        /// The table that has it first.
+        /// Table that has the match first.
         first: PathBuf,
-        /// The other one.
+        /// The other table that has the match.
         second: PathBuf,
     },
-    /// Some matches are in none.
+    /// Some matches are in none of the tables.
     #[error("of {all} matches {missing} are in none of the tables: {gaps}; expected all of them")]
     Missing {
-        /// Matches of the batch.
+        /// Number of matches of the batch.
         all: usize,
-        /// Those that are not there.
+        /// Number of missing matches.
         missing: usize,
-        /// Which these are, in words.
+        /// The missing matches, in words.
         gaps: String,
     },
 }
@@ -47,7 +47,7 @@ pub enum MergeError {
 /// is ignored.
 ///
 /// # Errors
-/// When a table is of another batch, and when a match is there twice, or not at all.
+/// If a table belongs to another batch, or if a match is in two tables or in none.
 pub fn merge<V: Variants>(batch: &Batch<V>, paths: &[PathBuf]) -> Result<Vec<MatchRow>, MergeError> {
     let mut rows: BTreeMap<usize, (MatchRow, &Path)> = BTreeMap::new();
     for path in paths {
@@ -74,7 +74,7 @@ pub fn merge<V: Variants>(batch: &Batch<V>, paths: &[PathBuf]) -> Result<Vec<Mat
     Err(MergeError::Missing { all: batch.len(), missing, gaps: words.join(", ") })
 }
 
-/// The rows of one table, wherever in the batch they are.
+/// Returns the rows of one table, whichever part of the batch it has.
 fn rows_of<V: Variants>(batch: &Batch<V>, path: &Path) -> Result<Vec<MatchRow>, TableError> {
     let io_error = |error| TableError::Io { path: path.to_owned(), error };
     let file = File::open(path).map_err(io_error)?;
@@ -131,7 +131,7 @@ mod tests {
         MatchRow { index, variant, ..MatchRow::failed(seed, MatchOutcome::Duration, String::new()) }
     }
 
-    /// A table with these matches, from 0.
+    /// Writes a table with the matches of these indices, from 0.
     fn part(folder: &Path, name: &str, indices: &[usize]) -> PathBuf {
         let rows: Vec<MatchRow> = indices.iter().map(|index| row(*index)).collect();
         let path = folder.join(name);
@@ -169,7 +169,7 @@ mod tests {
         fs::write(&beyond, fs::read_to_string(&low).unwrap().replace("\n1,3,", "\n8,10,")).unwrap();
         assert!(error(&[&beyond]).contains("more matches than the 7"));
         assert!(error(&[&path.join("nowhere")]).contains("nowhere"));
-        // Killed while it wrote its last line.
+        // The program was killed while it wrote the last line.
         let text = fs::read_to_string(&high).unwrap();
         fs::write(&high, &text[..text.len() - 5]).unwrap();
         assert!(error(&[&low, &high]).contains("4 are in none of the tables: 3 to 4, 6 to 7"));

@@ -1,4 +1,4 @@
-//! The mistakes in the matches of a batch: found while they are played, counted, and written to a table of their own.
+//! The mistakes in the matches of a batch: found during the matches, counted, and written to a table of their own.
 
 use bevy::prelude::*;
 use core::fmt::{self, Write as _};
@@ -29,14 +29,14 @@ impl Plugin for FindMistakes {
     }
 }
 
-/// Present where a match's mistakes are found while it is played.
+/// Marks a world in which mistakes are found during the match.
 #[derive(Resource, Default)]
 pub(super) struct MistakesAreFound;
 
-/// The columns before those of the settings.
+/// Columns before the settings.
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
-/// The columns after those of the settings.
+/// Columns after the settings.
 const COLUMNS: [&str; 10] = ["kind", "robot", "other", "from_s", "until_s", "x_m", "y_m", "worst", "unit", "realism"];
 
 /// The number of mistakes of each kind, and the number of matches, by the name of a robot or team.
@@ -59,7 +59,7 @@ impl MistakeCounts {
     }
 }
 
-/// Shows the mistakes in a match: a line for each name, a column for each kind that occurred.
+/// Shows the mistakes per match: a line for each name, a column for each kind that occurred.
 impl fmt::Display for MistakeCounts {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_there = |kind: &MistakeKind| self.counts.values().any(|(counts, _)| counts[*kind as usize] > 0);
@@ -90,11 +90,11 @@ pub struct MistakeTable {
 }
 
 impl MistakeTable {
-    /// Opens the table of a batch whose matches from index `first` up to `next` were played earlier: a new file if there are none, or
-    /// the one that was written with them. Rows of later matches, which were not finished, are removed.
+    /// Opens the table of a batch whose matches from index `first` up to `next` were played earlier: the file that was written along with
+    /// them, or a new one if there are none. Rows of later matches, which were not finished, are removed.
     ///
     /// # Errors
-    /// When the file cannot be written, or holds something else.
+    /// If the file cannot be written or has other contents.
     pub fn open<V: Variants>(path: &Path, batch: &Batch<V>, first: usize, next: usize) -> Result<Self, TableError> {
         let io_error = |error| TableError::Io { path: path.to_owned(), error };
         if !path.exists() && next > first {
@@ -121,7 +121,7 @@ impl MistakeTable {
                     };
                     let fault = || TableError::foreign(path, number, "this is no mistake of this batch".to_owned());
                     let (index, who, kind) = read_row(batch, &line).ok_or_else(fault)?;
-                    // Of the match after those that were played there may be some, and of none behind it.
+                    // There may be rows of match `next`, which was not finished, but none of later matches.
                     if index > next || !(first..).contains(&index) || index < latest {
                         return Err(fault());
                     }
@@ -144,10 +144,10 @@ impl MistakeTable {
         Ok(Self { path: path.to_owned(), file: opened.file, counts })
     }
 
-    /// Writes the mistakes of a match, before its row is written.
+    /// Writes the mistakes of a match. Call it before the match's own row is written.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn write<V: Variants>(&mut self, batch: &Batch<V>, row: &MatchRow) -> Result<(), TableError> {
         let lines: String = row.mistakes.iter().map(|mistake| line(batch, row, mistake)).collect();
         for mistake in &row.mistakes {
@@ -157,7 +157,7 @@ impl MistakeTable {
         written.map_err(|error| TableError::NotWritten { path: self.path.clone(), error })
     }
 
-    /// The counts of each variant's robots: the variant, the robot, the kind, and how many.
+    /// Returns the counts as variant, robot, kind and number of mistakes.
     pub fn counts(&self) -> impl Iterator<Item = (usize, RobotId, MistakeKind, u32)> {
         self.counts.iter().map(|((variant, robot, kind), count)| (*variant, *robot, *kind, *count))
     }
@@ -168,7 +168,7 @@ fn header<V: Variants>(batch: &Batch<V>) -> String {
     line_of(LEADING_COLUMNS.into_iter().chain(columns.iter().map(String::as_str)).chain(COLUMNS))
 }
 
-/// The cells that say which match it is.
+/// Returns the cells that identify match `index`.
 fn match_cells<V: Variants>(batch: &Batch<V>, index: usize) -> Vec<String> {
     let (variant, seed) = batch.job(index);
     let mut cells = vec![(index + 1).to_string(), seed.to_string()];
@@ -195,12 +195,12 @@ fn line<V: Variants>(batch: &Batch<V>, row: &MatchRow, mistake: &Mistake) -> Str
     line_of(cells.iter().map(String::as_str))
 }
 
-/// Whether a line that is cut off is of a match that has a row already, when those up to the index `next` have one.
+/// Returns whether an incomplete line belongs to one of the matches up to index `next`, which have a row already.
 fn is_of_played(part: &str, next: usize) -> bool {
     part.split_once(',').and_then(|(number, _)| number.parse::<usize>().ok()).is_some_and(|number| number <= next)
 }
 
-/// Returns the match, the robot and the kind of a line. `None` if it is not of this batch.
+/// Returns the match, the robot and the kind of mistake of a line. Returns `None` if the line is not of this batch.
 fn read_row<V: Variants>(batch: &Batch<V>, line: &str) -> Option<(usize, RobotId, MistakeKind)> {
     let cells = cells_of(line);
     let index = cells.first()?.parse::<usize>().ok()?.checked_sub(1).filter(|index| *index < batch.len())?;
@@ -272,7 +272,7 @@ mod tests {
         assert_eq!(counts.values().sum::<u32>() as usize, whole.lines().count() - 1);
         drop(table);
         for played in 0..=rows.len() {
-            // What was written of the match under way is cut off, in the middle of a line too.
+            // Rows of the match under way are cut off, even in the middle of a line.
             let number = |line: &str| line.split(',').next().and_then(|cell| cell.parse::<usize>().ok()).unwrap_or(0);
             let mut there: String = whole.split_inclusive('\n').filter(|line| number(line) <= played + 1).collect();
             if played < rows.len() {
@@ -295,10 +295,10 @@ mod tests {
         let header = fs::read_to_string(&path).unwrap();
         let wrong_seed = format!("{header}1,7,kick_missed,blue1,,1,1,0,0,,,\n");
         let wrong_kind = format!("{header}1,1,yawned,blue1,,1,1,0,0,,,\n");
-        // Whose first match was not played here, and whose matches are in no order.
+        // The first match was not played here, and the matches are not in order.
         let of_another = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,,\n");
         let unordered = format!("{header}2,2,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_missed,blue1,,1,1,0,0,,,\n");
-        // Of the first match, that was played, a part is lost.
+        // The first match was played, but some of its rows are missing.
         let cut_off = format!("{header}1,1,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_mis");
         for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &of_another, &unordered, &cut_off] {
             fs::write(&path, text).unwrap();

@@ -1,4 +1,4 @@
-//! Many seeded matches on many threads.
+//! Plays many seeded matches on many threads.
 //!
 //! A match is a `World` on one thread, and each thread takes the next match when it is done with one. The results are the same for any
 //! number of threads: each match depends on its scenario and seed only, and the [`MatchRow`]s come in the order of the matches.
@@ -54,21 +54,21 @@ use naoisis_sim::interface::gather::{CurrentRecord, gather_start};
 use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::{MatchApp, play_in_order};
 
-/// The matches to be played: with every seed, one of every variant.
+/// The matches to be played: every seed with every variant.
 #[derive(Clone, Debug)]
 pub struct Batch<V = Vec<Scenario>> {
-    /// The scenarios, each with settings of its own; their seeds do not matter.
+    /// The scenarios, each with its own settings. Their seeds are ignored.
     pub variants: V,
     /// Matches of each variant.
     pub matches: usize,
-    /// The seed of the first match of each variant; that of the next is one more.
+    /// Seed of the first match of each variant; it grows by one from match to match.
     pub first_seed: u64,
-    /// Matches that are played at the same time, at least 1.
+    /// Number of matches that are played at the same time, at least 1.
     pub threads: usize,
 }
 
 impl<V: Variants> Batch<V> {
-    /// The number of matches of all variants.
+    /// Returns the number of matches of all variants.
     pub fn len(&self) -> usize {
         self.matches.saturating_mul(self.variants.count())
     }
@@ -78,15 +78,15 @@ impl<V: Variants> Batch<V> {
         self.len() == 0
     }
 
-    /// The matches of one part of several, `shard` being from 1 to `shards`: each match is in one part, and their tables, one after
-    /// the other, are that of the whole.
+    /// Returns the indices of part `shard` (from 1 to `shards`) of the matches. Each match is in one part. The tables of all parts, one
+    /// after the other, make up the table of the batch.
     pub fn part(&self, shard: usize, shards: usize) -> Range<usize> {
         let until = |shard: usize| (self.len() as u128 * shard as u128 / shards.max(1) as u128) as usize;
         until(shard.saturating_sub(1))..until(shard)
     }
 
-    /// The variant and the seed of match `index`. The variants of one seed are neighbours, so that a larger batch begins with the matches
-    /// of a smaller one.
+    /// Returns the variant and the seed of match `index`. Matches with the same seed follow each other, so that a larger batch begins with
+    /// the matches of a smaller one.
     pub fn job(&self, index: usize) -> (usize, u64) {
         let variants = self.variants.count().max(1);
         (index % variants, self.first_seed.wrapping_add((index / variants) as u64))
@@ -104,7 +104,7 @@ pub fn run_batch<V: Variants>(
     run_part(batch, first..batch.len(), simulator, stop, finished);
 }
 
-/// Plays the matches of a batch with these indices, each in a new app, and hands their rows to `finished` in the order of the indices.
+/// Plays the matches of a batch with these indices, each in a new app, and passes their rows to `finished` in the order of the indices.
 /// When `stop` becomes true, the matches under way are finished and no others begin.
 ///
 /// A match whose behaviour panics, or that cannot be started, has that [outcome](MatchRow::outcome) in its row; the others are played.
@@ -140,7 +140,7 @@ pub fn run_part<V: Variants>(
 pub fn play(simulator: impl Fn() -> App, scenario: &Scenario) -> MatchRow {
     let played = catch_unwind(AssertUnwindSafe(|| {
         let mut app = simulator();
-        // The matches have the cores.
+        // The matches themselves use the cores.
         app.insert_resource(SensingThreads(1));
         match app.start_match(scenario) {
             Ok(app) => play_to_the_end(app.world_mut(), scenario),
@@ -231,7 +231,7 @@ mod tests {
             rows += 1;
             stop.store(true, Ordering::Relaxed);
         });
-        // Those under way are finished.
+        // Matches under way are still finished.
         assert!((1..100).contains(&rows), "{rows}");
         run_batch(&batch, 0, simulator, &stop, |_| panic!("it was stopped before it began"));
     }

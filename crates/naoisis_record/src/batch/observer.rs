@@ -1,4 +1,4 @@
-//! What a batch notes of each of its matches.
+//! Observes a match of a batch and makes its row.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize, Serializer};
@@ -27,9 +27,9 @@ pub enum MatchOutcome {
     Duration,
     /// It was played to its end, but an invariant was broken.
     InvariantBroken,
-    /// A panic, such as of a behaviour.
+    /// A panic, for example in a behaviour.
     Panicked,
-    /// It could not be started.
+    /// The match could not be started.
     Refused,
 }
 
@@ -40,11 +40,11 @@ impl MatchOutcome {
     }
 }
 
-/// The result of one match: a row of a batch's table. Everything is counted by the [one counter](crate::record::match_counts).
+/// The result of one match: a row of a batch's table. All numbers come from the [match counter](crate::record::match_counts).
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MatchRow {
-    /// Its place in the batch, from 0.
+    /// Index of the match in the batch, from 0.
     #[serde(skip)]
     pub index: usize,
     /// The variant of the scenario, from 0.
@@ -55,13 +55,13 @@ pub struct MatchRow {
     pub seed: u64,
     /// How it ended.
     pub outcome: MatchOutcome,
-    /// The winner. `None` of a draw.
+    /// The winner. `None` after a draw.
     pub winner: Option<Team>,
-    /// What decided it.
+    /// What decided the match.
     pub decided_by: DecidedBy,
     /// Goals in a shoot-out. `None` without one.
     pub shoot_out: PerTeam<Option<u32>>,
-    /// How long it was, s of the match's time.
+    /// Duration of the match, s of its own time.
     #[serde(serialize_with = "milliseconds")]
     pub duration_s: f64,
     /// Goals that count for the team.
@@ -96,20 +96,20 @@ pub struct MatchRow {
     /// The share of the time in which a robot's pose error is over 1 m. `None` without beliefs.
     #[serde(serialize_with = "digits_of_teams")]
     pub belief_over_1_m: PerTeam<Option<f64>>,
-    /// A digest of where ball and robots were in each cycle: matches that were played alike have the same.
+    /// A digest of the poses of the ball and the robots in each cycle: identical matches have the same digest.
     #[serde(with = "hexadecimal")]
     pub digest: u64,
-    /// What went wrong.
+    /// What went wrong, if anything.
     #[serde(serialize_with = "one_line")]
     pub note: String,
-    /// The robots' mistakes, where [they are looked for](super::mistakes::FindMistakes). They have a table of their own.
+    /// The robots' mistakes, if [they are looked for](super::mistakes::FindMistakes). They have their own table.
     #[serde(skip)]
     pub mistakes: Vec<Mistake>,
 }
 
 impl MatchRow {
-    /// Returns whether all seeds of each variant played the same match, cycle by cycle, as where nothing is random. Then each variant is one sample, and
-    /// intervals mean nothing. False unless a variant was played twice.
+    /// Returns whether all seeds of each variant played the same match, cycle by cycle, because nothing is random. Then each variant is one
+    /// sample, and intervals mean nothing. Returns false unless a variant was played twice.
     pub(super) fn are_repetitions(rows: &[&Self]) -> bool {
         let mut first_of: BTreeMap<usize, &Self> = BTreeMap::new();
         for row in rows {
@@ -121,7 +121,7 @@ impl MatchRow {
         first_of.len() < rows.len()
     }
 
-    /// The row of a match that was not played to its end.
+    /// Returns the row of a match that was not played to its end.
     pub(super) fn failed(seed: u64, outcome: MatchOutcome, note: String) -> Self {
         Self {
             index: 0,
@@ -152,7 +152,7 @@ impl MatchRow {
     }
 }
 
-/// A digest as sixteen hexadecimal digits after an `x`, so that no reader takes it for a number.
+/// Writes a digest as `x` and sixteen hexadecimal digits, so that no reader takes it for a number.
 mod hexadecimal {
     use serde::de::Error as _;
     use serde::{Deserialize, Deserializer, Serializer};
@@ -182,7 +182,7 @@ fn digits_of_teams<S: Serializer>(values: &PerTeam<Option<f64>>, serializer: S) 
     PerTeam::new(|team| values[team].map(|value| format!("{value:.4}"))).serialize(serializer)
 }
 
-/// Writes a text in one line, and such that no spreadsheet takes it for a formula.
+/// Writes a text in one line, in a form that no spreadsheet takes for a formula.
 fn one_line<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&as_text(text.replace(['\n', '\r'], " ")))
 }
@@ -191,7 +191,7 @@ fn one_line<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error>
 const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
 const FNV_PRIME: u64 = 0x0100_0000_01b3;
 
-/// The digest after a cycle, from the one before it and the poses of `bodies`.
+/// Returns the digest after a cycle, from the digest before it and the poses of `bodies`.
 fn digest_of(world: &World, bodies: &[Entity], before: u64) -> u64 {
     let poses = bodies.iter().filter_map(|entity| world.get::<Pose>(*entity));
     let numbers = poses.flat_map(|pose| [pose.position.x, pose.position.y, pose.heading]);
@@ -201,14 +201,14 @@ fn digest_of(world: &World, bodies: &[Entity], before: u64) -> u64 {
 /// Watches a match, cycle by cycle.
 pub struct MatchObserver {
     counter: MatchCounter,
-    /// Ball and robots, if there are any at the beginning.
+    /// The ball and the robots that are there at the beginning.
     bodies: Vec<Entity>,
     digest: u64,
     first_broken_invariant: Option<String>,
 }
 
 impl MatchObserver {
-    /// Begins to watch the match in `world` as it is: what happened before does not count.
+    /// Begins to watch the match in `world` in its present state. Earlier events do not count.
     pub fn begin(world: &mut World) -> Self {
         let robots: Vec<Entity> = world.resource::<Roster>().entities().collect();
         let ball = world.query_filtered::<Entity, With<Ball>>().iter(world).next();
@@ -216,7 +216,7 @@ impl MatchObserver {
         Self { counter: MatchCounter::begin(world), bodies, digest: FNV_OFFSET, first_broken_invariant: None }
     }
 
-    /// Reads the cycle that ended last.
+    /// Reads the last completed cycle.
     pub fn observe(&mut self, world: &World) {
         self.counter.observe(world);
         self.digest = digest_of(world, &self.bodies, self.digest);
@@ -228,7 +228,7 @@ impl MatchObserver {
         }
     }
 
-    /// The row of the match that was watched.
+    /// Returns the row of the match that was watched.
     pub(super) fn row(self, world: &World, seed: u64, outcome: MatchOutcome) -> MatchRow {
         let counts = self.counter.counts();
         let teams = PerTeam::new(|team| counts.team(team));
@@ -236,7 +236,7 @@ impl MatchObserver {
         let [delivered, lost] = [&messages.blue, &messages.pink].into_iter().fold([0, 0], |[delivered, lost], team| {
             [delivered + u64::from(team.delivered), lost + u64::from(team.lost)]
         });
-        // With the digits of the table, so that a batch that goes on with one comes to the same to the last digit.
+        // The values have the digits of the table, so that a continued batch gives exactly the same results.
         let digits = |value: Option<f64>| value.map(|value| rounded(value, 4));
         let result = world.resource::<Game>().result(world.resource::<Rules>());
         MatchRow {

@@ -1,4 +1,4 @@
-//! Every team against every other, with changed sides.
+//! Matches of every team against every other team, with changed sides.
 
 use core::fmt::{self, Write};
 
@@ -7,18 +7,18 @@ use naoisis_core::game::DecidedBy;
 use naoisis_core::statistics::{Estimate, mean, share};
 use naoisis_core::team::{PerTeam, Team};
 
-/// The result of the matches of two teams from the first one's side, with 95 % confidence.
+/// The result of the matches of two teams, as the first team sees it, with 95 % confidence.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PairSummary {
     /// Valid matches.
     pub matches: usize,
     /// Matches that failed.
     pub failed: usize,
-    /// Whether all seeds played the same match in each colour: then nothing was random, and the intervals mean nothing.
+    /// Whether all seeds played the same match for each colour: nothing was random, and the intervals mean nothing.
     pub repeated: bool,
-    /// Matches that a shoot-out or a coin decided.
+    /// Number of matches that a shoot-out or a coin toss decided.
     pub shot_out: usize,
-    /// The share of matches that the first team won, by a shoot-out or a coin, too.
+    /// The share of matches that the first team won, including by a shoot-out or a coin toss.
     pub wins: Option<Estimate>,
     /// The share of draws.
     pub draws: Option<Estimate>,
@@ -32,12 +32,12 @@ pub struct PairSummary {
     pub goals_against: Option<Estimate>,
     /// The first team's goals minus the second's.
     pub goal_difference: Option<Estimate>,
-    /// The share of passes completed, of the first team and of the second.
+    /// The share of completed passes, of the first and of the second team.
     pub kept: [Option<Estimate>; 2],
 }
 
 impl PairSummary {
-    /// Sums up matches, each with the colour in which the first team played it.
+    /// Summarises matches, each with the colour in which the first team played it.
     pub fn of<'a>(rows: impl Iterator<Item = (&'a MatchRow, Team)>) -> Self {
         let (valid, failed): (Vec<_>, Vec<_>) = rows.partition(|(row, _)| row.outcome.is_valid());
         let goals: Vec<[f64; 2]> = valid
@@ -72,8 +72,8 @@ impl PairSummary {
         }
     }
 
-    /// Whether the first team is better (true) or worse (false) with 95 % confidence: it has more, or less, than half of the wins.
-    /// `None` if that is not certain, as for repetitions of one match.
+    /// Returns whether the first team is better (true) or worse (false) with 95 % confidence, by its share of the wins. Returns `None` if
+    /// that is uncertain, as it is for repetitions of one match.
     pub fn is_first_better(&self) -> Option<bool> {
         let share = self.share_of_wins?;
         if self.repeated {
@@ -87,7 +87,7 @@ impl PairSummary {
         }
     }
 
-    /// The same matches as the second team sees them.
+    /// Returns the same results as the second team sees them.
     pub fn reversed(&self) -> Self {
         let complement = |estimate: Estimate| Estimate {
             value: 1.0 - estimate.value,
@@ -109,7 +109,7 @@ impl PairSummary {
     }
 }
 
-/// All pairs of some teams.
+/// All pairs of a list of teams.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Pairs {
     teams: Vec<String>,
@@ -118,24 +118,24 @@ pub struct Pairs {
 /// A match of two teams.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pairing {
-    /// The teams' places in their list: the first one's before the second one's.
+    /// The indices of the two teams, the smaller one first.
     pub teams: [usize; 2],
-    /// The colour in which the first of them plays.
+    /// The colour in which the first of the two teams plays.
     pub first: Team,
 }
 
 impl Pairs {
-    /// Those of these teams.
+    /// Creates the pairs of these teams.
     pub fn of(teams: Vec<String>) -> Self {
         Self { teams }
     }
 
-    /// Every two of the teams, in blue and pink and the other way round.
+    /// Returns all pairings: each pair of teams twice, with changed colours.
     pub fn pairings(&self) -> impl Iterator<Item = Pairing> {
         self.pairs().flat_map(|teams| Team::BOTH.map(|first| Pairing { teams, first }))
     }
 
-    /// The names of the teams in blue and in pink.
+    /// Returns the names of the blue and the pink team.
     pub fn names(&self, pairing: Pairing) -> [&str; 2] {
         let [first, second] = pairing.teams.map(|team| self.teams[team].as_str());
         match pairing.first {
@@ -149,7 +149,7 @@ impl Pairs {
         (0..count).flat_map(move |first| (first + 1..count).map(move |second| [first, second]))
     }
 
-    /// What came of the pairs' matches, each with its pairing.
+    /// Summarises the matches of all pairs, each given with its pairing.
     pub fn table<'a>(&self, rows: impl Iterator<Item = (&'a MatchRow, Pairing)>) -> PairTable {
         let rows: Vec<(&MatchRow, Pairing)> = rows.collect();
         let summary = |teams| {
@@ -168,7 +168,7 @@ pub struct PairTable {
 }
 
 impl PairTable {
-    /// The result of the matches of two teams from the side of `first`. `None` if they did not play each other.
+    /// Returns the result of the matches of two teams as `first` sees it. Returns `None` if they did not play each other.
     pub fn summary(&self, first: &str, second: &str) -> Option<PairSummary> {
         self.pairs.iter().find_map(|([one, other], summary)| {
             let names = [self.teams[*one].as_str(), self.teams[*other].as_str()];
@@ -208,7 +208,7 @@ impl fmt::Display for PairTable {
                 let summary = if better { summary.clone() } else { summary.reversed() };
                 (if better { [*first, *second] } else { [*second, *first] }, summary)
             };
-            // The better one is named first.
+            // The better team is named first.
             let first_is_better = summary.share_of_wins.is_none_or(|share| share.value >= 0.5);
             let ([first, second], summary) = better(first_is_better);
             let [first, second] = [&self.teams[first], &self.teams[second]];
@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn a_win_is_a_win_in_either_colour() {
-        // Two wins, one in each colour, a draw, a loss in pink.
+        // Two wins, one in each colour, a draw, and a loss in pink.
         let rows = [(row(2, 0), Team::Blue), (row(0, 1), Team::Pink), (row(1, 1), Team::Blue), (row(3, 0), Team::Pink)];
         let summary = PairSummary::of(rows.iter().map(|(row, first)| (row, *first)));
         assert_eq!([summary.wins, summary.draws, summary.losses].map(|share| share.unwrap().value), [0.5, 0.25, 0.25]);
@@ -318,7 +318,7 @@ mod tests {
         let text = table.to_string();
         assert!(text.contains("strong beats weak: 40 matches, 100.0 % wins"), "{text}");
         assert!(text.contains("100.0 %*"), "{text}");
-        // Evenly matched, nobody beats anybody.
+        // If the teams are equal, none beats another.
         let even = rows.iter().enumerate().map(|(index, (row, _))| {
             (row, Pairing { teams: [0, 1], first: if index % 4 < 2 { Team::Blue } else { Team::Pink } })
         });

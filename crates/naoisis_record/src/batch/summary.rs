@@ -1,4 +1,4 @@
-//! The results of a batch, variant by variant.
+//! The results of a batch, summarised for each variant.
 
 use serde::Serialize;
 
@@ -14,15 +14,15 @@ pub struct Summary {
     pub matches: usize,
     /// Matches that failed.
     pub failed: usize,
-    /// Whether all seeds played the same match: then nothing was random, and the intervals mean nothing.
+    /// Whether all seeds played the same match: nothing was random, and the intervals mean nothing.
     pub repeated: bool,
     /// Matches that extra time decided.
     pub by_extra_time: usize,
     /// Matches that a shoot-out decided.
     pub by_shoot_out: usize,
-    /// Matches that a coin decided.
+    /// Matches that a coin toss decided.
     pub by_coin: usize,
-    /// The share of matches that blue won, in a shoot-out or by a coin, too.
+    /// The share of matches that blue won, including by a shoot-out or a coin toss.
     pub blue_wins: Option<Estimate>,
     /// The share of draws.
     pub draws: Option<Estimate>,
@@ -63,7 +63,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Sums up the rows of one variant.
+    /// Summarises the rows of one variant.
     pub fn of<'a>(rows: impl Iterator<Item = &'a MatchRow>) -> Self {
         let (valid, failed): (Vec<&MatchRow>, Vec<&MatchRow>) = rows.partition(|row| row.outcome.is_valid());
         let wins = |team: Team| valid.iter().filter(|row| row.winner == Some(team)).count();
@@ -102,7 +102,7 @@ impl Summary {
         }
     }
 
-    /// The lines of the summary: a name, and a value with its interval.
+    /// Returns the lines of the summary: a name, and a value with its interval.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let percent = |estimate: &Option<Estimate>| match estimate {
             Some(Estimate { value, low, high }) => {
@@ -165,7 +165,7 @@ impl Summary {
     }
 }
 
-/// The share of the passes of `team` that were completed.
+/// Returns the share of the passes of `team` that were completed.
 fn kept_share(rows: &[&MatchRow], team: Team) -> Option<Estimate> {
     let sum = |counts: fn(&MatchRow) -> PerTeam<u32>| rows.iter().map(|row| counts(row)[team] as usize).sum::<usize>();
     let kept = sum(|row| row.kept);

@@ -1,4 +1,4 @@
-//! Sweeps: a scenario with every combination of some settings' values, and with every pairing of some teams.
+//! Sweeps: a scenario with every combination of the values of some settings, and every pairing of some teams.
 
 use std::sync::OnceLock;
 
@@ -6,33 +6,33 @@ use super::pairs::{Pairing, Pairs};
 use super::variants::{Variants, fingerprint};
 use naoisis_sim::scenario::{Scenario, ScenarioError, ScenarioFile, Setting};
 
-/// The fields in which the teams of a pairing are set.
+/// The fields that select the teams of a pairing.
 const TEAMS: [&str; 2] = ["teams.blue", "teams.pink"];
 
 /// The number of combinations whose fingerprints are cached.
 const MOST_REMEMBERED: usize = 1000;
 
-/// Variants of a scenario: all combinations of the values of its settings, the last setting changing fastest, and each of
-/// them with all pairings of the teams, if there are any.
+/// Variants of a scenario: all combinations of the values of its settings, with the last setting changing fastest. If there are teams, each
+/// combination is played with all their pairings.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// The scenario, with the settings that are the same for all.
+    /// The scenario, with the settings that all variants share.
     file: ScenarioFile,
-    /// For each other setting its values, one at least.
+    /// The values of each varied setting, at least one each.
     settings: Vec<Vec<Setting>>,
     pairs: Option<Pairs>,
     pairings: Vec<Pairing>,
     duration_s: Option<f32>,
     fingerprint: String,
-    /// The realism in words of the first variants of the first combinations, once they were asked for.
+    /// Cache of the realism in words, one entry for each of the first combinations.
     realisms: Vec<OnceLock<String>>,
 }
 
 impl Sweep {
-    /// Creates the variants of a scenario. `settings` has the values of each setting; each match stops after `duration_s`, if given.
+    /// Creates the variants of a scenario. `settings` has the values of each setting. Each match stops after `duration_s`, if given.
     ///
     /// # Errors
-    /// What is wrong with the first of the variants.
+    /// The first fault of the first variant.
     pub fn new(
         file: &ScenarioFile,
         settings: Vec<Vec<Setting>>,
@@ -40,7 +40,7 @@ impl Sweep {
         duration_s: Option<f32>,
     ) -> Result<Self, ScenarioError> {
         let (fixed, swept): (Vec<_>, Vec<_>) = settings.iter().cloned().partition(|values| values.len() == 1);
-        // The same settings for all are laid over the scenario once, but where they make sense with the others only.
+        // Settings with one value are applied once, unless they are valid only together with the varied ones.
         let (file, settings) = match file.with(&fixed.concat()) {
             Ok(file) => (file, swept),
             Err(_) => (file.clone(), settings),
@@ -53,12 +53,12 @@ impl Sweep {
         Ok(Self { fingerprint: fingerprint(&first), realisms: vec![OnceLock::new(); remembered], ..sweep })
     }
 
-    /// How many combinations of settings there are; none if they cannot be counted.
+    /// Returns the number of combinations of settings. Returns `None` if it is too large to count.
     pub fn combinations(&self) -> Option<usize> {
         self.settings.iter().try_fold(1usize, |product, values| product.checked_mul(values.len()))
     }
 
-    /// Variants of one combination of settings.
+    /// Returns the number of variants of one combination of settings.
     pub fn variants_of_combination(&self) -> usize {
         self.pairings.len().max(1)
     }
@@ -68,19 +68,19 @@ impl Sweep {
         self.pairs.as_ref()
     }
 
-    /// The teams of `variant`, if teams play each other.
+    /// Returns the pairing of teams in `variant`. Returns `None` if no teams were given.
     pub fn pairing(&self, variant: usize) -> Option<Pairing> {
         self.pairings.get(variant % self.variants_of_combination()).copied()
     }
 
-    /// A variant, as a file: what turns out to be wrong with it can be placed.
+    /// Returns a variant as a file, so that faults found later can be located in it.
     ///
     /// # Errors
     /// What is wrong with its settings.
     pub fn variant(&self, index: usize) -> Result<ScenarioFile, ScenarioError> {
         let mut settings: Vec<Setting> = self.settings_of(index).into_iter().cloned().collect();
         for (path, team) in TEAMS.into_iter().zip(self.teams_of(index)) {
-            // A team's name is a word, so that there is one setting.
+            // A team's name is a single word, so this gives a single setting.
             settings.extend(Setting::sweep(&format!("{path}={team}")).unwrap_or_default());
         }
         let mut file = self.file.with(&settings)?;
@@ -90,8 +90,8 @@ impl Sweep {
         Ok(file)
     }
 
-    /// Variants which together have every value of every setting, and every pairing: as many as there are values, not as
-    /// there are combinations.
+    /// Returns variants that together have every value of every setting, and every pairing. Their number grows with the number of values,
+    /// not of combinations.
     pub fn samples(&self) -> Vec<usize> {
         let pairings = self.variants_of_combination();
         let mut samples: Vec<usize> = (0..pairings).collect();
@@ -103,13 +103,13 @@ impl Sweep {
         samples
     }
 
-    /// What distinguishes the settings of a variant from those of others, in words: `messages.loss = 0.2`.
+    /// Describes the settings that distinguish a variant from the others, such as `messages.loss = 0.2`.
     pub fn words(&self, variant: usize) -> String {
         let swept = self.settings_of(variant).into_iter().filter(|setting| self.is_swept(setting));
         swept.map(|setting| format!("{} = {}", setting.path(), setting.value())).collect::<Vec<String>>().join(", ")
     }
 
-    /// The settings of a variant, in their order.
+    /// Returns the settings of a variant, in their order.
     fn settings_of(&self, variant: usize) -> Vec<&Setting> {
         let mut combination = variant / self.variants_of_combination();
         let mut settings: Vec<&Setting> = self
@@ -126,7 +126,7 @@ impl Sweep {
         settings
     }
 
-    /// The names of the teams in blue and in pink.
+    /// Returns the names of the blue and the pink team.
     fn teams_of(&self, variant: usize) -> Vec<&str> {
         match (&self.pairs, self.pairing(variant)) {
             (Some(pairs), Some(pairing)) => pairs.names(pairing).to_vec(),
@@ -168,7 +168,7 @@ impl Variants for Sweep {
         self.realisms.get(combination).map_or_else(words, |known| known.get_or_init(words).clone())
     }
 
-    /// That of the first variant: what the others have otherwise is in columns of its own.
+    /// Fingerprint of the first variant: the other variants differ only in settings that have columns of their own.
     fn fingerprint(&self, _: usize) -> String {
         self.fingerprint.clone()
     }
@@ -234,7 +234,7 @@ mod tests {
         assert_eq!(sweep.scenario(1).unwrap().ball.unwrap().place_m().to_array(), [1.0, 1.0]);
         let text = r#"{ "robots": [{}], "ball": { "position_m": [1, 0] } }"#;
         let file = ScenarioFile::from_text(text, naoisis_sim::scenario::Format::Json, "one").unwrap();
-        // The ball would be in the robot where the file has that, and is not where the sweep puts it.
+        // The ball would be inside the robot where the file puts it, but not where the sweep puts it.
         let settings = ["ball.position_m=[0,0]", "robots[0].pose=[1,1,0],[2,1,0]"];
         let settings = settings.iter().map(|setting| Setting::sweep(setting).unwrap()).collect();
         let sweep = Sweep::new(&file, settings, None, None).unwrap();

@@ -1,10 +1,10 @@
-//! The table of a batch: comma-separated values, a row a match, in the order of the matches.
+//! The table of a batch: comma-separated values, one row for each match, in the order of the matches.
 //!
 //! The columns are the number of the match, its seed, the settings of its variant, its [`MatchRow`], its realism, and a fingerprint of
 //! the scenario, by which a later batch knows its own table and continues it. A setting with the name of another column, such as
 //! `realism` and `duration_s`, has `set.` before its name.
 //!
-//! A text that a spreadsheet would take for a formula has an apostrophe before it.
+//! A text that a spreadsheet would take for a formula has a leading apostrophe.
 
 use core::ops::Range;
 use std::fs::File;
@@ -22,24 +22,24 @@ use super::{Batch, Variants};
 pub struct Table(Option<(PathBuf, File)>);
 
 impl Table {
-    /// A table that is written nowhere.
+    /// Creates a table that is not written to a file.
     pub fn unwritten() -> Self {
         Self(None)
     }
 
-    /// The table of this batch in a file: new, or with the rows that are there already, which are returned. A last
-    /// line that is not complete is cut off.
+    /// Opens the table of this batch in a file. Returns it with the rows that the file has already, none if it is new. An incomplete last
+    /// line is cut off.
     ///
     /// # Errors
-    /// When the file cannot be written, or holds another table.
+    /// If the file cannot be written or has another table.
     pub fn open<V: Variants>(path: &Path, batch: &Batch<V>) -> Result<(Table, Vec<MatchRow>), TableError> {
         Self::open_part(path, batch, 0..batch.len())
     }
 
-    /// As [`Table::open`], for the matches of a batch with these indices.
+    /// Does the same as [`Table::open`] for the matches of a batch with these indices.
     ///
     /// # Errors
-    /// When the file cannot be written, or holds another table.
+    /// If the file cannot be written or has another table.
     pub fn open_part<V: Variants>(
         path: &Path,
         batch: &Batch<V>,
@@ -81,7 +81,7 @@ impl Table {
     /// Writes a row of this batch.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn write<V: Variants>(&mut self, batch: &Batch<V>, row: &MatchRow) -> Result<(), TableError> {
         if let Some((path, file)) = &mut self.0 {
             let line = line_of(cells(batch, row).iter().map(String::as_str));
@@ -91,7 +91,7 @@ impl Table {
     }
 }
 
-/// The rows of a batch as the text of a table, as a file of it is.
+/// Returns the rows of a batch as the text of a table file.
 pub fn table_text<'a, V: Variants>(batch: &Batch<V>, rows: impl IntoIterator<Item = &'a MatchRow>) -> String {
     let header = Columns::of(batch).header();
     let lines = rows.into_iter().map(|row| line_of(cells(batch, row).iter().map(String::as_str)));
@@ -107,7 +107,7 @@ mod tests {
     use naoisis_sim::scenario::Scenario;
     use std::fs;
 
-    /// Two variants, of which the second has values that spreadsheets would take for formulas.
+    /// Two variants. Spreadsheets would take the values of the second for formulas.
     #[derive(Clone, Debug)]
     struct TwoVariants {
         columns: Vec<&'static str>,
@@ -191,7 +191,7 @@ mod tests {
         drop(table);
         let whole = fs::read_to_string(&path).unwrap();
         assert_eq!(whole.lines().count(), 4, "{whole}");
-        // Killed in the middle of the third row.
+        // The program was killed in the middle of the third row.
         fs::write(&path, &whole[..whole.len() - 20]).unwrap();
         let (mut table, rows) = Table::open(&path, &batch()).unwrap();
         assert_eq!(rows.len(), 2);

@@ -1,36 +1,36 @@
-//! The files of a batch's tables, and what can be wrong with them.
+//! The files of a batch's tables, and their errors.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Why a table cannot be written or gone on with.
+/// Why a table cannot be written or continued.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TableError {
-    /// It cannot be read or written.
+    /// The file cannot be read or written.
     #[error("{path}: the table cannot be read or written: {error}")]
     Io {
         /// The table's file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// It was opened, and a line of it cannot be written, as on a full disk.
+    /// A line cannot be written to the open file, for example because the disk is full.
     #[error("{path}: the table cannot be written: {error}")]
     NotWritten {
         /// The table's file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// It is a folder or a device.
+    /// The path is a folder or a device.
     #[error("{path}: this is no ordinary file; expected one, or a name that there is no file of yet")]
     NotAFile {
         /// The path that was given for the table.
         path: PathBuf,
     },
-    /// Another program is writing it.
+    /// Another program is writing the file.
     #[error("{path}: another batch is writing this table; expected another file, or some patience")]
     InUse {
         /// The table's file.
@@ -47,7 +47,7 @@ pub enum TableError {
         /// Matches that were played earlier.
         matches: usize,
     },
-    /// It holds something else than a beginning of this batch.
+    /// The contents of the file are not the beginning of this batch.
     #[error("{path}:{line}: {message}; expected {expected}, or a file that does not exist yet")]
     Foreign {
         /// The table's file.
@@ -56,45 +56,45 @@ pub enum TableError {
         line: usize,
         /// What is wrong with it.
         message: String,
-        /// What would be right.
+        /// What was expected.
         expected: String,
     },
 }
 
 impl TableError {
-    /// That a line is of another table.
+    /// Returns the error for a line of another table.
     pub(super) fn foreign(path: &Path, line: usize, message: String) -> TableError {
         let expected = "the table of an earlier batch with the same scenario, settings and first seed".to_owned();
         TableError::Foreign { path: path.to_owned(), line, message, expected }
     }
 }
 
-/// The file of a table, to be read and written: no other batch has it.
+/// The open file of a table, locked against other batches.
 pub(super) struct TableFile {
     pub(super) file: File,
     path: PathBuf,
-    /// Whether there was none before.
+    /// Whether the file did not exist before.
     is_new: bool,
 }
 
 impl TableFile {
-    /// Opens it, or makes a new one.
+    /// Opens the file, or creates it.
     pub(super) fn open(path: &Path) -> Result<Self, TableError> {
         let is_new = !path.exists();
-        // Some devices can be read for ever.
+        // Some devices never reach an end of file.
         if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
             return Err(TableError::NotAFile { path: path.to_owned() });
         }
         let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
         let file = opened.map_err(|error| TableError::Io { path: path.to_owned(), error })?;
-        // Where files cannot be locked, it goes without.
+        // On file systems without locks, the file is used without one.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(TableError::InUse { path: path.to_owned() });
         }
         Ok(Self { file, path: path.to_owned(), is_new })
     }
 
-    /// Writes the first line of an empty one.
+    /// Writes the first line of an empty table.
     pub(super) fn write_header(&mut self, header: &str) -> Result<(), TableError> {
         self.file.write_all(header.as_bytes()).map_err(|error| {
             if self.is_new {

@@ -2,33 +2,33 @@
 
 use naoisis_sim::scenario::Scenario;
 
-/// Scenarios by index, each made when it is played, so that any number of them takes no memory.
+/// Scenarios by index, each made when it is played, so that any number of them needs no memory.
 pub trait Variants: Sync {
     /// The number of variants.
     fn count(&self) -> usize;
 
-    /// The scenario of variant `index`, from 0. Its seed does not matter.
+    /// Returns the scenario of variant `index`, from 0. Its seed is ignored.
     ///
     /// # Errors
-    /// Why it cannot be played, in words.
+    /// The reason why it cannot be played, in words.
     fn scenario(&self, index: usize) -> Result<Scenario, String>;
 
-    /// The names of the settings that differ, such as `messages.loss`: columns of a table.
+    /// Returns the names of the settings that differ, such as `messages.loss`: columns of a table.
     fn columns(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// The values of these settings in variant `index`, in the order of the names.
+    /// Returns the values of these settings in variant `index`, in the order of the names.
     fn values(&self, _index: usize) -> Vec<String> {
         Vec::new()
     }
 
-    /// How realistic variant `index` is, in words.
+    /// Describes how realistic variant `index` is.
     fn realism(&self, index: usize) -> String {
         self.scenario(index).map(|scenario| scenario.realism_in_words()).unwrap_or_default()
     }
 
-    /// A fingerprint of the scenario of variant `index`, which does not depend on its seed.
+    /// Returns a fingerprint of the scenario of variant `index`, independent of its seed.
     fn fingerprint(&self, index: usize) -> String {
         self.scenario(index).map(|scenario| fingerprint(&scenario)).unwrap_or_default()
     }
@@ -44,7 +44,7 @@ impl Variants for Vec<Scenario> {
     }
 }
 
-/// The FNV-1a hash of a scenario's fields but for its seed.
+/// Returns the FNV-1a hash of a scenario's fields except its seed.
 pub(super) fn fingerprint(scenario: &Scenario) -> String {
     let scenario = Scenario { seed: 0, ..scenario.clone() };
     let text = scenario.resolved_json().unwrap_or_default();

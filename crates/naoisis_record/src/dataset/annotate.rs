@@ -15,25 +15,25 @@ use naoisis_sensing::appearance::Label;
 pub struct Annotation {
     /// Its class.
     pub class: Class,
-    /// Its name, such as `pink3`.
+    /// Name of the object, such as `pink3`.
     pub object: String,
     /// The box around its visible pixels: left, top, width and height.
     pub bbox: [u32; 4],
     /// The number of its visible pixels.
     pub area: u32,
-    /// The share of it in the image that nothing hides.
+    /// Share of the object's area in the image that nothing hides, from 0 to 1.
     pub visible: f32,
-    /// Whether it reaches to the edge of the image.
+    /// Whether the object reaches the edge of the image.
     pub truncated: bool,
-    /// Its distance from the camera, m.
+    /// Distance of the object from the camera, m.
     pub distance_m: f32,
     /// The outlines of its visible pixels.
     pub polygons: Vec<Vec<[u32; 2]>>,
-    /// The key points of a robot: pixel, and 2 for visible, 1 for hidden, 0 for outside of the image, where the pixel is 0. Empty of others.
+    /// The key points of a robot: pixel and visibility (2 visible, 1 hidden, 0 outside the image, with pixel 0). Empty for other objects.
     pub keypoints: Vec<(f32, f32, u8)>,
 }
 
-/// The pixels of an object.
+/// The number of pixels of an object, and the box around them.
 #[derive(Clone, Copy)]
 struct Extent {
     count: u32,
@@ -41,7 +41,7 @@ struct Extent {
     most: [u32; 2],
 }
 
-/// The labels of an image of a pitch with these markings.
+/// Returns the labels of the objects and of the markings in an image.
 pub fn annotations(shot: &Shot, markings: &Markings, limits: &LabelLimits) -> Vec<Annotation> {
     let mut found = objects(shot, limits);
     let crossings = markings.junctions.iter().map(|junction| (junction.position, Class::from(junction.shape)));
@@ -109,7 +109,7 @@ fn keypoints(shot: &Shot, object: &super::staging::Object) -> Vec<(f32, f32, u8)
     object.keypoints.iter().map(|place| point(place).unwrap_or_default()).collect()
 }
 
-/// The label of a crossing of lines, or of a penalty mark: the box around a square on the ground.
+/// Returns the label of a crossing of lines or of a penalty mark: the box around a square on the ground.
 fn crossing(shot: &Shot, place: Vec2, class: Class, limits: &LabelLimits) -> Option<Annotation> {
     let centre = place.extend(0.0);
     let distance_m = centre.distance(shot.view.eye);
@@ -151,7 +151,7 @@ fn crossing(shot: &Shot, place: Vec2, class: Class, limits: &LabelLimits) -> Opt
     })
 }
 
-/// To a hundredth.
+/// Rounds to a hundredth.
 fn rounded(value: f32) -> f32 {
     (value * 100.0).round() / 100.0
 }

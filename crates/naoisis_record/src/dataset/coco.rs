@@ -10,7 +10,7 @@ use super::record::ImageRecord;
 /// The name of the file with the annotations of a split.
 pub const FILE: &str = "_annotations.coco.json";
 
-/// Writes the annotations of images. `records` are those of one split.
+/// Writes the annotations of the images of one split.
 pub fn write(out: &mut impl Write, names: ClassNames, about: &str, records: &[&ImageRecord]) -> io::Result<()> {
     let categories: Vec<Value> =
         names.list().iter().enumerate().map(|(id, (name, class))| category(id, name, *class)).collect();

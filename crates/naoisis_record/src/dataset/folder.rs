@@ -1,4 +1,4 @@
-//! The folder of a data set: what is in it already, whether it can be continued, and the files that are written at the end.
+//! The folder of a data set: its contents, whether it can be continued, and the files that are written at the end.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -11,14 +11,14 @@ use super::{DatasetError, DatasetFormat, DatasetSettings, coco, yolo};
 use naoisis_core::read_file::read_file;
 use naoisis_core::replace_file::replace_file;
 
-/// The name of the file that says with which settings a data set is made.
+/// Name of the file with the settings of a data set.
 pub const SETTINGS_FILE: &str = "dataset.json";
-/// The folder with the records of matches that are finished.
+/// Name of the folder with the records of finished matches.
 const PARTS: &str = ".parts";
-/// The greatest length of a file of settings, bytes.
+/// Length limit of the settings file, bytes.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// The content of the file of settings.
+/// The contents of the settings file.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 struct About {
     /// The version of the program.
@@ -36,20 +36,20 @@ pub struct Folder {
     about: About,
 }
 
-/// What is known of a folder before anything is written.
+/// The state of a folder before anything is written.
 #[derive(Debug)]
 pub enum Found {
     /// The data set can be made, or continued.
     Ready(Folder),
-    /// It is there, with the same settings.
+    /// The data set is complete and has the same settings.
     Complete,
 }
 
 impl Folder {
-    /// Opens the folder of a data set, and makes it if there is none. A data set with other settings is removed with `force`.
+    /// Opens the folder of a data set, and creates it if there is none. With `force`, a data set with other settings is removed.
     ///
     /// # Errors
-    /// When something else is there, or it cannot be written to.
+    /// If the folder has other contents or cannot be written to.
     pub fn open(path: &Path, settings: &DatasetSettings, scenario: Value, force: bool) -> Result<Found, DatasetError> {
         let about = About {
             naoisis: env!("CARGO_PKG_VERSION").to_owned(),
@@ -98,12 +98,12 @@ impl Folder {
         Ok(Found::Ready(folder))
     }
 
-    /// Its path.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The setting in which an earlier data set differs.
+    /// Returns the first setting in which an earlier data set differs.
     fn difference(&self, earlier: &About) -> Option<String> {
         if self.about.naoisis != earlier.naoisis {
             return Some("version of naoisis".to_owned());
@@ -139,7 +139,7 @@ impl Folder {
         folders
     }
 
-    /// Removes the files that a killed program has left half written.
+    /// Removes incomplete files that a killed program left behind.
     fn remove_unfinished(&self, inner: &Path) -> Result<(), DatasetError> {
         for entry in fs::read_dir(inner).map_err(self.io(inner))? {
             let path = entry.map_err(self.io(inner))?.path();
@@ -150,9 +150,9 @@ impl Folder {
         Ok(())
     }
 
-    /// Removes an earlier data set: what this module and no other writes.
+    /// Removes an earlier data set: only files and folders that this module writes.
     fn clear(&self) -> Result<(), DatasetError> {
-        // First what says that it is whole.
+        // The settings file comes first, since it says that the data set is complete.
         let mut files =
             vec![self.path.join(SETTINGS_FILE), self.path.join("metadata.jsonl"), self.path.join("data.yaml")];
         let entries = fs::read_dir(&self.path).map_err(self.io(&self.path))?;
@@ -180,12 +180,12 @@ impl Folder {
         self.path.join(PARTS).join(format!("{index:06}.jsonl"))
     }
 
-    /// Whether all images of a match are there.
+    /// Returns whether all images of a match are there.
     pub fn has_match(&self, index: usize) -> bool {
         self.part(index).is_file()
     }
 
-    /// Notes that all images of a match are there.
+    /// Notes that all images of a match are there, by writing their records.
     pub fn finish_match(&self, index: usize, records: &[ImageRecord]) -> Result<(), DatasetError> {
         let mut text = Vec::new();
         for record in records {
@@ -200,7 +200,7 @@ impl Folder {
         replace_file(path, |mut file| file.write_all(bytes)).map_err(self.io(path))
     }
 
-    /// The errors of a file.
+    /// Returns a function that turns an I/O error at `path` into a [`DatasetError`].
     fn io(&self, path: &Path) -> impl FnOnce(io::Error) -> DatasetError + use<> {
         let path = path.to_owned();
         move |error| DatasetError::Io { path, error }
@@ -212,10 +212,10 @@ impl Folder {
         self.write(&self.path.join(SETTINGS_FILE), text.as_bytes())
     }
 
-    /// Writes the files about all images of the matches that are finished, of `matches`. Returns the number of images.
+    /// Writes the files about all images of the finished matches, out of `matches`. Returns the number of images.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// Errors of the file system.
     pub fn finish(&self, settings: &DatasetSettings, matches: usize) -> Result<u32, DatasetError> {
         let mut all = Vec::new();
         let mut finished = 0;
@@ -263,7 +263,8 @@ impl Folder {
     }
 }
 
-/// The line of an image in `metadata.jsonl`: its file first, and its objects as lists, as the `imagefolder` of `datasets` wants them.
+/// Returns the line of an image in `metadata.jsonl`: its file name first, and its objects as lists, as the `imagefolder` of `datasets`
+/// expects them.
 fn described(split: Split, record: &ImageRecord, settings: &DatasetSettings) -> Value {
     let stem = &record.stem;
     let file_name = match settings.formats.first() {

@@ -1,4 +1,4 @@
-//! The looks that are drawn for a match, and for each of its images. All of it is in the metadata.
+//! Randomly drawn looks of a match and of each of its images. The metadata contains all of them.
 
 use bevy::math::{Vec3, ops};
 use serde::Serialize;
@@ -14,36 +14,36 @@ use naoisis_sensing::sensing::camera::software::stage::PatchArea;
 /// A colour: red, green and blue, sRGB.
 pub type Rgb = [u8; 3];
 
-/// The looks of a match: of the hall, the pitch, the robots and their cameras.
+/// The looks of a match: the hall, the pitch, the robots and their cameras.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct MatchLooks {
     /// The direction of the lamp, unit vector.
     pub sun: Vec3,
-    /// Its light, as a share of full light.
+    /// The light of the lamp, as a share of full light.
     pub from_sun: f32,
-    /// The light from everywhere.
+    /// The ambient light, as a share of full light.
     pub ambient: f32,
-    /// The share of the light in a shadow.
+    /// The share of the light that is left in a shadow.
     pub in_shadow: f32,
-    /// How much darker the darkest places of the ground are.
+    /// How much darker the darkest places of the ground are, as a share.
     pub unevenness: f32,
     /// The distance between bright and dark places, m.
     pub pool_m: f32,
     /// The colour of the turf.
     pub turf: Rgb,
-    /// The contrast of blades of grass.
+    /// The contrast of the blades of grass.
     pub grain: f32,
-    /// The contrast of patches.
+    /// The contrast of the patches of the turf.
     pub mottling: f32,
     /// Stripes across the pitch.
     pub stripes: Option<Stripes>,
     /// The colour of lines.
     pub line: Rgb,
-    /// Their width, m.
+    /// The width of the lines, m.
     pub line_width_m: f32,
-    /// How much of the turf shows through.
+    /// The share of the turf's colour that shows through worn lines.
     pub wear: f32,
-    /// The colours of the goals at -x and +x.
+    /// The colours of the goals at negative and positive x.
     pub goals: [Rgb; 2],
     /// The diameter of posts, m.
     pub post_diameter_m: f32,
@@ -55,7 +55,7 @@ pub struct MatchLooks {
     pub teams: PerTeam<TeamLook>,
     /// The colour of the walls.
     pub wall: Rgb,
-    /// The contrast of what is on them.
+    /// The contrast of the patterns on the walls.
     pub wall_contrast: f32,
     /// The colour of the floor.
     pub floor: Rgb,
@@ -63,7 +63,7 @@ pub struct MatchLooks {
     pub things: u32,
     /// The number of people beside the pitch.
     pub people: u32,
-    /// The range of their distance from the carpet, m.
+    /// The range of the distance of things and people from the carpet, m.
     #[serde(skip)]
     pub beyond_m: Range,
     /// Whether there is another pitch beside this one.
@@ -72,9 +72,9 @@ pub struct MatchLooks {
     pub white_balance: [f32; 3],
     /// The share of the light that is lost in the corners.
     pub vignetting: f32,
-    /// The displacement of the corners, as a share.
+    /// The displacement of the image corners by the lens, as a share of their distance from the middle.
     pub distortion: f32,
-    /// Whether a robot sees its own body.
+    /// Whether a camera sees the robot's own body.
     pub sees_itself: bool,
 }
 
@@ -83,22 +83,22 @@ pub struct MatchLooks {
 pub struct Stripes {
     /// The width of a stripe, m.
     pub width_m: f32,
-    /// Their contrast.
+    /// The contrast of the stripes.
     pub contrast: f32,
 }
 
 /// The look of a team.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct TeamLook {
-    /// The name of its colour.
+    /// The name of the team's colour.
     pub jersey: String,
-    /// Its colour.
+    /// The team's colour.
     pub colour: Rgb,
-    /// Whether its robots wear shirts.
+    /// Whether the robots wear shirts in the team's colour.
     pub shirts: bool,
-    /// Whether their limbs have its colour.
+    /// Whether the robots' limbs have the team's colour.
     pub limbs: bool,
-    /// The colour of their shells; none: that of their models.
+    /// The colour of the robots' shells. `None` for the colour of their models.
     pub shell: Option<Rgb>,
 }
 
@@ -107,11 +107,11 @@ pub struct TeamLook {
 pub struct BallLook {
     /// The name of its pattern.
     pub pattern: &'static str,
-    /// The colour of its ground.
+    /// The base colour.
     pub ground: Rgb,
     /// The colours of its patches.
     pub colours: Vec<Rgb>,
-    /// The patches.
+    /// The coloured patches.
     #[serde(skip)]
     pub patches: Vec<PatchArea>,
 }
@@ -119,11 +119,11 @@ pub struct BallLook {
 /// The looks of one image.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct ImageLooks {
-    /// The factor on the light.
+    /// The factor on the brightness.
     pub exposure: f32,
-    /// Noise of each channel, of 255.
+    /// Standard deviation of the noise of each channel, of 255.
     pub pixel_sd: f32,
-    /// Blur, pixels.
+    /// Standard deviation of the blur, pixels.
     pub blur_px: f32,
     /// Exposure time, s.
     pub exposure_s: f32,
@@ -146,7 +146,7 @@ impl ImageLooks {
 }
 
 impl MatchLooks {
-    /// Draws the looks of a match on a pitch with goals of these colours.
+    /// Draws the looks of a match. `goals` are the colours of the scenario's goals.
     pub fn draw(ranges: &Ranges, goals: [GoalColour; 2], stream: &mut RandomStream) -> Self {
         let Ranges { light, turf, lines, goals: goal_ranges, surroundings, camera, .. } = ranges;
         let elevation = to_radians(light.elevation_deg.draw(stream));
@@ -246,7 +246,7 @@ impl BallLook {
         let (pattern, patches): (_, Vec<PatchArea>) = if choice < *plain {
             ("plain", Vec::new())
         } else if choice < plain + pentagons {
-            // As wide as the black pieces of a ball of 32 pieces.
+            // The patches are as wide as the black pieces of a ball made of 32 pieces.
             let patch = |axis| PatchArea { axis, from: 0.925, to: 1.0, colour: colour(0) };
             ("pentagons", ICOSAHEDRON.into_iter().map(|corner| patch(corner.normalize())).collect())
         } else if choice < plain + pentagons + caps {
@@ -299,7 +299,7 @@ pub fn any_hue(saturation: Range, value: Range, stream: &mut RandomStream) -> Rg
     hsv(hue, saturation.draw(stream), value.draw(stream))
 }
 
-/// The colour with this hue, degrees, saturation and brightness, both from 0 to 1.
+/// Returns the colour with a hue (degrees), saturation and brightness (both from 0 to 1).
 pub fn hsv(hue_deg: f32, saturation: f32, value: f32) -> Rgb {
     let (saturation, value) = (saturation.clamp(0.0, 1.0), value.clamp(0.0, 1.0));
     [5.0, 3.0, 1.0].map(|shift| {

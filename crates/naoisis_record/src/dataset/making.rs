@@ -1,4 +1,4 @@
-//! The images of one match: played or drawn, taken, labelled and written.
+//! Makes the images of one match: moments are played or drawn, images taken, labelled and written.
 
 use bevy::app::App;
 use jpeg_encoder::{ColorType, Encoder};
@@ -28,13 +28,13 @@ pub struct Worker {
     camera: StageCamera,
 }
 
-/// The number of images of a match.
+/// Returns the number of images of match `index`.
 pub fn count_of(settings: &DatasetSettings, index: usize) -> u32 {
     let each = settings.images_of_match();
     each.min(settings.images.saturating_sub(each * index as u32))
 }
 
-/// Checks that matches of a scenario start, and that robots see.
+/// Checks that matches of the scenario start, and that at least one robot has a camera.
 pub fn check(app: &mut App, scenario: &Scenario) -> Result<(), DatasetError> {
     app.start_match(scenario).map_err(DatasetError::Match)?;
     if Cast::of(app.world(), scenario).has_cameras() { Ok(()) } else { Err(DatasetError::NoCameras) }
@@ -48,7 +48,7 @@ struct Files {
 }
 
 impl Worker {
-    /// A worker with an app without a match.
+    /// Creates a worker. `app` has no match.
     pub fn new(app: App) -> Self {
         Self { app, camera: StageCamera::default() }
     }
@@ -99,7 +99,7 @@ impl Worker {
         folder.finish_match(index, &records)
     }
 
-    /// The moments of a match that has started: played or drawn, and drawn where nobody sees anything in it.
+    /// Returns the moments of a match that has started, either played or drawn. Moments are drawn, too, if too few played ones were found.
     fn moments(
         &mut self,
         scenario: &Scenario,
@@ -133,7 +133,7 @@ impl Files {
             encode_png(&mut bytes, layer, image).map(|()| bytes)
         };
         let depth = settings.depth.then(|| png(Layer::Depth, &image)).transpose()?;
-        // Numbers of objects become what these are; lower ones are labels.
+        // Maps numbers of objects to their labels. Lower numbers are labels already.
         let mut table: [u8; 256] = core::array::from_fn(|number| number as u8);
         for object in &objects {
             table[usize::from(object.number)] = object.label as u8;
@@ -158,7 +158,7 @@ fn jpeg(image: &Image, quality: u8) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Writes the files of an image in the layouts that have a file for each.
+/// Writes the files of an image, in all layouts that have separate files for each image.
 fn write_files(
     folder: &Folder,
     settings: &DatasetSettings,

@@ -1,15 +1,15 @@
-//! Data sets of labelled images, for training what robots see with: images of matches that are played and of situations that are drawn, with
-//! looks that differ from match to match.
+//! Data sets of labelled images for training the vision of robots: images of played matches and of randomly drawn situations, with looks
+//! that differ from match to match.
 //!
-//! [`make()`] plays matches, takes images with the software renderer, and writes them with boxes, outlines and key points of ball, robots, goal
-//! posts, people and crossings of lines. The looks are drawn from [`Ranges`]: light, turf, lines, ball, shirts, goals, what is beside the
-//! pitch, and the errors of cameras. Everything that is drawn is in the metadata.
+//! [`make()`] plays matches, takes images with the software renderer, and writes them with boxes, outlines and key points of ball, robots,
+//! goal posts, people and crossings of lines. The looks are drawn from [`Ranges`]: light, turf, lines, ball, shirts, goals, surroundings of
+//! the pitch, and the errors of cameras. Everything that is drawn is in the metadata.
 //!
-//! The same settings give the same files on any number of threads. All images of a match are in one split. A data set that was interrupted is
-//! continued by the same settings, match by match.
+//! The same settings give the same files on any number of threads. All images of a match are in one split. The same settings also continue
+//! an interrupted data set, match by match.
 //!
-//! **What is missing.** Bodies have plain colours without textures, and get no light from each other; shadows fall on the ground alone, and
-//! uneven light, too. The shutter is global. People stand.
+//! **What is missing.** Bodies have plain colours without textures, and reflect no light onto each other. Shadows and uneven light appear
+//! on the ground alone. The shutter is global. People stand still.
 
 use bevy::app::App;
 use core::sync::atomic::AtomicBool;
@@ -43,7 +43,7 @@ use folder::{Folder, Found};
 use naoisis_sim::scenario::{Scenario, ScenarioFault};
 use naoisis_sim::simulation::play_in_order;
 
-/// A layout of files.
+/// A layout of the files of a data set.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -57,36 +57,36 @@ pub enum DatasetFormat {
 }
 
 impl DatasetFormat {
-    /// All of them, with the words for them on the command line.
+    /// All layouts, with their names on the command line.
     pub const ALL: [(&'static str, DatasetFormat); 3] =
         [("coco", DatasetFormat::Coco), ("yolo", DatasetFormat::Yolo), ("webdataset", DatasetFormat::Webdataset)];
 }
 
-/// What a data set is made of, besides its scenario.
+/// The settings of a data set, besides its scenario.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct DatasetSettings {
     /// The number of images.
     pub images: u32,
-    /// The seed of the first match; each further one has the next.
+    /// The seed of the first match; it grows by one from match to match.
     pub seed: u64,
-    /// The layouts.
+    /// The layouts of the files.
     pub formats: Vec<DatasetFormat>,
     /// The names of classes.
     pub names: ClassNames,
-    /// What labels of YOLO say.
+    /// The kind of YOLO labels.
     pub yolo: YoloTask,
-    /// Whether there are masks: the label of each pixel.
+    /// Whether masks are written: images with the label of each pixel.
     pub masks: bool,
-    /// Whether there are images of the depth.
+    /// Whether depth images are written.
     pub depth: bool,
-    /// Width and height of the images, pixels; none: those of the robots' cameras.
+    /// Width and height of the images, pixels. `None` for those of the robots' cameras.
     pub size: Option<[u32; 2]>,
-    /// What looks are drawn from.
+    /// The ranges from which looks are drawn.
     pub ranges: Ranges,
 }
 
 impl DatasetSettings {
-    /// Settings for this many images in COCO's layout, drawn from these ranges.
+    /// Creates settings for `images` images in COCO's layout, with looks drawn from `ranges`.
     pub fn new(images: u32, ranges: Ranges) -> Self {
         Self {
             images,
@@ -101,33 +101,33 @@ impl DatasetSettings {
         }
     }
 
-    /// The number of images of a match: up to 20, and so few that there are 20 matches.
+    /// Returns the number of images of a match: at most 20, and few enough that there are about 20 matches or more.
     fn images_of_match(&self) -> u32 {
         (self.images / 20).clamp(1, 20)
     }
 
-    /// The number of matches.
+    /// Returns the number of matches.
     pub fn matches(&self) -> usize {
         self.images.div_ceil(self.images_of_match()) as usize
     }
 }
 
-/// Why a data set is not made.
+/// Why a data set cannot be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetError {
-    /// A file is where the folder should be.
+    /// The path of the folder is a file.
     #[error("{0}: this is a file; expected a folder, new, empty, or with a data set")]
     NotAFolder(PathBuf),
-    /// The folder in which it should be is not there.
+    /// The parent folder does not exist.
     #[error("{path}: there is no folder {missing}; expected a folder in one that is there")]
     NoParent {
         /// The folder that was asked for.
         path: PathBuf,
-        /// The outermost that is missing.
+        /// The outermost folder that is missing.
         missing: PathBuf,
     },
-    /// Something else is in the folder.
+    /// The folder has other contents.
     #[error("{0}: the folder is not empty, and no data set is in it; expected a new or an empty one")]
     Foreign(PathBuf),
     /// A data set with other settings is in the folder.
@@ -141,15 +141,15 @@ pub enum DatasetError {
         /// The first setting that differs.
         field: String,
     },
-    /// The file system fails.
+    /// The file system reports an error.
     #[error("{path}: {error}")]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// The match does not start.
+    /// The match cannot be started.
     #[error("the match does not start: {}", .0.in_words())]
     Match(ScenarioFault),
     /// No robot of the scenario has a camera.
@@ -158,29 +158,29 @@ pub enum DatasetError {
 }
 
 impl DatasetError {
-    /// Whether what was asked for is wrong, not what happened on the way.
+    /// Returns whether the request itself is wrong. False for errors of the file system.
     pub fn is_usage(&self) -> bool {
         !matches!(self, DatasetError::Io { .. })
     }
 }
 
-/// What there is of a data set.
+/// The result of making a data set.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Made {
     /// The number of images.
     pub images: u32,
-    /// The number of them that were there before.
+    /// The number of images that were there before.
     pub earlier: u32,
-    /// Whether all are there.
+    /// Whether all images are there.
     pub is_complete: bool,
 }
 
-/// Makes a data set in `folder`, or continues one that was interrupted; with `force` one with other settings is replaced. `simulator` makes an
-/// app without a match. `progress` is called with the number of images that are there. When `stop` becomes true, the matches under way are
-/// finished, and what there is gets its annotations.
+/// Makes a data set in `folder`, or continues one that was interrupted. With `force`, a data set with other settings is replaced.
+/// `simulator` makes an app without a match. `progress` is called with the number of images so far. When `stop` becomes true, the matches
+/// under way are finished, and the images so far get their annotations.
 ///
 /// # Errors
-/// What is wrong with the folder or the scenario, or with the disk.
+/// Faults of the folder or the scenario, and errors of the file system.
 pub fn make(
     folder: &Path,
     scenario: &Scenario,

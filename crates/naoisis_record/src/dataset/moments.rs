@@ -1,4 +1,4 @@
-//! The moments of which images are taken: of matches that are played, and of situations that are drawn at random.
+//! Chooses the moments at which images are taken: in matches that are played, and in situations that are drawn at random.
 
 use bevy::math::{Vec2, ops};
 use bevy::prelude::*;
@@ -21,7 +21,7 @@ use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sim::scenario::{MODELS, Scenario};
 use naoisis_sim::simulation::{MatchApp, is_over};
 
-/// The moment of an image: the scene, and the camera.
+/// A moment at which an image is taken.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Moment {
     /// The scene.
@@ -32,9 +32,9 @@ pub struct Moment {
     pub camera: CameraName,
     /// The settings of the robot's cameras.
     pub settings: CameraSettings,
-    /// How fast the camera turns, yaw and pitch, rad/s.
+    /// How fast the camera turns: yaw and pitch, rad/s.
     pub turn: Vec2,
-    /// The cycle and the time of the match, s; none of a situation that was drawn.
+    /// The cycle and the time of the match, s. `None` for a drawn situation.
     pub time: Option<(u64, f64)>,
     /// The models of the robots of the scene.
     pub models: Vec<(RobotId, String)>,
@@ -47,11 +47,11 @@ pub struct CastMember {
     model: String,
     body: Body,
     head: HeadLimits,
-    /// Its cameras; none without any.
+    /// The robot's cameras. `None` if it has none.
     cameras: Option<CameraSettings>,
 }
 
-/// The robots of a scenario, and bodies of other models.
+/// The robots of a scenario, and the bodies of other models.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Cast {
     members: Vec<CastMember>,
@@ -60,7 +60,7 @@ pub struct Cast {
 }
 
 impl Cast {
-    /// The robots of the match in `world`, which is that of the scenario.
+    /// Returns the robots of the match in `world`, which was started from `scenario`.
     pub fn of(world: &World, scenario: &Scenario) -> Self {
         let member = |(id, entity): (RobotId, Entity)| {
             let model = scenario.robot(id).model.unwrap_or_else(|| scenario.model.clone());
@@ -80,14 +80,14 @@ impl Cast {
             let scenario =
                 Scenario::from_json(&format!(r#"{{ "model": "{name}", "robots": [{{ "number": 1 }}] }}"#)).ok()?;
             let body = scenario.body_of(scenario.robots.first()?);
-            // Those on wheels play in no league with the others.
+            // Robots on wheels play in no league with the others.
             body.legs.map(|_| (name.to_owned(), body))
         };
         let others = MODELS.iter().filter_map(|model| of_model(model.name)).collect();
         Self { members, others, ball_radius_m: scenario.ball.unwrap_or_default().radius_m }
     }
 
-    /// Whether any robot has a camera.
+    /// Returns whether any robot has a camera.
     pub fn has_cameras(&self) -> bool {
         self.members.iter().any(|member| member.cameras.is_some())
     }
@@ -106,18 +106,18 @@ impl Cast {
     }
 }
 
-/// One of `count` things.
+/// Draws an index below `count`.
 fn pick(count: usize, stream: &mut RandomStream) -> usize {
     ((stream.uniform() * count as f32) as usize).min(count.saturating_sub(1))
 }
 
-/// One of a robot's cameras.
+/// Draws one of a robot's cameras.
 fn pick_camera(settings: &CameraSettings, stream: &mut RandomStream) -> Option<CameraName> {
     let names: Vec<CameraName> = settings.mounts.names().collect();
     names.get(pick(names.len(), stream)).copied()
 }
 
-/// Plays on in `app` and returns the moments of `count` images. A match that is over begins again.
+/// Continues the match in `app` and returns the moments of `count` images. A match that is over starts again.
 pub fn played(
     app: &mut App,
     scenario: &Scenario,
@@ -126,7 +126,7 @@ pub fn played(
     count: usize,
     stream: &mut RandomStream,
 ) -> Vec<Moment> {
-    /// How often a moment is looked for at which a robot stands on the pitch and sees.
+    /// Attempts for each moment to find a robot that stands on the pitch and has a camera.
     const TRIES: usize = 20;
 
     let period_s = app.world().resource::<CycleClock>().period();
@@ -137,7 +137,7 @@ pub fn played(
         let cycles = (wait_s / period_s).max(1.0) as usize;
         for _ in 0..cycles {
             if is_over(app.world()) {
-                // Its start has been tried.
+                // The match has been started before, so it starts again.
                 let _ = app.start_match(scenario);
             }
             app.run_cycles(1);
@@ -159,7 +159,7 @@ pub fn played(
     moments
 }
 
-/// The moment of a scene that is played, one cycle after another scene.
+/// Returns the moment of `scene`, one cycle after `before`. Returns `None` if no standing robot has a camera.
 fn moment_of(
     scene: Scene,
     before: &Scene,
@@ -182,13 +182,14 @@ fn moment_of(
     Some(Moment { robot: robot.id, camera, settings, turn, time, models, scene })
 }
 
-/// The ranges of the head's angles in drawn situations, within its limits, degrees.
+/// The ranges of the head angles in drawn situations, degrees. The limits of the head also apply.
 const HEAD_YAW_DEG: [f32; 2] = [-70.0, 70.0];
 const HEAD_PITCH_DEG: [f32; 2] = [-12.0, 30.0];
 /// The free space around robots and the ball, m.
 const ROOM_M: f32 = 0.03;
 
-/// Draws a situation on the pitch of `empty`, a scene without robots: some robots of the cast, one of which looks, and mostly a ball.
+/// Draws a situation on the pitch of `empty`, a scene without robots: some robots of the cast, one of which takes the image, and usually a
+/// ball.
 pub fn drawn(empty: &Scene, cast: &Cast, ranges: &super::ranges::Ranges, stream: &mut RandomStream) -> Option<Moment> {
     let seeing: Vec<&CastMember> = cast.members.iter().filter(|member| member.cameras.is_some()).collect();
     let own = *seeing.get(pick(seeing.len(), stream))?;
@@ -218,7 +219,7 @@ pub fn drawn(empty: &Scene, cast: &Cast, ranges: &super::ranges::Ranges, stream:
             (member.model.clone(), member.body)
         };
         let reach = body.torso.reach().max(body.base.reach());
-        // Half of them where the camera looks.
+        // Half of the robots stand where the camera looks.
         let aimed = stream.chance(0.5);
         let free = (0..30).find_map(|_| {
             let place = if aimed {
@@ -262,7 +263,7 @@ pub fn drawn(empty: &Scene, cast: &Cast, ranges: &super::ranges::Ranges, stream:
     Some(Moment { robot: own.id, camera, settings, turn, time: None, models, scene })
 }
 
-/// A place ahead of a camera, nearer ones more often.
+/// Draws a place ahead of a camera. Near places are more likely.
 fn ahead(position: Vec2, bearing: f32, furthest_m: f32, stream: &mut RandomStream) -> Vec2 {
     let bearing = bearing + to_radians(70.0 * (stream.uniform() - 0.5));
     let share = stream.uniform();

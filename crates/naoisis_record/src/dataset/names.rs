@@ -19,11 +19,11 @@ pub enum Class {
     Person,
     /// A penalty mark or the centre mark.
     PenaltyMark,
-    /// A corner of lines.
+    /// A corner where two lines meet.
     LCrossing,
     /// A line that ends on another.
     TCrossing,
-    /// Lines that cross.
+    /// Two lines that cross.
     XCrossing,
 }
 
@@ -42,19 +42,19 @@ impl From<JunctionShape> for Class {
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum ClassNames {
-    /// Those of this project.
+    /// The names of this project.
     #[default]
     Naoisis,
-    /// TORSO-21: types of its annotations.
+    /// TORSO-21: the types of its annotations.
     Torso21,
-    /// The HULKs: classes of their data set of 2026.
+    /// HULKs: the classes of their data set of 2026.
     Hulks,
-    /// Booster: classes of the detector in its demo for teams.
+    /// Booster: the classes of the detector in its demo for teams.
     Booster,
 }
 
 impl ClassNames {
-    /// All of them, with the words for them on the command line.
+    /// All lists of names, with their names on the command line.
     pub const ALL: [(&'static str, ClassNames); 4] = [
         ("naoisis", ClassNames::Naoisis),
         ("torso21", ClassNames::Torso21),
@@ -62,7 +62,7 @@ impl ClassNames {
         ("booster", ClassNames::Booster),
     ];
 
-    /// The names in their order, each with its class; a class that images never have has a name and a place all the same.
+    /// Returns the names in their order, each with its class. A class that never occurs in the images still has its name and number.
     pub fn list(self) -> &'static [(&'static str, Option<Class>)] {
         use Class::{Ball, GoalPost, LCrossing, PenaltyMark, Person, Robot, TCrossing, XCrossing};
 
@@ -109,13 +109,13 @@ impl ClassNames {
         }
     }
 
-    /// The number of a class, from 0; none where these names have no such class.
+    /// Returns the number of a class, from 0. Returns `None` if these names have no such class.
     pub fn number(self, class: Class) -> Option<usize> {
         self.list().iter().position(|(_, listed)| *listed == Some(class))
     }
 }
 
-/// The key points of a robot, in this order.
+/// Names of the key points of a robot, in their order.
 pub const KEYPOINTS: [&str; 11] = [
     "head",
     "left_shoulder",
@@ -130,10 +130,10 @@ pub const KEYPOINTS: [&str; 11] = [
     "right_foot",
 ];
 
-/// The key point that each becomes in a mirrored image.
+/// Index of the key point that each becomes in a mirrored image.
 pub const MIRRORED: [usize; 11] = [0, 2, 1, 4, 3, 6, 5, 8, 7, 10, 9];
 
-/// Pairs of key points between which a limb is, counted from 1.
+/// Pairs of key points that a limb connects, counted from 1.
 pub const SKELETON: [[usize; 2]; 12] =
     [[1, 2], [1, 3], [2, 3], [2, 4], [3, 5], [2, 6], [3, 7], [6, 7], [6, 8], [7, 9], [8, 10], [9, 11]];
 

@@ -1,17 +1,17 @@
-//! The outlines of areas of pixels, as polygons.
+//! Traces the outlines of areas of pixels as polygons.
 
 use bevy::math::Vec2;
 
-/// How far a polygon may be from the edges of the pixels, pixels: the steps of slanted edges become straight.
+/// Distance between a polygon and the pixel edges at most, pixels. It straightens the steps of slanted edges.
 const TOLERANCE_PX: f32 = 0.75;
-/// Smaller holes are filled, pixels.
+/// Area below which holes are filled, pixels.
 const LEAST_HOLE_PX: f32 = 6.0;
 
-/// A closed polygon, pixels.
+/// The corners of a closed polygon, pixels.
 pub type Polygon = Vec<Vec2>;
 
-/// The polygons around the pixels of an image for which `is_inside`, in a window from the pixel `corner` with `size`. A hole is joined to the
-/// polygon around it by a cut without width.
+/// Returns the polygons around the pixels for which `is_inside`, in a window that begins at pixel `corner`. A hole is joined to the polygon
+/// around it by a cut without width.
 pub fn polygons(corner: [usize; 2], size: [usize; 2], is_inside: impl Fn(usize, usize) -> bool) -> Vec<Polygon> {
     let rings = rings(size, |u, v| is_inside(corner[0] + u, corner[1] + v));
     let shift = Vec2::new(corner[0] as f32, corner[1] as f32);
@@ -27,7 +27,7 @@ pub fn polygons(corner: [usize; 2], size: [usize; 2], is_inside: impl Fn(usize, 
         }
     }
     for (ring, hole) in holes {
-        // Beside an edge of the hole, in the area.
+        // A point beside an edge of the hole, inside the area.
         let [a, b] = [ring[0], ring[1]];
         let beside = (a + b) / 2.0 + (b - a).normalize_or_zero().perp() * 0.25;
         let around = outer.iter_mut().filter(|(whole, _)| contains(whole, beside));
@@ -38,7 +38,7 @@ pub fn polygons(corner: [usize; 2], size: [usize; 2], is_inside: impl Fn(usize, 
     outer.into_iter().map(|(_, simple)| simple).collect()
 }
 
-/// One polygon of several, which are joined by cuts without width, the largest first; none of none.
+/// Joins polygons to one by cuts without width, beginning with the largest. Returns `None` if there are none.
 pub fn one_polygon(polygons: &[Polygon]) -> Option<Polygon> {
     let mut polygons: Vec<&Polygon> = polygons.iter().collect();
     polygons.sort_by(|a, b| area(b).abs().total_cmp(&area(a).abs()));
@@ -46,13 +46,13 @@ pub fn one_polygon(polygons: &[Polygon]) -> Option<Polygon> {
     Some(rest.iter().fold((*first).clone(), |whole, other| joined(&whole, other)))
 }
 
-/// The rings around pixels, along their edges: around an area with a positive [`area`], around a hole with a negative one.
+/// Returns the rings along the edges of pixels: around an area with a positive [`area`], around a hole with a negative one.
 fn rings([width, height]: [usize; 2], is_inside: impl Fn(usize, usize) -> bool) -> Vec<Polygon> {
-    /// To the right, down, to the left, up.
+    /// Steps to the right, down, to the left, up.
     const STEPS: [[isize; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
     let across = width + 1;
-    // The edges that leave each corner of pixels, a bit for each direction.
+    // The edges that leave each pixel corner: a bit for each direction.
     let mut edges = vec![0_u8; across * (height + 1)];
     for v in 0..height {
         for u in 0..width {
@@ -64,7 +64,7 @@ fn rings([width, height]: [usize; 2], is_inside: impl Fn(usize, usize) -> bool) 
                 !is_within || !is_inside(u as usize, v as usize)
             };
             let (column, row) = (u as isize, v as isize);
-            // Around the pixel from its top edge on: where the edge begins, and the pixel beyond it.
+            // The sides of the pixel from its top edge on: where the edge begins, and the direction of the neighbouring pixel.
             let sides =
                 [[u, v], [u + 1, v], [u + 1, v + 1], [u, v + 1]].into_iter().zip([[0, -1], [1, 0], [0, 1], [-1, 0]]);
             for (direction, (start, [right, down])) in sides.enumerate() {
@@ -84,7 +84,7 @@ fn rings([width, height]: [usize; 2], is_inside: impl Fn(usize, usize) -> bool) 
                 ring.push(Vec2::new((place % across) as f32, (place / across) as f32));
                 let [right, down] = STEPS[direction];
                 place = (place as isize + down * across as isize + right) as usize;
-                // To the left first: pixels that touch at a corner belong together.
+                // Turn left first, so that pixels that touch at a corner belong together.
                 let next = [3, 0, 1]
                     .map(|turn| (direction + turn) % 4)
                     .into_iter()
@@ -98,7 +98,7 @@ fn rings([width, height]: [usize; 2], is_inside: impl Fn(usize, usize) -> bool) 
     rings
 }
 
-/// The area of a polygon, pixels: positive if it runs clockwise as seen in the image.
+/// Returns the area of a polygon, square pixels: positive if it runs clockwise as seen in the image.
 pub fn area(polygon: &[Vec2]) -> f32 {
     let next = polygon.iter().cycle().skip(1);
     polygon.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f32>() / 2.0
@@ -112,7 +112,7 @@ fn contains(polygon: &[Vec2], point: Vec2) -> bool {
     crossings.count() % 2 == 1
 }
 
-/// The polygon with fewer corners (Douglas and Peucker, 1973), nowhere further from it than the tolerance.
+/// Simplifies a polygon to fewer corners (Douglas and Peucker, 1973), within the tolerance.
 fn simplified(ring: &[Vec2]) -> Polygon {
     let far = |from: Vec2| {
         let distances = ring.iter().enumerate().map(|(index, point)| (index, point.distance_squared(from)));
@@ -146,11 +146,11 @@ fn simplified(ring: &[Vec2]) -> Polygon {
         .take(wrapped.len() - 1)
         .filter_map(|(point, is_kept)| is_kept.then_some(*point))
         .collect();
-    // What is thinner than the tolerance keeps its corners.
+    // A shape thinner than the tolerance keeps all its corners.
     if simple.len() < 3 || area(&simple).abs() < 0.5 * area(ring).abs() { corners(ring) } else { simple }
 }
 
-/// The corners of a ring along edges of pixels.
+/// Returns the corners of a ring along the edges of pixels.
 fn corners(ring: &[Vec2]) -> Polygon {
     let count = ring.len();
     let is_corner = |index: usize| {
@@ -160,7 +160,7 @@ fn corners(ring: &[Vec2]) -> Polygon {
     (0..count).filter(|index| is_corner(*index)).map(|index| ring[index]).collect()
 }
 
-/// Two polygons as one, joined where their corners are nearest.
+/// Joins two polygons where their corners are nearest.
 fn joined(one: &[Vec2], other: &[Vec2]) -> Polygon {
     let mut nearest = (0, 0, f32::INFINITY);
     for (first, a) in one.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The ranges from which the looks of images are drawn: files in `assets/looks`, and those of users.
+//! The ranges from which the looks of images are drawn: files in `assets/looks`, and users' own files.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -7,13 +7,13 @@ use std::path::Path;
 use naoisis_core::random::RandomStream;
 use naoisis_sim::scenario::{ScenarioError, read_looks};
 
-/// A range, from the least to the greatest value, drawn from uniformly.
+/// A range from a least to a greatest value, with a uniform distribution.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Range([f32; 2]);
 
 impl Range {
-    /// Draws from the range.
+    /// Draws a value from the range.
     pub fn draw(self, stream: &mut RandomStream) -> f32 {
         let [least, most] = self.0;
         least + (most - least) * stream.uniform()
@@ -42,7 +42,7 @@ macro_rules! ranges {
 }
 
 ranges! {
-    /// All that is drawn, and where the ranges come from.
+    /// All ranges, and their sources.
     Ranges {
         /// The light.
         light: LightRanges,
@@ -62,9 +62,9 @@ ranges! {
         camera: CameraRanges,
         /// The situations.
         scenes: SceneRanges,
-        /// What is labelled.
+        /// Limits for labels.
         labels: LabelLimits,
-        /// Where each range comes from, by its path.
+        /// The source of each range, by its path.
         sources: BTreeMap<String, String>,
     }
     /// The light.
@@ -112,7 +112,8 @@ ranges! {
     }
     /// The goals.
     GoalRanges {
-        /// How often they are white; else they have the colours of the scenario's field, or are yellow where these are white, too.
+        /// How often the goals are white. Otherwise they have the colours of the scenario's field, or are yellow if those are white as
+        /// well.
         white_chance: f32,
         /// The diameter of the posts, m.
         post_diameter_m: Range,
@@ -121,9 +122,9 @@ ranges! {
     }
     /// The ball.
     BallRanges {
-        /// How often there is none, in drawn situations.
+        /// How often the ball is missing, in drawn situations.
         missing_chance: f32,
-        /// How often its ground is white; else it has any colour.
+        /// How often the base colour is white; otherwise it is any colour.
         white_chance: f32,
         /// The weight of balls of one colour.
         plain: f32,
@@ -138,17 +139,17 @@ ranges! {
     RobotRanges {
         /// The colours of teams.
         jerseys: Vec<Jersey>,
-        /// How often robots of a team wear shirts in its colour.
+        /// How often the robots of a team wear shirts in its colour.
         shirt_chance: f32,
-        /// How often their limbs have its colour.
+        /// How often the robots' limbs have the team's colour.
         limbs_chance: f32,
-        /// How often shells keep the colour of the model.
+        /// How often shells keep the colour of the robot's model.
         own_shell_chance: f32,
-        /// The brightness of other shells.
+        /// The brightness of shells of another colour.
         shell_value: Range,
-        /// Their saturation.
+        /// The saturation of shells of another colour.
         shell_saturation: Range,
-        /// How often a robot is of another model than the scenario says, in drawn situations.
+        /// How often a robot has another model than in the scenario, in drawn situations.
         other_model_chance: f32,
     }
     /// The colour of a team.
@@ -158,13 +159,13 @@ ranges! {
         /// Red, green and blue, sRGB.
         rgb: [u8; 3],
     }
-    /// What is around the pitch.
+    /// The surroundings of the pitch.
     SurroundingRanges {
         /// The brightness of the walls.
         wall_value: Range,
         /// Their saturation.
         wall_saturation: Range,
-        /// The contrast of what is on them.
+        /// The contrast of the patterns on the walls.
         wall_contrast: Range,
         /// The brightness of the floor.
         floor_value: Range,
@@ -174,14 +175,14 @@ ranges! {
         things: Range,
         /// The number of people beside the pitch.
         people: Range,
-        /// How far beyond the carpet they are, m.
+        /// The distance of things and people from the carpet, m.
         beyond_m: Range,
         /// How often there is another pitch beside this one.
         neighbour_chance: f32,
     }
     /// The cameras.
     CameraRanges {
-        /// The factor on the light.
+        /// The factor on the brightness.
         exposure: Range,
         /// The factors on red and blue.
         white_balance: Range,
@@ -195,7 +196,8 @@ ranges! {
         exposure_ms: Range,
         /// The speed at which the camera turns, degrees per second, in drawn situations.
         turn_degps: Range,
-        /// How far a corner of the image is displaced, as a share of its distance from the middle, by lenses of which no distortion is known.
+        /// How far the lens displaces a corner of the image, as a share of its distance from the middle. It applies to cameras without a
+        /// known distortion.
         distortion: Range,
         /// How often a robot sees its own body.
         own_body_chance: f32,
@@ -213,29 +215,29 @@ ranges! {
         /// How often a robot lies, in drawn situations.
         lying_chance: f32,
     }
-    /// What is labelled.
+    /// Limits for labels.
     LabelLimits {
         /// The least width and height of a labelled object, pixels.
         least_px: f32,
-        /// The least share of an object in the image that nothing hides.
+        /// The least visible share of a labelled object, of its area in the image.
         least_visible: f32,
         /// Half the side of the square around a crossing of lines, or a penalty mark, that is labelled, m.
         crossing_m: f32,
-        /// The greatest distance at which these are labelled, m.
+        /// The greatest distance at which crossings and penalty marks are labelled, m.
         crossing_reach_m: f32,
     }
 }
 
 impl Ranges {
-    /// The ranges of the file at `path` laid over those that come with the program; these alone without a file.
+    /// Reads the ranges of the file at `path`, which replace those of the program. Returns the program's ranges if there is no file.
     ///
     /// # Errors
-    /// What is wrong with the file, and where.
+    /// The first fault of the file, and where it is.
     pub fn read(path: Option<&Path>) -> Result<Ranges, ScenarioError> {
         read_looks(path)
     }
 
-    /// The first value that cannot be: its path, and what was expected.
+    /// Returns the first invalid value: its path, and what was expected.
     pub fn fault(&self) -> Option<(String, String)> {
         let shares = "a share from 0 to 1".to_owned();
         let value = serde_json::to_value(self).unwrap_or_default();
@@ -275,14 +277,14 @@ fn is_chance(name: &str) -> bool {
     name.ends_with("_chance") || name.ends_with("_share") || name == "least_visible"
 }
 
-/// The greatest value of some ranges.
+/// Returns the upper limit of some ranges.
 fn greatest(path: &str) -> Option<f64> {
     Some(match path {
         "light.elevation_deg" => 90.0,
         "light.unevenness" | "light.in_shadow" | "lines.wear" | "camera.vignetting" => 1.0,
         "lines.width_m" | "goals.post_diameter_m" => 0.5,
         "surroundings.things" => 200.0,
-        // Each has a number of its own in an image.
+        // Each person needs a number of its own in the image.
         "surroundings.people" => 60.0,
         "camera.jpeg_quality" => 100.0,
         "camera.blur_px" => 8.0,
@@ -293,7 +295,7 @@ fn greatest(path: &str) -> Option<f64> {
     })
 }
 
-/// The least value of some ranges.
+/// Returns the lower limit of some ranges.
 fn least_of(path: &str) -> Option<f64> {
     Some(match path {
         "light.elevation_deg" => 10.0,
@@ -305,7 +307,7 @@ fn least_of(path: &str) -> Option<f64> {
     })
 }
 
-/// All values with their paths: numbers, and lists of numbers.
+/// Returns all values with their paths: numbers, and lists of numbers.
 pub(super) fn leaves(value: &serde_json::Value) -> Vec<(String, serde_json::Value)> {
     let mut found = Vec::new();
     let Some(fields) = value.as_object() else { return found };

@@ -1,4 +1,4 @@
-//! What is known of an image besides its pixels, and which split it belongs to.
+//! The record of an image without its pixels, and its split.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -16,9 +16,9 @@ use naoisis_core::geometry::to_degrees;
 pub enum Split {
     /// For training.
     Train,
-    /// For choosing between what was trained.
+    /// For choosing between trained models.
     Valid,
-    /// For the result.
+    /// For the final result.
     Test,
 }
 
@@ -26,7 +26,7 @@ impl Split {
     /// All splits.
     pub const ALL: [Split; 3] = [Split::Train, Split::Valid, Split::Test];
 
-    /// The split of all images of a match: seven of ten matches are for training, two for validation and one for the test.
+    /// Returns the split of all images of a match: of ten matches, seven are for training, two for validation and one for the test.
     pub fn of_match(index: usize) -> Split {
         match index % 10 {
             1 | 6 => Split::Valid,
@@ -35,14 +35,14 @@ impl Split {
         }
     }
 
-    /// The number of matches of its split before this one.
+    /// Returns the number of earlier matches in the same split.
     pub fn place_of_match(index: usize) -> usize {
         let split = Split::of_match(index);
         let of_split = |to: usize| (0..to).filter(|index| Split::of_match(*index) == split).count();
         index / 10 * of_split(10) + of_split(index % 10)
     }
 
-    /// Its name.
+    /// Returns the name of the split.
     pub fn name(self) -> &'static str {
         match self {
             Split::Train => "train",
@@ -51,7 +51,7 @@ impl Split {
         }
     }
 
-    /// Its name in the layout of Ultralytics.
+    /// Returns the name of the split in Ultralytics' layout.
     pub fn yolo_name(self) -> &'static str {
         if self == Split::Valid { "val" } else { self.name() }
     }
@@ -60,7 +60,7 @@ impl Split {
 /// An image of a data set, without its pixels.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ImageRecord {
-    /// Its name without folder and ending.
+    /// File name without folder and ending.
     pub stem: String,
     /// Width, pixels.
     pub width: u32,
@@ -68,7 +68,7 @@ pub struct ImageRecord {
     pub height: u32,
     /// Its labels.
     pub annotations: Vec<Annotation>,
-    /// All else that is known of it.
+    /// All other metadata of the image.
     pub metadata: Value,
 }
 
@@ -81,11 +81,11 @@ pub struct MatchFacts<'a> {
     pub seed: u64,
     /// The name of the scenario.
     pub scenario: &'a str,
-    /// Its level of realism, in words.
+    /// The scenario's level of realism, in words.
     pub realism: &'a str,
 }
 
-/// The metadata of an image.
+/// Returns the metadata of an image.
 pub fn metadata(facts: MatchFacts<'_>, moment: &Moment, shot: &Shot, looks: &MatchLooks, image: &ImageLooks) -> Value {
     let camera = &shot.view;
     let intrinsics = shot.intrinsics;

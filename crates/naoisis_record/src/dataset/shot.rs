@@ -1,4 +1,4 @@
-//! An image of a moment, and what is in it.
+//! Takes the image of a moment, with the objects in it.
 
 use bevy::math::{Vec2, Vec3};
 
@@ -14,16 +14,16 @@ use naoisis_sensing::sensing::camera::lens::Lens;
 use naoisis_sensing::sensing::camera::noise::ImageNoise;
 use naoisis_sensing::sensing::camera::software::stage_camera::StageCamera;
 
-/// Samples along each side of a pixel: an odd number, as the one in the middle says what the pixel is.
+/// Samples along each side of a pixel. The number is odd, because the middle sample decides which object the pixel shows.
 const SUPERSAMPLING: u32 = 3;
 
-/// An image, and what is in it.
+/// An image, and the objects in it.
 pub struct Shot {
-    /// The image; its labels are the numbers of objects.
+    /// The image. Its labels are the numbers of objects.
     pub image: Image,
     /// The objects of the scene.
     pub objects: Vec<Object>,
-    /// The share of each object in the image that nothing hides; none of objects that are not in the image.
+    /// The share of each object's area in the image that nothing hides. `None` for objects that are not in the image.
     pub visible: Vec<Option<f32>>,
     /// The view from the camera, without the distortion of its lens.
     pub view: View,
@@ -32,13 +32,13 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// The pixel of a point, in the image or not; none of a point behind the camera.
+    /// Returns the pixel of a point, inside the image or not. Returns `None` if the point is behind the camera.
     pub fn pixel(&self, point: Vec3) -> Option<Vec2> {
         let in_camera = self.view.to_camera(point);
         (in_camera.z > 0.02).then(|| self.intrinsics.pixel(in_camera.truncate() / in_camera.z))
     }
 
-    /// The number of the object at a pixel, or of the ground; none outside of the image.
+    /// Returns the number of the object or of the ground at a pixel. Returns `None` outside the image.
     pub fn number_at(&self, pixel: Vec2) -> Option<u8> {
         let size = Vec2::new(self.image.width as f32, self.image.height as f32);
         let is_inside = pixel.cmpge(Vec2::ZERO).all() && pixel.cmplt(size).all();
@@ -46,7 +46,7 @@ impl Shot {
     }
 }
 
-/// All that belongs to a match besides its moments.
+/// The setting of a match, the same for all its moments.
 pub struct MatchSetting {
     /// Its looks.
     pub looks: MatchLooks,
@@ -56,7 +56,7 @@ pub struct MatchSetting {
     pub texture: Texture,
 }
 
-/// Takes the image of a moment; none where its robot is not there.
+/// Takes the image of a moment. Returns `None` if its robot or camera is missing.
 pub fn take(
     camera: &mut StageCamera,
     moment: &Moment,
@@ -84,7 +84,7 @@ pub fn take(
     let whole = camera.silhouettes(&view);
     let share = |(object, whole): (&Object, &usize)| {
         let count = counts[usize::from(object.number)];
-        // The samples of a silhouette are not quite those of the picture.
+        // The samples of a silhouette differ slightly from those of the picture.
         (count > 0).then(|| (count as f32 / (*whole).max(1) as f32).min(1.0))
     };
     let visible = objects.iter().zip(&whole).map(share).collect();
@@ -96,7 +96,8 @@ pub fn take(
     Some(Shot { image, objects, visible, view, intrinsics })
 }
 
-/// A camera with a lens that displaces the corners of its image by this share of their distance from the middle, if no distortion of it is known.
+/// Adds a lens distortion to a camera without a known one. `corners` is the displacement of the image corners, as a share of their distance
+/// from the middle.
 fn with_distortion(intrinsics: CameraIntrinsics, corners: f32) -> CameraIntrinsics {
     if !intrinsics.distortion.is_none() || corners == 0.0 {
         return intrinsics;

@@ -1,4 +1,4 @@
-//! A moment as a stage with the looks of its match, and the objects on it.
+//! Builds the stage of a moment, with the looks of its match, and lists the objects on it.
 
 use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3};
 
@@ -22,21 +22,21 @@ use naoisis_sensing::sensing::camera::software::stage::{Stage, StageBody};
 /// An object on a stage.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Object {
-    /// The number of its pixels.
+    /// The number that marks the object's pixels.
     pub number: u8,
-    /// What its pixels are in a mask.
+    /// The label of the object's pixels in a mask.
     pub label: Label,
-    /// Its class; none of what is not labelled.
+    /// The class of the object. `None` if it is not labelled.
     pub class: Option<Class>,
     /// Its name in the metadata.
     pub name: String,
-    /// Its place, m, pitch frame.
+    /// Position of the object, m, pitch frame.
     pub place: Vec3,
-    /// The key points of a robot, m, pitch frame; none of others.
+    /// The key points of a robot, m, pitch frame. Empty for other objects.
     pub keypoints: Vec<Vec3>,
 }
 
-/// What is beside the pitch of a match.
+/// The things and people beside the pitch of a match.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Surroundings {
     things: Vec<Part<()>>,
@@ -44,7 +44,7 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// Draws what is beside a pitch.
+    /// Draws the surroundings of a pitch.
     pub fn draw(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) -> Self {
         let things = surroundings::things(pitch, looks, stream);
         Self { things, people: surroundings::people(pitch, looks, stream) }
@@ -58,7 +58,7 @@ struct Builder {
 }
 
 impl Builder {
-    /// The least number of an object: lower ones are labels of the ground.
+    /// The smallest number of an object: lower numbers are labels of the ground.
     const FIRST: u8 = Label::Ball as u8;
 
     fn add(
@@ -79,7 +79,7 @@ impl Builder {
     }
 }
 
-/// The stage of a moment with these looks, and the objects on it in the order of its bodies.
+/// Returns the stage of a moment with these looks, and the objects on it in the order of its bodies.
 pub fn staged(
     moment: &Moment,
     looks: &MatchLooks,
@@ -130,7 +130,7 @@ pub fn staged(
     (builder.stage, builder.objects)
 }
 
-/// The carpet with its lines, and another beside it.
+/// Returns the markings of the carpet, and those of another carpet beside it if there is one.
 fn ground(pitch: &Pitch, looks: &MatchLooks) -> Vec<GroundMark> {
     let own = field::ground(pitch).into_iter().map(|mark| {
         let colour = if mark.label == Label::Line { looks.line } else { looks.turf };
@@ -205,7 +205,7 @@ fn add_robot(builder: &mut Builder, robot: &SceneRobot, team: &TeamLook, moment:
     let limbs = robot.world_from_limbs();
     let [label, band] = labels(robot.id.team);
     let drawn = RobotDesign::Nao.parts(robot.id, &body);
-    // A camera is in its robot's head.
+    // The camera is inside its robot's head, so the head is left out.
     let parts = drawn.into_iter().filter(|part| !is_own || part.frame != Limb::Head).map(|part| {
         let is_team = part.label == band || part.colour == team_colour(robot.id.team);
         let is_shirt = team.shirts && part.frame == Limb::Trunk && part.colour == Colour(body.look.shell);
@@ -224,7 +224,7 @@ fn add_robot(builder: &mut Builder, robot: &SceneRobot, team: &TeamLook, moment:
     }
 }
 
-/// The key points of a robot with arms and legs.
+/// Returns the key points of a robot with arms and legs. Empty for other robots.
 fn keypoints(robot: &SceneRobot, limbs: &[Affine3A; Limb::COUNT]) -> Vec<Vec3> {
     let (Some(arms), Some(_)) = (robot.body.arms, robot.body.legs) else { return Vec::new() };
     let at = |limb: Limb, point: Vec3| limbs[limb as usize].transform_point3(point);

@@ -1,4 +1,4 @@
-//! What is beside a pitch: walls, tables, banners, poles, bags, and people.
+//! Draws the surroundings of a pitch: walls, tables, banners, poles, bags, and people.
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3};
 
@@ -10,7 +10,7 @@ use naoisis_sensing::appearance::Label;
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::appearance::shapes::{Part, Shape};
 
-/// A place beside the carpet: on the ground, m, pitch frame, and the direction away from the pitch.
+/// Draws a place beside the carpet (m, pitch frame). Returns it with the direction away from the pitch.
 fn place_beside(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) -> (Vec2, Vec2) {
     let half = pitch.carpet_half_extents();
     let beyond = looks.beyond_m.draw(stream);
@@ -27,12 +27,12 @@ fn place_beside(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) ->
 }
 
 fn any_colour(stream: &mut RandomStream) -> Rgb {
-    // Most things are dull.
+    // Most things have a dull colour.
     let saturation = if stream.chance(0.3) { 0.9 } else { 0.3 };
     hsv(360.0 * stream.uniform(), saturation * stream.uniform(), 0.2 + 0.78 * stream.uniform())
 }
 
-/// A part that is turned about the vertical axis through its middle.
+/// Returns a part turned about the vertical axis through its middle.
 fn turned(label: Label, colour: Rgb, shape: Shape, middle: Vec3, heading: f32) -> Part<()> {
     let Vec2 { x: cos, y: sin } = unit(heading);
     let turn = Mat3::from_cols(Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0), Vec3::Z);
@@ -78,7 +78,7 @@ pub fn things(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) -> V
                 let radii = Vec3::new(between(0.1, 0.3), between(0.15, 0.4), between(0.1, 0.25));
                 add(Shape::Ellipsoid { radii }, place.extend(radii.z), heading);
             }
-            // A wall, or a large screen.
+            // A wall or a large screen.
             4 => {
                 let size = Vec3::new(0.1, between(2.0, 6.0), between(1.2, 3.0));
                 add(cuboid(size), (place + out * between(0.5, 3.0)).extend(size.z / 2.0), heading);
@@ -98,14 +98,14 @@ pub fn people(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) -> V
     (0..looks.people)
         .map(|_| {
             let (place, out) = place_beside(pitch, looks, stream);
-            // Most look at the match.
+            // Most people look at the match.
             let heading = naoisis_core::geometry::angle_of(-out) + stream.gaussian(0.6);
             (place, person(place, heading, stream))
         })
         .collect()
 }
 
-/// Draws a person who stands.
+/// Draws a standing person.
 fn person(place: Vec2, heading: f32, stream: &mut RandomStream) -> Vec<Part<()>> {
     let height = 1.55 + 0.35 * stream.uniform();
     let [shirt, trousers, hair] = [0, 1, 2].map(|_| any_colour(stream));

@@ -1,4 +1,4 @@
-//! Archives in the format of POSIX `ustar`, the same bytes for the same files: `WebDataset` reads them.
+//! Archives in the POSIX `ustar` format, which `WebDataset` reads. The same files give the same bytes.
 
 use std::io::{self, Write};
 
@@ -18,7 +18,7 @@ pub fn add(out: &mut impl Write, name: &str, bytes: &[u8]) -> io::Result<()> {
     put(116, b"0000000\0");
     put(124, format!("{:011o}\0", bytes.len()).as_bytes());
     put(136, b"00000000000\0");
-    // While the sum is taken, its own place is blank.
+    // The checksum is computed with blanks in its own field.
     put(148, b"        ");
     put(156, b"0");
     put(257, b"ustar\x0000");

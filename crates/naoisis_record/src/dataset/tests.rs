@@ -1,4 +1,4 @@
-//! Whole data sets, small ones.
+//! Tests with small but complete data sets.
 
 use bevy::app::App;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -16,7 +16,7 @@ fn simulator() -> App {
     app
 }
 
-/// Settings for few and small images, which need no long matches.
+/// Returns settings for few and small images, which need no long matches.
 fn settings(images: u32) -> DatasetSettings {
     let folder = tempfile::tempdir().unwrap();
     let looks = folder.path().join("looks.json");
@@ -34,7 +34,7 @@ fn made(folder: &Path, settings: &DatasetSettings, force: bool, threads: usize) 
     make(folder, &scenario(), settings, force, threads, &AtomicBool::new(false), simulator, |_| {})
 }
 
-/// All files of a folder with their bytes.
+/// Returns all files of a folder with their bytes.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -60,7 +60,7 @@ fn a_data_set_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let whole = files(&one);
     assert!(whole == files(&three), "other bytes");
 
-    // Stopped after some matches: what there is has its annotations.
+    // Stopped after some matches: the existing images have annotations.
     let stop = AtomicBool::new(false);
     let stopped = make(&continued, &scenario(), &settings, false, 1, &stop, simulator, |images| {
         stop.store(images >= 5, Ordering::SeqCst);
@@ -69,14 +69,14 @@ fn a_data_set_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     assert!((5..12).contains(&stopped.images) && !stopped.is_complete);
     let coco: Value = serde_json::from_slice(&files(&continued)["train/_annotations.coco.json"]).unwrap();
     assert!(!coco["images"].as_array().unwrap().is_empty());
-    // Killed in the middle of a match: some of its images are there, and half of one.
+    // Killed in the middle of a match: some of its images exist, and half of another one.
     let left = continued.join("train/000009_00.jpg");
     fs::write(&left, "half an image").unwrap();
     fs::write(continued.join("train/000009_00.jpg.77.part"), "half an image").unwrap();
     let finished = made(&continued, &settings, false, 2).unwrap();
     assert_eq!(finished, Made { images: 12, earlier: stopped.images, is_complete: true });
     assert!(whole == files(&continued), "continued otherwise");
-    // A complete one is left alone.
+    // A complete data set is not changed.
     fs::remove_file(&left).unwrap();
     assert_eq!(made(&continued, &settings, false, 2).unwrap().earlier, 12);
     assert!(!left.exists());
@@ -102,7 +102,7 @@ fn folders_with_other_things_and_other_settings_are_refused() {
     assert!(matches!(&error, DatasetError::OtherSettings { field, .. } if field == "seed"), "{error}");
     made(&set, &other, true, 1).unwrap();
     assert!(set.join("notes.txt").is_file(), "what is not of the data set is kept");
-    // The paper's robots by themselves see; those without cameras do not.
+    // Without robots there are no cameras.
     let blind = Scenario { robots: Vec::new(), teams: None, ..scenario() };
     let error = make(&inside("blind"), &blind, &other, false, 1, &AtomicBool::new(false), simulator, |_| {});
     assert!(matches!(error, Err(DatasetError::NoCameras)));

@@ -1,5 +1,5 @@
-//! The textures of turf, lines, floor and walls, and the colours of the light: they are laid over a drawn picture, pixel by pixel, by what is
-//! there on the ground or in which direction the wall is.
+//! The textures of turf, lines, floor and walls, and the colour of the light. They are laid over a drawn picture, pixel by pixel, depending
+//! on the place on the ground or the direction of the wall.
 
 use bevy::math::{Vec2, Vec3};
 use std::sync::LazyLock;
@@ -16,16 +16,16 @@ const SIDE: usize = 256;
 const BLADE_M: f32 = 0.012;
 const MOTTLE_M: f32 = 0.35;
 
-/// Random numbers from -1 to 1.
+/// Table of random numbers from -1 to 1.
 static NOISE: LazyLock<Vec<f32>> = LazyLock::new(|| {
     let mut stream = RandomStream::for_match(0, "texture");
     (0..SIDE * SIDE).map(|_| 2.0 * stream.uniform() - 1.0).collect()
 });
 
-/// The textures of a match: the same place of the ground has the same blade of grass in all of its images.
+/// The textures of a match. They are fixed to the ground in all of its images.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture {
-    /// Where in the table each kind of texture begins.
+    /// The offset of each kind of texture in the table.
     shifts: [Vec2; 3],
     /// The direction of stripes: along or across the pitch.
     stripe_axis: Vec2,
@@ -39,7 +39,8 @@ impl Texture {
         Self { shifts, stripe_axis: if stream.chance(0.5) { Vec2::X } else { Vec2::Y } }
     }
 
-    /// Lays the textures over a picture whose labels are those of the ground, or larger numbers. `gains` are the factors on red, green and blue.
+    /// Lays the textures over a picture. Its labels are those of the ground, and larger numbers for everything else. `gains` are the
+    /// factors on red, green and blue.
     pub fn paint(&self, image: &mut Image, view: &View, looks: &MatchLooks, gains: [f32; 3]) {
         let noise = NOISE.as_slice();
         let width = image.width.max(1) as usize;
@@ -71,14 +72,14 @@ impl Texture {
                     _ => 1.0,
                 };
                 for ((pixel, channel), gain) in pixel.iter_mut().zip(colour).zip(gains) {
-                    // The cast saturates.
+                    // The conversion saturates.
                     *pixel = (channel * factor * gain + 0.5) as u8;
                 }
             }
         }
     }
 
-    /// The brightness of a place on the ground, of which a pixel shows `pixel_m`.
+    /// Returns the brightness of a place on the ground, for a pixel that covers `pixel_m`.
     fn on_ground(&self, noise: &[f32], place: Vec2, pixel_m: f32, is_floor: bool, looks: &MatchLooks) -> f32 {
         let pool = 0.5 + 0.5 * smooth(noise, place / looks.pool_m + self.shifts[0]);
         let light = 1.0 - looks.unevenness * pool;
@@ -86,7 +87,7 @@ impl Texture {
         if is_floor {
             return light * (1.0 + 0.05 * mottle);
         }
-        // What is finer than a pixel is lost in it.
+        // Details finer than a pixel blur.
         let grain = looks.grain * (BLADE_M / pixel_m).min(1.0) * coarse(noise, place / BLADE_M + self.shifts[2]);
         let stripe = looks.stripes.map_or(0.0, |stripes| {
             let along = self.stripe_axis.dot(place) / stripes.width_m;
@@ -101,33 +102,34 @@ const FLOOR: u8 = Label::Floor as u8;
 const CARPET: u8 = Label::Carpet as u8;
 const LINE: u8 = Label::Line as u8;
 
-/// The brightness of the wall of a hall in a direction: panels from the floor to the roof, in places windows or posters, and shades across all.
+/// Returns the brightness of the wall of a hall in a direction: panels from the floor to the roof, some windows and posters, and shades
+/// across all of them.
 fn wall(noise: &[f32], ray: Vec3, contrast: f32) -> f32 {
     let spread = (ray.x.abs() + ray.y.abs()).max(1e-4);
-    // Around from 0 to 4, and the slope.
+    // The direction around, from 0 to 4, and the slope.
     let quarter = ray.y / spread;
     let around = if ray.x >= 0.0 { 1.0 + quarter } else { 3.0 - quarter };
     let place = Vec2::new(around, ray.z / spread);
     let shade = smooth(noise, place * Vec2::new(3.0, 2.5));
     let panel = coarse(noise, place * Vec2::new(7.0, 1.6) + 13.0);
     let window = if (0.22..0.5).contains(&place.y) && coarse(noise, place * Vec2::new(2.0, 0.0) + 77.0) > 0.0 {
-        // Between bars.
+        // The bars between the panes are dark.
         if (12.0 * around).fract() < 0.1 { -0.8 } else { 1.2 }
     } else {
         0.0
     };
     let is_poster = place.y < 0.2 && coarse(noise, place * Vec2::new(9.0, 4.0) + 177.0) > 0.5;
     let poster = if is_poster { coarse(noise, place * Vec2::new(60.0, 50.0) + 31.0) } else { 0.0 };
-    // Brighter above, where lamps are.
+    // The surroundings are brighter above, where the lamps are.
     1.0 + contrast * (0.5 * shade + 0.4 * panel + 0.6 * poster + window) + 0.15 * place.y.clamp(0.0, 1.0)
 }
 
-/// A random number for each square of side 1.
+/// Returns a random number that is constant in each square of side 1.
 fn coarse(noise: &[f32], place: Vec2) -> f32 {
     at(noise, place.x.floor() as i32, place.y.floor() as i32)
 }
 
-/// Random numbers at the corners of squares of side 1, and between them in between.
+/// Returns random numbers at the corners of squares of side 1, interpolated in between.
 fn smooth(noise: &[f32], place: Vec2) -> f32 {
     let whole = place.floor();
     let share = place - whole;

@@ -8,32 +8,32 @@ use super::annotate::Annotation;
 use super::names::{ClassNames, KEYPOINTS, MIRRORED};
 use super::outline::one_polygon;
 
-/// What the text files say of each object.
+/// The kind of labels in the text files.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum YoloTask {
-    /// Its box.
+    /// The box of each object.
     #[default]
     Detect,
-    /// Its outline.
+    /// The outline of each object.
     Segment,
-    /// Its box and the key points of a robot.
+    /// The box of each object, and the key points of robots.
     Pose,
 }
 
 impl YoloTask {
-    /// All of them, with the words for them on the command line.
+    /// All kinds, with their names on the command line.
     pub const ALL: [(&'static str, YoloTask); 3] =
         [("detect", YoloTask::Detect), ("segment", YoloTask::Segment), ("pose", YoloTask::Pose)];
 }
 
-/// The text of `data.yaml`. It has no `path`: readers take the folder in which it is.
+/// Returns the text of `data.yaml`. It has no `path`, so that readers take the folder of the file.
 pub fn data_file(names: ClassNames, task: YoloTask) -> String {
     let mut text = "train: images/train\nval: images/val\ntest: images/test\n".to_owned();
     if task == YoloTask::Pose {
         let mirrored = MIRRORED.map(|index| index.to_string()).join(", ");
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "kpt_shape: [{}, 3]\nflip_idx: [{mirrored}]", KEYPOINTS.len());
     }
     text.push_str("names:\n");
@@ -43,7 +43,7 @@ pub fn data_file(names: ClassNames, task: YoloTask) -> String {
     text
 }
 
-/// The text file of an image of this size, pixels: a line for each object, in shares of the image.
+/// Returns the text file of an image of this size (pixels): a line for each object, in shares of the image size.
 pub fn label_file(annotations: &[Annotation], [width, height]: [u32; 2], names: ClassNames, task: YoloTask) -> String {
     let size = Vec2::new(width as f32, height as f32);
     let mut text = String::new();
@@ -97,7 +97,7 @@ mod tests {
         };
         let person = Annotation { class: Class::Person, ..ball.clone() };
         let of = |task| label_file(&[ball.clone(), person.clone()], [100, 100], ClassNames::Torso21, task);
-        // TORSO-21 has no people.
+        // TORSO-21 has no class for people.
         assert_eq!(of(YoloTask::Detect), "0 0.300000 0.300000 0.400000 0.200000\n");
         assert_eq!(of(YoloTask::Segment).split(' ').count(), 9);
         assert_eq!(of(YoloTask::Pose).trim().split(' ').count(), 5 + 3 * KEYPOINTS.len());

@@ -1,16 +1,16 @@
-//! Verdicts as JUnit XML, which other tools show.
+//! Writes verdicts as JUnit XML, which other tools display.
 
 use core::fmt::Write;
 
 use super::verdict::Verdict;
 
-/// The verdicts on each scenario, as a file of JUnit XML.
+/// Returns the verdicts on each scenario as a JUnit XML file.
 pub fn junit(scenarios: &[(String, Vec<Verdict>)]) -> String {
     let all = || scenarios.iter().flat_map(|(_, verdicts)| verdicts);
     let failures = |verdicts: &[Verdict]| verdicts.iter().filter(|verdict| !verdict.holds).count();
     let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     let failed = all().filter(|verdict| !verdict.holds).count();
-    // Writing to a text cannot fail.
+    // Writing to a string cannot fail.
     let _ = writeln!(text, "<testsuites name=\"naoisis\" tests=\"{}\" failures=\"{failed}\">", all().count());
     for (scenario, verdicts) in scenarios {
         let (scenario, tests, failed) = (escaped(scenario), verdicts.len(), failures(verdicts));
@@ -30,7 +30,7 @@ pub fn junit(scenarios: &[(String, Vec<Verdict>)]) -> String {
     text
 }
 
-/// A text as it stands in an attribute. Control characters cannot.
+/// Escapes a text for an XML attribute, without control characters, which XML forbids.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {

@@ -1,4 +1,4 @@
-//! What a quantity of an expectation comes to.
+//! Computes the value of a quantity of an expectation.
 
 use crate::record::match_counts::MatchCounts;
 use naoisis_sim::scenario::{BallQuantity, Quantity, RobotQuantity, TeamQuantity};

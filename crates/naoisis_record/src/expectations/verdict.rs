@@ -1,4 +1,4 @@
-//! Judging expectations, by one match and by many.
+//! Judges expectations by one match or by many.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -23,7 +23,7 @@ pub struct Verdict {
     pub expectation: Expectation,
     /// Whether it holds.
     pub holds: bool,
-    /// The value or the share of matches that was found, in words.
+    /// The value, or the share of matches, in words.
     pub found: String,
 }
 
@@ -33,25 +33,25 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// A match that is watched for its expectations: the value of each when its time was over.
+/// Watches a match for expectations and keeps the value of each when its time is over.
 #[derive(Default)]
 pub struct Watch {
-    /// Counts the match. `None` before it begins.
+    /// Counts the match. `None` until the match begins.
     counter: Option<MatchCounter>,
     /// Finds mistakes, if any are expected.
     finder: Option<MistakeFinder>,
-    /// When watching began, s since the start of the match.
+    /// Time at which watching began, s since the start of the match.
     began_s: f64,
-    /// The value for each expectation, once its time was over.
+    /// The value of each expectation. The outer `None`: its time is not over; the inner one: there was nothing to measure.
     values: Vec<Option<Option<f64>>>,
 }
 
 impl Watch {
-    /// Begins to watch the match in `world` as it is: what happened before does not count.
+    /// Begins to watch the match in `world` in its present state. Earlier events do not count.
     pub fn begin(world: &mut World, expected: &[Expectation]) -> Self {
         let began_s = world.resource::<CycleClock>().end_time_s();
         let finder = looks_for_mistakes(expected).then(|| {
-            // Somebody else may gather it already.
+            // Another system may gather the record already.
             if !world.contains_resource::<CurrentRecord>() {
                 gather_on_demand(world);
             }
@@ -62,7 +62,7 @@ impl Watch {
         Self { counter: Some(MatchCounter::begin(world)), finder, began_s, values: Vec::new() }
     }
 
-    /// Reads the cycle that ended last.
+    /// Reads the last completed cycle.
     pub fn observe(&mut self, world: &mut World, expected: &[Expectation]) {
         if let Some(counter) = &mut self.counter {
             counter.observe(world);
@@ -80,7 +80,7 @@ impl Watch {
         }
     }
 
-    /// The value of `quantity` up to now.
+    /// Returns the value of `quantity` up to now.
     fn value(&self, quantity: Quantity) -> Option<f64> {
         let count = |is_meant: &dyn Fn(&Mistake) -> bool, kind: Option<MistakeKind>| {
             let is_of_kind = |mistake: &&Mistake| kind.is_none_or(|kind| mistake.kind == kind) && is_meant(mistake);
@@ -93,7 +93,7 @@ impl Watch {
         }
     }
 
-    /// The value for each expectation, at the end of its time or of the match.
+    /// Returns the value of each expectation at the end of its time or of the match.
     fn values<'a>(&'a self, expected: &'a [Expectation]) -> impl Iterator<Item = Option<f64>> + 'a {
         expected.iter().enumerate().map(|(index, expectation)| {
             let at_its_time = self.values.get(index).copied().flatten();
@@ -106,7 +106,7 @@ fn looks_for_mistakes(expected: &[Expectation]) -> bool {
     expected.iter().any(|expectation| expectation.quantity.is_of_mistakes())
 }
 
-/// Judges expectations by one match, which was watched to its end.
+/// Judges expectations by one match, which `watch` has followed to its end.
 pub fn judge(watch: &Watch, expected: &[Expectation]) -> Vec<Verdict> {
     let verdict = |(expectation, value): (&Expectation, Option<f64>)| Verdict {
         expectation: *expectation,
@@ -124,7 +124,7 @@ fn holds(expectation: &Expectation, value: Option<f64>) -> bool {
 /// Plays a match to its end and judges `expected` by it.
 ///
 /// # Errors
-/// Why it cannot be started.
+/// The reason why the match cannot be started.
 pub fn play(
     simulator: impl Fn() -> App,
     scenario: &Scenario,
@@ -152,11 +152,11 @@ fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expect
     Ok(watch)
 }
 
-/// Plays the matches that `expected` asks for, each with the next seed, on `threads` threads, and judges them. Expectations about one
+/// Plays the matches that `expected` asks for, each with the next seed, on `threads` threads, and judges them. Expectations about a single
 /// match are judged by the match with the scenario's own seed.
 ///
 /// # Errors
-/// Why one cannot be started.
+/// The reason why a match cannot be started.
 pub fn play_all(
     simulator: impl Fn() -> App + Sync,
     scenario: &Scenario,
@@ -167,7 +167,7 @@ pub fn play_all(
     let matches = expected.iter().map(of_all).max().unwrap_or(0);
     let alone = || {
         let mut app = simulator();
-        // The matches have the cores.
+        // The matches themselves use the cores.
         app.insert_resource(SensingThreads(1));
         app
     };
@@ -192,7 +192,7 @@ pub fn play_all(
     Ok(expected.iter().enumerate().map(verdict).collect())
 }
 
-/// Judges an expectation by its `values`, one of each match.
+/// Judges an expectation by its `values`, one from each match.
 fn judge_all(expectation: &Expectation, values: &[Option<f64>]) -> Verdict {
     let Some(Frequency { percent, .. }) = expectation.frequency else {
         let watch = Watch { values: vec![values.first().copied()], ..Watch::default() };

@@ -1,4 +1,4 @@
-//! Ticks of axes: their values, and their numbers.
+//! Ticks of axes: their values and labels.
 
 use bevy::math::ops;
 
@@ -6,7 +6,7 @@ use bevy::math::ops;
 pub fn round_step(least: f64) -> f64 {
     let least = least.max(1e-9);
     let power = 10_f64.powi((ops::log10(least as f32)).floor() as i32);
-    // One power lower, since its logarithm was rounded.
+    // Start one power lower, since the logarithm was rounded.
     [0.5, 1.0, 2.0, 5.0, 10.0]
         .into_iter()
         .map(|factor| factor * power)
@@ -28,7 +28,7 @@ pub fn number(value: f64, step: f64) -> String {
         (scaled - scaled.round()).abs() < 1e-3 * scaled
     });
     let text = format!("{value:.*}", digits.unwrap_or(3) as usize);
-    // There is no negative zero on an axis, and a minus is longer than a hyphen.
+    // There is no negative zero on an axis, and a minus sign is longer than a hyphen.
     let bare = text.trim_start_matches('-');
     if bare.chars().all(|letter| matches!(letter, '0' | '.')) { bare.to_owned() } else { text.replace('-', "\u{2212}") }
 }

@@ -1,4 +1,4 @@
-//! Beliefs against the truth, as a table: a row a robot, ten times a second, and a summary at the end.
+//! Compares beliefs with the truth: a table with a row for each robot ten times a second, and a summary at the end.
 
 use bevy::prelude::*;
 use std::fs::File;
@@ -17,37 +17,37 @@ use naoisis_sensing::belief::{point_team_from_pitch, team_from_pitch};
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// Rows a second.
+/// Rows for each robot per second.
 const RATE_HZ: f64 = 10.0;
 
 const HEADER: &str = "cycle,time_s,robot,position_error_m,heading_error_deg,pose_nees,ball_error_m,\
                       ball_velocity_error_mps,ball_nees,opponents,opponents_known,opponents_within_ellipse,\
                       opponent_error_m,false_tracks,realism";
 
-/// A table of errors that is being written, and what its summary needs.
+/// Writes the table of errors, and collects the values for its summary.
 pub struct BeliefRecorder {
     output: OutputFile,
     file: BufWriter<File>,
-    /// The cycles from row to row.
+    /// Number of cycles from row to row.
     every: u64,
-    /// The truth when the robots sensed: at the end of the cycle before.
+    /// The truth at the end of the previous cycle, when the robots sensed.
     sensed: Sensed,
-    /// How realistic the match is, in words.
+    /// The match's level of realism, in words.
     realism: String,
     robots: Vec<RobotErrors>,
     error: Option<io::Error>,
 }
 
-/// The truth at the end of a cycle, which the robots sense in the next one. Their beliefs of that cycle are compared with it.
+/// The truth at the end of a cycle, which the robots sense in the next one. It is compared with their beliefs of that next cycle.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Sensed {
-    /// Place (m) and velocity (m/s) of the ball, pitch frame.
+    /// Position (m) and velocity (m/s) of the ball, pitch frame.
     pub ball: Option<[Vec2; 2]>,
     poses: Vec<(RobotId, Pose)>,
 }
 
 impl Sensed {
-    /// Takes the truth from `record`.
+    /// Reads the truth from `record`.
     pub fn of(record: &CycleRecord) -> Self {
         Self {
             ball: record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(Vec3::truncate)),
@@ -55,7 +55,7 @@ impl Sensed {
         }
     }
 
-    /// The pose of robot `id`, pitch frame.
+    /// Returns the pose of robot `id`, pitch frame.
     pub fn pose(&self, id: RobotId) -> Option<Pose> {
         self.poses.iter().find(|(other, _)| *other == id).map(|(_, pose)| *pose)
     }
@@ -67,7 +67,8 @@ struct RobotErrors {
     id: Option<RobotId>,
     position_m: Vec<f64>,
     heading_deg: Vec<f64>,
-    /// How often the truth was within the 95 % ellipse, and how often there was an ellipse: for the pose, the ball, the opponents.
+    /// How often the truth was inside the 95 % ellipse, and how often there was an ellipse. The pose, the ball and the opponents have a
+    /// pair each.
     pose_within: [u32; 2],
     ball_m: Vec<f64>,
     ball_velocity_mps: Vec<f64>,
@@ -75,7 +76,7 @@ struct RobotErrors {
     opponent_m: Vec<f64>,
     opponents_within: [u32; 2],
     false_tracks: u32,
-    /// When the ball, and each opponent by its number, came into being for this robot and was not known yet, s.
+    /// The opponents that the robot does not know, each with the time at which this began, s. The next field is the same for the ball.
     unknown_since_s: Vec<(RobotId, f64)>,
     ball_unknown_since_s: Option<f64>,
     detect_ball_s: Vec<f64>,
@@ -83,10 +84,10 @@ struct RobotErrors {
 }
 
 impl BeliefRecorder {
-    /// A table in a file, which replaces any that is there when the match is over.
+    /// Creates a table in a file. It replaces an earlier file when the match is over.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let output = OutputFile::create(path)?;
         let mut file = BufWriter::new(output.writer()?);
@@ -105,7 +106,7 @@ impl BeliefRecorder {
     fn write_rows(&mut self, record: &CycleRecord) -> io::Result<()> {
         let ball = self.sensed.ball;
         let present = || record.robots.iter().filter(|robot| robot.penalised.is_none());
-        // A robot that was sent off looks for nothing meanwhile.
+        // A robot that is off the pitch is not expected to find anything.
         for robot in &mut self.robots {
             if present().all(|present| Some(present.id) != robot.id) {
                 robot.ball_unknown_since_s = None;
@@ -216,7 +217,7 @@ impl Recorder for BeliefRecorder {
         self.error.is_some()
     }
 
-    /// Says the summary, a line a robot and one of all.
+    /// Returns the summary: a line for each robot and one for all of them.
     fn finish(mut self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
         let written = self.error.take().map_or_else(|| self.file.flush(), Err);
         self.output.close(written)?;
@@ -232,8 +233,8 @@ impl Recorder for BeliefRecorder {
     }
 }
 
-/// The columns of the summary: medians and quantiles, the share of the time in which a robot is more than 0.5 m and more than 1 m
-/// from where it believes to be, how often the truth is within the ellipse of 95 %, and the mean number of false tracks.
+/// The columns of the summary: medians and quantiles; the shares of the time in which the pose error is over 0.5 m and over 1 m; how often
+/// the truth is inside the 95 % ellipse; and the mean number of false tracks.
 const COLUMNS: [&str; 17] = [
     "robot",
     "position m",
@@ -254,7 +255,7 @@ const COLUMNS: [&str; 17] = [
     "false tracks",
 ];
 
-/// Rows with their columns below each other.
+/// Formats rows with aligned columns.
 fn aligned(rows: impl Iterator<Item = [String; COLUMNS.len()]>) -> String {
     let rows: Vec<_> = rows.collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
@@ -268,7 +269,7 @@ fn aligned(rows: impl Iterator<Item = [String; COLUMNS.len()]>) -> String {
 }
 
 impl RobotErrors {
-    /// Those of several robots together.
+    /// Returns the errors of several robots together.
     fn of_all(robots: &[Self]) -> Self {
         let mut all = Self::default();
         for robot in robots {
@@ -329,7 +330,7 @@ impl RobotErrors {
     }
 }
 
-/// What the belief of a robot at `pose` is compared with, of a team that defends `own_end`.
+/// Returns the truth, in the frame of a team that defends `own_end`, for a comparison with the belief of its robot at `pose`.
 pub(super) fn truth(pose: Pose, ball: Option<[Vec2; 2]>, opponents: &[(RobotId, Vec2)], own_end: End) -> Truth {
     let to_team = |place: Vec2| point_team_from_pitch(place, own_end);
     Truth {

@@ -1,4 +1,4 @@
-//! Drawing on pictures: lines, areas, words, and other pictures.
+//! Draws on images: lines, areas, words and other images.
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use bevy::math::Vec2;
@@ -12,27 +12,27 @@ use naoisis_sensing::sensing::camera::image::Image;
 
 /// Black ink.
 pub const INK: Colour = Colour([32, 34, 38]);
-/// Grey ink, for what matters less.
+/// Grey ink, for secondary content.
 pub const GREY: Colour = Colour([130, 134, 140]);
 /// Paper.
 pub const PAPER: Colour = Colour([255, 255, 255]);
 
-/// The font of all words; none should it not be readable.
+/// The font of all words; `None` if it cannot be read.
 static FONT: LazyLock<Option<FontRef<'static>>> =
     LazyLock::new(|| FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok());
 
-/// Where words stand relative to their place.
+/// Position of words relative to their place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Anchor {
-    /// They begin there.
+    /// The words begin at the place.
     Left,
-    /// They are around it.
+    /// The words are centred at the place.
     Middle,
-    /// They end there.
+    /// The words end at the place.
     Right,
 }
 
-/// A picture that is being drawn. Places are points from the top left corner: pixels, unless the canvas is [scaled](Canvas::scaled).
+/// An image that is being drawn. Places are points from the top left corner: pixels, unless the canvas is [scaled](Canvas::scaled).
 pub struct Canvas {
     pixmap: Pixmap,
     /// Pixels in a point.
@@ -40,7 +40,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Creates a canvas of one colour, of a size in pixels. Sizes are at least one pixel.
+    /// Creates a canvas of one colour with a size in pixels, at least one in each direction.
     pub fn new([width, height]: [u32; 2], colour: Colour) -> Canvas {
         let [width, height] = [width.clamp(1, MOST_PIXELS), height.clamp(1, MOST_PIXELS)];
         let Some(mut pixmap) = Pixmap::new(width, height) else { unreachable!("sizes are positive and small") };
@@ -48,28 +48,29 @@ impl Canvas {
         Canvas { pixmap, scale: 1.0 }
     }
 
-    /// Creates a canvas of one colour, of a size in points. A point is `scale` pixels wide and high, so that one drawing has any size.
+    /// Creates a canvas of one colour with a size in points. A point is `scale` pixels wide and high, so that the same drawing can have any
+    /// size.
     pub fn scaled(size: Vec2, scale: f32, colour: Colour) -> Canvas {
         let [width, height] = (size * scale).round().to_array();
         Canvas { scale, ..Canvas::new([width as u32, height as u32], colour) }
     }
 
-    /// Pixels in a point.
+    /// Returns the number of pixels in a point.
     pub fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// Width and height, pixels.
+    /// Returns the width and height, pixels.
     pub fn size(&self) -> [u32; 2] {
         [self.pixmap.width(), self.pixmap.height()]
     }
 
-    /// The picture.
+    /// Returns the finished image.
     pub fn into_image(self) -> Image {
         self.image()
     }
 
-    /// The picture up to now.
+    /// Returns the image as drawn so far.
     pub fn image(&self) -> Image {
         let [width, height] = self.size();
         let pixels = self.pixmap.data().as_chunks::<4>().0;
@@ -80,7 +81,7 @@ impl Canvas {
         Image { width, height, rgb, ..Image::default() }
     }
 
-    /// Draws a picture with its top left corner at `at`, `scale` times as large.
+    /// Draws an image with its top left corner at `at`, enlarged by the factor `scale`.
     pub fn picture(&mut self, image: &Image, at: Vec2, scale: f32) {
         let size = [image.width, image.height].map(|side| (side as f32 * scale * self.scale).round() as u32);
         if size == [image.width, image.height] {
@@ -90,11 +91,11 @@ impl Canvas {
         }
     }
 
-    /// Draws a picture with its top left corner at `at`, pixel by pixel.
+    /// Draws an image with its top left corner at `at`, pixel by pixel.
     pub fn pixels(&mut self, image: &Image, at: Vec2) {
         let [left, top] = (at * self.scale).round().to_array().map(|pixel| pixel as i64);
         let [width, height] = self.size().map(i64::from);
-        // Of each row, what is on the canvas.
+        // The part of each row that is on the canvas.
         let from = (-left).clamp(0, i64::from(image.width));
         let to = (width - left).clamp(from, i64::from(image.width));
         if from == to {
@@ -107,7 +108,7 @@ impl Canvas {
         }
     }
 
-    /// Puts colours into a row of pixels from a column on; all of them are on the canvas.
+    /// Copies colours into a row of pixels, starting at a column. All of them must be on the canvas.
     fn put_row(&mut self, row: usize, column: usize, colours: &[u8]) {
         let first = 4 * (row * self.pixmap.width() as usize + column);
         let pixels = self.pixmap.data_mut()[first..].as_chunks_mut::<4>().0;
@@ -157,26 +158,26 @@ impl Canvas {
         self.fill(&ellipse(centre, Vec2::X * radius, Vec2::Y * radius), colour, cover);
     }
 
-    /// A line with a head at its end.
+    /// Draws a line with an arrow head at its end.
     pub fn arrow(&mut self, from: Vec2, to: Vec2, colour: Colour, width: f32) {
         let [tip, left, right] = arrow_head(from, to, width);
         self.line(&[from, (tip + (left + right) / 2.0) / 2.0], colour, width);
         self.fill(&[tip, left, right], colour, 1.0);
     }
 
-    /// Writes words of a height with their base line at a place.
+    /// Writes words of a height, with their base line at a place.
     pub fn words(&mut self, words: &str, at: Vec2, height: f32, anchor: Anchor, colour: Colour) {
         let at = at * self.scale;
         self.write(words, height, anchor, colour, |along, down| at + Vec2::new(along, down));
     }
 
-    /// Writes words that are read upwards, with their base line at a place.
+    /// Writes words from bottom to top, with their base line at a place.
     pub fn words_upwards(&mut self, words: &str, at: Vec2, height: f32, anchor: Anchor, colour: Colour) {
         let at = (at * self.scale).round();
         self.write(words, height, anchor, colour, |along, down| at + Vec2::new(down, -along));
     }
 
-    /// `place` says which pixel is so far along the words and below their base line, pixels.
+    /// Writes words. `place` returns the pixel at a distance along the words and a distance below their base line, pixels.
     fn write(&mut self, words: &str, height: f32, anchor: Anchor, colour: Colour, place: impl Fn(f32, f32) -> Vec2) {
         let Some(font) = FONT.as_ref() else { return };
         let height = height * self.scale;
@@ -186,7 +187,7 @@ impl Canvas {
             Anchor::Middle => -width_of_words(words, height) / 2.0,
             Anchor::Right => -width_of_words(words, height),
         };
-        // Letters stand at fractions of a pixel, and the pixels of a letter at whole ones.
+        // Letters may be at fractions of a pixel, but the pixels of a letter are whole ones.
         let origin = place(0.0, 0.0);
         let fraction = if place(1.0, 0.0).x > origin.x { origin.fract() } else { Vec2::ZERO };
         let mut pen = start;
@@ -223,14 +224,14 @@ pub fn arrow_head(from: Vec2, to: Vec2, width: f32) -> [Vec2; 3] {
     [to, to - along + side, to - along - side]
 }
 
-/// Width of words of this height.
+/// Returns the width of words of a height.
 pub fn width_of_words(words: &str, height: f32) -> f32 {
     let Some(font) = FONT.as_ref() else { return 0.0 };
     let font = font.as_scaled(PxScale::from(height));
     words.chars().map(|letter| font.h_advance(font.glyph_id(letter))).sum()
 }
 
-/// Words of this height that are no wider than that: cut, and then with an ellipsis, where they are.
+/// Returns words of a height, cut and with an ellipsis if they are wider than `widest`.
 pub fn shortened(words: &str, height: f32, widest: f32) -> String {
     let mut short = words.to_owned();
     while width_of_words(&short, height) > widest && short.pop().is_some() {}
@@ -241,17 +242,18 @@ pub fn shortened(words: &str, height: f32, widest: f32) -> String {
     short
 }
 
-/// The corners of an ellipse by its centre and its half axes.
+/// Returns the corners of an ellipse from its centre and its half axes.
 pub fn ellipse(centre: Vec2, one: Vec2, other: Vec2) -> Vec<Vec2> {
     const CORNERS: usize = 72;
     let at = |corner: usize| Vec2::from_angle(core::f32::consts::TAU * corner as f32 / CORNERS as f32);
     (0..CORNERS).map(|corner| centre + at(corner).x * one + at(corner).y * other).collect()
 }
 
-/// Nothing wider or higher is drawn on, pixels.
+/// Greatest width and height of a canvas, pixels.
 const MOST_PIXELS: u32 = 16_384;
 
-/// The picture in another size, pixels, by the cubic filter of Mitchell and Netravali; `None` if a side is zero or larger than any canvas.
+/// Returns an image resized to a size in pixels, with the cubic filter of Mitchell and Netravali; `None` if a side is zero or larger than
+/// any canvas.
 fn resized(image: &Image, [width, height]: [u32; 2]) -> Option<Image> {
     if width.max(height) > MOST_PIXELS {
         return None;

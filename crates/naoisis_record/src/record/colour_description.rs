@@ -1,26 +1,26 @@
-//! The description of a video's colours in its H.264. Without it, players guess, and differ.
+//! Adds a description of the colours to an H.264 video. Without it, players have to guess, and results differ.
 
-/// The type of a unit that holds the parameters of a sequence.
+/// Type of the unit with the parameters of a sequence (SPS).
 const SEQUENCE_PARAMETERS: u8 = 7;
-/// That there is usability information (ITU-T H.264, annex E), and in it, of all that it might say: sRGB's primaries (1) and
-/// transfer (13) and the matrix of ITU-R BT.601 (6), in limited range, as the encoder's pictures are.
+/// The bits of the usability information (ITU-T H.264, annex E): present, with only sRGB's primaries (1) and transfer (13) and the matrix
+/// of ITU-R BT.601 (6), in limited range, like the encoder's pictures.
 const DESCRIPTION: &str = "1 001 101 0 1 00000001 00001101 00000110 000000";
 
-/// Adds the description to the parameters of the sequence, if this access unit (with start codes) has them.
+/// Adds the description to the sequence parameters in an access unit (with start codes). A unit without them is unchanged.
 pub(super) fn add_to(unit: Vec<u8>) -> Vec<u8> {
     let begins = |at: usize| unit[at..].starts_with(&[0, 0, 1]);
     let is_it = |&at: &usize| begins(at) && unit.get(at + 3).is_some_and(|header| header & 31 == SEQUENCE_PARAMETERS);
     let Some(start) = (0..unit.len()).find(is_it) else { return unit };
     let start = start + 3;
     let next = (start..unit.len()).find(|&at| begins(at)).unwrap_or(unit.len());
-    // Zeros before a start code belong to that.
+    // Zeros before a start code belong to the start code.
     let end = (start..next).rev().find(|&at| unit[at] != 0).map_or(start, |last| last + 1);
     let Some(parameters) = described(&unit[start..end]) else { return unit };
     [&unit[..start], &parameters, &unit[end..]].concat()
 }
 
-/// Returns parameters of a sequence with the description. They end with the bit that says that none follows, and with the one that
-/// ends all parameters: `rusty_h264` writes no usability information.
+/// Returns sequence parameters with the description. `rusty_h264` writes no usability information: its parameters end with a bit that says
+/// so, and the bit that ends all parameters.
 fn described(parameters: &[u8]) -> Option<Vec<u8>> {
     let mut bits: Vec<bool> =
         parameters.iter().flat_map(|byte| (0..8).rev().map(move |bit| (byte >> bit) & 1 == 1)).collect();
@@ -36,7 +36,7 @@ fn described(parameters: &[u8]) -> Option<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// Bytes of these bits.
+    /// Converts a text of bits to bytes.
     fn bytes(bits: &str) -> Vec<u8> {
         let mut bits: String = bits.chars().filter(|letter| *letter != ' ').collect();
         while !bits.len().is_multiple_of(8) {
@@ -47,14 +47,14 @@ mod tests {
 
     #[test]
     fn parameters_are_described_and_nothing_else_changes() {
-        // High profile, level 3.1; 83 x 34 macroblocks, of which 8 columns and 4 rows of samples are cut off.
+        // High profile, level 3.1; 83 x 34 macroblocks, with 8 columns and 4 rows of samples cropped.
         let sequence = "01100111 01100100 01000000 00011111 1 010 1 1 0 0 1 1 00101 00100 0 0000001010011 00000100010 1 1 1 \
                         1 00101 1 011";
         let unit =
             |end: &str| [&[0, 0, 0, 1][..], &bytes(&format!("{sequence}{end}")), &[0, 0, 0, 1, 0x68, 5]].concat();
         let described = add_to(unit("0 1"));
         assert_eq!(described, unit("1 0 0 1 101 0 1 00000001 00001101 00000110 0 0 0 0 0 0 1"));
-        // What has no parameters stays.
+        // A unit without parameters is unchanged.
         let slice = vec![0, 0, 0, 1, 0x41, 7, 0, 0, 3];
         assert_eq!(add_to(slice.clone()), slice);
     }

@@ -1,4 +1,4 @@
-//! A trace written again in another format, by any [recorder](Recorder) that needs nothing but the records.
+//! Converts a trace to another format, with any [recorder](Recorder) that needs only the records.
 
 use bevy::prelude::*;
 use core::ops::ControlFlow;
@@ -7,14 +7,14 @@ use super::read::{TraceError, TraceReader};
 use super::recorder::{EndReason, MatchEnd, RecordError, Recorder};
 use super::trace_lines::TraceExtent;
 
-/// Why a trace is not converted.
+/// Why a trace cannot be converted.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConvertError {
     /// The trace cannot be read.
     #[error(transparent)]
     Trace(#[from] TraceError),
-    /// The other file cannot be written.
+    /// The new file cannot be written.
     #[error(transparent)]
     Record(#[from] RecordError),
     /// The trace has only its header.
@@ -22,10 +22,11 @@ pub enum ConvertError {
     Empty,
 }
 
-/// Gives all cycles of the trace to the recorder that `create` makes, and returns what it has to say. A trace that breaks off ends as an
+/// Passes all cycles of the trace to the recorder that `create` makes, and returns its final text. A trace that breaks off ends like an
 /// interrupted match. `told` is called after each cycle with its time, s; if it returns `Break`, the match ends there.
 ///
 /// # Errors
+/// The fault of the trace and where it is, or the reason why the recorder cannot write.
 /// What is wrong with the trace, and where, or why the recorder cannot write.
 pub fn convert(
     reader: &mut TraceReader,

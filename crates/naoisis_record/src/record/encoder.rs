@@ -1,7 +1,7 @@
-//! Encoding pictures on threads of their own: PNG files, and H.264 video in MP4.
+//! Encodes pictures on separate threads: PNG files, and H.264 video in MP4.
 //!
-//! The queue of an encoder is bounded: a simulation that is faster waits. Files are complete whenever the program ends: a PNG file has
-//! another name until it is complete, and a video grows by fragments of a second, each of which can be played.
+//! The queue of an encoder is bounded: a faster simulation waits. Files are valid even if the program is killed: a PNG file has a temporary
+//! name until it is complete, and a video grows by fragments of a second, which can be played.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -14,10 +14,10 @@ pub use super::png_file::{Layer, write_png};
 use super::video_file::VideoFile;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// Pictures that wait for an encoder, at most.
+/// Number of pictures in an encoder's queue at most.
 const QUEUE: usize = 24;
 
-/// Threads that encode what they are sent.
+/// Threads that encode the work sent to them.
 #[derive(Debug)]
 pub(super) struct EncoderThreads<T> {
     queue: Option<SyncSender<T>>,
@@ -25,7 +25,7 @@ pub(super) struct EncoderThreads<T> {
     failure: Arc<Mutex<Option<RecordError>>>,
 }
 
-/// One thread's end of the queue.
+/// A thread's end of the queue.
 pub(super) struct Work<T> {
     queue: Arc<Mutex<Receiver<T>>>,
     failure: Arc<Mutex<Option<RecordError>>>,
@@ -73,22 +73,22 @@ impl<T: Send + 'static> EncoderThreads<T> {
         Self { queue: Some(queue), threads, failure }
     }
 
-    /// Hands something over. Waits while the queue is full.
+    /// Sends work to the threads. Waits while the queue is full. Returns false if the threads have stopped.
     pub(super) fn send(&self, work: T) -> bool {
         self.queue.as_ref().is_some_and(|queue| queue.send(work).is_ok())
     }
 
-    /// Hands something over, unless the queue is full.
+    /// Sends work to the threads. Returns false if the queue is full or the threads have stopped.
     pub(super) fn try_send(&self, work: T) -> bool {
         self.queue.as_ref().is_some_and(|queue| queue.try_send(work).is_ok())
     }
 
-    /// Whether encoding has failed: nothing more is written then.
+    /// Returns whether encoding has failed. Nothing more is written then.
     pub(super) fn has_failed(&self) -> bool {
         has_failed(&self.failure)
     }
 
-    /// Notes a failure.
+    /// Notes a failure, unless there was one before.
     pub(super) fn fail(&self, error: RecordError) {
         fail(&self.failure, error);
     }
@@ -97,7 +97,7 @@ impl<T: Send + 'static> EncoderThreads<T> {
     pub(super) fn finish(mut self) -> Result<(), RecordError> {
         self.queue = None;
         for thread in core::mem::take(&mut self.threads) {
-            // An encoder does not panic; if it did, its pictures are missing.
+            // An encoder should not panic. If it does, its pictures are missing.
             if thread.join().is_err() {
                 self.fail(RecordError::Encoding { path: PathBuf::new(), message: "an encoder stopped".to_owned() });
             }
@@ -106,7 +106,7 @@ impl<T: Send + 'static> EncoderThreads<T> {
     }
 }
 
-/// A PNG file to be written.
+/// A PNG file to write: its path, and a layer of an image.
 pub(super) type PngWork = (PathBuf, Layer, Arc<Image>);
 
 impl EncoderThreads<PngWork> {
@@ -121,7 +121,7 @@ impl EncoderThreads<PngWork> {
     }
 }
 
-/// A picture of a video, and how many times it is shown.
+/// A picture of a video, and the number of frames that show it.
 pub(super) type VideoWork = (Arc<Image>, u64);
 
 impl EncoderThreads<VideoWork> {
@@ -137,7 +137,7 @@ impl EncoderThreads<VideoWork> {
                 };
                 (0..times).try_for_each(|_| video.add(&image))
             });
-            // After a failure, what is still to be written has lost what it follows.
+            // After a failure, the rest of the video would not fit what was written.
             if !has_failed(&work.failure)
                 && let Some(Err(error)) = video.map(VideoFile::finish)
             {
@@ -164,7 +164,7 @@ mod tests {
         }
         threads.finish().unwrap();
         let bytes = fs::read(&path).unwrap();
-        // A file of boxes, each with its length before its name: one header, then pairs of moof and mdat.
+        // The file is a sequence of boxes, each with its length before its name: one header, then pairs of moof and mdat.
         let mut names = Vec::new();
         let mut rest = bytes.as_slice();
         while let Some((head, _)) = rest.split_first_chunk::<8>() {
@@ -173,7 +173,7 @@ mod tests {
             rest = &rest[length..];
         }
         assert!(rest.is_empty(), "the last box is whole");
-        // 2.5 seconds are two whole fragments and one of the rest.
+        // 2.5 seconds are two whole fragments and a rest.
         assert_eq!(names.iter().filter(|name| *name == "moof").count(), 3, "{names:?}");
         assert_eq!(names[..2], ["ftyp", "moov"]);
     }

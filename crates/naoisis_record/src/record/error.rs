@@ -1,51 +1,51 @@
-//! What can go wrong when a match is written down.
+//! Errors of recording a match.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why something is not written.
+/// Why a recording cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
     /// The folder is not empty.
     #[error("{0}: the folder is not empty; expected a new or an empty one")]
     NotEmpty(PathBuf),
-    /// The file exists.
+    /// The file exists already.
     #[error("{0}: the file exists already; expected a new name")]
     Exists(PathBuf),
-    /// A file is there.
+    /// The path of the folder is a file.
     #[error("{0}: this is a file; expected a folder, new or empty")]
     NotAFolder(PathBuf),
-    /// Its name does not say what it is.
+    /// The extension of the file name is wrong.
     #[error("{path}: expected a file name that ends in .{extension}")]
     Extension {
         /// The file that was asked for.
         path: PathBuf,
-        /// How it should end.
+        /// The expected extension.
         extension: &'static str,
     },
-    /// It cannot be made, or written to.
+    /// The folder or file cannot be created or written to.
     #[error("{path}: {error}")]
     Io {
         /// The folder or file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// It is not written, and what it was to replace is still there.
+    /// The new file is not complete, and the old one has not been replaced.
     #[error("{error}; the earlier file is as it was, and what there is of the new one is {unfinished}")]
     NotReplaced {
-        /// What kept it from being written.
+        /// Why the file could not be written.
         error: Box<RecordError>,
-        /// Where that is which could be written.
+        /// The path of the incomplete new file.
         unfinished: PathBuf,
     },
-    /// It cannot be encoded.
+    /// A picture cannot be encoded.
     #[error("{path}: {message}")]
     Encoding {
         /// The file that was asked for.
         path: PathBuf,
-        /// What the encoder says.
+        /// The encoder's message.
         message: String,
     },
 }
@@ -56,7 +56,7 @@ impl RecordError {
         matches!(self, RecordError::Io { error, .. } if error.kind() == io::ErrorKind::BrokenPipe)
     }
 
-    /// Converts errors of creating or writing the file at `path`.
+    /// Returns a function that converts I/O errors of the file at `path`.
     pub fn io(path: &Path) -> impl FnOnce(io::Error) -> RecordError {
         move |error| RecordError::Io { path: path.to_owned(), error }
     }

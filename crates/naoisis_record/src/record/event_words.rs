@@ -3,7 +3,7 @@
 use naoisis_core::events::{KickResult, MatchEvent};
 use naoisis_core::referee::report;
 
-/// What happened at `time_s` in a sentence, and the referee's reasons. `None` for what happens all the time.
+/// Describes `event` at `time_s` in a sentence, and the referee's reasons. Returns `None` for events that happen all the time.
 pub(super) fn event_words(time_s: f64, event: &MatchEvent) -> Option<(String, Vec<String>)> {
     match event {
         MatchEvent::StateChanged { .. } => None,

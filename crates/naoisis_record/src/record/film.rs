@@ -1,5 +1,5 @@
-//! A film of pictures that come when they come, such as those of a window: it plays at the pace at which they came. It is
-//! a video, or a folder of PNG files.
+//! Films of pictures that arrive at irregular times, such as those of a window: the film plays them at the pace at which they arrived. It
+//! is a video or a folder of PNG files.
 
 use bevy::prelude::Resource;
 use std::fs::{self, File};
@@ -27,7 +27,7 @@ pub struct Film {
     written: u64,
 }
 
-/// Who writes it.
+/// Writer of the film.
 #[derive(Debug)]
 enum Encoders {
     Video(EncoderThreads<VideoWork>),
@@ -35,10 +35,10 @@ enum Encoders {
 }
 
 impl Film {
-    /// A new video.
+    /// Creates a film as a video.
     ///
     /// # Errors
-    /// When there is such a file already, its name does not end in `.mp4`, or it cannot be written.
+    /// When the file already exists, its name does not end in `.mp4`, or it cannot be written.
     pub fn create_video(path: &Path) -> Result<Self, RecordError> {
         check_extension(path, EXTENSION)?;
         let file = File::create_new(path).map_err(|error| match error.kind() {
@@ -48,10 +48,10 @@ impl Film {
         Ok(Self::of(path, Encoders::Video(EncoderThreads::for_video(path, file, FRAME_S))))
     }
 
-    /// A folder of PNG files, `000000.png` and so on, a picture every [`FRAME_S`].
+    /// Creates a film as a folder of PNG files, `000000.png` and so on, one every [`FRAME_S`].
     ///
     /// # Errors
-    /// When the folder cannot be made or is not empty.
+    /// When the folder cannot be created or is not empty.
     pub fn create_frames(folder: &Path) -> Result<Self, RecordError> {
         make_empty_folder(folder)?;
         Ok(Self::of(folder, Encoders::Frames(EncoderThreads::for_png())))
@@ -61,13 +61,13 @@ impl Film {
         Self { path: path.to_owned(), encoders, size: None, last: None, written: 0 }
     }
 
-    /// The file, or the folder.
+    /// Returns the path of the file or folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Shows a picture from this moment on, s since the film's start. The one before is shown until then; pictures that
-    /// come faster than the film's are left out. Says whether it fits: all pictures of a video must be as large as the first.
+    /// Adds a picture that is shown from `at_s`, s since the start of the film, until the next one. Pictures that arrive faster than those
+    /// of the film are skipped. Returns false if the picture is not added because its size differs from the first one's, in a video.
     pub fn add(&mut self, at_s: f64, image: Image) -> bool {
         let image = with_even_sides(image);
         let size = [image.width, image.height];
@@ -85,8 +85,8 @@ impl Film {
         true
     }
 
-    /// How many times a picture will be written, of the times that it is due. The display does not wait for the encoder: a picture
-    /// for which the queue had no room is replaced by a later one.
+    /// Sends a picture to the encoder, to be written `times` times, and returns how often it will be written. The display does not wait for
+    /// the encoder: a picture for which the queue has no room is replaced by a later one.
     fn offer(&self, picture: &Arc<Image>, times: u64) -> u64 {
         match &self.encoders {
             Encoders::Video(encoder) => {
@@ -104,12 +104,12 @@ impl Film {
         self.path.join(format!("{number:06}.png"))
     }
 
-    /// Whether no picture has come yet.
+    /// Returns whether no picture has been added yet.
     pub fn is_empty(&self) -> bool {
         self.last.is_none()
     }
 
-    /// Whether writing has failed: nothing more is written then.
+    /// Returns whether writing has failed. Nothing more is written then.
     pub fn has_failed(&self) -> bool {
         match &self.encoders {
             Encoders::Video(encoder) => encoder.has_failed(),
@@ -117,10 +117,10 @@ impl Film {
         }
     }
 
-    /// Waits for the last pictures. How many there are; of a film without any, nothing remains.
+    /// Waits until the last pictures are written, and returns their number. A film without pictures is removed.
     ///
     /// # Errors
-    /// The first error that occurred while writing. Fragments written before can be played.
+    /// The first error that occurred while writing. Earlier fragments can be played.
     pub fn finish(mut self) -> Result<u64, RecordError> {
         let is_empty = self.is_empty();
         if let Some(last) = self.last.take() {
@@ -147,14 +147,14 @@ impl Film {
     }
 }
 
-/// How many pictures belong between those that are written and a moment.
+/// Returns the number of pictures that are missing until a moment, when `written` ones are there.
 fn missing(written: u64, at_s: f64) -> u64 {
-    // Half a picture for rounding, so that a steady stream loses none.
+    // Half a picture is added for rounding, so that a steady stream loses none.
     let due = (at_s / FRAME_S + 0.5).floor().max(0.0) as u64;
     due.saturating_sub(written).min(LONGEST_GAP)
 }
 
-/// The picture without its last row and column where their number is odd: the encoder wants pairs.
+/// Returns the picture without its last row or column if their number is odd: the encoder needs even sizes.
 fn with_even_sides(image: Image) -> Image {
     let [width, height] = [image.width & !1, image.height & !1];
     if [width, height] == [image.width, image.height] {
@@ -187,7 +187,7 @@ mod tests {
             assert!(film.add(at_s, picture(64, 48)));
         }
         assert!(!film.add(1.5, picture(48, 64)), "another size does not fit");
-        // A second and the last one.
+        // One second of pictures, and the last one.
         assert_eq!(film.finish().unwrap(), 31);
         let written = fs::read(&path).unwrap();
         assert_eq!(&written[4..8], b"ftyp");
@@ -199,11 +199,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("film");
         let mut film = Film::create_frames(&path).unwrap();
-        // They need not have the same size.
+        // PNG files may differ in size.
         for (at_s, width) in [(0.0, 8), (0.02, 10), (0.1, 12)] {
             assert!(film.add(at_s, picture(width, 6)));
         }
-        // 0.1 s are three pictures of a thirtieth, and there is the last one.
+        // Three pictures in 0.1 s, and the last one.
         assert_eq!(film.finish().unwrap(), 4);
         let mut names: Vec<_> = fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         names.sort();

@@ -1,4 +1,4 @@
-//! Log formats by name: what `naoisis run --log NAME=FILE` can write, a program's own included.
+//! Log formats by name, which `naoisis run --log NAME=FILE` can write. Programs can add their own.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -39,7 +39,7 @@
 //! app.add_plugins(NaoisisPlugins).add_log_format("ball", "where the ball was, as CSV", BallLog::create);
 //! ```
 //!
-//! In a program of one's own (`naoisis_cli::cli::run`), `my_team run match3v3 --log ball=ball.csv` writes it then.
+//! With a program of your own (`naoisis_cli::cli::run`), `my_team run match3v3 --log ball=ball.csv` then writes this format.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
@@ -52,18 +52,18 @@ type Create = Box<dyn Fn(&Path) -> Result<Box<dyn Recorder>, RecordError> + Send
 
 /// A log format.
 pub struct LogFormat {
-    /// What it is, in a few words.
+    /// A short description.
     pub description: String,
-    /// How the names of its files end, for which `naoisis convert` writes it from a trace.
+    /// The file name endings for which `naoisis convert` writes this format from a trace.
     pub endings: &'static [&'static str],
     create: Create,
 }
 
 impl LogFormat {
-    /// A recorder that writes to this file, in place of what is there.
+    /// Creates a recorder that writes to the file at `path`, which it replaces.
     ///
     /// # Errors
-    /// When the file cannot be made.
+    /// If the file cannot be created.
     pub fn create(&self, path: &Path) -> Result<Box<dyn Recorder>, RecordError> {
         (self.create)(path)
     }
@@ -74,12 +74,12 @@ impl LogFormat {
 pub struct LogFormats(BTreeMap<String, LogFormat>);
 
 impl LogFormats {
-    /// All formats by name, sorted.
+    /// Returns all formats with their names, sorted by name.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &LogFormat)> {
         self.0.iter().map(|(name, format)| (name.as_str(), format))
     }
 
-    /// The format of files whose names end as `path` does: of several the one with the longest ending.
+    /// Returns the format for the name of the file at `path`. If several endings match, the longest wins.
     pub fn of_file(&self, path: &Path) -> Option<&LogFormat> {
         let name = path.file_name()?.to_str()?;
         let ending = |format: &&LogFormat| {
@@ -88,15 +88,15 @@ impl LogFormats {
         self.0.values().filter(|format| ending(format).is_some()).max_by_key(ending)
     }
 
-    /// The format of this name.
+    /// Returns the format with this name.
     pub fn get(&self, name: &str) -> Option<&LogFormat> {
         self.0.get(name)
     }
 }
 
-/// Registers log formats.
+/// Methods of [`App`] that register log formats.
 pub trait LogFormatApp {
-    /// Registers a log format: `create` makes the recorder that writes to a file. Of two with the same name the later counts.
+    /// Registers a log format: `create` makes the recorder that writes to a file. A later format replaces one with the same name.
     fn add_log_format<R: Recorder>(
         &mut self,
         name: &str,
@@ -104,8 +104,8 @@ pub trait LogFormatApp {
         create: impl Fn(&Path) -> Result<R, RecordError> + Send + Sync + 'static,
     ) -> &mut Self;
 
-    /// Says how the names of the files of a log format end. `naoisis convert` can then write it from a trace, so its recorder must
-    /// need nothing but the records: the world that it gets has no match.
+    /// Sets the file name endings of a log format. `naoisis convert` can then write it from a trace, so its recorder must need only the
+    /// records: its world has no match.
     fn name_endings(&mut self, name: &str, endings: &'static [&'static str]) -> &mut Self;
 }
 

@@ -1,5 +1,5 @@
-//! Frames: a match as PNG files, the field in one folder and each robot's cameras in folders of their own; and beside those,
-//! where images carry them, their labels and depths.
+//! Writes frames: PNG files of the field in one folder and of each robot's cameras in folders of their own. Labels and depths, for images
+//! that have them, go into further folders.
 
 use bevy::prelude::*;
 use std::fs;
@@ -15,25 +15,25 @@ use naoisis_core::robot::Roster;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// Frames that are being written.
+/// Writes frames of a match.
 pub struct FrameRecorder {
     folder: PathBuf,
     every: u64,
-    /// The pictures that are recorded. Without any: the field and the robots' camera images.
+    /// The pictures that are recorded. If empty: the field and the robots' camera images.
     pictures: Vec<Picture>,
     encoders: EncoderThreads<PngWork>,
     folders: Vec<PathBuf>,
-    /// The cycle before the first that has not been recorded.
+    /// The last cycle that was recorded.
     recorded: Option<u64>,
     written: u64,
 }
 
 impl FrameRecorder {
-    /// Creates a recorder that writes frames into a folder every few cycles: of these pictures, or without any, of the field and the
-    /// robots' camera images.
+    /// Creates a recorder that writes frames into `folder` every few cycles. If `pictures` is empty, it records the field and the robots'
+    /// camera images.
     ///
     /// # Errors
-    /// When the folder cannot be made or is not empty.
+    /// If the folder cannot be created or is not empty.
     pub fn create(folder: &Path, every: u64, pictures: Vec<Picture>) -> Result<Self, RecordError> {
         make_empty_folder(folder)?;
         Ok(Self {
@@ -47,8 +47,8 @@ impl FrameRecorder {
         })
     }
 
-    /// Writes the frames of the cycle that has just ended, if it is one of those that are wanted. Images that robots' cameras
-    /// took in an earlier one have that one's number, and are written once.
+    /// Writes the frames of the last cycle, if it is due. A camera image is named after the cycle in which it was taken, and written only
+    /// once.
     pub fn record(&mut self, world: &mut World, renderer: &mut MatchRenderer) {
         let cycle = world.resource::<CycleClock>().cycle;
         if !cycle.is_multiple_of(self.every) || self.has_failed() {
@@ -79,7 +79,7 @@ impl FrameRecorder {
         }
     }
 
-    /// Whether writing has failed: nothing more is written then.
+    /// Returns whether writing has failed. Nothing more is written then.
     pub fn has_failed(&self) -> bool {
         self.encoders.has_failed()
     }
@@ -106,11 +106,11 @@ impl FrameRecorder {
     }
 }
 
-/// Removes the frames of an earlier match: PNG files with a number for a name, in the folder and in its folders, and those
-/// folders if there is nothing else in them.
+/// Removes the frames of an earlier match: PNG files with a number as their name, in the folder and its subfolders, and the subfolders that
+/// are empty then.
 ///
 /// # Errors
-/// When something cannot be read or removed.
+/// If something cannot be read or removed.
 pub fn remove_frames(folder: &Path) -> Result<(), RecordError> {
     if !folder.is_dir() {
         return Ok(());
@@ -142,10 +142,10 @@ fn paths_in(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
     Ok(entries.map_err(RecordError::io(folder))?.iter().map(fs::DirEntry::path).collect())
 }
 
-/// Makes a folder in which nothing is and which can be written to.
+/// Creates an empty folder, and checks that it can be written to.
 ///
 /// # Errors
-/// When it cannot be made or is not empty.
+/// If it cannot be created, is not empty or cannot be written to.
 pub(super) fn make_empty_folder(folder: &Path) -> Result<(), RecordError> {
     if folder.is_file() {
         return Err(RecordError::NotAFolder(folder.to_owned()));
@@ -154,12 +154,12 @@ pub(super) fn make_empty_folder(folder: &Path) -> Result<(), RecordError> {
     if fs::read_dir(folder).map_err(RecordError::io(folder))?.next().is_some() {
         return Err(RecordError::NotEmpty(folder.to_owned()));
     }
-    // That it can be written to is found out now, not in the middle of the match.
+    // Test now whether it can be written to, not in the middle of the match.
     let probe = folder.join(".naoisis");
     fs::write(&probe, []).and_then(|()| fs::remove_file(&probe)).map_err(RecordError::io(folder))
 }
 
-/// The field, and the images that robots have.
+/// Returns the field, and the cameras of robots that have an image.
 fn what_there_is(world: &World) -> Vec<Picture> {
     let cameras = world.resource::<Roster>().iter().flat_map(|(id, robot)| {
         let mounts = world.get::<CameraSettings>(robot).map(|settings| settings.mounts).unwrap_or_default();

@@ -1,7 +1,7 @@
-//! The records of a match in memory.
+//! Keeps the records of a match in memory.
 //!
-//! A [`History`] has the record of every cycle, whether the match is played or was read from a trace. Records are compressed in
-//! blocks, of which one at a time is unpacked.
+//! A [`History`] has the record of every cycle of a match that is being played or was read from a trace. Records are compressed in blocks.
+//! One block at a time is unpacked.
 
 use bevy::prelude::*;
 use std::collections::VecDeque;
@@ -15,17 +15,17 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 
 /// Records in a block.
 const BLOCK: usize = 64;
-/// A block with this many bytes is full, whatever its number of records.
+/// Size at which a block is full, whatever its number of records, bytes.
 const LARGEST_BLOCK_BYTES: usize = 8 << 20;
-/// Beyond this many bytes the oldest blocks are forgotten.
+/// Size beyond which the oldest blocks are removed, bytes.
 const MOST_BYTES: usize = 400 << 20;
-/// How well blocks are compressed: the fastest of zstd's levels.
+/// Compression level: the fastest of zstd.
 const LEVEL: i32 = 1;
 
 /// Consecutive records as bytes.
 #[derive(Clone, Default, Debug)]
 struct Block {
-    /// The records one after another; compressed but in the last block.
+    /// The records one after another. All blocks but the last are compressed.
     bytes: Vec<u8>,
     /// The cycle of each record, and where it ends in the unpacked bytes.
     ends: Vec<(u64, usize)>,
@@ -36,14 +36,14 @@ impl Block {
         self.ends.last().map(|(cycle, _)| *cycle)
     }
 
-    /// Returns the records up to `cycle`, of a block that is not compressed.
+    /// Returns the records up to `cycle`. The block must not be compressed.
     fn until(mut self, cycle: u64) -> Block {
         self.ends.retain(|(earlier, _)| *earlier <= cycle);
         self.bytes.truncate(self.ends.last().map_or(0, |(_, end)| *end));
         self
     }
 
-    /// Returns the range, in the unpacked bytes, of the first record that is not before `cycle`.
+    /// Returns the range, in the unpacked bytes, of the first record at or after `cycle`.
     fn find(&self, cycle: u64) -> Option<Range<usize>> {
         let place = self.ends.partition_point(|(earlier, _)| *earlier < cycle);
         let start = place.checked_sub(1).map_or(0, |previous| self.ends[previous].1);
@@ -51,7 +51,7 @@ impl Block {
     }
 }
 
-/// The records of a match: of every cycle, or of every few.
+/// The records of a match, one for every cycle or for every few cycles.
 #[derive(Resource, Clone, Debug)]
 pub struct History {
     /// The most cycles from one record to the next.
@@ -59,11 +59,11 @@ pub struct History {
     /// Full blocks, compressed.
     packed: VecDeque<Block>,
     packed_bytes: usize,
-    /// The records since then.
+    /// The records since the last full block.
     open: Block,
     marks: Vec<Mark>,
     kicks: Vec<KickMark>,
-    /// The cycle of the last record of the block that was unpacked last, and that block's bytes.
+    /// The block that was unpacked last: the cycle of its last record, and its bytes.
     unpacked: Option<(u64, Vec<u8>)>,
 }
 
@@ -73,7 +73,7 @@ impl Default for History {
     }
 }
 
-/// A record that cannot be encoded or decoded. Records are the program's own, so this does not happen.
+/// A record cannot be encoded or decoded. This does not happen with the program's own records.
 #[derive(Debug, thiserror::Error)]
 #[error("a record of the match cannot be kept: {0}")]
 pub struct HistoryError(String);
@@ -102,30 +102,30 @@ impl History {
         self.last_cycle().is_none()
     }
 
-    /// The first and the last cycle with a record.
+    /// Returns the first and the last cycle with a record.
     pub fn cycles(&self) -> Option<RangeInclusive<u64>> {
         let (first, _) = self.blocks().next()?.ends.first()?;
         Some(*first..=self.last_cycle()?)
     }
 
-    /// The last cycle with a record.
+    /// Returns the last cycle with a record.
     pub fn last_cycle(&self) -> Option<u64> {
         self.open.last_cycle().or_else(|| self.packed.back().and_then(Block::last_cycle))
     }
 
-    /// The marks, in the order of their cycles.
+    /// Returns the marks, in the order of their cycles.
     pub fn marks(&self) -> &[Mark] {
         &self.marks
     }
 
-    /// The last kick of `robot` up to the end of `cycle`.
+    /// Returns the last kick of `robot` up to the end of `cycle`.
     pub fn last_kick(&self, robot: RobotId, cycle: u64) -> Option<KickMark> {
         let until = self.kicks.partition_point(|kick| kick.cycle <= cycle);
         self.kicks[..until].iter().rev().find(|kick| kick.robot == robot).copied()
     }
 
-    /// How the leg of `robot` swings at the end of `cycle`, which lasts `period_s`: for its next kick if the swing has begun, or for
-    /// its last one.
+    /// Returns how the leg of `robot` swings at the end of `cycle`, where a cycle takes `period_s`. This is the swing of its next kick if
+    /// it has begun, or otherwise of its last kick.
     pub fn swing(&self, robot: RobotId, cycle: u64, period_s: f64, kicks: &KickSettings) -> Option<Swing> {
         let until = self.kicks.partition_point(|kick| kick.cycle <= cycle);
         let swing = |kick: &KickMark| {
@@ -137,15 +137,15 @@ impl History {
         begun.or_else(|| self.last_kick(robot, cycle).as_ref().map(swing))
     }
 
-    /// The memory that the records take, bytes.
+    /// Returns the memory that the records take, bytes.
     pub fn size_bytes(&self) -> usize {
         self.packed_bytes + self.open.bytes.len()
     }
 
-    /// Adds the record of a cycle. If it does not follow the last one, those before it are removed.
+    /// Adds the record of a cycle. If it does not follow the last record, all earlier ones are removed.
     ///
     /// # Errors
-    /// When the record cannot be encoded.
+    /// If the record cannot be encoded.
     pub fn push(&mut self, record: &CycleRecord) -> Result<(), HistoryError> {
         let (cycle, events) = (record.cycle, &record.events);
         if !self.last_cycle().is_some_and(|last| last < cycle && cycle - last <= self.every) {
@@ -161,10 +161,10 @@ impl History {
         Ok(())
     }
 
-    /// Moves the records of `later` to the end of this history. If they do not follow its last one, its own are removed.
+    /// Moves the records of `later` to the end of this history. If they do not follow its last record, its own records are removed.
     ///
     /// # Errors
-    /// When records cannot be compressed.
+    /// If records cannot be compressed.
     pub fn append(&mut self, mut later: History) -> Result<(), HistoryError> {
         let Some(cycles) = later.cycles() else { return Ok(()) };
         if !self.last_cycle().is_some_and(|last| last < *cycles.start() && *cycles.start() - last <= self.every) {
@@ -183,10 +183,10 @@ impl History {
         Ok(())
     }
 
-    /// The record of `cycle`, or the first one after it. `None` if there is neither.
+    /// Returns the record of `cycle`, or the first record after it. Returns `None` if there is neither.
     ///
     /// # Errors
-    /// When it cannot be decoded.
+    /// If the record cannot be decoded.
     pub fn record(&mut self, cycle: u64) -> Result<Option<CycleRecord>, HistoryError> {
         let (bytes, range) = match self.packed.get(self.block_of(cycle)) {
             None => (&self.open.bytes, self.open.find(cycle)),
@@ -208,10 +208,10 @@ impl History {
         serde_json::from_slice(&bytes[range]).map(Some).map_err(|error| HistoryError(error.to_string()))
     }
 
-    /// The history up to the end of `cycle`, for a match that goes on from there in another way.
+    /// Returns the history up to the end of `cycle`, for a match that continues differently from there.
     ///
     /// # Errors
-    /// When the records around `cycle` cannot be decoded.
+    /// If the records around `cycle` cannot be decoded.
     pub fn until(&self, cycle: u64) -> Result<History, HistoryError> {
         let whole = self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last <= cycle));
         let part = match self.packed.get(whole) {
@@ -235,7 +235,8 @@ impl History {
         })
     }
 
-    /// The cycle of the record before `cycle`, and that of the first record that is not before it. After the last record: the last.
+    /// Returns the cycle of the last record before `cycle`, and that of the first record at or after it. If there is none after it: `None`
+    /// and the last cycle.
     pub fn around(&self, cycle: u64) -> (Option<u64>, u64) {
         let index = self.block_of(cycle);
         let block = self.packed.get(index).unwrap_or(&self.open);
@@ -248,7 +249,7 @@ impl History {
         }
     }
 
-    /// The index of the block with the first record that is not before `cycle`; that of the open block is the number of packed ones.
+    /// Returns the index of the block with the first record at or after `cycle`. The index of the open block is the number of packed ones.
     fn block_of(&self, cycle: u64) -> usize {
         self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last < cycle))
     }
@@ -266,7 +267,7 @@ impl History {
         Ok(())
     }
 
-    /// Removes the oldest records of a history that takes too much memory.
+    /// Removes the oldest records while the history takes too much memory.
     fn forget_oldest(&mut self) {
         while self.packed_bytes > MOST_BYTES
             && let Some(oldest) = self.packed.pop_front()
@@ -309,7 +310,7 @@ mod tests {
             app.run_cycles(1);
         }
         assert_eq!(history.cycles(), Some(0..=200));
-        // There and back, so that blocks are unpacked again.
+        // Forwards and backwards, so that blocks are unpacked again.
         for cycle in (0..=200_u64).chain((0..=200).rev().step_by(7)) {
             assert_eq!(history.record(cycle).unwrap().as_ref(), Some(&records[cycle as usize]), "cycle {cycle}");
         }
@@ -334,10 +335,10 @@ mod tests {
             assert_eq!(joined.record(cycle).unwrap(), whole.record(cycle).unwrap(), "cycle {cycle}");
             assert_eq!(joined.around(cycle), whole.around(cycle), "cycle {cycle}");
         }
-        // It goes on where it ended.
+        // The joined history continues at its end.
         joined.push(&empty_record(301)).unwrap();
         assert_eq!(joined.cycles(), Some(0..=301));
-        // Other records take its place.
+        // Other records replace it.
         let mut other = History::default();
         other.push(&empty_record(5)).unwrap();
         joined.append(other).unwrap();

@@ -1,4 +1,4 @@
-//! Marks on pictures: measures, sectors, confidence ellipses, paths.
+//! Draws marks on pictures: measures, sectors, confidence ellipses, paths.
 
 use bevy::math::Vec2;
 
@@ -20,7 +20,7 @@ pub const VERMILION: Colour = Colour(DrawColour::Vermilion.rgb());
 /// Yellow.
 pub const YELLOW: Colour = Colour(DrawColour::Yellow.rgb());
 
-/// A measured distance between two places, with words in its middle or, where they would not fit, beside it.
+/// Draws a measured distance between two places, with words in its middle or, if they do not fit, beside it.
 pub fn measure(canvas: &mut Canvas, [from, to]: [Vec2; 2], words: &str, colour: Colour, patch: Option<Colour>) {
     const HEIGHT: f32 = 18.0;
     let middle = (from + to) / 2.0;
@@ -45,26 +45,26 @@ pub fn measure(canvas: &mut Canvas, [from, to]: [Vec2; 2], words: &str, colour: 
     }
 }
 
-/// The outline of the sector between distances `near` and `far`, m, within `half_angle` of `direction`, seen from `pose`.
+/// Returns the outline of the sector between distances `near` and `far` (m), within `half_angle` of `direction`, seen from `pose`.
 pub fn sector(pose: Pose, direction: f32, half_angle: f32, [near, far]: [f32; 2]) -> Vec<Vec2> {
     let mut outline = arc(pose, direction, half_angle, far);
     outline.extend(arc(pose, direction, half_angle, near).into_iter().rev());
     outline
 }
 
-/// The places at a distance, m, and within an angle to either side of a direction, seen from a pose: from right to left.
+/// Returns points at `distance` (m) from `pose`, within `half_angle` on either side of `direction`, from right to left.
 pub fn arc(pose: Pose, direction: f32, half_angle: f32, distance: f32) -> Vec<Vec2> {
     const STEPS: u8 = 24;
     let angle = |step: u8| direction + half_angle * (2.0 * f32::from(step) / f32::from(STEPS) - 1.0);
     (0..=STEPS).map(|step| pose.transform_point(distance * unit(angle(step)))).collect()
 }
 
-/// The outline of the ellipse of 95 % confidence. Empty if `covariance` is none.
+/// Returns the outline of the 95 % confidence ellipse. Empty if `covariance` is not a valid covariance.
 pub fn confidence_ellipse(mean: Vec2, covariance: PlaceCovariance) -> Vec<Vec2> {
     half_axes_95(covariance).map(|[long, short]| ellipse(mean, long, short)).unwrap_or_default()
 }
 
-/// The standard deviations of a place along and across the line from `eye` to it.
+/// Returns the standard deviations of a place along and across the line from `eye` to it.
 pub fn sd_along_and_across([xx, xy, yy]: PlaceCovariance, eye: Vec2, place: Vec2) -> [f32; 2] {
     let along = (place - eye).normalize_or(Vec2::X);
     [along, along.perp()].map(|axis| {
@@ -73,13 +73,13 @@ pub fn sd_along_and_across([xx, xy, yy]: PlaceCovariance, eye: Vec2, place: Vec2
     })
 }
 
-/// A line that can be seen on everything.
+/// Draws a line that is visible on any background.
 pub fn bright_line(canvas: &mut Canvas, places: &[Vec2], colour: Colour, width: f32) {
     canvas.line(places, INK, width + 2.0);
     canvas.line(places, colour, width);
 }
 
-/// An arrow that can be seen on everything.
+/// Draws an arrow that is visible on any background.
 pub fn bright_arrow(canvas: &mut Canvas, [from, to]: [Vec2; 2], colour: Colour, width: f32) {
     let head = arrow_head(from, to, width);
     canvas.line(&[from, (head[1] + head[2]) / 2.0], INK, width + 2.0);
@@ -87,13 +87,13 @@ pub fn bright_arrow(canvas: &mut Canvas, [from, to]: [Vec2; 2], colour: Colour, 
     canvas.arrow(from, to, colour, width);
 }
 
-/// A dot that can be seen on everything.
+/// Draws a dot that is visible on any background.
 pub fn bright_dot(canvas: &mut Canvas, place: Vec2, radius: f32, colour: Colour) {
     canvas.disc(place, radius + 1.2, INK, 1.0);
     canvas.disc(place, radius, colour, 1.0);
 }
 
-/// A key to colours: a stroke of each and what it stands for, one below the other.
+/// Draws a key to colours: a stroke of each colour and its meaning, one below the other.
 pub fn key(canvas: &mut Canvas, entries: &[(Colour, &str)], at: Vec2) {
     for (row, (colour, words)) in entries.iter().enumerate() {
         let left = at + Vec2::Y * 26.0 * row as f32;
@@ -102,7 +102,7 @@ pub fn key(canvas: &mut Canvas, entries: &[(Colour, &str)], at: Vec2) {
     }
 }
 
-/// White words with a dark edge, for pictures.
+/// Draws white words with a dark edge, for pictures.
 pub fn bright_words(canvas: &mut Canvas, words: &str, at: Vec2, height: f32, anchor: Anchor) {
     for offset in [Vec2::X, Vec2::Y, Vec2::NEG_X, Vec2::NEG_Y, Vec2::ONE, Vec2::NEG_ONE] {
         canvas.words(words, at + 1.2 * offset, height, anchor, INK);

@@ -1,4 +1,4 @@
-//! The moments of a match that are found again: marks on the timeline, and kicks.
+//! Moments of a match that users look for: marks on the timeline, and kicks.
 
 use naoisis_core::events::{KickResult, MatchEvent};
 use naoisis_core::kick_geometry::KickType;
@@ -20,11 +20,11 @@ pub enum MarkKind {
 /// A mark on the timeline.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mark {
-    /// Its cycle.
+    /// Cycle of the event.
     pub cycle: u64,
-    /// What it stands for.
+    /// Kind of the event.
     pub kind: MarkKind,
-    /// The team whose goal, ball or penalty it was.
+    /// Team that scored, touched the ball last, or was penalised.
     pub team: Option<Team>,
 }
 
@@ -42,21 +42,21 @@ impl Mark {
     }
 }
 
-/// A kick, for which the leg swings.
+/// A kick, for the animation of the leg.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct KickMark {
-    /// Its cycle.
+    /// Cycle in which the foot meets the ball.
     pub cycle: u64,
     /// The robot.
     pub robot: RobotId,
-    /// The kick.
+    /// Type of the kick.
     pub kick_type: KickType,
-    /// Whether the ball was on the wrong side.
+    /// Whether the ball was on the wrong side, so that the kick had reduced speed.
     pub is_reduced: bool,
 }
 
 impl KickMark {
-    /// Returns the kick of `event`, if it is one for which a leg swings.
+    /// Returns the kick of `event`, if a leg swings for it.
     pub(super) fn of(event: &MatchEvent, cycle: u64) -> Option<KickMark> {
         match event {
             MatchEvent::Kick { robot, kick_type, result, reason, .. } if result.swings(*reason) => {

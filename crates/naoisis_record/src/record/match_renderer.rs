@@ -1,7 +1,7 @@
-//! Draws a match: the field, and the views of the robots' cameras.
+//! Draws a match: the field and the views of the robots' cameras.
 //!
-//! Recording does not change the match: these pictures are drawn in addition to the match's own images.
-//! It draws on the graphics card where the match's camera images are drawn there, in software otherwise.
+//! Recording does not change the match: these images are drawn in addition to the match's own ones. They are drawn on the graphics card if
+//! the match's camera images are, otherwise in software.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -20,36 +20,35 @@ use naoisis_sensing::sensing::camera::software::{Detail, PreparedScene, Renderer
 use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings, GpuCameras};
 use naoisis_sensing::sensing::vision::VisionSettings;
 
-/// Faces around a cylinder in its pictures.
+/// Number of faces around a cylinder.
 const SEGMENTS: usize = 20;
 
 /// Draws a match.
 #[derive(Default)]
 pub struct MatchRenderer {
     scene: Scene,
-    /// A scene for each design, and whether it is up to date.
+    /// The scene for each design, and whether it is up to date.
     prepared: [PreparedScene; 2],
     is_prepared: [bool; 2],
     renderer: Renderer,
     still_renderer: StillRenderer,
-    /// The overlays on pictures of the field.
+    /// Overlays on pictures of the field.
     pub overlays: Vec<OverlayOf>,
 }
 
 impl MatchRenderer {
-    /// Looks at the match as it is now.
+    /// Takes over the current state of the match.
     pub fn look(&mut self, world: &mut World) {
         self.is_prepared = [false; 2];
         self.scene.gather(world);
     }
 
-    /// What it last looked at.
+    /// Returns the scene of the last [`look`](Self::look).
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// A picture of what it last looked at, with robots that look like a NAO. What stands still before a camera that does too
-    /// is drawn once.
+    /// Draws the scene with robots that look like a NAO. Objects that do not move are only drawn once for a camera that does not move.
     pub fn draw(&mut self, world: &mut World, view: &View) -> Image {
         let design = Detail::FINE.design;
         let mut shot = ImageRequest { view: *view, design, layers: Layers::default(), image: Image::default() };
@@ -60,14 +59,14 @@ impl MatchRenderer {
         shot.image
     }
 
-    /// A picture of the whole field, of this size in pixels, with the overlays over it.
+    /// Draws the whole field with the overlays, in a size in pixels.
     pub fn draw_field(&mut self, world: &mut World, size: [u32; 2]) -> Image {
         let view = view_of_field(&self.scene.pitch, size);
         let picture = self.draw(world, &view);
         if self.overlays.is_empty() { picture } else { draw_over(world, &picture, &view, &self.overlays) }
     }
 
-    /// A picture of a camera that moves.
+    /// Draws the image of a moving camera.
     fn draw_shot(&mut self, world: &mut World, mut shot: ImageRequest) -> Image {
         if !self.is_drawn_by_gpu(world, &mut shot) {
             self.prepare(shot.design);
@@ -89,8 +88,8 @@ impl MatchRenderer {
         }
     }
 
-    /// What a robot's camera sees: the newest image that the match rendered for it, or where there is none, one that is drawn
-    /// now. None of a robot that is not on the pitch.
+    /// Returns what a robot's camera sees: the newest image that the match rendered for it or, if there is none, an image drawn now.
+    /// Returns `None` if the robot is not on the pitch.
     pub fn through_the_eyes_of(&mut self, world: &mut World, id: RobotId, side: CameraName) -> Option<Image> {
         if let Some((_, image)) = newest_image(world, id, side) {
             return Some(image.clone());
@@ -100,7 +99,7 @@ impl MatchRenderer {
         self.draw_view_of_robot(world, id, side, Layers { labels: settings.labels, depth: settings.depth })
     }
 
-    /// What a robot's camera would see now, drawn with these layers. None of a robot that is not on the pitch.
+    /// Draws what a robot's camera would see now, with these layers. Returns `None` if the robot is not on the pitch.
     pub fn draw_view_of_robot(
         &mut self,
         world: &mut World,
@@ -114,15 +113,15 @@ impl MatchRenderer {
         let camera = settings.view(side, &robot.body, robot.head)?;
         let mut view = View::of_robot(&camera, robot.world_from_robot(), id);
         view.shadows = settings.shadows;
-        // Before its first image it sees what it will see in that.
+        // Before the first image of the match, the picture already has that image's design.
         let has_images = settings.renderer(world.get::<VisionSettings>(entity)).is_some();
         let design = if has_images { settings.design } else { RobotDesign::Nao };
         Some(self.draw_shot(world, ImageRequest { view, design, layers, image: Image::default() }))
     }
 }
 
-/// The newest image that the match rendered for a robot's camera, and in which cycles it was taken and arrived; none that the
-/// camera should have replaced by now.
+/// Returns the newest image that the match rendered for a robot's camera, with the cycles in which it was taken and arrived. An image that
+/// should have been replaced by now does not count.
 pub(super) fn newest_image(world: &World, id: RobotId, side: CameraName) -> Option<([u64; 2], &Image)> {
     let entity = world.resource::<Roster>().get(id)?;
     let images = world.get::<CameraImages>(entity)?;
@@ -132,13 +131,12 @@ pub(super) fn newest_image(world: &World, id: RobotId, side: CameraName) -> Opti
     (age < u64::from(every) && !images.of(side).is_empty()).then(|| ([taken, arrived], images.of(side)))
 }
 
-/// The whole pitch and all goals, from above one side line and as large as they can be in a picture of this size in
-/// pixels.
+/// Returns a view of the whole pitch and both goals from above a side line, as large as possible in a picture of this size in pixels.
 pub fn view_of_field(pitch: &Pitch, size: [u32; 2]) -> View {
-    /// How far the eye looks down, and its field of view from top to bottom, rad.
+    /// Angle of the view below the horizontal, and its vertical field of view, rad.
     const DOWN: f32 = 0.80;
     const VERTICAL_FOV: f32 = 0.61;
-    /// The margin on every side, as a share of the picture.
+    /// Margin on every side, as a share of the picture.
     const MARGIN: f32 = 0.025;
 
     let corner = pitch.outer_half_extents();
@@ -149,8 +147,8 @@ pub fn view_of_field(pitch: &Pitch, size: [u32; 2]) -> View {
     let corners: Vec<Vec3> = corners.collect();
     let (sin, cos) = ops::sin_cos(DOWN);
     let picture = Vec2::new(size[0] as f32, size[1] as f32);
-    // As near as everything is still in the picture, by halving; for every distance the eye looks at where what it sees
-    // is in the middle from top to bottom, which a few steps find.
+    // The shortest distance at which everything is in the picture, by bisection. At every distance, a few steps find the point to look at
+    // for which the visible part is vertically centred.
     let (mut near_m, mut far_m) = (0.0, 20.0 * corner.length());
     let (mut target, mut view) = (Vec3::ZERO, View::looking_at(Vec3::Z, Vec3::ZERO, VERTICAL_FOV, size));
     for _ in 0..24 {
@@ -164,7 +162,7 @@ pub fn view_of_field(pitch: &Pitch, size: [u32; 2]) -> View {
             let least = pixels.iter().copied().fold(Vec2::INFINITY, Vec2::min);
             let most = pixels.iter().copied().fold(Vec2::NEG_INFINITY, Vec2::max);
             is_whole = least.cmpge(MARGIN * picture).all() && most.cmple((1.0 - MARGIN) * picture).all();
-            // A pixel near the middle is this much of the ground from near to far.
+            // Length on the ground, away from the viewer, that a pixel near the middle covers.
             let pixel_m = distance_m / view.intrinsics.focal_length / sin;
             target.y -= ((least.y + most.y) / 2.0 - picture.y / 2.0) * pixel_m;
         }
@@ -200,7 +198,7 @@ mod tests {
             let robot = renderer.scene().robots[0];
             hips.push(robot.stride.joints(robot.id, robot.head, &robot.body).legs[1].hip);
         }
-        // It stands still before, and its right leg is far in front when the ball is struck.
+        // The robot stands still at first. When it strikes the ball, its right leg is far in front.
         assert!(hips[0].abs() < 0.01 && hips.iter().any(|hip| *hip > 0.3), "{hips:?}");
     }
 
@@ -213,7 +211,7 @@ mod tests {
             for pixel in pixels {
                 assert!(pixel.cmpgt(Vec2::ZERO).all() && pixel.cmplt(Vec2::new(960.0, 540.0)).all(), "{pixel}");
             }
-            // It fills the picture, from left to right or from top to bottom.
+            // The pitch fills the picture in one direction.
             pixels.sort_by(|a, b| a.x.total_cmp(&b.x));
             let width = pixels[3].x - pixels[0].x;
             pixels.sort_by(|a, b| a.y.total_cmp(&b.y));

@@ -14,10 +14,10 @@ use naoisis_sim::scenario::Scenario;
 /// Cells of a heat map along the pitch.
 pub const CELLS_ALONG: usize = 28;
 
-/// The time that something spent in each cell of the pitch, s: rows from -y, in each from -x.
+/// The time that an object spent in each cell of the pitch, s: rows from -y, and in each row from -x.
 #[derive(Clone, PartialEq, Debug)]
 pub struct HeatMap {
-    /// Cells across.
+    /// Number of rows, across the pitch.
     pub rows: usize,
     /// Time in each cell, s.
     pub time_s: Vec<f32>,
@@ -31,7 +31,7 @@ impl HeatMap {
         Self { rows, time_s: vec![0.0; CELLS_ALONG * rows], half_m }
     }
 
-    /// Adds `time_s` at `place`. Places beside the pitch count for its edge.
+    /// Adds `time_s` at `place`. Places beside the pitch count for the nearest cell.
     fn add(&mut self, place: Vec2, time_s: f32) {
         let share = ((place + self.half_m) / (2.0 * self.half_m)).clamp(Vec2::ZERO, Vec2::splat(0.999_99));
         let (column, row) = ((share.x * CELLS_ALONG as f32) as usize, (share.y * self.rows as f32) as usize);
@@ -40,20 +40,20 @@ impl HeatMap {
         }
     }
 
-    /// The longest time in a cell, s.
+    /// Returns the longest time in a cell, s.
     pub fn most_s(&self) -> f32 {
         self.time_s.iter().copied().fold(0.0, f32::max)
     }
 }
 
-/// A match in numbers, as far as it was played.
+/// A match in numbers, up to the last cycle played.
 #[derive(Clone, Debug)]
 pub struct MatchSummary {
     /// The scenario's name.
     pub name: String,
     /// The seed.
     pub seed: u64,
-    /// How realistic the match is, in words.
+    /// The match's level of realism, in words.
     pub realism: String,
     /// The names of the teams.
     pub teams: Option<PerTeam<String>>,
@@ -61,23 +61,23 @@ pub struct MatchSummary {
     pub pitch: Pitch,
     /// The score.
     pub score: Score,
-    /// How the result came about, if there is more to say of it.
+    /// How the result came about, if the score does not say.
     pub how: Option<String>,
     /// The time at the end, s since the start of the match.
     pub duration_s: f64,
-    /// The time of each goal, s, and its team and scorer in words.
+    /// The goals: time (s), and team and scorer in words.
     pub goals: Vec<(f64, String)>,
     /// What was counted.
     pub counts: MatchCounts,
-    /// Where the ball was.
+    /// Heat map of the ball.
     pub ball: HeatMap,
-    /// Where the robots of the teams were.
+    /// Heat map of each team's robots.
     pub places: PerTeam<HeatMap>,
     mistakes: MistakeFinder,
 }
 
 impl MatchSummary {
-    /// Creates the summary of a match of `scenario` that has not begun.
+    /// Creates an empty summary for a match of `scenario`.
     pub fn new(scenario: &Scenario) -> Self {
         let heat = || HeatMap::new(&scenario.field);
         let teams = scenario.teams.as_ref();
@@ -98,7 +98,7 @@ impl MatchSummary {
         }
     }
 
-    /// Adds the next cycle. The first one is where the match begins.
+    /// Adds the next cycle. The match begins with the first one.
     pub fn look(&mut self, record: &CycleRecord) {
         self.mistakes.look(record);
         self.score = record.game.score;
@@ -116,13 +116,13 @@ impl MatchSummary {
         }
     }
 
-    /// The mistakes up to now.
+    /// Returns the mistakes up to now.
     pub fn mistakes(&self) -> Vec<Mistake> {
         self.mistakes.mistakes()
     }
 }
 
-/// Returns the team and the scorer of a goal in words. `None` for other events.
+/// Describes the team and the scorer of a goal. Returns `None` for other events.
 fn goal_in_words(event: &MatchEvent) -> Option<String> {
     let MatchEvent::Goal { team, scorer, own_goal, .. } = event else { return None };
     Some(match scorer {

@@ -1,37 +1,37 @@
-//! The trace in an MCAP file, read as lines.
+//! Reads the trace in an MCAP file as lines.
 
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
 use std::io::{self, ErrorKind, Read};
 
-/// The topic of the trace's lines.
+/// Topic of the trace.
 pub(super) const TRACE: &str = "/trace";
-/// The names of the metadata with the first and the last line of the trace, and the entry in which the line is.
+/// Names of the metadata with the first and the last line of the trace, and the key of the line in them.
 pub(super) const HEADER: &str = "naoisis-trace";
 pub(super) const END: &str = "naoisis-trace-end";
 pub(super) const LINE: &str = "line";
 
-/// Bytes of a record beside its line.
+/// Greatest size of a record without its line, bytes.
 const BESIDE_BYTES: usize = 64 << 10;
 
-/// Reads an MCAP file as the text of its trace: a line for the header, one for each message of the trace's channel, and one for the
+/// Reads an MCAP file as the text of its trace: a line for the header, a line for each message on the trace's channel, and a line for the
 /// end.
 pub(super) struct McapTrace<R> {
     file: R,
     reader: LinearReader,
-    /// The bytes of the file that were read.
+    /// Number of bytes read from the file.
     read_bytes: u64,
-    /// The channel of the trace.
+    /// Id of the trace's channel.
     channel: Option<u16>,
     has_header: bool,
     line: Vec<u8>,
-    /// The part of the line that was handed out.
+    /// Number of bytes of the line that were returned.
     used: usize,
 }
 
 impl<R: Read> McapTrace<R> {
-    /// Longer lines than `longest_bytes` are refused: it bounds the memory of the reader.
+    /// Creates a reader. Lines longer than `longest_bytes` are refused, which bounds the reader's memory.
     pub(super) fn new(file: R, longest_bytes: usize) -> Self {
         let options = LinearReaderOptions::default()
             .with_validate_chunk_crcs(true)
@@ -40,7 +40,7 @@ impl<R: Read> McapTrace<R> {
         Self { file, reader, read_bytes: 0, channel: None, has_header: false, line: Vec::new(), used: 0 }
     }
 
-    /// Reads the next line, which stays empty at the end of the file.
+    /// Reads the next line. It is empty at the end of the file.
     fn next_line(&mut self) -> io::Result<()> {
         self.line.clear();
         self.used = 0;

@@ -1,4 +1,4 @@
-//! The mistakes of a match as a file in JSON, and as a table of robots and kinds.
+//! Writes the mistakes of a match to a JSON file, and returns a table of robots and kinds.
 
 use bevy::prelude::*;
 use core::fmt::Write as _;
@@ -14,7 +14,7 @@ use naoisis_core::team::RobotId;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// A file of mistakes that is being made.
+/// Writes a file of mistakes.
 pub struct MistakeRecorder {
     output: OutputFile,
     finder: Option<MistakeFinder>,
@@ -23,7 +23,7 @@ pub struct MistakeRecorder {
     seed: u64,
 }
 
-/// What the file says.
+/// The contents of the file.
 #[derive(Serialize)]
 struct Report<'a> {
     scenario: &'a str,
@@ -33,7 +33,7 @@ struct Report<'a> {
     mistakes: Vec<Entry>,
 }
 
-/// A mistake, and what its measure is in.
+/// A mistake, with the unit of its value.
 #[derive(Serialize)]
 struct Entry {
     #[serde(flatten)]
@@ -42,10 +42,10 @@ struct Entry {
 }
 
 impl MistakeRecorder {
-    /// A file, which replaces any that is there when the match is over.
+    /// Creates a file. It replaces an earlier file when the match is over.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let (scenario, realism) = Default::default();
         Ok(Self { output: OutputFile::create(path)?, finder: None, scenario, realism, seed: 0 })
@@ -68,7 +68,7 @@ impl Recorder for MistakeRecorder {
         }
     }
 
-    /// Says how many mistakes of each kind each robot made.
+    /// Returns a table of how many mistakes of each kind each robot made.
     fn finish(self: Box<Self>, _: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
         let mistakes = self.finder.map(|finder| finder.mistakes()).unwrap_or_default();
         let table = table(&mistakes);
@@ -89,7 +89,7 @@ impl Recorder for MistakeRecorder {
     }
 }
 
-/// How many mistakes of each kind each robot made: a line a robot, the kinds that there are as columns.
+/// Returns a table of how many mistakes of each kind each robot made: a line for each robot, a column for each kind that occurred.
 pub fn table(mistakes: &[Mistake]) -> String {
     let count = |robot: RobotId, kind: MistakeKind| {
         mistakes.iter().filter(|mistake| mistake.robot == robot && mistake.kind == kind).count()

@@ -1,8 +1,8 @@
-//! Everything that is written of a match, and how traces are read: traces, [counts](match_counts), summaries, mistakes, beliefs
-//! against the truth, [pages](page), [MCAP files](mcap), pictures and films.
+//! Records matches and reads traces: traces, [counts](match_counts), summaries, mistakes, errors of beliefs, [pages](page), [MCAP
+//! files](mcap), pictures and films.
 //!
-//! All of it is made from one [record of each cycle](naoisis_sim::interface::cycle_record::CycleRecord), which is
-//! [gathered](naoisis_sim::interface::gather) once and handed to every [`Recorder`](recorder::Recorder).
+//! All outputs are made from a single [record of each cycle](naoisis_sim::interface::cycle_record::CycleRecord), which is
+//! [gathered](naoisis_sim::interface::gather) once and passed to every [`Recorder`](recorder::Recorder).
 
 pub mod axis;
 pub mod beliefs;

@@ -1,4 +1,4 @@
-//! Files that recorders write to while a match is played.
+//! The files that recorders write to during a match.
 
 use std::fs::File;
 use std::io;
@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use super::error::RecordError;
 use naoisis_core::replace_file::UnfinishedFile;
 
-/// A file that grows with the match. A new one has its name from the beginning, so that a program that is killed leaves what
-/// it has written. One that replaces an earlier file is beside it, as `NAME.PROCESS.part`, until the match is over and all
-/// is written. Devices and pipes are written to as they are.
+/// A file that grows during the match. A new file has its name from the beginning, so that a killed program leaves what was written. A file
+/// that replaces an earlier one has the name `NAME.PROCESS.part` beside it until the match is over and everything is written. Devices and
+/// pipes are written to directly.
 ///
 /// ```
 /// use naoisis::record::output_file::OutputFile;
@@ -32,44 +32,43 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// A file that takes the place of any that is there, when it is closed. One that is not closed takes no place.
+    /// Creates a file that replaces an earlier file when it is closed. If it is not closed, the earlier file stays.
     ///
     /// # Errors
-    /// When it cannot be made.
+    /// If the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let file = UnfinishedFile::growing(path).map_err(RecordError::io(path))?;
         Ok(Self { path: path.to_owned(), file })
     }
 
-    /// The name that it is to have.
+    /// Returns the final path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether it is in a file, not a device or a pipe.
+    /// Returns whether this is a regular file, not a device or a pipe.
     pub(super) fn is_file(&self) -> bool {
         self.file.file().metadata().is_ok_and(|there| there.is_file())
     }
 
-    /// What to write to.
+    /// Returns a handle for writing to the file.
     ///
     /// # Errors
-    /// When the system has no more open files.
+    /// If the system has no more open files.
     pub fn writer(&self) -> Result<File, RecordError> {
         self.file.file().try_clone().map_err(RecordError::io(&self.path))
     }
 
-    /// Gives the file its name, if all was written.
+    /// Finishes the file and gives it its final name. `written` is the result of writing.
     ///
     /// # Errors
-    /// What went wrong while it was written, or while it was closed. What there is of it stays, and an earlier file is as it
-    /// was.
+    /// The error of writing or closing the file. The incomplete file stays, and an earlier file is unchanged.
     pub fn close(self, written: io::Result<()>) -> Result<(), RecordError> {
         let written = written.map_err(RecordError::io(&self.path));
         self.close_after(written)
     }
 
-    /// As [`OutputFile::close`], with any error of what was written.
+    /// Does the same as [`OutputFile::close`], for any error of writing.
     pub(super) fn close_after(mut self, written: Result<(), RecordError>) -> Result<(), RecordError> {
         let closed = written.and_then(|()| self.file.finish().map_err(RecordError::io(&self.path)));
         closed.map_err(|error| match self.file.keep() {

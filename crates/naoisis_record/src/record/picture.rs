@@ -1,4 +1,4 @@
-//! Which pictures of a match are recorded: `field`, or a robot's camera such as `blue1.top`.
+//! The pictures of a match that can be recorded: `field`, or a robot's camera such as `blue1.top`.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -9,20 +9,20 @@ use naoisis_core::camera_model::CameraName;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// The size of a picture of the field, pixels.
+/// Size of a picture of the field, pixels.
 pub const FIELD_SIZE: [u32; 2] = [960, 540];
 
 /// A picture of a match.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Picture {
-    /// The whole field, from above one side line.
+    /// The whole field, from above a touchline.
     Field,
     /// What a robot's camera sees.
     Camera(RobotId, CameraName),
 }
 
 impl Picture {
-    /// Takes it of the match as the renderer has just seen it. Of a robot that is not on the pitch there is none.
+    /// Takes the picture of the match, which the renderer has just observed. Returns `None` for a robot that is not on the pitch.
     pub fn take(self, renderer: &mut MatchRenderer, world: &mut World) -> Option<Image> {
         match self {
             Picture::Field => Some(renderer.draw_field(world, FIELD_SIZE)),
@@ -40,7 +40,7 @@ impl fmt::Display for Picture {
     }
 }
 
-/// Why a word is no picture.
+/// The error for a word that names no picture.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("there is no picture `{0}`: expected `field`, or a robot's camera such as `blue1.top` or `pink2.bottom`")]
 pub struct NoPicture(String);

@@ -1,4 +1,4 @@
-//! Everything that is recorded of a match in pictures, with one renderer for all of it.
+//! Records all kinds of pictures of a match with one renderer.
 
 use bevy::prelude::*;
 
@@ -9,21 +9,21 @@ use super::sheet::SheetRecorder;
 use super::video::VideoRecorder;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 
-/// The pictures that are being made of a match.
+/// Records pictures of a match.
 #[derive(Default)]
 pub struct PictureRecorder {
-    /// Draws them.
+    /// Draws the pictures.
     pub renderer: MatchRenderer,
-    /// PNG files.
+    /// Writes PNG files.
     pub frames: Option<FrameRecorder>,
-    /// A video.
+    /// Writes a video.
     pub video: Option<VideoRecorder>,
-    /// A contact sheet.
+    /// Makes a contact sheet.
     pub sheet: Option<SheetRecorder>,
 }
 
 impl PictureRecorder {
-    /// Whether nothing is to be recorded.
+    /// Returns whether no pictures are recorded.
     pub fn is_empty(&self) -> bool {
         self.frames.is_none() && self.video.is_none() && self.sheet.is_none()
     }

@@ -1,4 +1,4 @@
-//! When in a cycle a match is recorded.
+//! The plugin that records matches, and its place in the cycle.
 
 use bevy::prelude::*;
 
@@ -11,7 +11,7 @@ use super::trace::TraceRecorder;
 use naoisis_core::cycle::{Cycle, CycleHalf, CycleSystems};
 use naoisis_sim::interface::gather::{GatherPlugin, RecordSystems};
 
-/// Gathers the record of every cycle ([`GatherPlugin`]), and lets the [recorders](recorder) have it.
+/// Gathers the record of every cycle ([`GatherPlugin`]) and passes it to the [recorders](recorder).
 pub struct RecordPlugin;
 
 impl Plugin for RecordPlugin {
@@ -33,7 +33,7 @@ impl Plugin for RecordPlugin {
                 "YAML as the league's GameController writes it",
                 GameControllerLogRecorder::create,
             )
-            // Recorders have the whole world to look at: they come when nobody else is at work.
+            // Recorders have exclusive access to the world, so they run when no other systems do.
             .configure_sets(
                 Cycle,
                 RecordSystems::Write.after(CycleSystems::Record).before(CycleSystems::Last).in_set(CycleHalf::Act),

@@ -1,4 +1,4 @@
-//! Images as PNG files: their colours, labels or distances.
+//! Writes images as PNG files: their colours, labels or distances.
 
 use std::io::{self, BufWriter};
 use std::path::Path;
@@ -7,7 +7,7 @@ use naoisis_core::replace_file::replace_file;
 use naoisis_sensing::appearance::Label;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// The layer of an image that a PNG file has.
+/// The layer of an image that is written to a PNG file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Layer {
     /// Its colours.
@@ -18,10 +18,10 @@ pub enum Layer {
     Depth,
 }
 
-/// Writes a layer of an image as PNG, in place of any file that is there.
+/// Writes a layer of an image as a PNG file, which replaces an earlier file.
 ///
 /// # Errors
-/// Those of the file system.
+/// Errors of the file system.
 pub fn write_png(path: &Path, layer: Layer, image: &Image) -> io::Result<()> {
     replace_file(path, |file| encode_png(BufWriter::new(file), layer, image))
 }
@@ -29,7 +29,7 @@ pub fn write_png(path: &Path, layer: Layer, image: &Image) -> io::Result<()> {
 /// Writes a layer of an image as PNG.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn encode_png(out: impl io::Write, layer: Layer, image: &Image) -> io::Result<()> {
     let mut encoder = png::Encoder::new(out, image.width, image.height);
     encoder.set_compression(png::Compression::Fast);
@@ -60,7 +60,7 @@ pub fn encode_png(out: impl io::Write, layer: Layer, image: &Image) -> io::Resul
     Ok(())
 }
 
-/// How labels are shown, in the order of their numbers.
+/// Colours of the labels, in the order of their numbers.
 const LABEL_COLOURS: [[u8; 3]; Label::ALL.len()] = [
     [140, 190, 240], // sky
     [110, 110, 110], // floor

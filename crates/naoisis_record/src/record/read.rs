@@ -1,7 +1,7 @@
-//! Reading traces, plain, compressed or in an [MCAP file](super::mcap), whole or cut off.
+//! Reads traces: plain, compressed or in an [MCAP file](super::mcap), complete or cut off.
 //!
-//! Errors are [`TraceError`]s with file, line and column, and what was expected. A trace whose program was killed lacks its last line
-//! or has a part of it: it is read up to there, and [`TraceReader::ending`] tells.
+//! Errors are [`TraceError`]s with file, line and column, and what was expected. If the writing program was killed, the last line is
+//! missing or incomplete. Such a trace is read up to there, and [`TraceReader::ending`] says so.
 
 use ::mcap::MAGIC;
 use serde::Deserialize;
@@ -18,14 +18,14 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::{FieldPath, Scenario, foreign_file, read_settings};
 
-/// A longer line is no line of a trace: it bounds the memory of a reader.
+/// Length limit of a line, bytes. It bounds the reader's memory.
 const LONGEST_LINE_BYTES: u64 = 16 << 20;
 
-/// The first bytes of a file that is compressed by Zstandard.
+/// First bytes of a file compressed by Zstandard.
 const ZSTANDARD: &[u8] = b"\x28\xb5\x2f\xfd";
-/// The first bytes of a file that is packed by gzip.
+/// First bytes of a file compressed by gzip.
 const GZIP: &[u8] = b"\x1f\x8b";
-/// The mark with which some editors begin UTF-8 text.
+/// The byte order mark with which some editors begin UTF-8 text.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Why a trace cannot be read.
@@ -37,10 +37,10 @@ pub enum TraceError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// A line is wrong.
+    /// A line is invalid.
     #[error("{}:{line}:{column}: {message}; expected {expected}", path.display())]
     Line {
         /// The file.
@@ -51,7 +51,7 @@ pub enum TraceError {
         column: usize,
         /// What is wrong.
         message: String,
-        /// What was expected instead.
+        /// What was expected.
         expected: String,
     },
 }
@@ -61,9 +61,9 @@ pub enum TraceError {
 pub enum Ending {
     /// There are more lines.
     NotYet,
-    /// With its last line, for this reason.
+    /// The trace is complete: its last line gives this reason.
     Proper(EndReason),
-    /// Without it: the program that wrote it was killed.
+    /// The last line is missing: the program that wrote the trace was killed.
     BrokenOff,
 }
 
@@ -88,7 +88,7 @@ struct LineType {
     line_type: String,
 }
 
-/// A trace that is being read, line by line.
+/// Reads a trace line by line.
 pub struct TraceReader {
     path: PathBuf,
     lines: BufReader<Box<dyn Read + Send>>,
@@ -104,11 +104,11 @@ pub struct TraceReader {
 }
 
 impl TraceReader {
-    /// Opens a trace, plain, compressed or in an MCAP file, whatever its name is, and reads its header. The lines of an MCAP file are the
-    /// header, the messages of its channel `/trace`, and the end.
+    /// Opens a trace and reads its header. The trace may be plain, compressed or in an MCAP file, whatever its name is. The lines of an
+    /// MCAP file are the header, the messages of its channel `/trace`, and the end.
     ///
     /// # Errors
-    /// When there is no such file, or it does not begin as a trace does.
+    /// If there is no such file, or it does not begin as a trace does.
     pub fn open(path: &Path) -> Result<Self, TraceError> {
         let io_error = |error| TraceError::Io { path: path.to_owned(), error };
         let mut file = BufReader::new(File::open(path).map_err(io_error)?);
@@ -133,10 +133,10 @@ impl TraceReader {
         Self::new(path, reader)
     }
 
-    /// Reads the header of a trace from a reader. `path` is what errors call it.
+    /// Reads the header of a trace from a reader. `path` is the name in error messages.
     ///
     /// # Errors
-    /// When it does not begin as a trace does.
+    /// If the data does not begin as a trace does.
     pub fn new(path: &Path, reader: impl Read + Send + 'static) -> Result<Self, TraceError> {
         let mut trace = Self {
             path: path.to_owned(),
@@ -171,7 +171,7 @@ impl TraceReader {
         Ok(trace)
     }
 
-    /// The scenario of the header, which must be as sound as that of a file.
+    /// Reads the scenario of the header, which is checked like that of a file.
     fn scenario_of(&self, value: &Value) -> Result<Scenario, TraceError> {
         let scenario = read_settings::<Scenario>(value, &FieldPath::default());
         let sound = scenario.and_then(|scenario| scenario.validate().map(|()| scenario));
@@ -181,45 +181,45 @@ impl TraceReader {
         })
     }
 
-    /// The scenario of the match, with its seed.
+    /// Returns the scenario of the match, with its seed.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    /// The cycles from one line to the next.
+    /// Returns the number of cycles from one line to the next.
     pub fn every(&self) -> u64 {
         self.every
     }
 
-    /// The fields that its lines have.
+    /// Returns the fields that the lines have.
     pub fn fields(&self) -> &Fields {
         &self.fields
     }
 
-    /// The length of the line that was read last, bytes, uncompressed.
+    /// Returns the uncompressed length of the last line, bytes.
     pub fn line_bytes(&self) -> usize {
         self.text.len()
     }
 
-    /// How the trace ends, as far as it was read.
+    /// Returns how the trace ends, as far as it was read.
     pub fn ending(&self) -> Ending {
         self.ending
     }
 
-    /// The end of the match. `None` before it is read, and if the trace breaks off.
+    /// Returns the end of the match. Returns `None` before it is read, or if the trace breaks off.
     pub fn end(&self) -> Option<MatchEnd> {
         self.end
     }
 
-    /// The result of the match, once its end was read.
+    /// Returns the result of the match, after its end was read.
     pub fn result(&self) -> Option<MatchResult> {
         self.end.and_then(|end| end.result)
     }
 
-    /// Reads the next cycle. `None` after the last.
+    /// Reads the next cycle. Returns `None` after the last one.
     ///
     /// # Errors
-    /// What is wrong with its line, and where.
+    /// The fault of the line, and where it is.
     pub fn next_cycle(&mut self) -> Result<Option<CycleRecord>, TraceError> {
         if self.ending != Ending::NotYet {
             return Ok(None);
@@ -258,12 +258,12 @@ impl TraceReader {
         Ok(Some(record))
     }
 
-    /// Reads the next line without its end. False where there is none, or only the beginning of one.
+    /// Reads the next line without its line end. Returns false if there is none, or only an incomplete one.
     fn next_line(&mut self) -> Result<bool, TraceError> {
         self.text.clear();
         let read = (&mut self.lines).take(LONGEST_LINE_BYTES).read_until(b'\n', &mut self.text);
         match read {
-            // A compressed trace that was broken off ends in the middle of a block.
+            // A compressed trace that breaks off ends in the middle of a block.
             Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(false),
             Err(error) => return Err(TraceError::Io { path: self.path.clone(), error }),
             Ok(_) => {}
@@ -276,12 +276,12 @@ impl TraceReader {
             let message = format!("the line has more than {} MiB", LONGEST_LINE_BYTES >> 20);
             return Err(self.fault(1, &message, "a line of a trace"));
         }
-        // The last line may lack its end, if it is whole otherwise.
+        // The last line may lack its line end, if it is complete otherwise.
         Ok(serde_json::from_slice::<serde::de::IgnoredAny>(&self.text).is_ok())
     }
 
     fn line_type(&self) -> Result<String, TraceError> {
-        // Nearly all lines say it first, and need not be read twice.
+        // Nearly all lines begin with their type, and need not be parsed twice.
         if self.text.starts_with(br#"{"type":"cycle","#) {
             return Ok("cycle".to_owned());
         }
@@ -291,7 +291,7 @@ impl TraceReader {
     fn parse<'de, T: Deserialize<'de>>(&'de self, expected: &str) -> Result<T, TraceError> {
         serde_json::from_slice(&self.text).map_err(|error| {
             let message = error.to_string();
-            // The place is said in the file's own lines.
+            // The error names the line of the file instead.
             let message = message.split(" at line ").next().unwrap_or_default();
             self.fault(error.column(), message, expected)
         })
@@ -392,7 +392,7 @@ mod tests {
             let path = folder.path().join(name);
             let mut recorder = TraceRecorder::create(&path).unwrap();
             recorder.start(&Scenario::default(), &CycleRecord::default(), &mut World::new());
-            // Whoever is killed closes nothing.
+            // A killed program closes nothing.
             core::mem::forget(recorder);
             assert!(TraceReader::open(&path).is_ok(), "{name}");
         }

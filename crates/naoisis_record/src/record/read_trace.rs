@@ -1,4 +1,4 @@
-//! A trace as it is looked at: read whole, with progress.
+//! Reads a whole trace into memory, with progress.
 
 use core::ops::ControlFlow;
 use std::io;
@@ -26,9 +26,9 @@ pub struct ReadTrace {
     pub every: u64,
     /// The fields that records have.
     pub fields: Fields,
-    /// How it ends.
+    /// How the trace ends.
     pub ending: Ending,
-    /// The result of the match; `None` if the trace does not say.
+    /// The result of the match. `None` if the trace does not have it.
     pub result: Option<MatchResult>,
 }
 
@@ -36,21 +36,21 @@ impl ReadTrace {
     /// Reads a trace to its end.
     ///
     /// # Errors
-    /// What is wrong with it, and where.
+    /// The first fault of the trace, and where it is.
     pub fn open(path: &Path) -> Result<ReadTrace, TraceError> {
         Self::open_told(path, |_| ControlFlow::Continue(()))
     }
 
-    /// Reads a trace to its end and calls `told` after each cycle with its time, s. Reading ends there if that returns `Break`.
+    /// Reads a trace to its end and calls `told` after each cycle with its time, s. Stops reading if `told` returns `Break`.
     ///
     /// # Errors
-    /// What is wrong with it, and where.
+    /// The first fault of the trace, and where it is.
     pub fn open_told(path: &Path, told: impl FnMut(f64) -> ControlFlow<()>) -> Result<ReadTrace, TraceError> {
         TraceParts::open(path)?.next_part(usize::MAX, told)
     }
 }
 
-/// A trace that is read in parts, so that the first ones can be shown while the rest is read.
+/// Reads a trace in parts, so that the first ones can be shown while the rest is read.
 pub struct TraceParts {
     path: PathBuf,
     reader: TraceReader,
@@ -60,16 +60,16 @@ impl TraceParts {
     /// Opens a trace and reads its header.
     ///
     /// # Errors
-    /// What is wrong with it, and where.
+    /// The first fault of the header, and where it is.
     pub fn open(path: &Path) -> Result<Self, TraceError> {
         Ok(Self { path: path.to_owned(), reader: TraceReader::open(path)? })
     }
 
-    /// Reads the next `records` cycles at most, and calls `told` after each with its time, s. The part ends there if that returns
-    /// `Break`. Its ending is [`Ending::NotYet`] if there may be more.
+    /// Reads at most `records` further cycles, and calls `told` after each with its time, s. Stops if `told` returns `Break`. The part's
+    /// ending is [`Ending::NotYet`] if there may be more.
     ///
     /// # Errors
-    /// What is wrong with the trace, and where.
+    /// The first fault of the trace, and where it is.
     pub fn next_part(
         &mut self,
         records: usize,

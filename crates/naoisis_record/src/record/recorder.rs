@@ -1,4 +1,4 @@
-//! Recorders, which write matches. A new format is a [`Recorder`] in a file of its own and a line that adds it.
+//! Recorders, which write matches. A new format needs a type that implements [`Recorder`], and a line that adds it.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -48,15 +48,15 @@ use naoisis_sim::interface::gather::{self, CurrentRecord};
 use naoisis_sim::scenario::Scenario;
 use naoisis_sim::simulation::resolved;
 
-/// Something that writes a match down. What goes wrong on the way it keeps for the end.
+/// Writes a match. Errors are kept until the end.
 pub trait Recorder: Send + Sync + 'static {
-    /// A match begins, or goes on: the scenario has everything that it started from, the record how it is now.
+    /// Called when a match begins or continues. `scenario` has all values that the match started from, `record` its present state.
     fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
         let _ = scenario;
         self.record(record, world);
     }
 
-    /// Records a cycle that ended. The world is that of the match, for what the record lacks: it must not be changed.
+    /// Records a cycle that has ended. The world is that of the match, for data that the record lacks. It must not be changed.
     fn record(&mut self, record: &CycleRecord, world: &mut World);
 
     /// Returns whether an error occurred, after which nothing more is written.
@@ -67,11 +67,11 @@ pub trait Recorder: Send + Sync + 'static {
     /// Ends recording with the `last` record of the match. Returns a text to print, if there is one.
     ///
     /// # Errors
-    /// The first thing that went wrong.
+    /// The first error that occurred.
     fn finish(self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError>;
 }
 
-/// Why a match ended.
+/// Why recording ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndReason {
@@ -101,7 +101,7 @@ pub struct MatchEnd {
     /// Cycles since the start.
     #[serde(default)]
     pub cycles: u64,
-    /// What became of all messages.
+    /// Statistics of all messages between robots.
     #[serde(default)]
     pub messages: MessageStatistics,
 }
@@ -111,12 +111,12 @@ pub struct MatchEnd {
 pub struct Recorders(Vec<Box<dyn Recorder>>);
 
 impl Recorders {
-    /// Whether one of them cannot write any more.
+    /// Returns whether a recorder cannot write any more.
     pub fn has_failed(&self) -> bool {
         self.0.iter().any(|recorder| recorder.has_failed())
     }
 
-    /// Has something done with each recorder, the current record and the world.
+    /// Calls `act` with each recorder, the current record and the world.
     fn each(&mut self, world: &mut World, act: impl Fn(&mut dyn Recorder, &CycleRecord, &mut World)) {
         world.resource_scope(|world, current: Mut<CurrentRecord>| {
             for recorder in &mut self.0 {
@@ -126,7 +126,7 @@ impl Recorders {
     }
 }
 
-/// Lets recorders write down the match in the world, from now on. The app must have the [`RecordPlugin`](super::RecordPlugin).
+/// Starts recording the match in the world. The app must have the [`RecordPlugin`](super::RecordPlugin).
 pub fn start(world: &mut World, recorders: Vec<Box<dyn Recorder>>) {
     gather::gather_start(world);
     let Some(scenario) = world.get_resource::<Scenario>() else { return };
@@ -136,14 +136,14 @@ pub fn start(world: &mut World, recorders: Vec<Box<dyn Recorder>>) {
     world.insert_resource(recorders);
 }
 
-/// Lets the recorders write down the cycle that has just ended.
+/// Passes the last completed cycle to the recorders.
 pub(super) fn record_cycle(world: &mut World) {
     world.resource_scope(|world, mut recorders: Mut<Recorders>| {
         recorders.each(world, |recorder, record, world| recorder.record(record, world));
     });
 }
 
-/// Ends all records of the match in the world. What each recorder has to say, in the order in which they were added.
+/// Ends recording the match in the world. Returns the final text of each recorder, in the order in which they were added.
 pub fn finish(world: &mut World, reason: EndReason) -> Vec<Result<Option<String>, RecordError>> {
     let Some(Recorders(recorders)) = world.remove_resource() else { return Vec::new() };
     let end = MatchEnd {

@@ -1,5 +1,5 @@
-//! A contact sheet: a match at a glance, as in the paper's Fig. 8. Moments that are evenly apart, each with the field above
-//! and what one robot sees below.
+//! Makes a contact sheet: a match at a glance, as in the paper's Fig. 8. It shows moments at equal intervals, each with the field above and
+//! the view of one robot below.
 
 use bevy::math::Vec2;
 use bevy::prelude::World;
@@ -16,24 +16,24 @@ use naoisis_core::replace_file::UnfinishedFile;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// Moments on a sheet, and in a row of it.
+/// Number of moments on a sheet.
 const MOMENTS: usize = 8;
-/// Most moments that are kept while the match is played. Those on the sheet are spread evenly among them.
+/// Number of moments that are kept during the match at most. The moments of the sheet are spread evenly among them.
 const KEPT: usize = 8 * MOMENTS;
 const COLUMNS: usize = 4;
-/// Width of a moment, heights of its field and of its robot's view, and the gap between moments, pixels.
+/// Width of a moment, heights of its field and of the robot's view, the gap between moments, and the height of captions, pixels.
 const WIDTH: u32 = 440;
 const FIELD_HEIGHT: u32 = 248;
 const VIEW_HEIGHT: u32 = 330;
 const GAP: u32 = 14;
 const CAPTION: u32 = 30;
 
-/// A contact sheet that is being made.
+/// Collects the moments of a contact sheet.
 pub struct SheetRecorder {
     path: PathBuf,
     robot: RobotId,
     side: CameraName,
-    /// The cycles from one moment to the next. It grows with the match.
+    /// The number of cycles from one moment to the next. It grows with the length of the match.
     interval: u64,
     moments: Vec<Moment>,
 }
@@ -46,25 +46,25 @@ struct Moment {
 }
 
 impl SheetRecorder {
-    /// A sheet with what this robot's camera sees. It replaces any file that is there when the match is over.
+    /// Creates a sheet with the view of a robot's camera. It replaces an earlier file when the match is over.
     ///
     /// # Errors
-    /// When the file's name does not end in `.png`, or it cannot be written.
+    /// If the file's name does not end in `.png`, or it cannot be written.
     pub fn create(path: &Path, robot: RobotId, side: CameraName) -> Result<Self, RecordError> {
         check_extension(path, "png")?;
-        // That it can be written is found out now, not after the match.
+        // Test now whether it can be written, not after the match.
         UnfinishedFile::whole(path).map_err(RecordError::io(path))?;
         Ok(Self { path: path.to_owned(), robot, side, interval: 1, moments: Vec::new() })
     }
 
-    /// Looks at the cycle that has just ended.
+    /// Reads the last completed cycle.
     pub fn record(&mut self, world: &mut World, renderer: &mut MatchRenderer) {
         let clock = *world.resource::<CycleClock>();
         if !clock.cycle.is_multiple_of(self.interval) {
             return;
         }
         if self.moments.len() == KEPT {
-            // It is a longer match: every other moment stays.
+            // The match is longer than expected: keep every other moment.
             self.interval *= 2;
             let interval = self.interval;
             self.moments.retain(|moment| moment.cycle.is_multiple_of(interval));
@@ -84,7 +84,7 @@ impl SheetRecorder {
     /// Writes the sheet.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// Errors of the file system.
     pub fn finish(self) -> Result<(), RecordError> {
         let count = self.moments.len();
         let chosen: Vec<&Moment> = (0..count.min(MOMENTS))

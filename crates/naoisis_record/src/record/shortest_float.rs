@@ -1,47 +1,47 @@
-//! The numbers of a trace's lines, with the digits that are significant.
+//! Formats the numbers of a trace's lines with their significant digits.
 //!
-//! A number has at most five decimal places: a hundredth of a millimetre, a hundred-thousandth of a degree or second. Single
-//! precision has at most six digits, small numbers at least three, since variances are small. No sensor of a robot is as exact.
-//! The header of a trace keeps all digits, because the match is played again from it.
+//! A number has at most five decimal places: a hundredth of a millimetre, a hundred-thousandth of a degree or second. Numbers of single
+//! precision have at most six digits. Small numbers have at least three, because variances are small. No sensor of a robot is more
+//! accurate. The header of a trace keeps all digits, because the match can be played again from it.
 
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter};
 use std::io::{self, Write};
 
-/// Decimal places of a number.
+/// Decimal places of a number, at most.
 const PLACES: usize = 5;
-/// Digits of a number in single precision.
+/// Digits of a number of single precision, at most.
 const DIGITS: usize = 6;
-/// Digits of a small number.
+/// Digits of a small number, at least.
 const LEAST_DIGITS: usize = 3;
-/// Numbers from here on are written without decimal places.
+/// Size from which on numbers are formatted with serde_json's default.
 const LARGEST: f64 = 1e10;
-/// Most decimal places of a small number: smaller ones are written as 0.
+/// Decimal places of a small number at most. Smaller numbers are written as 0.
 const MOST_PLACES: usize = 12;
-/// Bytes of the largest number with all its places, a point and a sign.
+/// Bytes of the longest number, with its decimal places, point and sign.
 const LONGEST: usize = 32;
 
-/// Returns `number` as a reader of a trace gets it.
+/// Returns `number` as it is read back from a trace.
 pub fn shortest_single(number: f32) -> f64 {
     parsed(number.into(), |text| ShortestFloats.write_f32(text, number))
 }
 
-/// Returns `number` as a reader of a trace gets it.
+/// Returns `number` as it is read back from a trace.
 pub fn shortest_double(number: f64) -> f64 {
     parsed(number, |text| ShortestFloats.write_f64(text, number))
 }
 
-/// Returns the JSON of `value` with the numbers of a trace's lines.
+/// Returns the JSON of `value`, with numbers formatted as in a trace.
 ///
 /// # Errors
-/// When `value` is none that JSON has, such as a map with keys that are no texts.
+/// If `value` cannot be written as JSON, such as a map whose keys are not texts.
 pub fn shortest_json(value: &impl Serialize) -> serde_json::Result<String> {
     let mut text = Vec::new();
     value.serialize(&mut serde_json::Serializer::with_formatter(&mut text, ShortestFloats))?;
     String::from_utf8(text).map_err(serde::ser::Error::custom)
 }
 
-/// Returns what is read back after `write`, or `number` if that fails.
+/// Returns the number that is read back after `write`, or `number` if that fails.
 fn parsed(number: f64, write: impl FnOnce(&mut &mut [u8]) -> io::Result<()>) -> f64 {
     let mut text = [0; LONGEST];
     let mut rest = &mut text[..];
@@ -61,7 +61,7 @@ const POWERS: [u64; MOST_PLACES + 1] = {
     powers
 };
 
-/// Writes JSON without blanks, and numbers in their shortest form.
+/// Writes JSON without blanks, and with rounded numbers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ShortestFloats;
 
@@ -71,7 +71,7 @@ impl Formatter for ShortestFloats {
         if size >= LARGEST {
             return CompactFormatter.write_f32(writer, number);
         }
-        // Of large numbers the places go first.
+        // Large numbers have fewer decimal places.
         let places = (0..PLACES).find(|places| size >= POWERS[DIGITS - 1 - places] as f64).unwrap_or(PLACES);
         write_number(writer, f64::from(number), places)
     }

@@ -1,4 +1,4 @@
-//! The [summary](MatchSummary) of a match as a page in HTML, which needs nothing else.
+//! Writes the [summary](MatchSummary) of a match as a self-contained HTML page.
 
 use bevy::prelude::*;
 use core::fmt::Write as _;
@@ -14,10 +14,10 @@ h1{font-size:1.5em}h2{font-size:1.1em;margin:1.6em 0 .4em}.score{font-size:3em;f
 table{border-collapse:collapse}td,th{padding:.25em .8em;text-align:right;border-bottom:1px solid #ddd;font-weight:400}\
 th{color:#666}td:first-child,th:first-child{text-align:left}.maps{display:flex;flex-wrap:wrap;gap:1.5em}\
 figure{margin:0}figcaption{color:#666;margin-top:.3em}";
-/// Pixels to a metre of a map of the pitch that is this long; others are as large.
+/// Width of the map of a pitch of any size, pixels.
 const MAP_WIDTH: f32 = 340.0;
 
-/// The page of a match.
+/// Returns the HTML page of a match.
 pub fn page(summary: &MatchSummary) -> String {
     let mut html = String::new();
     let title = escaped(&summary.name);
@@ -63,7 +63,7 @@ pub fn page(summary: &MatchSummary) -> String {
     html + "</body></html>\n"
 }
 
-/// A table; cells are escaped.
+/// Adds a table. Its cells are escaped.
 fn table(html: &mut String, columns: &[&str], rows: &[Vec<String>]) {
     *html += "<table><tr>";
     for column in columns {
@@ -80,7 +80,7 @@ fn table(html: &mut String, columns: &[&str], rows: &[Vec<String>]) {
     *html += "</table>";
 }
 
-/// A heat map on a plan of the pitch, +y up.
+/// Adds a heat map on a plan of the pitch, with +y up.
 fn svg(pitch: &Pitch, map: &HeatMap, colour: &str) -> String {
     let (half_length, half_width) = (pitch.half_length(), pitch.half_width());
     let line = pitch.line_width_m;
@@ -96,7 +96,7 @@ fn svg(pitch: &Pitch, map: &HeatMap, colour: &str) -> String {
     for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
         let (column, row) = ((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32);
         let (x, y) = (column * cell.x - half_length, half_width - (row + 1.0) * cell.y);
-        // The eye tells shares of the longest time apart better by their roots.
+        // Square roots of the shares make differences easier to see.
         let cover = (time_s / most_s).sqrt();
         _ = write!(
             svg,
@@ -134,18 +134,18 @@ fn team_name(summary: &MatchSummary, team: Team) -> String {
     escaped(summary.teams.as_ref().map_or(team.name(), |teams| teams[team].as_str()))
 }
 
-/// Minutes and seconds.
+/// Formats a time as minutes and seconds.
 pub fn minutes(time_s: f64) -> String {
     let seconds = time_s.round() as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
-/// A colour as CSS has it.
+/// Returns a colour as CSS.
 fn hex(Colour([red, green, blue]): Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Words as HTML has them.
+/// Escapes words for HTML.
 fn escaped(words: &str) -> String {
     words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -163,7 +163,7 @@ mod tests {
         assert!(page.contains("<h1>a &amp; b, seed 7</h1>") && page.contains("roles 0"), "{page}");
         assert!(page.contains("realism paper"), "{page}");
         assert!(!page.contains("<script>"));
-        // Each map has the pitch, two areas at each end at most, and nothing else without play.
+        // Each map has the pitch and at most two areas at each end, and nothing else without play.
         assert_eq!(page.matches("<svg").count(), 3);
         assert_eq!(page.matches("opacity").count(), 0);
     }

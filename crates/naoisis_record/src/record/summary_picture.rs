@@ -1,4 +1,4 @@
-//! The [summary](MatchSummary) of a match as a picture.
+//! Draws the [summary](MatchSummary) of a match as a picture.
 
 use bevy::prelude::*;
 
@@ -11,30 +11,30 @@ use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// Light lines.
+/// Colour of light lines.
 const LINE: Colour = Colour([222, 224, 228]);
-/// Width of the picture, what is left at its edges, and the height of a line, points.
+/// Width of the picture, its margin, and the height of a line, points.
 const WIDTH: f32 = 980.0;
 const EDGE: f32 = 40.0;
 const ROW: f32 = 24.0;
-/// Heights of letters, points.
+/// Heights of texts, points.
 const TITLE: f32 = 24.0;
 const SCORE: f32 = 44.0;
 const LETTERS: f32 = 16.0;
-/// More goals are not listed.
+/// Number of goals in the list at most.
 const MOST_GOALS: usize = 12;
-/// Pixels to a point.
+/// Pixels per point.
 const PIXELS: f32 = 2.0;
 
-/// What is drawn under a headline: rows of cells, the first of which are the columns' names.
+/// A table under a headline. The first row has the names of the columns.
 struct Table {
     headline: &'static str,
     rows: Vec<Vec<String>>,
-    /// Where the columns begin, or the first, and where the others end, points.
+    /// The left edge of the first column and the right edges of the others, points.
     columns: Vec<f32>,
 }
 
-/// The picture of a match in numbers.
+/// Draws the summary of a match.
 pub fn picture(summary: &MatchSummary) -> Image {
     let mistakes = summary.mistakes();
     let numbers = Table {
@@ -126,7 +126,7 @@ fn draw_table(canvas: &mut Canvas, table: &Table, top: f32) {
     }
 }
 
-/// A heat map on a plan of the pitch, +y up.
+/// Draws a heat map on a plan of the pitch, with +y up.
 fn draw_map(canvas: &mut Canvas, pitch: &Pitch, (map, colour): (&HeatMap, Colour), at: Vec2, width: f32) {
     let half = Vec2::new(pitch.half_length(), pitch.half_width());
     let points = width / (2.0 * half.x + 0.6);
@@ -135,7 +135,7 @@ fn draw_map(canvas: &mut Canvas, pitch: &Pitch, (map, colour): (&HeatMap, Colour
     let most_s = map.most_s().max(1e-6);
     for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
         let least = Vec2::new((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32) * cell - half;
-        // The eye tells shares of the longest time apart better by their roots.
+        // Square roots of the shares make differences easier to see.
         canvas.rectangle(place(least.x, least.y + cell.y), points * cell, colour, (time_s / most_s).sqrt());
     }
     let stroke = (points * pitch.line_width_m).max(1.0);
@@ -161,7 +161,7 @@ mod tests {
     use naoisis_sim::interface::cycle_record::{BallRecord, CycleRecord};
     use naoisis_sim::scenario::Scenario;
 
-    /// How many pixels have about a colour.
+    /// Counts the pixels that have approximately this colour.
     fn count(image: &Image, Colour(wanted): Colour) -> usize {
         let is_near = |pixel: &&[u8]| pixel.iter().zip(wanted).all(|(one, other)| one.abs_diff(other) < 12);
         image.rgb.chunks_exact(3).filter(is_near).count()
@@ -182,7 +182,7 @@ mod tests {
             summary.look(&CycleRecord { cycle, time_s: f64::from(cycle as u32) / 30.0, ball, game, ..default() });
         }
         let after = picture(&summary);
-        // A cell of the map of the ball, which is there all the time.
+        // The ball is in one cell of its map all the time.
         assert!(count(&after, BALL) > count(&before, BALL) + 100);
         assert_eq!((after.width, before.width), (1960, 1960));
     }

@@ -1,4 +1,4 @@
-//! The summary of a match as a file: as a [page](super::summary_page), or as a [picture](super::summary_picture).
+//! Writes the summary of a match to a file: as a [page](super::summary_page) or as a [picture](super::summary_picture).
 
 use bevy::prelude::*;
 use std::io::{self, Write};
@@ -14,7 +14,7 @@ use naoisis_sensing::sensing::camera::image::Image;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// A page, or a picture, that is being made.
+/// Writes the summary of a match.
 pub struct SummaryRecorder {
     output: OutputFile,
     is_picture: bool,
@@ -22,10 +22,10 @@ pub struct SummaryRecorder {
 }
 
 impl SummaryRecorder {
-    /// A file, which replaces any that is there when the match is over: a picture where its name ends in `.png`, or else a page.
+    /// Creates a file, which replaces an earlier file when the match is over: a picture if its name ends in `.png`, otherwise a page.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let is_picture = path.extension().is_some_and(|extension| extension == "png");
         Ok(Self { output: OutputFile::create(path)?, is_picture, summary: None })
@@ -61,10 +61,10 @@ impl Recorder for SummaryRecorder {
     }
 }
 
-/// A picture as a PNG file has it.
+/// Returns a picture in PNG format.
 ///
 /// # Errors
-/// None but of memory.
+/// Errors of the encoder.
 pub fn png(picture: &Image) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     encode_png(&mut bytes, Layer::Colours, picture)?;

@@ -1,27 +1,27 @@
-//! The tables and maps of a [summary](MatchSummary), which its page, its picture and the viewer show.
+//! The tables and maps of a [summary](MatchSummary), for its page, its picture and the viewer.
 
 use super::match_summary::{HeatMap, MatchSummary};
 use super::mistakes::{Mistake, MistakeKind};
 use naoisis_core::team::Team;
 use naoisis_sensing::appearance::colours::Colour;
 
-/// The colour of the blue team, on paper.
+/// Colour of the blue team on paper.
 pub const BLUE: Colour = Colour([36, 88, 184]);
-/// The colour of the pink team, on paper.
+/// Colour of the pink team on paper.
 pub const PINK: Colour = Colour([192, 47, 120]);
-/// The colour of the ball, on paper.
+/// Colour of the ball on paper.
 pub const BALL: Colour = Colour([210, 105, 30]);
-/// The columns of tables of teams.
+/// Columns of tables of teams.
 pub const TEAM_COLUMNS: [&str; 3] = ["", "blue", "pink"];
-/// The columns of the table of robots.
+/// Columns of the table of robots.
 pub const ROBOT_COLUMNS: [&str; 8] = ["", "kicks", "shots", "goals", "passes", "walked", "falls", "penalties"];
 
-/// The heat maps, each with its words and its colour.
+/// Returns the heat maps, each with its title and its colour.
 pub fn maps(summary: &MatchSummary) -> [(&'static str, &HeatMap, Colour); 3] {
     [("the ball", &summary.ball, BALL), ("blue", &summary.places.blue, BLUE), ("pink", &summary.places.pink, PINK)]
 }
 
-/// What the teams did: a row for each quantity, in words, blue, pink.
+/// Returns the table of teams: a row for each quantity, with its name and the values of blue and pink.
 pub fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     let counts = &summary.counts;
     let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
@@ -62,7 +62,7 @@ pub fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     blue.into_iter().zip(pink).map(|((words, blue), (_, pink))| vec![words.to_owned(), blue, pink]).collect()
 }
 
-/// What the robots did: a row for each.
+/// Returns the table of robots, a row for each.
 pub fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     let rows = summary.counts.robots.iter().map(|(id, robot)| {
         let penalties = robot.penalties.iter().map(|(reason, count)| match count {
@@ -83,7 +83,7 @@ pub fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     rows.collect()
 }
 
-/// The number of mistakes of each kind: a row for each kind, in words, blue, pink.
+/// Returns the number of mistakes: a row for each kind, with its name and the values of blue and pink.
 pub fn mistake_rows(mistakes: &[Mistake]) -> Vec<Vec<String>> {
     let count = |team: Team, kind: MistakeKind| {
         let is_it = |mistake: &&Mistake| mistake.robot.team == team && mistake.kind == kind;

@@ -1,8 +1,8 @@
-//! Traces: a match as lines of JSON, one a cycle, written as it goes.
+//! Writes traces: a match as lines of JSON, one for each cycle, written during the match.
 //!
-//! A line is the [record](naoisis_sim::interface::cycle_record::CycleRecord) of its cycle: the world after it, and what the robots perceived,
-//! believed and wanted in it. Lengths are in metres, angles in degrees within (-180, 180], places in the pitch frame but for
-//! percepts, which are in the robot's.
+//! A line is the [record](naoisis_sim::interface::cycle_record::CycleRecord) of its cycle: the state of the world after it, and the
+//! percepts, beliefs and commands of the robots. Lengths are in metres, angles in degrees within (-180, 180]. Positions are in the pitch
+//! frame, except for percepts, which are in the robot's frame.
 
 use bevy::prelude::*;
 use std::io::{self, BufWriter, Write};
@@ -16,48 +16,48 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
-/// How hard a compressed trace is compressed. Lines that are much alike need no more: level 3 takes twice the time, and
-/// the file is larger.
+/// Compression level of a trace. Lines are so similar that level 1 is enough: level 3 takes twice the time, and the file is larger.
 const COMPRESSION_LEVEL: i32 = 1;
-/// From this size on, the end of a plain trace suggests compressing it.
+/// Size of a plain trace from which on compression is suggested at its end.
 const LARGE_BYTES: u64 = 64 << 20;
 
-/// The end of a compressed trace's name.
+/// File name extension of a compressed trace.
 const COMPRESSED: &str = "zst";
 
-/// Whether a trace of this name is compressed.
+/// Returns whether a trace with this name is compressed.
 fn is_compressed(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == COMPRESSED)
 }
 
-/// Where a trace goes.
+/// The destination of a trace.
 enum Sink {
     Plain(BufWriter<Box<dyn Write + Send + Sync>>),
     Compressed(zstd::stream::write::Encoder<'static, Box<dyn Write + Send + Sync>>),
 }
 
-/// A trace that is being written.
+/// Writes a match as a trace.
 pub struct TraceRecorder {
-    /// What errors call it.
+    /// Name of the trace in error messages.
     name: PathBuf,
     sink: Sink,
     lines: TraceLines,
     text: Vec<u8>,
-    /// Its file, if it has one of its own.
+    /// The trace's own file, if it has one.
     output: Option<OutputFile>,
     error: Option<io::Error>,
 }
 
 impl TraceRecorder {
-    /// A trace into a writer, as plain lines. `name` is what errors call it.
+    /// Creates a trace that is written to a writer, as plain lines. `name` is its name in error messages.
     pub fn plain(name: impl Into<PathBuf>, writer: impl Write + Send + Sync + 'static) -> Self {
         Self::new(name.into(), Sink::Plain(BufWriter::new(Box::new(writer))))
     }
 
-    /// A trace into a file, which replaces any that is there when the match is over; compressed if its name ends in `.zst`.
+    /// Creates a trace in a file, which replaces an earlier file when the match is over. The trace is compressed if the name ends in
+    /// `.zst`.
     ///
     /// # Errors
-    /// When the file cannot be created.
+    /// If the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let output = OutputFile::create(path)?;
         let file: Box<dyn Write + Send + Sync> = Box::new(output.writer()?);
@@ -74,21 +74,21 @@ impl TraceRecorder {
         Self { name, sink, lines: TraceLines::default(), text: Vec::new(), output: None, error: None }
     }
 
-    /// Writes a line only every few cycles, and of the first and the last one. Events in between are in the next line.
+    /// Writes only one line in every `cycles`, and the first and the last one. Events in between are in the next line.
     #[must_use]
     pub fn every(mut self, cycles: u64) -> Self {
         self.lines.extent.every = cycles.max(1);
         self
     }
 
-    /// With these fields only.
+    /// Writes only these fields.
     #[must_use]
     pub fn with_fields(mut self, fields: Fields) -> Self {
         self.lines.extent.fields = fields;
         self
     }
 
-    /// Writes the lines that `add` makes, if they could be made.
+    /// Writes the lines that `add` makes, if it succeeds.
     fn write(&mut self, add: impl FnOnce(&mut TraceLines, &mut Vec<u8>) -> serde_json::Result<()>) {
         self.text.clear();
         let made = add(&mut self.lines, &mut self.text);
@@ -97,8 +97,8 @@ impl TraceRecorder {
             return;
         }
         let result = made.map_err(io::Error::from).and_then(|()| {
-            // Whatever ends the program leaves every line readable. What was compressed before helps to compress what
-            // follows, so that this makes a compressed trace 2 % larger.
+            // Flush, so that every line can be read however the program ends. Compression still uses the earlier data, so that a compressed
+            // trace becomes only 2 % larger.
             let writer: &mut dyn Write = match &mut self.sink {
                 Sink::Plain(writer) => writer,
                 Sink::Compressed(encoder) => encoder,

@@ -1,4 +1,4 @@
-//! The lines of a trace, in whatever file they are written.
+//! Formats the lines of a trace, for any kind of file.
 
 use bevy::prelude::*;
 use serde::Serialize;
@@ -11,13 +11,13 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
-/// The format's name in the header.
+/// Name of the format in the header.
 pub const FORMAT: &str = "naoisis-trace";
-/// The format's version in the header.
+/// Version of the format in the header.
 pub const VERSION: u32 = 1;
 
-/// The cycles and fields of a trace. A resource of the world that recorders get while a trace is [converted](super::convert): a trace
-/// that is written from it has the same.
+/// The cycles and fields of a trace. Recorders find it as a resource of their world while a trace is [converted](super::convert), so that a
+/// trace written from it has the same extent.
 #[derive(Resource, Clone)]
 pub(super) struct TraceExtent {
     /// The cycles from one line to the next.
@@ -26,13 +26,13 @@ pub(super) struct TraceExtent {
     pub fields: Fields,
 }
 
-/// Makes the lines of a trace. Each ends with a line feed.
+/// Formats the lines of a trace. Each ends with a line feed.
 pub(super) struct TraceLines {
     pub extent: TraceExtent,
-    /// What happened in the cycles since the last line.
+    /// Events of the cycles since the last line.
     events: Vec<MatchEvent>,
     last_cycle: Option<u64>,
-    /// Whether robots' reasons are written: they may be there for another recorder.
+    /// Whether robots' reasons are written. Otherwise they may still be there for another recorder.
     has_reasons: bool,
 }
 
@@ -90,10 +90,10 @@ impl TraceLines {
         Ok(())
     }
 
-    /// Adds the line of the last cycle if it is still missing.
+    /// Adds the line of the last cycle, if it has none yet.
     pub(super) fn add_last(&mut self, text: &mut Vec<u8>, last: &CycleRecord) -> serde_json::Result<()> {
         if self.last_cycle.is_some_and(|written| written < last.cycle) {
-            // What happened in it is among what happened since the last line already.
+            // Its events are already among the events since the last line.
             self.add(text, &CycleRecord { events: Vec::new(), ..last.clone() })?;
         }
         Ok(())

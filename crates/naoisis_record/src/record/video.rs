@@ -15,19 +15,19 @@ use naoisis_core::game::Game;
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// The ending of videos' file names.
+/// Ending of the file names of videos.
 pub const EXTENSION: &str = "mp4";
-/// Behind the pictures.
+/// Colour behind the pictures.
 const BACKGROUND: Colour = Colour([24, 26, 30]);
-/// Width and height of a camera's tile beside the field: two of them are as high as the field.
+/// Width and height of a camera's tile beside the field. Two tiles are as high as the field.
 const TILE: [u32; 2] = [360, 270];
 
 /// A video that is being written.
 pub struct VideoRecorder {
     every: u64,
-    /// Each with its place: left and top, width and height, pixels.
+    /// The pictures with their places: left, top, width and height, pixels.
     pictures: Vec<(Picture, [u32; 4])>,
-    /// On which they are put, one cycle's over the other's.
+    /// The canvas on which the pictures of every cycle are drawn, over those of the previous one.
     canvas: Canvas,
     output: OutputFile,
     encoder: EncoderThreads<VideoWork>,
@@ -35,8 +35,8 @@ pub struct VideoRecorder {
 }
 
 impl VideoRecorder {
-    /// Creates a video of these pictures side by side, or of the field without any, in real time: one picture every few cycles of
-    /// `cycle_s` seconds. It replaces an existing file when the match is over.
+    /// Creates a video of these pictures side by side, by default of the field, in real time: one picture every `every` cycles of `cycle_s`
+    /// seconds. An existing file is replaced when the match is over.
     ///
     /// # Errors
     /// When the file's name does not end in `.mp4`, or it cannot be written.
@@ -54,7 +54,7 @@ impl VideoRecorder {
         Ok(Self { every, pictures, canvas, output, encoder, written: 0 })
     }
 
-    /// Adds the cycle that has just ended, if it is one of those that are wanted.
+    /// Adds the cycle that has just ended, if it is one of every `every` cycles.
     pub fn record(&mut self, world: &mut World, renderer: &mut MatchRenderer) {
         let clock = *world.resource::<CycleClock>();
         if !clock.cycle.is_multiple_of(self.every) || self.has_failed() {
@@ -72,22 +72,22 @@ impl VideoRecorder {
         }
     }
 
-    /// Whether writing has failed: nothing more is written then.
+    /// Returns whether writing has failed. Nothing more is written then.
     pub fn has_failed(&self) -> bool {
         self.encoder.has_failed()
     }
 
-    /// Waits for the last pictures. How many there are.
+    /// Waits until the last pictures are written, and returns their number.
     ///
     /// # Errors
-    /// The first error that occurred while writing; what was written before can be played.
+    /// The first error that occurred while writing. Pictures written before can be played.
     pub fn finish(self) -> Result<u64, RecordError> {
         let written = self.encoder.finish();
         self.output.close_after(written).map(|()| self.written)
     }
 }
 
-/// That the name of a file ends like this.
+/// Checks that a file name has this extension.
 pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<(), RecordError> {
     match path.extension() {
         Some(ending) if ending.eq_ignore_ascii_case(extension) => Ok(()),
@@ -101,7 +101,7 @@ fn layout(pictures: &[Picture]) -> (Vec<[u32; 4]>, [u32; 2]) {
     let cameras = pictures.iter().filter(|picture| **picture != Picture::Field).count() as u32;
     let fields = pictures.len() as u32 - cameras;
     let [tile_width, tile_height] = match (fields, cameras) {
-        // Without the field, and for one camera beside it, cameras are large.
+        // The cameras are large without the field, and if there is only one beside it.
         (0, _) | (_, 1) => [2 * TILE[0], 2 * TILE[1]],
         _ => TILE,
     };
@@ -125,7 +125,7 @@ fn layout(pictures: &[Picture]) -> (Vec<[u32; 4]>, [u32; 2]) {
     (places, size)
 }
 
-/// Puts a picture, as large as it can be, in the middle of its place, and words into its corner.
+/// Draws a picture as large as possible in the middle of its place, and words into the corner.
 fn put(canvas: &mut Canvas, [left, top, width, height]: [u32; 4], image: Option<&Image>, words: &str) {
     let corner = Vec2::new(left as f32, top as f32);
     let size = Vec2::new(width as f32, height as f32);

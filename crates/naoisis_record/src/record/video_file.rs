@@ -1,4 +1,4 @@
-//! Images as a video file: H.264 in fragmented MP4.
+//! Writes images as a video file: H.264 in fragmented MP4.
 
 use muxide::codec::h264::{annexb_to_avcc, extract_avc_config, is_h264_keyframe};
 use muxide::fragmented::{FragmentConfig, FragmentedMuxer};
@@ -14,18 +14,18 @@ use super::colour_description;
 use super::error::RecordError;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// Ticks of a video's clock, 1/s.
+/// Ticks of the video's clock per second, 1/s.
 const TICKS_PER_S: f64 = 90_000.0;
-/// Pictures between two that can be decoded by themselves.
+/// Number of pictures from one that can be decoded by itself to the next.
 const KEY_INTERVAL: u32 = 60;
-/// How coarsely pictures are quantised, 0 to 51: so that hardly anything is to be seen of it.
+/// Quantiser, from 0 to 51: low enough that the loss is hardly visible.
 const QUANTISER: u8 = 22;
 
-/// A video under way: H.264 in fragmented MP4.
+/// An unfinished video: H.264 in fragmented MP4.
 pub(super) struct VideoFile {
     path: PathBuf,
     file: Arc<File>,
-    /// The length of the fragments written, bytes.
+    /// Length of the written fragments, bytes.
     length: u64,
     encoder: Encoder,
     muxer: Option<FragmentedMuxer>,
@@ -42,11 +42,11 @@ impl VideoFile {
         settings.qp = QUANTISER;
         settings.gop_size = KEY_INTERVAL;
         settings.framerate = (1.0 / frame_s) as f32;
-        // Every picture comes out as soon as it is in.
+        // Every picture is encoded at once, without waiting for later ones.
         settings.mbtree = false;
         settings.scenecut = 0;
-        // Twice as fast for a fifth more bytes: codes of variable length instead of arithmetic ones, and each picture told from
-        // the one before, whose light is the same.
+        // These settings are twice as fast for 20 % more bytes: variable-length codes instead of arithmetic ones, and prediction from the
+        // previous picture only, without weights for changing light.
         settings.cabac = false;
         settings.num_ref_frames = 1;
         settings.weightp = false;
@@ -103,14 +103,14 @@ impl VideoFile {
 /// Appends `bytes` to a file of `length` bytes. If only a part can be written, the file is cut back: players reject half a fragment.
 fn append(mut file: &File, length: &mut u64, bytes: &[u8]) -> io::Result<()> {
     file.write_all(bytes).inspect_err(|_| {
-        // If not even that can be done, the first error says enough.
+        // If this fails, too, the first error is reported.
         let _ = file.set_len(*length);
     })?;
     *length += bytes.len() as u64;
     Ok(())
 }
 
-/// To brightness and colour differences of limited range (ITU-R BT.601), the latter at half the resolution.
+/// Converts an image to luma and chroma of limited range (ITU-R BT.601), with chroma at half the resolution.
 fn to_yuv(image: &Image, frame: &mut YuvFrame) {
     let (width, stride) = (frame.width, 3 * image.width as usize);
     let pairs = image.rgb.chunks_exact(2 * stride).zip(frame.y.chunks_exact_mut(2 * width));
@@ -137,7 +137,7 @@ fn brightness(rgb: &[u8], y: &mut [u8]) {
     }
 }
 
-/// Of squares of four pixels.
+/// Computes the chroma of squares of four pixels.
 #[inline(always)]
 fn differences(upper: &[u8], lower: &[u8], u: &mut [u8], v: &mut [u8]) {
     let squares = upper.as_chunks::<6>().0.iter().zip(lower.as_chunks::<6>().0);

@@ -1,4 +1,4 @@
-//! Commands from outside: read and checked, whoever sends them.
+//! Reads and checks commands from outside, whatever their source.
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -11,50 +11,50 @@ use naoisis_core::communication::MOST_ROBOTS;
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandError {
-    /// It is no JSON.
+    /// The text is not JSON.
     #[error("{0}; expected a JSON object")]
     NotJson(String),
-    /// It has a field that it should not have, or a value that is not what it should be.
+    /// The command has an unknown field, or a value of the wrong form.
     #[error("{message}; expected {expected}")]
     Malformed {
-        /// Where in it, such as `walk` or `say.ball_m`.
+        /// Path of the field in the command, such as `walk` or `say.ball_m`.
         field: String,
         /// What is wrong.
         message: String,
         /// What was expected.
         expected: String,
     },
-    /// It has a number that is not finite in single precision.
+    /// A number in this part is not finite in single precision.
     #[error("`{0}` has a number that is not finite; expected finite numbers, of single precision (at most 3.4e38)")]
     NotFinite(&'static str),
-    /// It tells its team-mates of more robots than there can be.
+    /// The message reports more robots than there can be.
     #[error("`say.robots_m` has {0} places; expected at most {MOST_ROBOTS}")]
     TooManyRobots(usize),
 }
 
 impl RobotCommand {
-    /// Reads a command, as a trace has it.
+    /// Reads a command in the form of a trace.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The first fault of the command.
     pub fn from_json(text: &[u8]) -> Result<Self, CommandError> {
-        // By way of a value: serde alone would take a list for an object.
+        // Read a JSON value first: serde alone would accept a list for an object.
         let value = serde_json::from_slice::<Value>(text).map_err(|error| CommandError::NotJson(error.to_string()))?;
         Self::from_value(&value)
     }
 
-    /// Reads a command from a value.
+    /// Reads a command from a JSON value.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The first fault of the command.
     pub fn from_value(value: &Value) -> Result<Self, CommandError> {
         read_value::<Self>(value).and_then(Self::checked)
     }
 
-    /// The command, if every number in it is finite.
+    /// Returns the command, after checking that all its numbers are finite and that its message does not report too many robots.
     ///
     /// # Errors
-    /// Which part is not.
+    /// The part that is wrong.
     pub fn checked(self) -> Result<Self, CommandError> {
         let Self { walk, head, kick, posture: _, request: _, say } = &self;
         let parts = [
@@ -73,10 +73,10 @@ impl RobotCommand {
     }
 }
 
-/// Reads a message, or a part of one, from a value.
+/// Reads a message, or a part of one, from a JSON value.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The first fault of the value.
 pub fn read_value<T: DeserializeOwned>(value: &Value) -> Result<T, CommandError> {
     read_settings(value, &FieldPath::default()).map_err(|fault| CommandError::Malformed {
         field: fault.path.to_string(),

@@ -1,7 +1,6 @@
-//! One record of a cycle: the world after it, and what each robot perceived, believed and wanted in it.
+//! The record of a cycle: the world after it, and what each robot perceived, believed and commanded in it.
 //!
-//! It is what a line of a trace says, what the past of a match is shown from, and what every other record of a match is made
-//! of.
+//! Lines of a trace, replays of a match, and all other recordings are made from these records.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -52,7 +51,7 @@ pub struct CycleRecord {
 }
 
 impl CycleRecord {
-    /// What there is of a robot.
+    /// Returns the record of a robot, if it is there.
     pub fn robot(&self, id: RobotId) -> Option<&RobotRecord> {
         self.robots.iter().find(|robot| robot.id == id)
     }
@@ -134,7 +133,7 @@ pub struct RobotRecord {
 }
 
 impl RobotRecord {
-    /// A robot of which nothing is known.
+    /// Creates the record of a robot about which nothing is known.
     pub fn new(id: RobotId) -> Self {
         RobotRecord {
             id,
@@ -158,7 +157,7 @@ impl RobotRecord {
         }
     }
 
-    /// With what the robot perceived.
+    /// Adds what the robot perceived.
     #[must_use]
     pub fn with_perception(self, perception: Perception) -> Self {
         let Perception { head, odometry, sonar_m, percepts, inbox, game, body, sensors } = perception;
@@ -166,7 +165,7 @@ impl RobotRecord {
         RobotRecord { head, odometry, sonar_m, percepts, inbox, game, body, sensors, ..self }
     }
 
-    /// What the robot perceived: the record without what it cannot know.
+    /// Returns what the robot perceived: the record without what it cannot know.
     pub fn perception(&self) -> Perception {
         Perception {
             head: self.head,
@@ -235,7 +234,7 @@ pub struct GameRecord {
 }
 
 impl GameRecord {
-    /// The end that a team defends.
+    /// Returns the end that a team defends.
     pub fn own_end(&self, team: Team) -> End {
         match team {
             Team::Blue => self.blue_end,
@@ -243,7 +242,7 @@ impl GameRecord {
         }
     }
 
-    /// What a game is like under these rules.
+    /// Returns the state of a game under these rules.
     pub fn of(game: &Game, rules: &Rules, clock: &CycleClock) -> Self {
         let seconds = |cycles: u64| cycles as f64 * clock.period_s;
         GameRecord {

@@ -1,4 +1,4 @@
-//! Which parts of each line a trace has, and of each perception a program: all, or those that were asked for.
+//! Selects the fields that a trace, or a program's perceptions, contain: all of them, or some by name.
 
 use core::fmt;
 use core::str::FromStr;
@@ -9,25 +9,25 @@ use std::collections::BTreeMap;
 use super::trace_fields::TRACE_FIELDS;
 use crate::scenario::wording::{in_words, nearest, one_of, quoted};
 
-/// What every line has, and every robot, asked for or not: what the rest belongs to.
+/// Fields that every line and every robot have, selected or not, because they identify the rest.
 const ALWAYS: [&str; 4] = ["type", "cycle", "time_s", "id"];
 
-/// What a robot of a trace has that it perceives itself, which is what a perception has.
+/// The fields of a robot in a trace that are also fields of a perception.
 const PERCEIVED: [&str; 8] = ["head_deg", "odometry", "sonar_m", "percepts", "inbox", "game", "body", "sensors"];
 
-/// Parts of a trace's lines, by their names: `ball`, `robots.pose`, `events`. By default all.
+/// Fields of a trace's lines by name, such as `ball`, `robots.pose` or `events`. By default all fields.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Fields {
-    /// The names as they were given.
+    /// The names as given.
     names: Vec<String>,
     chosen: Node,
 }
 
-/// A part, and which parts of it are chosen; all, if none is named.
+/// The selected parts of a value, by field. If empty, the whole value is selected.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 struct Node(BTreeMap<String, Node>);
 
-/// A name that is no part of a trace.
+/// The error for a name that is no field of a trace.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{}", .0)]
 pub struct NoSuchField(String);
@@ -49,18 +49,18 @@ impl NoSuchField {
     }
 }
 
-/// The names of the parts of a perception.
+/// Returns the names of all fields of a perception.
 fn perceived_names() -> impl Iterator<Item = &'static str> {
     let is_perceived = |name: &&str| PERCEIVED.contains(&name.split('.').next().unwrap_or(name));
     known_names().filter_map(|name| name.strip_prefix("robots.")).filter(is_perceived)
 }
 
-/// The names of all parts.
+/// Returns the names of all fields.
 fn known_names() -> impl Iterator<Item = &'static str> {
     TRACE_FIELDS.keys().map(String::as_str)
 }
 
-/// The part that was probably meant: the outermost of this name within another, or one that a few typing errors lead to.
+/// Returns the field that was probably meant: the outermost field with this name, or one that is a few typing errors away.
 fn meant_by<I: Iterator<Item = &'static str>>(name: &str, known_names: impl Fn() -> I) -> Option<&'static str> {
     let is_within = |known: &&str| !name.is_empty() && known.strip_suffix(name).is_some_and(|rest| rest.ends_with('.'));
     let depth = |known: &&str| known.split('.').count();
@@ -68,12 +68,12 @@ fn meant_by<I: Iterator<Item = &'static str>>(name: &str, known_names: impl Fn()
 }
 
 impl Fields {
-    /// Whether all parts are there.
+    /// Returns whether all fields are selected.
     pub fn is_all(&self) -> bool {
         self.names.is_empty()
     }
 
-    /// Whether a part, or some of it, is there.
+    /// Returns whether a field, or a part of it, is selected.
     pub fn has(&self, name: &str) -> bool {
         let mut node = &self.chosen;
         for step in name.split('.') {
@@ -88,22 +88,22 @@ impl Fields {
         true
     }
 
-    /// The parts' names; none if all are there.
+    /// Returns the names of the selected fields. Empty if all fields are selected.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// Parts of a perception, by their names in it: `percepts.ball`, `game.state`. All, if none is named.
+    /// Selects fields of a perception by their names in it, such as `percepts.ball` or `game.state`. Selects all if there are no names.
     ///
     /// # Errors
-    /// When one is none.
+    /// If a name is no field of a perception.
     pub fn of_perception(names: &[String]) -> Result<Self, NoSuchField> {
         let names = names.iter().map(String::as_str);
         let is_known = |name: &str| name.starts_with("sensors.") || perceived_names().any(|known| known == name);
         Self::from_names(names, is_known, NoSuchField::in_perception)
     }
 
-    /// The value with these parts of it only.
+    /// Returns a serialisable value that has only the selected fields of `value`.
     pub fn of<'a, T: Serialize>(&'a self, value: &'a T) -> impl Serialize + 'a {
         Part { value, chosen: &self.chosen }
     }
@@ -122,7 +122,7 @@ impl Fields {
             fields.names.push(name.to_owned());
             wholes.push(name);
         }
-        // What is chosen as a whole needs no parts.
+        // Parts of a field that is selected as a whole are redundant.
         let is_within = |name: &str, whole: &str| name.strip_prefix(whole).is_some_and(|rest| rest.starts_with('.'));
         for name in wholes.iter().filter(|name| !wholes.iter().any(|whole| is_within(name, whole))) {
             let mut node = &mut fields.chosen;
@@ -138,7 +138,7 @@ impl FromStr for Fields {
     type Err = NoSuchField;
 
     fn from_str(list: &str) -> Result<Self, NoSuchField> {
-        // Readings of sensors of a program's own have names of their own.
+        // Readings of custom sensors have custom names.
         let is_known = |name: &str| {
             name.starts_with("robots.sensors.")
                 || known_names()
@@ -163,14 +163,14 @@ impl Serialize for Fields {
 
 impl<'de> Deserialize<'de> for Fields {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // A later version may know more.
+        // Unknown names are accepted: a later version may have more fields.
         let names = Vec::<String>::deserialize(deserializer)?;
         Self::from_names(names.iter().map(String::as_str), |_| true, NoSuchField::named)
             .map_err(serde::de::Error::custom)
     }
 }
 
-/// A value of which only the chosen parts are written.
+/// A value of which only the selected parts are serialised.
 struct Part<'a, T: ?Sized> {
     value: &'a T,
     chosen: &'a Node,
@@ -186,7 +186,7 @@ impl<T: ?Sized + Serialize> Serialize for Part<'_, T> {
     }
 }
 
-/// A serializer that lets the chosen fields of structs through, and in lists and options those of their elements.
+/// A serializer that passes on only the selected fields of structs, also inside lists and options.
 struct Choosing<'a, S> {
     inner: S,
     chosen: &'a Node,
@@ -226,7 +226,7 @@ impl<'a, S: Serializer> Serializer for Choosing<'a, S> {
     }
 
     fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeStruct, S::Error> {
-        // How many of its fields there will be is not known yet, which only a map may say.
+        // The number of fields is not known yet. Only a map can be serialised without it.
         Ok(Choosing { inner: self.inner.serialize_map(None)?, chosen: self.chosen })
     }
 

@@ -1,5 +1,4 @@
-//! Where the record of a cycle comes from: gathered once, when everything of the cycle has happened, for everybody who
-//! records.
+//! Gathers the record of each cycle once, after everything in the cycle has happened, for all users of records.
 
 use bevy::ecs::change_detection::Tick;
 use bevy::ecs::query::QueryData;
@@ -24,7 +23,7 @@ use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 
-/// Gathers the [`CurrentRecord`] of every cycle while there is one.
+/// Gathers the [`CurrentRecord`] of every cycle, if this resource exists.
 pub struct GatherPlugin;
 
 impl Plugin for GatherPlugin {
@@ -46,31 +45,31 @@ impl Plugin for GatherPlugin {
     }
 }
 
-/// The systems of recording.
+/// The system sets that make and use the record of a cycle.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RecordSystems {
-    /// The record is gathered.
+    /// Gathers the record.
     Gather,
-    /// Whoever keeps the match in memory has it.
+    /// Stores the record in memory.
     Keep,
-    /// It is written to files.
+    /// Writes the record to files.
     Write,
 }
 
-/// The record of the cycle that ended last, or of the start. Whoever wants records makes sure that it is there.
+/// The record of the last completed cycle, or of the start. Users of records have to insert this resource.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct CurrentRecord {
-    /// The cycle that was over last.
+    /// The record.
     pub record: CycleRecord,
-    /// What robots want in the cycle under way.
+    /// The commands of the robots in the current cycle.
     commands: BTreeMap<RobotId, RobotCommand>,
-    /// When the record was gathered, or could have been: a head's command that was given since then is a new one.
+    /// The tick at which the record was gathered, or could have been. A head command that is newer than this is a new one.
     gathered: Tick,
-    /// Whether it is gathered only when [`record_now`] asks for it: for whoever looks at a few cycles of a match.
+    /// Whether the record is gathered only when [`record_now`] asks for it, for users that need only a few cycles of a match.
     is_on_demand: bool,
 }
 
-/// What is recorded of a robot, beside what it perceives.
+/// The components of a robot that are recorded in addition to what it perceives.
 #[derive(QueryData)]
 struct RecordedRobot {
     pose: &'static Pose,
@@ -84,7 +83,7 @@ struct RecordedRobot {
     perceived: Perceived,
 }
 
-/// Everything that a record is made of.
+/// The resources and components that a record is made of.
 #[derive(SystemParam)]
 pub struct RecordedMatch<'w, 's> {
     clock: Res<'w, CycleClock>,
@@ -98,12 +97,12 @@ pub struct RecordedMatch<'w, 's> {
 }
 
 impl RecordedMatch<'_, '_> {
-    /// The cycle under way; of the start, 0.
+    /// Returns the current cycle; 0 at the start.
     pub fn cycle(&self) -> u64 {
         self.clock.cycle
     }
 
-    /// Gathers the record of the cycle under way, or of the start.
+    /// Gathers the record of the current cycle, or of the start.
     pub fn gather(&self, current: &mut CurrentRecord) {
         let mut commands = core::mem::take(&mut current.commands);
         for event in self.events.iter() {
@@ -150,30 +149,30 @@ impl RecordedMatch<'_, '_> {
     }
 }
 
-/// Gathers the record of the start, in place of any that is there.
+/// Gathers the record of the start, which replaces an earlier record.
 pub fn gather_start(world: &mut World) {
     world.insert_resource(CurrentRecord::default());
-    // It fails only where there is no match.
+    // This fails only if there is no match.
     let _ = world.run_system_cached(gather_record);
 }
 
-/// From now on the record is gathered when somebody asks for it with [`record_now`], rather than in each cycle.
+/// Gathers the record of the start. From then on the record is gathered only when [`record_now`] is called, not in each cycle.
 pub fn gather_on_demand(world: &mut World) {
     gather_start(world);
     world.resource_mut::<CurrentRecord>().is_on_demand = true;
 }
 
-/// The record of the cycle that ended last, where it is gathered on demand.
+/// Returns the record of the last completed cycle. If it is gathered on demand, it is gathered now.
 pub fn record_now(world: &mut World) -> &CycleRecord {
     let is_stale = world.get_resource_or_init::<CurrentRecord>().is_on_demand;
     if is_stale {
-        // It fails only where there is no match.
+        // This fails only if there is no match.
         let _ = world.run_system_cached(gather_again);
     }
     &world.resource::<CurrentRecord>().record
 }
 
-/// Gathers the record once more, with the commands that were noted in its cycle.
+/// Gathers the record again, with the commands that were noted in its cycle.
 fn gather_again(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
     let (commands, gathered) = (current.commands.clone(), current.gathered);
     recorded.gather(&mut current);

@@ -1,8 +1,8 @@
-//! What goes between a match and everything outside it: what a robot perceives and commands, and the record of a cycle.
+//! The interface between a match and its users: what a robot perceives and commands, and the record of a cycle.
 //!
-//! Programs, recorders, learning environments, the viewer and Python all use these types: one [record of each
-//! cycle](cycle_record::CycleRecord), with a [`Perception`](vocabulary::Perception) and a
-//! [`RobotCommand`](vocabulary::RobotCommand) for each robot. It is [gathered](gather) once a cycle.
+//! Programs, recorders, learning environments, the viewer and Python all use these types: a [record of each
+//! cycle](cycle_record::CycleRecord), with a [`Perception`](vocabulary::Perception) and a [`RobotCommand`](vocabulary::RobotCommand) for
+//! each robot. It is [gathered](gather) once in each cycle.
 
 pub mod command;
 pub mod cycle_record;

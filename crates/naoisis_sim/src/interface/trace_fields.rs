@@ -1,4 +1,4 @@
-//! The fields of a trace's lines, from the types of the record: for a choice of some of them, and for the guide's table.
+//! The fields of a trace's lines, derived from the types of the record, for selecting fields and for the table in the guide.
 
 use schemars::generate::SchemaSettings;
 use serde_json::Value;
@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use super::cycle_record::CycleRecord;
 use crate::scenario::wording::one_of;
 
-/// The names of all fields, each with those of what it is in (`robots.pose`), and what they say.
+/// The names of all fields with the names of their parents (such as `robots.pose`), and their descriptions.
 pub static TRACE_FIELDS: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     let mut settings = SchemaSettings::draft2020_12().for_serialize();
     settings.inline_subschemas = true;
@@ -18,13 +18,13 @@ pub static TRACE_FIELDS: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     fields
 });
 
-/// Fields whose parts are not listed: programs and messages have them as a whole.
+/// Fields whose parts are not listed, because programs and messages have them as a whole.
 const WHOLE: [&str; 3] = ["posture", "request", "say"];
 
-/// The parts of a value for each team, which are not listed.
+/// The parts of a value with one entry for each team. They are not listed.
 const OF_TEAMS: [&str; 2] = ["blue", "pink"];
 
-/// A field that no line has: the numbers of opponents are not known.
+/// A field that no line has, because the numbers of opponents are not known.
 const UNKNOWN: &str = "robots.belief.opponents.id";
 
 /// Adds the fields of the values that `schema` describes, below the field `path`.
@@ -54,7 +54,7 @@ fn first_sentence(schema: &Value) -> String {
     description.split_inclusive(". ").next().unwrap_or_default().trim_end().to_owned()
 }
 
-/// The words that a value can be.
+/// Returns the words that a value can have.
 fn words(schema: &Value) -> Vec<&str> {
     let listed = schema["enum"].as_array().into_iter().flatten().chain(schema.get("const"));
     listed.filter_map(Value::as_str).chain(alternatives(schema).flat_map(words)).collect()

@@ -1,8 +1,8 @@
-//! What a robot perceives in a cycle, and what it commands: two small sets of types, in the words of the trace. Whoever
-//! lets a program play, records a match, or reads a record speaks these.
+//! The types for what a robot perceives and commands in a cycle, in the terms of the trace. Programs, recorders and readers of records all
+//! use them.
 //!
-//! A [`Perception`] has what a robot can know, and nothing else: no pose, no ball but the one that it sees. A [`RobotCommand`] has
-//! what it wants in this cycle, in the words of a script's entry, each only when it is given.
+//! A [`Perception`] has only what a robot can know: not its true pose, and only the ball that it sees. A [`RobotCommand`] has the robot's
+//! commands in this cycle, in the terms of a script's entry; each is optional.
 
 use bevy::ecs::change_detection::Tick;
 use bevy::ecs::query::QueryData;
@@ -27,29 +27,29 @@ use naoisis_sensing::sensing::sonar::SonarReading;
 use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sensing::sensing::vision::Percepts;
 
-/// What a robot perceives in a cycle: its sensors' readings, the messages that arrived, and what it is told.
+/// What a robot perceives in a cycle: the readings of its sensors, the messages that arrived, and the state of the game as told to it.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Perception {
-    /// Where its head is turned, yaw and pitch, radians (degrees in files).
+    /// Yaw and pitch of the head, radians (degrees in files).
     #[serde(rename = "head_deg", with = "head_angles")]
     #[schemars(with = "[f32; 2]")]
     pub head: HeadAngles,
-    /// Its way since the start by its own steps: `[x m, y m, heading deg]` in files.
+    /// Pose relative to the start by odometry: `[x m, y m, heading deg]` in files.
     #[serde(with = "file_units::pose")]
     #[schemars(with = "[f32; 3]")]
     pub odometry: Pose,
-    /// What its sonars measure, m.
+    /// Distances that the sonars measured, m.
     pub sonar_m: SonarReading,
-    /// What it recognises.
+    /// The objects that the robot recognises.
     pub percepts: Percepts,
     /// The messages that arrived.
     pub inbox: Vec<ReceivedMessage>,
-    /// What it is told of the game.
+    /// The state of the game as told to the robot.
     pub game: GameStatus,
-    /// What its body is doing.
+    /// The state of the body.
     pub body: BodyStatus,
-    /// What sensors of the program's own read, by their names.
+    /// Readings of the program's custom sensors, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub sensors: BTreeMap<String, Value>,
 }
@@ -82,13 +82,13 @@ pub struct RobotCommand {
 }
 
 impl RobotCommand {
-    /// Whether nothing is commanded.
+    /// Returns whether there are no commands.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Without what was refused because it cannot be carried out, or written down: a number that is not finite, or
-    /// something that is far too large.
+    /// Removes a command that was refused because it cannot be executed or written down: it has a number that is not finite, or something
+    /// that is far too large.
     pub fn refuse(&mut self, command: CommandKind, reason: Refusal) {
         if !matches!(reason, Refusal::NotFinite | Refusal::TooLarge) {
             return;
@@ -103,7 +103,7 @@ impl RobotCommand {
     }
 }
 
-/// The components that a [`Perception`] is made of.
+/// Query for the components that a [`Perception`] is made of.
 #[derive(QueryData)]
 pub struct Perceived {
     head: &'static HeadAngles,
@@ -117,7 +117,7 @@ pub struct Perceived {
 }
 
 impl PerceivedItem<'_, '_> {
-    /// What the robot perceives.
+    /// Returns what the robot perceives.
     pub fn perception(&self) -> Perception {
         Perception {
             head: *self.head,
@@ -132,7 +132,7 @@ impl PerceivedItem<'_, '_> {
     }
 }
 
-/// The components that a [`RobotCommand`] is made of.
+/// Query for the components that a [`RobotCommand`] is made of.
 #[derive(QueryData)]
 pub struct Commanded {
     walk: &'static WalkCommand,
@@ -144,7 +144,8 @@ pub struct Commanded {
 }
 
 impl CommandedItem<'_, '_> {
-    /// What was commanded since the moment `since`, at the moment `now`: the head's command stays until it is changed.
+    /// Returns the commands given between the ticks `since` and `now`. The head command stays until it is changed, so it counts only if it
+    /// is newer than `since`.
     pub fn command(&self, since: Tick, now: Tick) -> RobotCommand {
         RobotCommand {
             walk: (!self.walk.is_null()).then_some(*self.walk),
@@ -171,7 +172,7 @@ pub(super) mod head_angles {
     }
 }
 
-/// A command for the head that may be absent: radians in memory, `[yaw deg, pitch deg]` in the file.
+/// An optional head command: radians in memory, `[yaw deg, pitch deg]` in the file.
 mod optional_head {
     use super::{HeadCommand, file_units::optional_degree_pair};
     use serde::{Deserializer, Serializer};
@@ -186,7 +187,7 @@ mod optional_head {
     }
 }
 
-/// A step that may be absent: radians in memory, `[dx m, dy m, dtheta deg]` in the file.
+/// An optional step: radians in memory, `[dx m, dy m, dtheta deg]` in the file.
 mod optional_walk {
     use super::{WalkCommand, file_units::optional_step};
     use serde::{Deserializer, Serializer};

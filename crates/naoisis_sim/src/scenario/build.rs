@@ -1,5 +1,5 @@
-//! From a tree of values to a scenario, in three passes of which each stops with its errors: fields and types, ranges of single values,
-//! values together.
+//! Builds a scenario from a tree of values in three passes: fields and types, ranges of single values, and values together. Building ends
+//! with the first pass that finds errors.
 
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -15,11 +15,11 @@ use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use super::validate::{LONGEST_LISTS, place_ball_beside_robots, too_long};
 
-/// The scenario of a tree of values, with the source's settings laid over it. `names` finds what only the program knows to
-/// be wrong: names that nobody has registered.
+/// Builds a scenario from a tree of values, after applying the source's settings. `names` returns faults that only the program can find:
+/// unregistered names.
 ///
 /// # Errors
-/// All errors of the first pass that finds any, in the order of the text: of fields and types, of ranges, of values together.
+/// All errors of the first pass that finds any, in the order of the text.
 pub fn build(
     source: ScenarioSource,
     mut value: Value,
@@ -29,7 +29,7 @@ pub fn build(
         root.remove(SCHEMA);
     }
     place_model_beside(&source, &mut value);
-    // Without it nothing else can be judged.
+    // Without the saved match nothing else can be checked.
     if let Err(fault) = from_saved::fill_in(&source, &mut value) {
         return Err(vec![source.error(&fault)]);
     }
@@ -46,13 +46,13 @@ pub fn build(
     Ok(ScenarioFile { scenario, source })
 }
 
-/// The key by which files name their JSON Schema for editors.
+/// The key under which files name their JSON Schema for editors.
 pub(super) const SCHEMA: &str = "$schema";
 
-/// The scenario of a tree of values.
+/// Builds a scenario from a tree of values.
 ///
 /// # Errors
-/// What the first pass that finds anything finds.
+/// All faults of the first pass that finds any.
 pub(super) fn scenario_of(
     mut value: Value,
     names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
@@ -76,16 +76,16 @@ pub(super) fn scenario_of(
     if faults.is_empty() { Ok(scenario) } else { Err(faults.into_iter().map(Finding::from).collect()) }
 }
 
-/// Errors in the order of the text, each once and not too many.
+/// Sorts errors in the order of the text, and removes repeated ones and those beyond the limit.
 pub(super) fn in_order(mut errors: Vec<ScenarioError>) -> Vec<ScenarioError> {
     errors.sort_by_key(|error| (error.line(), error.column()));
-    // What is wrong with a common setting is wrong with every robot that shares it.
+    // A fault of a common setting is found once for every robot that shares it.
     errors.dedup_by(|one, other| one.place() == other.place() && one.message() == other.message());
     errors.truncate(ScenarioFile::MOST_ERRORS);
     errors
 }
 
-/// The file of a model is meant to lie beside the scenario's, whatever folder the program runs in.
+/// Makes relative paths of model files relative to the scenario's folder, instead of the program's.
 fn place_model_beside(source: &ScenarioSource, value: &mut Value) {
     let Some(folder) = Path::new(&source.name).parent().filter(|folder| !folder.as_os_str().is_empty()) else { return };
     let place = |value: &mut Value| {
@@ -109,7 +109,7 @@ fn place_model_beside(source: &ScenarioSource, value: &mut Value) {
     }
 }
 
-/// Cuts lists that are too long.
+/// Cuts lists that are too long, and returns their faults.
 fn cut_lists(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let mut faults = Vec::new();
     for (field, most) in LONGEST_LISTS {
@@ -123,7 +123,7 @@ fn cut_lists(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     faults
 }
 
-/// Reads the types, again and again, until nothing is left that has the wrong shape. None if there is no end of it.
+/// Reads the types, removing values of the wrong shape until none is left. Returns `None` if reading does not succeed.
 fn read_types(value: &mut Value, findings: &mut Vec<Finding>) -> Option<Scenario> {
     for _ in 0..ScenarioFile::MOST_ERRORS {
         let fault = match shape::read(value) {
@@ -131,7 +131,7 @@ fn read_types(value: &mut Value, findings: &mut Vec<Finding>) -> Option<Scenario
             Err(fault) => ScenarioFault::of_shape(&fault, &FieldPath::default()),
         };
         let path = fault.path.clone();
-        // A hole that was left by something taken out of it is no mistake of the file.
+        // A missing value is not a fault of the file if an earlier fault removed it.
         if findings.iter().all(|finding| !finding.fault.path.starts_with(&path)) {
             findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
         }
@@ -142,8 +142,8 @@ fn read_types(value: &mut Value, findings: &mut Vec<Finding>) -> Option<Scenario
     None
 }
 
-/// Takes out what is at `path`, or what that is in. An element leaves an empty object, so that the others keep their places.
-/// Whether there was something to be taken out.
+/// Removes the value at `path`, or the nearest value around it. An element of a list becomes an empty object, so that the others keep their
+/// indices. Returns whether there was something to remove.
 fn take_out(root: &mut Value, path: &FieldPath) -> bool {
     let segments = path.segments();
     for length in (0..segments.len()).rev() {

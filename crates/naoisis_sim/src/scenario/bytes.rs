@@ -1,16 +1,16 @@
-//! Reading files that are no larger than they should be.
+//! Reads files up to a size limit.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Larger files are no scenarios: a script for each of 22 robots, with an entry a second for twenty minutes, has less. A file
-/// takes a hundred times its size in memory where it is a script of the shortest entries, from its text to the match.
+/// Length limit of a scenario file, bytes: scripts for 22 robots, with an entry every second for twenty minutes, are shorter. A script of
+/// the shortest possible entries takes a hundred times its size in memory.
 pub(super) const LARGEST_FILE_BYTES: u64 = 2 << 20;
 
-/// The bytes of an ordinary file, of one that is too large a few more than there may be.
+/// Reads a regular file. Of a file that is too large, reads one byte more than the limit.
 pub(super) fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    // A pipe would be waited for as soon as it is opened.
+    // Opening a pipe would wait for a writer.
     let kind = fs::metadata(path)?;
     if kind.is_dir() {
         return Err(io::Error::other("it is a directory"));

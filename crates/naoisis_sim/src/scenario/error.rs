@@ -1,4 +1,4 @@
-//! What is wrong with a scenario file, where, and what would be right.
+//! Errors of scenario files, with their place and what was expected.
 
 use core::fmt;
 use core::ops::Range;
@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::field_path::FieldPath;
 use super::wording::in_words;
 
-/// What kind of thing is wrong.
+/// A kind of error.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum ScenarioErrorKind {
@@ -17,9 +17,9 @@ pub enum ScenarioErrorKind {
     Unreadable,
     /// The text is not RON or not JSON.
     Syntax,
-    /// A field that there is not, or a value of the wrong type.
+    /// There is no such field, or a value has the wrong type.
     Shape,
-    /// A value that cannot be.
+    /// A value is not possible.
     Value,
 }
 
@@ -30,13 +30,13 @@ pub struct Place {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// The bytes of the text that are at fault: at most up to the end of the line.
+    /// The faulty bytes of the text, at most up to the end of the line.
     pub span: Range<usize>,
     text: Arc<str>,
 }
 
 impl Place {
-    /// The place of these bytes of a text.
+    /// Returns the place of a span of bytes in a text.
     pub(super) fn new(text: &Arc<str>, span: Range<usize>) -> Place {
         let mut start = span.start.min(text.len());
         while !text.is_char_boundary(start) {
@@ -56,19 +56,19 @@ impl Place {
         }
     }
 
-    /// The whole text of the file.
+    /// Returns the whole text of the file.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The line that the place is in, without its end.
+    /// Returns the line of the place, without its line end.
     pub fn source_line(&self) -> &str {
         self.text.lines().nth(self.line - 1).unwrap_or_default()
     }
 }
 
-/// What is wrong with a scenario file. It displays as one paragraph: `PATH:LINE:COLUMN: ` and then what is wrong and
-/// what was expected. Its `Debug` form is the same paragraph, as `main` and tests that return it print that.
+/// An error in a scenario file. It is displayed as one paragraph: `PATH:LINE:COLUMN: `, then what is wrong and what was expected. `Debug`
+/// shows the same, since `main` and tests that return the error print that form.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct ScenarioError(Box<Details>);
@@ -79,7 +79,7 @@ impl fmt::Debug for ScenarioError {
     }
 }
 
-/// Boxed, as an error is large and rare.
+/// The contents of an error. They are boxed, since errors are large and rare.
 #[derive(Clone, PartialEq, Eq)]
 struct Details {
     kind: ScenarioErrorKind,
@@ -91,66 +91,66 @@ struct Details {
 }
 
 impl ScenarioError {
-    /// An error about a file as a whole.
+    /// Creates an error about a file as a whole.
     pub(super) fn of_file(kind: ScenarioErrorKind, file: &str, message: String, expected: String) -> Self {
         Self(Box::new(Details { kind, file: file.to_owned(), place: None, path: None, message, expected }))
     }
 
-    /// The error with its place in the file.
+    /// Sets the place in the file.
     #[must_use]
     pub(super) fn at(mut self, place: Place) -> Self {
         self.0.place = Some(place);
         self
     }
 
-    /// The error with its place in the scenario.
+    /// Sets the path in the scenario.
     #[must_use]
     pub(super) fn in_field(mut self, path: FieldPath) -> Self {
         self.0.path = Some(path);
         self
     }
 
-    /// What kind of thing is wrong.
+    /// Returns the kind of error.
     pub fn kind(&self) -> ScenarioErrorKind {
         self.0.kind
     }
 
-    /// The file as it was named, or the name of a built-in scenario.
+    /// Returns the file as it was named, or the name of a built-in scenario.
     pub fn file(&self) -> &str {
         &self.0.file
     }
 
-    /// Where in the file; none when it could not be read at all.
+    /// Returns the place in the file. Returns `None` if the file could not be read at all.
     pub fn place(&self) -> Option<&Place> {
         self.0.place.as_ref()
     }
 
-    /// Line, from 1.
+    /// Returns the line, from 1.
     pub fn line(&self) -> Option<usize> {
         self.place().map(|place| place.line)
     }
 
-    /// Column in characters, from 1.
+    /// Returns the column in characters, from 1.
     pub fn column(&self) -> Option<usize> {
         self.place().map(|place| place.column)
     }
 
-    /// The field at fault, when the text as such is well-formed.
+    /// Returns the faulty field, if the text is well-formed.
     pub fn path(&self) -> Option<&FieldPath> {
         self.0.path.as_ref()
     }
 
-    /// What is wrong.
+    /// Returns what is wrong.
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
-    /// What was expected instead.
+    /// Returns what was expected.
     pub fn expected(&self) -> &str {
         &self.0.expected
     }
 
-    /// `PATH:LINE:COLUMN: ` and what is wrong, without what was expected.
+    /// Returns `PATH:LINE:COLUMN: ` and what is wrong, without what was expected.
     pub fn headline(&self) -> String {
         match self.place() {
             Some(place) => format!("{}:{}:{}: {}", self.file(), place.line, place.column, self.message()),

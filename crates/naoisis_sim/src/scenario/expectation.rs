@@ -1,4 +1,4 @@
-//! What is expected of a match, in a line: `blue.goals >= 1 within 30 s in 25 % of 200`.
+//! Expectations of a match, each in a line such as `blue.goals >= 1 within 30 s in 25 % of 200`.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -11,28 +11,28 @@ use super::wording::{nearest, one_of};
 use naoisis_core::events::MistakeKind;
 use naoisis_core::team::{RobotId, Team};
 
-/// The most matches that an expectation may be about.
+/// Number of matches that an expectation can be about, at most.
 const MOST_MATCHES: u32 = 1_000_000;
 
-/// Something of a match that can be measured.
+/// A quantity of a match that can be measured.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
 pub enum Quantity {
-    /// Of a team.
+    /// A quantity of a team.
     OfTeam(Team, TeamQuantity),
-    /// Of a robot.
+    /// A quantity of a robot.
     OfRobot(RobotId, RobotQuantity),
-    /// Of the ball.
+    /// A quantity of the ball.
     OfBall(BallQuantity),
 }
 
-/// What can be measured of the ball: where it is at the end.
+/// A quantity of the ball: its position at the end.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
 pub enum BallQuantity {
-    /// Its distance from the centre mark, m.
+    /// Distance from the centre mark, m.
     FromCentreM,
-    /// Its distance from the left corner at +x, as seen by who attacks there, m.
+    /// Distance from the left corner at +x, as seen by the team that attacks there, m.
     FromLeftCornerM,
-    /// Its distance from the right corner there, m.
+    /// Distance from the right corner at +x, m.
     FromRightCornerM,
 }
 
@@ -44,36 +44,36 @@ impl BallQuantity {
     ];
 }
 
-/// What can be measured of a team.
+/// A quantity of a team.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
 pub enum TeamQuantity {
-    /// Goals that count for it.
+    /// Goals that count for the team.
     Goals,
-    /// Goals against itself, which count for the other team.
+    /// Own goals of the team, which count for the other team.
     OwnGoals,
-    /// 1 if it has won, in a shoot-out or by a coin, too; otherwise 0.
+    /// 1 if the team has won, including in a shoot-out or by a coin toss; otherwise 0.
     Wins,
-    /// Its goals in a shoot-out.
+    /// The team's goals in a shoot-out.
     ShootOutGoals,
-    /// Balls that it struck.
+    /// Kicks of the team that struck the ball.
     Kicks,
-    /// Balls that one of its robots struck, and another of them was the next to touch.
+    /// Kicks after which another robot of the team was the next to touch the ball.
     Passes,
-    /// Penalties against it.
+    /// Penalties against the team.
     Penalties,
-    /// Falls of its robots.
+    /// Falls of the team's robots.
     Falls,
-    /// Balls that left the pitch, last touched by it.
+    /// Balls that left the pitch and that the team touched last.
     Outs,
-    /// The share of the time of play in which it had touched the ball last, of that in which somebody had, %.
+    /// Possession: the share of the time in play in which the team had touched the ball last, of the time in which either team had, %.
     PossessionPercent,
-    /// Its programs that were lost: crashed, hung up, were silent or said something else.
+    /// Programs of the team that were lost: they crashed, hung, were silent or sent something invalid.
     ProgramsLost,
-    /// What its robots did wrong: of one kind, or of all.
+    /// Mistakes of the team's robots, of one kind or of all kinds.
     Mistakes(Option<MistakeKind>),
 }
 
-/// The names of mistakes, of all and of each kind.
+/// The names of mistakes, of all kinds together and of each kind.
 const MISTAKES: [(&str, Option<MistakeKind>); 9] = [
     ("mistakes", None),
     ("ball_misplaced", Some(MistakeKind::BallMisplaced)),
@@ -86,7 +86,7 @@ const MISTAKES: [(&str, Option<MistakeKind>); 9] = [
     ("same_ball", Some(MistakeKind::SameBall)),
 ];
 
-/// The names of quantities, and of mistakes.
+/// Returns the names of quantities, with those of mistakes.
 fn with_mistakes<Q>(
     own: impl IntoIterator<Item = (&'static str, Q)>,
     mistakes: fn(Option<MistakeKind>) -> Q,
@@ -114,24 +114,24 @@ impl TeamQuantity {
     }
 }
 
-/// What can be measured of a robot.
+/// A quantity of a robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
 pub enum RobotQuantity {
-    /// Balls that it struck.
+    /// Kicks of the robot that struck the ball.
     Kicks,
-    /// Penalties against it.
+    /// Penalties against the robot.
     Penalties,
-    /// How often it fell.
+    /// Number of falls.
     Falls,
-    /// How far it went, m.
+    /// Distance that the robot walked, m.
     PathM,
-    /// The share of the cycles, but for those of its penalties, in which it saw the ball, %.
+    /// Share of the cycles in which the robot saw the ball, except during its penalties, %.
     BallSeenPercent,
-    /// How far from where it was it believed to be, in the mean over all cycles, m.
+    /// Distance between the robot's believed and true position, mean over all cycles, m.
     PoseErrorM,
-    /// How far from where it was it believed the ball to be, in the mean over all cycles in which it believed to know, m.
+    /// Distance between the ball's believed and true position, mean over all cycles in which the robot has a belief about the ball, m.
     BallErrorM,
-    /// What it did wrong: of one kind, or of all.
+    /// Mistakes of the robot, of one kind or of all kinds.
     Mistakes(Option<MistakeKind>),
 }
 
@@ -151,7 +151,7 @@ impl RobotQuantity {
     }
 }
 
-/// How a quantity is compared.
+/// A comparison operator.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
 pub enum Comparison {
     /// `>=`.
@@ -178,7 +178,7 @@ impl Comparison {
         ("!=", Comparison::Unequal),
     ];
 
-    /// Whether `value` is to `number` as it should be.
+    /// Returns whether the comparison of `value` with `number` holds.
     pub fn holds(self, value: f64, number: f64) -> bool {
         match self {
             Comparison::AtLeast => value >= number,
@@ -191,32 +191,32 @@ impl Comparison {
     }
 }
 
-/// In how many matches something shall hold.
+/// The share of matches in which an expectation must hold.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect)]
 pub struct Frequency {
-    /// In at least so many of a hundred.
+    /// The least share of matches, %.
     pub percent: f64,
-    /// Matches to play, each with the next seed.
+    /// Number of matches to play, each with the next seed.
     pub matches: u32,
 }
 
-/// What is expected of a match: `QUANTITY OP NUMBER [within S s] [in P % of N]`.
+/// An expectation of a match: `QUANTITY OP NUMBER [within S s] [in P % of N]`.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect)]
 #[reflect(Serialize, Deserialize)]
 pub struct Expectation {
-    /// What is measured.
+    /// The quantity that is measured.
     pub quantity: Quantity,
-    /// How it is compared.
+    /// The comparison operator.
     pub comparison: Comparison,
-    /// With what.
+    /// The number that the quantity is compared with.
     pub number: f64,
-    /// Over how much of the match it is measured, s from the start; over all of it without.
+    /// The time over which the quantity is measured, s from the start. `None` for the whole match.
     pub within_s: Option<f64>,
-    /// In how many matches it shall hold; in this one without.
+    /// The share of matches in which the expectation must hold. `None` for this single match.
     pub frequency: Option<Frequency>,
 }
 
-/// A line that is no expectation.
+/// The error for a line that is no expectation.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("`{text}` is no expectation: {message}; expected {expected}")]
 pub struct NotAnExpectation {
@@ -224,11 +224,11 @@ pub struct NotAnExpectation {
     text: String,
     /// What is wrong with it.
     message: String,
-    /// What was expected instead.
+    /// What was expected.
     expected: String,
 }
 
-/// The form of an expectation, for whoever does not know it.
+/// The form of an expectation, for error messages.
 const FORM: &str = "QUANTITY OP NUMBER [within S s] [in P % of N], such as `blue.goals >= 1 within 30 s`";
 
 impl Quantity {
@@ -283,7 +283,7 @@ impl fmt::Display for Quantity {
 }
 
 impl Quantity {
-    /// Whether mistakes have to be looked for.
+    /// Returns whether the quantity needs a search for mistakes.
     pub fn is_of_mistakes(self) -> bool {
         matches!(
             self,
@@ -299,7 +299,7 @@ impl FromStr for Expectation {
         let fault =
             |(message, expected): (String, String)| NotAnExpectation { text: text.to_owned(), message, expected };
         let incomplete = |message: &str| fault((message.to_owned(), FORM.to_owned()));
-        // Signs need no blanks around them.
+        // Operators need no blanks around them.
         let mut spaced = String::with_capacity(text.len() + 8);
         let mut before = ' ';
         for letter in text.chars() {

@@ -1,4 +1,4 @@
-//! What can be wrong with the values of a scenario, field by field.
+//! Faults of the values of a scenario, each with its field.
 
 use core::fmt;
 
@@ -8,19 +8,19 @@ use super::shape::ShapeFault;
 use super::wording::{did_you_mean, in_words, one_of, quoted};
 use naoisis_sensing::sensing::camera::RenderingUnavailable;
 
-/// A value of a scenario that cannot be. Its `Debug` form is the sentence too, as `main` and tests that return it print that.
+/// A fault of a value in a scenario. `Debug` shows the sentence as well, since `main` and tests that return the fault print that form.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[error("{path}: {}", in_words(.message, .expected))]
 pub struct ScenarioFault {
-    /// The field at fault.
+    /// The faulty field.
     pub path: FieldPath,
-    /// Another field that has to do with it: where to look if `path` was left to its default.
+    /// Another field that is involved. It is the place of the error if the file does not have `path`.
     pub related: Option<FieldPath>,
     /// What is wrong.
     pub message: String,
-    /// What was expected instead.
+    /// What was expected.
     pub expected: String,
-    /// Which part of the field is at fault.
+    /// The faulty part of the field.
     pub(super) part: FieldPart,
 }
 
@@ -39,12 +39,12 @@ impl From<RenderingUnavailable> for ScenarioFault {
 }
 
 impl ScenarioFault {
-    /// Something wrong at `path`.
+    /// Creates a fault of the value at `path`.
     pub fn new(path: FieldPath, message: impl Into<String>, expected: impl Into<String>) -> Self {
         Self { path, related: None, message: message.into(), expected: expected.into(), part: FieldPart::Value }
     }
 
-    /// What is wrong with the shape of settings that scenarios have at `root`.
+    /// Returns the fault for settings of the wrong shape, which scenarios have at `root`.
     pub(super) fn of_shape(fault: &ShapeFault, root: &FieldPath) -> Self {
         let (path, error) = (fault.path().within(root), fault.error());
         let (message, expected) = error.words(path.last_part().as_deref());
@@ -52,18 +52,18 @@ impl ScenarioFault {
         if error.is_about_key() { fault.at_key() } else { fault }
     }
 
-    /// The fault of a field's name, rather than of its value.
+    /// Makes this a fault of the field's name instead of its value.
     #[must_use]
     pub fn at_key(self) -> Self {
         Self { part: FieldPart::Key, ..self }
     }
 
-    /// What is wrong and what was expected, without the field.
+    /// Describes what is wrong and what was expected, without the field.
     pub fn in_words(&self) -> String {
         in_words(&self.message, &self.expected)
     }
 
-    /// The fault with another field that has to do with it.
+    /// Sets another field that is involved.
     #[must_use]
     pub fn related_to(mut self, path: FieldPath) -> Self {
         self.related = Some(path);
@@ -71,7 +71,7 @@ impl ScenarioFault {
     }
 }
 
-/// The fault of a name in a file that names nothing which the program has.
+/// Returns the fault of a name that the program does not have.
 pub fn unknown_name<'a>(
     path: &FieldPath,
     what: &str,

@@ -1,4 +1,4 @@
-//! The old word `fidelity` of files: what it stands for becomes `source`, `noise` and so on of the sensors.
+//! The deprecated field `fidelity` of files, which is translated to `source`, `noise` and other settings of the sensors.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -13,11 +13,11 @@ use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::sonar::SonarSettings;
 use naoisis_sensing::sensing::vision::VisionSettings;
 
-/// The field of files.
+/// Name of the field in files.
 pub(super) const FIELD: &str = "fidelity";
 
-/// Replaces the `fidelity` of a scenario, its teams and its robots, whose presets are filled in, by the settings of sensors that it
-/// stands for. A wrong one is taken out, and becomes a fault.
+/// Replaces the `fidelity` of a scenario, its teams and its robots by the corresponding settings of the sensors. Presets must be filled in
+/// before. Invalid values are removed and become faults.
 pub(super) fn translate(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) {
     let path = FieldPath::default();
     let of_all = take(root, &path, faults);
@@ -45,7 +45,7 @@ fn owned((name, value): (&String, &Value)) -> (String, Value) {
     (name.clone(), value.clone())
 }
 
-/// Takes out what an object says, or nothing if it says nothing or nothing sound.
+/// Removes the fidelity of an object and returns it. Returns the default if it is missing or invalid; an invalid one becomes a fault.
 fn take(holder: &mut Map<String, Value>, path: &FieldPath, faults: &mut Vec<ScenarioFault>) -> FidelitySettings {
     let Some(value) = holder.remove(FIELD) else { return FidelitySettings::default() };
     shape::read(&value).unwrap_or_else(|fault| {
@@ -54,7 +54,7 @@ fn take(holder: &mut Map<String, Value>, path: &FieldPath, faults: &mut Vec<Scen
     })
 }
 
-/// Changes the sensors of an object that says `own`: those that it has, and those that it changes of the `common` ones.
+/// Applies the fidelity `own` of an object to its own sensor settings, and to changed copies of the `common` ones.
 fn translate_sensors(
     holder: &mut Map<String, Value>,
     own: FidelitySettings,
@@ -74,13 +74,13 @@ fn translate_sensor<Sensor: SensorFidelity + DeserializeOwned + Serialize>(
     common: &Map<String, Value>,
 ) {
     let Some(fidelity) = own.or(of_all) else { return };
-    // What has nothing of its own has what all have.
+    // An object without own settings of the sensor uses the common ones.
     if own.is_none() && !holder.contains_key(name) {
         return;
     }
     let nothing = Value::Object(Map::new());
     let settings = holder.get(name).or_else(|| common.get(name)).unwrap_or(&nothing);
-    // Settings of the wrong shape are told when the types are read.
+    // Settings of the wrong shape are reported when the types are read.
     let Ok(sensor) = shape::read::<Sensor>(settings) else { return };
     if let Ok(value) = serde_json::to_value(sensor.with_fidelity(fidelity)) {
         holder.insert(name.to_owned(), value);

@@ -1,22 +1,22 @@
-//! Places in a scenario, such as `robots[1].pose`.
+//! Paths of fields in a scenario, such as `robots[1].pose`.
 
 use core::fmt;
 
-/// A step into a scenario.
+/// A step of a path.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Segment {
-    /// Into a field of an object.
+    /// A field of an object.
     Field(String),
-    /// Into an element of a list, from 0.
+    /// An element of a list, from 0.
     Index(usize),
 }
 
-/// A place in a scenario, as files spell it: `robots[1].pose`, or `robots.1.pose`. The empty path is the whole scenario.
+/// The path of a field in a scenario, as files spell it: `robots[1].pose` or `robots.1.pose`. The empty path is the whole scenario.
 #[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
 pub struct FieldPath(Vec<Segment>);
 
 impl FieldPath {
-    /// The place of this spelling, which is not the whole scenario; none if it is not one.
+    /// Parses a path that is not empty. Returns `None` if the text is no path.
     pub(super) fn parse(text: &str) -> Option<FieldPath> {
         let is_index = |index: &str| !index.is_empty() && index.bytes().all(|byte| byte.is_ascii_digit());
         let is_step = |step: &str| {
@@ -28,7 +28,7 @@ impl FieldPath {
         text.split('.').all(is_step).then(|| FieldPath::from(text))
     }
 
-    /// The place of a field within this one. The name may itself be a path, such as `goal.width_m`.
+    /// Returns the path of a field in this one. `name` may itself be a path, such as `goal.width_m`.
     #[must_use]
     pub fn field(&self, name: &str) -> FieldPath {
         let mut path = self.clone();
@@ -36,7 +36,7 @@ impl FieldPath {
         path
     }
 
-    /// The place of a field of this very name within this one.
+    /// Returns the path of a field in this one. `name` is not split into steps.
     #[must_use]
     pub fn key(&self, name: &str) -> FieldPath {
         let mut path = self.clone();
@@ -44,13 +44,13 @@ impl FieldPath {
         path
     }
 
-    /// This place, when the whole is what is at `outer`.
+    /// Returns this path with `outer` in front of it.
     #[must_use]
     pub fn within(self, outer: &FieldPath) -> FieldPath {
         FieldPath(outer.0.iter().cloned().chain(self.0).collect())
     }
 
-    /// The place of a list's element within this one, from 0.
+    /// Returns the path of a list's element in this one, from 0.
     #[must_use]
     pub fn index(&self, index: usize) -> FieldPath {
         let mut path = self.clone();
@@ -58,12 +58,12 @@ impl FieldPath {
         path
     }
 
-    /// The steps from the whole scenario to this place.
+    /// Returns the steps from the whole scenario to this field.
     pub fn segments(&self) -> &[Segment] {
         &self.0
     }
 
-    /// The name of the last step, if it is a field.
+    /// Returns the name of the last step, if it is a field.
     pub(super) fn last_field(&self) -> Option<&str> {
         match self.0.last()? {
             Segment::Field(name) => Some(name),
@@ -71,7 +71,7 @@ impl FieldPath {
         }
     }
 
-    /// The name of the last field, whatever element of it is meant.
+    /// Returns the name of the last field, without an index.
     pub(super) fn last_name(&self) -> Option<&str> {
         self.0.iter().rev().find_map(|segment| match segment {
             Segment::Field(name) => Some(name.as_str()),
@@ -79,15 +79,15 @@ impl FieldPath {
         })
     }
 
-    /// The last field and what of it is meant, such as `pose[1]`; none for the whole scenario.
+    /// Returns the last field with its index, such as `pose[1]`. Returns `None` for the whole scenario.
     pub(super) fn last_part(&self) -> Option<String> {
         let field = self.0.iter().rposition(|segment| matches!(segment, Segment::Field(_)))?;
         Some(self.without_first(field).to_string())
     }
 
-    /// The same as errors call it: with the field that it is in where many have one of this name, such as `torso.z_m[1]`.
+    /// Returns the name for error messages: like the last part, but with its parent if many fields have this name, such as `torso.z_m[1]`.
     pub(super) fn name(&self) -> String {
-        /// Measures of boxes, of which a robot has several.
+        /// Measures of boxes. A robot has several boxes.
         const OF_BOXES: [&str; 5] = ["x_m", "y_m", "z_m", "half_width_m", "half_size_m"];
         let Some(field) = self.0.iter().rposition(|segment| matches!(segment, Segment::Field(_))) else {
             return "the value".to_owned();
@@ -97,17 +97,17 @@ impl FieldPath {
         self.without_first(if is_of_box && is_in_field { field - 1 } else { field }).to_string()
     }
 
-    /// Whether it is `other`, or a place in it.
+    /// Returns whether the path is `other`, or leads into it.
     pub(super) fn starts_with(&self, other: &FieldPath) -> bool {
         self.0.starts_with(&other.0)
     }
 
-    /// Its first `count` steps.
+    /// Returns the first `count` steps.
     pub(super) fn first(&self, count: usize) -> FieldPath {
         FieldPath(self.0.iter().take(count).cloned().collect())
     }
 
-    /// The path without its first `count` steps.
+    /// Returns the path without its first `count` steps.
     pub(super) fn without_first(&self, count: usize) -> FieldPath {
         FieldPath(self.0.iter().skip(count).cloned().collect())
     }

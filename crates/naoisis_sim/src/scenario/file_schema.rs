@@ -1,4 +1,4 @@
-//! JSON Schema of the files, derived from their types, so that editors complete and check them.
+//! Derives the JSON Schema of the files from their types, so that editors can complete and check them.
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -29,10 +29,10 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// All kinds.
+    /// All kinds of files.
     pub const ALL: [FileKind; 4] = [FileKind::Scenario, FileKind::Robot, FileKind::League, FileKind::Rules];
 
-    /// The name of the kind.
+    /// Returns the name of the kind.
     pub fn name(self) -> &'static str {
         match self {
             FileKind::Scenario => "scenario",
@@ -42,7 +42,8 @@ impl FileKind {
         }
     }
 
-    /// The JSON Schema (draft 7, which editors know best) of files of this kind, with the ranges that are checked when a file is read.
+    /// Returns the JSON Schema (draft 7, which most editors support) of files of this kind, with the ranges that are checked when a file is
+    /// read.
     pub fn schema(self) -> Value {
         let mut schema = match self {
             FileKind::Rules => schema_of::<Rules>(),
@@ -58,7 +59,7 @@ impl FileKind {
         schema
     }
 
-    /// The fields of a file that is no scenario but has the settings of one.
+    /// Returns the fields of a robot or league file, which contains settings of a scenario. Returns `None` for other files.
     fn fields(self, scenario: &Value) -> Option<Value> {
         let fields = scenario.get("properties")?;
         let of_model = || model_fields(fields);
@@ -93,7 +94,7 @@ fn schema_of<T: JsonSchema>() -> Value {
 
 const DRAFT: &str = "http://json-schema.org/draft-07/schema#";
 
-/// The schema of scenarios, as files say them: with names of presets, and only the fields that differ from something else.
+/// Returns the schema of scenario files: presets can be names, and all fields are optional.
 fn scenario_schema() -> Value {
     let mut schema = schema_of::<ScenarioForm>();
     let names = |presets: &[Preset]| presets.iter().map(|preset| preset.name).collect::<Vec<_>>();
@@ -129,7 +130,7 @@ fn scenario_schema() -> Value {
     schema
 }
 
-/// The fields of a model's settings, among those of a scenario.
+/// Returns the fields of a scenario that a model's settings can have.
 fn model_fields(scenario: &Value) -> Map<String, Value> {
     let field = |name: &&str| Some(((*name).to_owned(), scenario.get(*name)?.clone()));
     RobotSettings::OF_MODEL.iter().filter_map(field).collect()
@@ -140,17 +141,17 @@ fn with_ball(mut fields: Map<String, Value>, scenario: &Value) -> Map<String, Va
     fields
 }
 
-/// Leaves out which fields an object must have, as files say only what differs, and writes numbers of single precision with as few
-/// digits as they have.
+/// Removes the lists of required fields, as files have only what differs from the defaults, and shortens numbers to the digits of single
+/// precision.
 fn tidy(schema: &mut Value) {
     match schema {
         Value::Object(fields) => {
-            // A variant is an object with the one field of its name.
+            // A variant is an object with one field, which stays required.
             if fields.get("properties").and_then(Value::as_object).is_some_and(|fields| fields.len() > 1) {
                 fields.remove("required");
             }
             fields.remove("format");
-            // Those of its fields are told with them.
+            // The defaults of an object are given with its fields.
             if fields.get("default").is_some_and(Value::is_object) {
                 fields.remove("default");
             }
@@ -167,7 +168,7 @@ fn tidy(schema: &mut Value) {
     }
 }
 
-/// Leaves out the definitions that nothing refers to.
+/// Removes unused definitions.
 fn leave_out_unused(schema: &mut Value) {
     let Some(Value::Object(mut definitions)) = schema.get_mut("definitions").map(Value::take) else { return };
     let mut used = Map::new();
@@ -182,7 +183,7 @@ fn leave_out_unused(schema: &mut Value) {
     schema["definitions"] = used.into();
 }
 
-/// The definitions to which a schema refers.
+/// Collects the definitions that a schema refers to.
 fn references(schema: &Value, found: &mut Vec<String>) {
     match schema {
         Value::Object(fields) => {

@@ -1,11 +1,11 @@
-//! Files of other simulators: what they are, and games of the virtual humanoid league on Webots as scenarios.
+//! Files of other simulators: recognises their formats, and converts games of the virtual humanoid league on Webots to scenarios.
 
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
 use super::bytes::read_bytes;
 
-/// What a file is that naoisis cannot read, by its first bytes: such as `a log of rcssserver`. `None` for files that may be its own.
+/// Describes a file that naoisis cannot read, by its first bytes, such as `a log of rcssserver`. Returns `None` for all other files.
 pub fn foreign_file(start: &[u8]) -> Option<&'static str> {
     const KINDS: [(&[u8], &str); 11] = [
         (b"ULG", "a log of rcssserver, of the 2D simulation league"),
@@ -25,13 +25,13 @@ pub fn foreign_file(start: &[u8]) -> Option<&'static str> {
     KINDS.iter().find(|(mark, _)| start.starts_with(mark) || text.starts_with(mark)).map(|(_, kind)| *kind)
 }
 
-/// A game of the virtual humanoid league on Webots (`game.json`) as a scenario; `None` for other values.
+/// Converts a game of the virtual humanoid league on Webots (`game.json`) to a scenario. Returns `None` for other values.
 ///
-/// Red plays as pink. Teams are built-in ones: programs of that league do not speak with naoisis. Seed, size of robots and of teams are
-/// the file's.
+/// The red team plays as pink. The teams are built-in ones, because programs of that league do not use naoisis' protocol. The seed, the
+/// size of the robots and the size of the teams are those of the file.
 ///
 /// # Errors
-/// What is wrong with the game, and what was expected.
+/// The fault of the game, and what was expected.
 pub(super) fn webots_game(value: &Value, path: &Path) -> Option<Result<Value, (String, String)>> {
     let fields = value.as_object()?;
     let is_game = ["red", "blue"].iter().all(|team| fields.get(*team).is_some_and(Value::is_object))
@@ -84,7 +84,7 @@ fn scenario_of_game(game: &Map<String, Value>, path: &Path) -> Result<Value, (St
     Ok(scenario)
 }
 
-/// The values of the file of a team; `None` where it cannot be read.
+/// Returns the values of a team's file. Returns `None` if it cannot be read.
 fn team_file(path: &Path) -> Option<Value> {
     serde_json::from_slice(&read_bytes(path).ok()?).ok()
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 use std::path::Path;
 
-/// The two spellings of a scenario.
+/// The format of a scenario file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Format {
@@ -14,7 +14,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format that a file's name tells.
+    /// Returns the format for the extension of a file name.
     pub fn of_path(path: &Path) -> Option<Format> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         match extension.as_str() {

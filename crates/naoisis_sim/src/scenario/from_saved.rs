@@ -1,8 +1,8 @@
-//! The saved match that a scenario goes on from: its [`from`](super::Scenario::from).
+//! Scenarios that continue a saved match: the field [`from`](super::Scenario::from).
 //!
-//! A file names the saved match, which lies beside it: `{ "from": "lost_ball.naoisis", "expect": [...] }`. What the file does not say
-//! is as it was in that match. Read, the scenario has the whole match in it, packed, so that traces and other programs need no
-//! other file.
+//! A file names the saved match, relative to its own folder: `{ "from": "lost_ball.naoisis", "expect": [...] }`. Values that the file does
+//! not have are those of the match. After reading, the scenario contains the whole match in packed form, so that traces and other programs
+//! need no other file.
 
 use bevy::prelude::*;
 use bevy::reflect::TypeRegistry;
@@ -24,22 +24,22 @@ use super::types::Scenario;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::read_file::read_file;
 
-/// The scenario's field.
+/// Name of the scenario's field.
 const FIELD: &str = "from";
 
 impl SavedMatch {
-    /// The match of a file's bytes.
+    /// Reads a saved match from the bytes of its file.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// The fault of the bytes.
     pub fn of_bytes(bytes: &[u8]) -> Result<SavedMatch, SavedMatchError> {
         SavedMatch::pack(Head::read(bytes)?.clock.cycle, bytes)
     }
 
-    /// The scenario of the match, as a file would have it that says nothing else.
+    /// Returns the scenario of the match, as read from a file without other fields.
     ///
     /// # Errors
-    /// When it was damaged since.
+    /// If the saved match is damaged.
     pub fn scenario(&self) -> Result<Scenario, SavedMatchError> {
         let scenario = Scenario { from: None, ..Head::read(&self.bytes()?)?.scenario };
         let text = scenario.resolved_json().map_err(|error| SavedMatchError::Content(error.to_string()))?;
@@ -48,7 +48,7 @@ impl SavedMatch {
     }
 }
 
-/// What is to be known of a saved match without its robots.
+/// The parts of a saved match that are read before its robots.
 struct Head {
     scenario: Scenario,
     clock: CycleClock,
@@ -76,15 +76,15 @@ impl Head {
     }
 }
 
-/// The value of this type.
+/// Returns the first value of this type.
 fn value_of<T: Reflect + Clone>(values: &[Box<dyn Reflect>]) -> Option<T> {
     values.iter().find_map(|value| value.as_any().downcast_ref()).cloned()
 }
 
-/// Fills in what a file leaves to the saved match that it names, if it names one. The match lies beside the file.
+/// Fills in the values of the saved match that a file names, if there is one. The path of the match is relative to the file.
 ///
 /// # Errors
-/// What is wrong with the saved match.
+/// The fault of the saved match.
 pub(super) fn fill_in(source: &ScenarioSource, root: &mut Value) -> Result<(), ScenarioFault> {
     let Some(from) = root.get(FIELD).filter(|from| !from.is_null()) else { return Ok(()) };
     let fault = |message: String, expected: &str| Err(ScenarioFault::new(FieldPath::from(FIELD), message, expected));
@@ -121,7 +121,7 @@ pub(super) fn fill_in(source: &ScenarioSource, root: &mut Value) -> Result<(), S
         Ok(_) => Map::new(),
         Err(message) => return fault(format!("{name} is no saved match: {message}"), "a match as it was saved"),
     };
-    // How long it lasts and what is expected of it is the file's own.
+    // The duration and the expectations are those of the file alone.
     for own in ["duration_s", "expect"] {
         base.remove(own);
     }
@@ -135,7 +135,7 @@ pub(super) fn fill_in(source: &ScenarioSource, root: &mut Value) -> Result<(), S
     Ok(())
 }
 
-/// A word for a team is its name: its robots keep what they have of their own.
+/// Treats a word for a team as its name, so that its robots keep their own settings.
 fn lay_over_teams(base: &mut Map<String, Value>, file: &mut Map<String, Value>) {
     let (Some(Value::Object(base)), Some(Value::Object(file))) = (base.get_mut("teams"), file.get_mut("teams")) else {
         return;
@@ -150,7 +150,7 @@ fn lay_over_teams(base: &mut Map<String, Value>, file: &mut Map<String, Value>) 
     }
 }
 
-/// Robots that the file names are laid over those of the match, whatever their order.
+/// Lays the robots of the file over those of the match with the same team and number.
 fn lay_over_robots(base: &mut Map<String, Value>, file: &mut Map<String, Value>) {
     let Some(Value::Array(of_file)) = file.get("robots") else { return };
     let Some(Value::Array(of_match)) = base.get_mut("robots") else { return };
@@ -159,12 +159,12 @@ fn lay_over_robots(base: &mut Map<String, Value>, file: &mut Map<String, Value>)
         robot.get("number").and_then(Value::as_u64).map(|number| (team, number))
     };
     let place = |robot: &Value| of_match.iter().position(|other| id(robot).is_some() && id(other) == id(robot));
-    // What is nobody's, or one's that is not there, is seen for what it is when the match begins.
+    // Robots without a number, or that are not in the match, become faults when the match starts.
     let Some(places) = of_file.iter().map(place).collect::<Option<Vec<usize>>>() else { return };
     let Some(Value::Array(of_file)) = file.remove("robots") else { return };
     for (place, own) in places.into_iter().zip(of_file) {
         if let (Some(behaviour), Some(fields)) = (own.get("behaviour").cloned(), of_match[place].as_object_mut()) {
-            // Another behaviour takes the place of the whole one.
+            // A new behaviour replaces the old one as a whole.
             fields.insert("behaviour".to_owned(), behaviour);
         }
         lay_over(&mut of_match[place], own, "");

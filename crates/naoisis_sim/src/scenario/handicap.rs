@@ -1,11 +1,11 @@
-//! Teams that are weaker than their behaviour: slower, less steady, and with poorer eyes.
+//! Handicaps: teams that are slower, fall more often and see less than their settings say.
 
 use super::robot_settings::RobotSettings;
 use naoisis_sensing::sensing::vision::ClassNoise;
 
 impl RobotSettings {
-    /// The settings of a robot with a `handicap` between 0 (none) and 0.9: it walks and turns slower by this share, falls and fails to get
-    /// up more often by the factor 1 / (1 - `handicap`), and detects the share 1 - `handicap` of what it would detect.
+    /// Returns the settings of a robot with a `handicap` between 0 (none) and 0.9. Walking and turning are slower by this share, falls and
+    /// failures to get up are more frequent by the factor 1 / (1 - `handicap`), and the share 1 - `handicap` of all detections is left.
     #[must_use]
     pub(super) fn with_handicap(mut self, handicap: f32) -> RobotSettings {
         if handicap <= 0.0 {
@@ -68,9 +68,9 @@ mod tests {
         assert_abs_diff_eq!(blue.falls.falls_per_min, pink.falls.falls_per_min / 0.75, epsilon = 1e-4);
         let [few, many] = [&blue, &pink].map(|settings| 1.0 - settings.vision.noise.ball.miss_probability);
         assert_abs_diff_eq!(few, 0.75 * many, epsilon = 1e-6);
-        // Tables say so.
+        // The realism of the scenario mentions handicaps.
         assert!(scenario.realism_in_words().ends_with("but for handicaps"), "{}", scenario.realism_in_words());
-        // It is written as it was read, and is none by default.
+        // The handicap is written as it was read, and the default is left out.
         let written = serde_json::to_string(&scenario).unwrap();
         assert!(written.contains(r#""handicap":0.25"#), "{written}");
         assert_eq!(Scenario::from_json(&written).unwrap(), scenario);

@@ -1,5 +1,5 @@
-//! Models that are written where they are used: `model: (preset: "booster_k1", body: (height_m: 0.9))` is the same as the preset's
-//! name, and the rest beside it.
+//! Inline models: `model: (preset: "booster_k1", body: (height_m: 0.9))` is the same as the preset's name as model, with the other settings
+//! beside it.
 
 use serde_json::{Map, Value};
 
@@ -11,7 +11,8 @@ use super::models::expected_model;
 use super::wording::{did_you_mean, one_of, quoted};
 use naoisis_core::team::Team;
 
-/// Takes apart the models that are objects: of the scenario, of teams, and of robots. `settings` are those that a model has.
+/// Splits inline models of the scenario, of teams, and of robots into a name and settings. `settings` are the names of the settings that a
+/// model has.
 pub(super) fn take_apart(root: &mut Map<String, Value>, settings: &[&str], faults: &mut Vec<ScenarioFault>) {
     let path = FieldPath::default();
     if let Some(Value::Object(model)) = root.get_mut("model") {
@@ -31,7 +32,7 @@ pub(super) fn take_apart(root: &mut Map<String, Value>, settings: &[&str], fault
     }
 }
 
-/// Takes apart the model of one object.
+/// Splits the inline model of one object.
 fn take_apart_of(
     holder: &mut Map<String, Value>,
     path: &FieldPath,

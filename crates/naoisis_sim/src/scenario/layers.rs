@@ -1,4 +1,4 @@
-//! Settings laid over others: field by field.
+//! Lays settings over others, field by field.
 
 use serde_json::Value;
 
@@ -6,21 +6,21 @@ use super::field_path::{FieldPath, Segment};
 use naoisis_core::kick_geometry::KickType;
 use naoisis_core::robot::look::Look;
 
-/// Fields whose value is a choice with contents, as object and field: another choice replaces it as a whole.
+/// Fields whose value is a choice with contents, as object and field. Another choice replaces the whole value.
 const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
 
-/// What all kicks of a robot have in common. `extension_s` is none of it: traces that are older than it say all, too.
+/// Settings that all kicks of a robot share. `extension_s` is not among them, because older traces do not have it.
 const COMMON_TO_KICKS: [&str; 5] =
     ["wrong_side_speed_factor", "wind_up_s", "recovery_s", "direction_sd_deg", "speed_sd"];
 
-/// Whether kicks say all that kicks have, as the header of a trace does. They are no changes of a model's, then: a robot that has none of
-/// the model's own gets none.
+/// Returns whether `kicks` is complete, as in the header of a trace. A complete value is not laid over a model's kicks, so that it does not
+/// get the model's custom kicks.
 fn says_all_of_kicks(kicks: &Value) -> bool {
     let says_region = |kick: KickType| kicks.get(kick.name()).is_some_and(|kick| kick.get("region").is_some());
     COMMON_TO_KICKS.iter().all(|field| kicks.get(field).is_some()) && KickType::ALL.into_iter().all(says_region)
 }
 
-/// The field of an object for which a word stands that is there in its place: `rules: "spl2010"` is `rules: (preset: "spl2010")`.
+/// Returns the field that a word stands for if it is in place of an object: `rules: "spl2010"` is `rules: (preset: "spl2010")`.
 pub fn field_of_word(path: &FieldPath) -> &'static str {
     match path.segments() {
         [Segment::Field(realism)] if realism == "realism" => "all",
@@ -29,12 +29,12 @@ pub fn field_of_word(path: &FieldPath) -> &'static str {
     }
 }
 
-/// Lays `own` over `base`: objects field by field, everything else as a whole. `field` is the name of both.
+/// Lays `own` over `base`: objects field by field, other values as a whole. `field` is the name of both.
 pub fn lay_over(base: &mut Value, own: Value, field: &str) {
     match (base, own) {
         (base, own) if field == "kicks" && says_all_of_kicks(&own) => *base = own,
         (base @ Value::String(_), own @ Value::Object(_)) if field == "look" => {
-            // The fields for which the word stands.
+            // Replace the word by its fields.
             let look = base.as_str().and_then(Look::named).unwrap_or_default();
             *base = serde_json::to_value(look.fields()).unwrap_or_default();
             lay_over(base, own, field);

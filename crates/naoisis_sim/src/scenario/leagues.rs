@@ -1,4 +1,4 @@
-//! Leagues: which field, ball, rules, robots and realism belong together, as files in RON that are embedded in the program.
+//! Leagues: field, ball, rules, robots and realism that belong together, in RON files that are embedded in the program.
 
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -25,33 +25,33 @@ pub const LEAGUES: &[Preset] = presets![
     "spl2025"
 ];
 
-/// What is played with, and how, in a league of a year.
+/// A league of one year: its equipment and its rules.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct League {
-    /// Its name.
+    /// Name of the league.
     pub name: String,
-    /// What it is, in a sentence.
+    /// Description, one sentence.
     pub description: String,
-    /// A scenario's settings, which hold where a scenario of the league says nothing itself. Presets in it are names.
+    /// Settings of a scenario, which apply if a scenario of the league does not have its own. Presets are given by name.
     pub settings: Map<String, Value>,
-    /// Where each of them is from, by its path.
+    /// The source of each setting, by its path.
     pub sources: BTreeMap<String, String>,
 }
 
 impl League {
-    /// The league of this name among the [`LEAGUES`].
+    /// Returns the league with this name among the [`LEAGUES`].
     pub fn named(name: &str) -> Option<League> {
         let preset = LEAGUES.iter().find(|preset| preset.name == name)?;
-        // A test reads every embedded file.
+        // A test reads all embedded files.
         shape::read(&preset.value()).ok()
     }
 }
 
-/// Gives a scenario the settings of its league where it says nothing itself: of an object only the fields that it lacks.
+/// Adds the settings of a scenario's league where the scenario has none. Of objects, only missing fields are added.
 ///
-/// A league that there is not is taken out, and becomes a fault.
+/// An unknown league is removed and becomes a fault.
 pub(super) fn lay_under(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) {
     let Some(name) = root.get("league").filter(|name| !name.is_null()) else { return };
     let Some(league) = name.as_str().and_then(League::named) else {
@@ -70,7 +70,7 @@ pub(super) fn lay_under(root: &mut Map<String, Value>, faults: &mut Vec<Scenario
     }
 }
 
-/// Gives an object the fields that it lacks; where the league names a preset, the object has changes of that.
+/// Adds the missing fields to an object. If the league names a preset, the object's own fields are changes of that preset.
 fn lay_under_object(own: &mut Map<String, Value>, league: Value, field: &str) {
     let key = field_of_word(&FieldPath::from(field));
     if own.contains_key(key) {
@@ -85,7 +85,7 @@ fn lay_under_object(own: &mut Map<String, Value>, league: Value, field: &str) {
     }
 }
 
-/// What is wrong with what is no league's name.
+/// Returns the fault of a value that is no league's name.
 fn no_league(name: &Value) -> ScenarioFault {
     let names: Vec<&str> = LEAGUES.iter().map(|preset| preset.name).collect();
     let message = match name.as_str() {
@@ -161,13 +161,13 @@ mod tests {
             (own.settings.cameras.width, own.settings.cameras.diagonal_fov),
             (640, league.settings.cameras.diagonal_fov)
         );
-        // What names a preset of its own has nothing of the league's.
+        // A preset in the scenario replaces that of the league as a whole.
         let other = read(
             json!({ "league": "spl2025", "rules": { "preset": "naoisis" }, "ball": "naoisis", "realism": "paper" }),
         );
         assert_eq!((other.rules.team_size, other.ball), (3, Some(BallSpec::default())));
         assert_eq!(read(json!({ "league": "spl2025", "ball": null })).ball, None);
-        // And what is written out says it all itself.
+        // A scenario that is written out in full needs no league.
         let written = own.resolved_json().unwrap();
         assert_eq!(Scenario::from_json(&written).unwrap(), own);
     }

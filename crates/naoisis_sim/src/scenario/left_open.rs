@@ -1,4 +1,4 @@
-//! What the file of a model leaves open: which errors of a real robot it does not give, and which measures are another robot's.
+//! Lists what the file of a model leaves open: errors of the real robot that it does not give, and measures taken over from the NAO.
 
 use serde_json::{Map, Value};
 
@@ -8,13 +8,13 @@ use super::robot_settings::RobotSettings;
 use super::types::Scenario;
 use naoisis_core::kick_geometry::KickType;
 
-/// The parts in which a robot that is no NAO has measures that it must say.
+/// Returns the settings with measures, which the model of a robot other than the NAO must give.
 fn measured() -> impl Iterator<Item = &'static str> {
     RobotSettings::EXACT.iter().copied().chain(["motion"])
 }
 
 impl RobotModel {
-    /// Whether what is at a place is a measure of the NAO's, as the file does not say it.
+    /// Returns whether the value at a place is a measure of the NAO, because the file does not have it.
     pub(super) fn is_of_nao(&self, place: &FieldPath) -> bool {
         let fields = place.segments().iter().map_while(|segment| match segment {
             Segment::Field(name) => Some(name.as_str()),
@@ -24,8 +24,8 @@ impl RobotModel {
         fields.first().is_some_and(|part| measured().any(|measured| measured == *part)) && !self.says(&fields.join("."))
     }
 
-    /// Where the file does not say how the robot errs, so that even a `realistic` match has the paper's there: paths of settings, such as
-    /// `motion.gait`. What the robot does not have at all is none of them.
+    /// Returns the paths of settings, such as `motion.gait`, for which the file gives no errors of the robot. Even a `realistic` match uses
+    /// the paper's errors there. Parts that the robot does not have are left out.
     pub fn without_errors(&self) -> Vec<String> {
         let settings = self.all_settings();
         let lacks = |part: &str| match part {
@@ -42,8 +42,8 @@ impl RobotModel {
             .collect()
     }
 
-    /// The measures that a robot with a trunk of its own has of the NAO, as its file does not say them: paths of settings, such as
-    /// `body.base`. A file without a trunk is of a NAO with changes, and has none of them.
+    /// Returns the paths of measures, such as `body.base`, that a robot with its own trunk takes over from the NAO, because its file does
+    /// not have them. Empty for a file without a trunk, which describes a NAO with changes.
     pub fn measures_of_nao(&self) -> Vec<String> {
         if !has_a_trunk_of_its_own(&self.settings) {
             return Vec::new();
@@ -51,10 +51,10 @@ impl RobotModel {
         let own = self.all_settings();
         let nao = RobotModel::named(&Scenario::default().model).unwrap_or_else(|| self.clone()).settings;
         let mut paths = Vec::new();
-        // A calibration has the field of view.
+        // A calibration includes the field of view.
         let is_calibrated = own.get("cameras").is_some_and(|cameras| cameras.get("intrinsics").is_some());
         for part in measured() {
-            // Of a robot without cameras it is no matter how large their images are.
+            // The size of images does not matter for a robot without cameras.
             if part == "cameras" && has_no_cameras(&own) {
                 continue;
             }
@@ -67,13 +67,13 @@ impl RobotModel {
     }
 }
 
-/// Whether settings are of a robot without cameras.
+/// Returns whether settings are of a robot without cameras.
 fn has_no_cameras(settings: &Map<String, Value>) -> bool {
     let mounts = settings.get("cameras").and_then(|cameras| cameras.get("mounts"));
     mounts.and_then(Value::as_array).is_some_and(Vec::is_empty)
 }
 
-/// Whether settings are of a robot whose kicks all have no reach.
+/// Returns whether settings are of a robot whose kicks all have no reach.
 fn has_no_kicks(settings: &Map<String, Value>) -> bool {
     let kick = |name: &str| settings.get("kicks")?.get(name);
     let has_no_reach =
@@ -83,16 +83,16 @@ fn has_no_kicks(settings: &Map<String, Value>) -> bool {
         && own.is_none_or(|own| own.values().all(has_no_reach))
 }
 
-/// Whether a part, or something in it, has one of these fields.
+/// Returns whether a value, or a value in it, has one of these fields.
 fn says_any(part: &Value, fields: &[&str]) -> bool {
     let Value::Object(part) = part else { return false };
     part.iter().any(|(name, value)| (fields.contains(&name.as_str()) && !value.is_null()) || says_any(value, fields))
 }
 
-/// The paths of what is there and not among a robot's own: of a group that it says nothing of the group.
+/// Collects the paths of values that are not among a robot's own. If a whole group is missing, only its path is collected.
 fn collect_missing(path: &str, there: &Value, own: Option<&Value>, paths: &mut Vec<String>) {
     match (there, own) {
-        // What a robot looks like is no measure.
+        // The looks of a robot are not measures.
         _ if path == "body.look" => {}
         (Value::Object(there), Some(Value::Object(own))) => {
             for (name, value) in there {
@@ -110,7 +110,7 @@ mod tests {
     use crate::scenario::MODELS;
     use serde_json::json;
 
-    /// The model of a robot with these settings.
+    /// Returns the model of a robot with these settings.
     fn model(settings: Value, realistic: Value) -> RobotModel {
         let value =
             json!({ "name": "own", "description": "", "settings": settings, "realistic": realistic, "sources": {} });

@@ -5,11 +5,11 @@ use super::format::Format;
 /// A scenario that is embedded in the program.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LibraryScenario {
-    /// The name by which commands find it: the file's, without extension.
+    /// The name for commands: the file name without extension.
     pub name: &'static str,
-    /// How the text is written.
+    /// The format of the text.
     pub format: Format,
-    /// The file's text.
+    /// The text of the file.
     pub text: &'static str,
 }
 
@@ -61,7 +61,7 @@ mod tests {
     use crate::scenario::ScenarioFile;
     use std::path::Path;
 
-    /// The names of the files in a folder of `assets`, sorted.
+    /// Returns the names of the files in a folder of `assets`, sorted.
     fn files_in(folder: &str) -> Vec<String> {
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/", env!("NAOISIS_ASSETS"))).join(folder);
         let mut names: Vec<String> =

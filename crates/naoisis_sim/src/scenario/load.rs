@@ -1,4 +1,4 @@
-//! Loading scenarios: from files, from the embedded library, from text.
+//! Loads scenarios from files, from the embedded library, and from text.
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -25,38 +25,38 @@ use super::wording::did_you_mean;
 use crate::scenario::Scenario;
 
 impl ScenarioFile {
-    /// The most errors that are told of one file.
+    /// Number of errors that are reported for a file, at most.
     pub const MOST_ERRORS: usize = MOST_FAULTS;
 
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// What is wrong with the file, and where: the first of all that is.
+    /// The first fault of the file, and where it is.
     pub fn load(path: impl AsRef<Path>) -> Result<ScenarioFile, ScenarioError> {
         Text::load(path.as_ref()).and_then(Text::scenario)
     }
 
-    /// The built-in scenario of this name.
+    /// Returns the built-in scenario with this name.
     ///
     /// # Errors
-    /// When there is none.
+    /// If there is no such scenario.
     pub fn named(name: &str) -> Result<ScenarioFile, ScenarioError> {
         Text::named(name).and_then(Text::scenario)
     }
 
-    /// What a command line means: the name of a built-in scenario, or the path of a file.
+    /// Finds a scenario for the command line: by the name of a built-in one, or by the path of a file.
     ///
     /// # Errors
-    /// When there is neither, or the file is wrong.
+    /// If there is neither, or the file is faulty.
     pub fn find(path_or_name: &str) -> Result<ScenarioFile, ScenarioError> {
         Text::find(path_or_name).and_then(Text::scenario)
     }
 
-    /// As [`ScenarioFile::find`], to the end of the file whatever is wrong with it. `names` finds what only the program knows
-    /// to be wrong with a scenario: names that nobody has registered.
+    /// Does the same as [`ScenarioFile::find`], but reports all errors. `names` returns faults that only the program can find: unregistered
+    /// names.
     ///
     /// # Errors
-    /// All that is wrong, in the order of the text. What may only be wrong because of something else is left out.
+    /// All errors of the file in the order of the text, except those that may be consequences of others.
     pub fn check(
         path_or_name: &str,
         names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
@@ -64,26 +64,26 @@ impl ScenarioFile {
         Text::find(path_or_name).map_err(|error| vec![error])?.check(names)
     }
 
-    /// Reads a text. `name` is what errors call it.
+    /// Reads a scenario from a text. `name` is its name in error messages.
     ///
     /// # Errors
-    /// What is wrong with the text, and where.
+    /// The first fault of the text, and where it is.
     pub fn from_text(text: &str, format: Format, name: &str) -> Result<ScenarioFile, ScenarioError> {
         Text::new(name, format, text).scenario()
     }
 
-    /// The same scenario with some fields set otherwise; later settings win.
+    /// Returns the same scenario with changed fields. Later settings override earlier ones.
     ///
     /// # Errors
-    /// What is wrong with a setting, or with the scenario that comes of it: the first of all that is.
+    /// The first fault of a setting, or of the resulting scenario.
     pub fn with(&self, settings: &[Setting]) -> Result<ScenarioFile, ScenarioError> {
         if settings.is_empty() { Ok(self.clone()) } else { self.text_with(settings).scenario() }
     }
 
-    /// As [`ScenarioFile::with`], with all errors.
+    /// Does the same as [`ScenarioFile::with`], but reports all errors.
     ///
     /// # Errors
-    /// All that is wrong with the settings, or with the scenario that comes of them.
+    /// All faults of the settings, or of the resulting scenario.
     pub fn check_with(&self, settings: &[Setting]) -> Result<ScenarioFile, Vec<ScenarioError>> {
         if settings.is_empty() { Ok(self.clone()) } else { self.text_with(settings).check(|_| Vec::new()) }
     }
@@ -113,7 +113,7 @@ impl Text {
     fn named(name: &str) -> Result<Text, ScenarioError> {
         match LIBRARY.iter().find(|entry| entry.name == name) {
             Some(entry) => Ok(Text::new(entry.name, entry.format, entry.text)),
-            // A league without a scenario of its own, such as the other tier of one, is played by two of the built-in teams.
+            // A league without a scenario of its own, such as a division of another league, is played by two built-in teams.
             None if LEAGUES.iter().any(|league| league.name == name) => {
                 let text =
                     format!("(name: \"{name}\", league: \"{name}\", teams: (blue: \"passers\", pink: \"roles\"))\n");
@@ -193,58 +193,58 @@ impl Text {
 }
 
 impl Scenario {
-    /// Reads the file at `path`: [`ScenarioFile::load`] without the text.
+    /// Reads the file at `path`, like [`ScenarioFile::load`] but without keeping the text.
     ///
     /// # Errors
-    /// What is wrong with the file, and where.
+    /// The first fault of the file, and where it is.
     pub fn load(path: impl AsRef<Path>) -> Result<Scenario, ScenarioError> {
         ScenarioFile::load(path).map(|file| file.scenario)
     }
 
-    /// The built-in scenario of this name: one of the [`LIBRARY`].
+    /// Returns the built-in scenario with this name, one of the [`LIBRARY`].
     ///
     /// # Errors
-    /// When there is none.
+    /// If there is no such scenario.
     pub fn named(name: &str) -> Result<Scenario, ScenarioError> {
         ScenarioFile::named(name).map(|file| file.scenario)
     }
 
-    /// What a command line means: the name of a built-in scenario, or the path of a file.
+    /// Finds a scenario for the command line: by the name of a built-in one, or by the path of a file.
     ///
     /// # Errors
-    /// When there is neither, or the file is wrong.
+    /// If there is neither, or the file is faulty.
     pub fn find(path_or_name: &str) -> Result<Scenario, ScenarioError> {
         ScenarioFile::find(path_or_name).map(|file| file.scenario)
     }
 
-    /// Reads a text. `name` is what errors call it.
+    /// Reads a scenario from a text. `name` is its name in error messages.
     ///
     /// # Errors
-    /// What is wrong with the text, and where.
+    /// The first fault of the text, and where it is.
     pub fn from_text(text: &str, format: Format, name: &str) -> Result<Scenario, ScenarioError> {
         ScenarioFile::from_text(text, format, name).map(|file| file.scenario)
     }
 
-    /// Reads a scenario in JSON, as programs and tests write it.
+    /// Reads a scenario from JSON, as written by programs and tests.
     ///
     /// # Errors
-    /// What is wrong with the text, and where.
+    /// The first fault of the text, and where it is.
     pub fn from_json(text: &str) -> Result<Scenario, ScenarioError> {
         Self::from_text(text, Format::Json, "scenario")
     }
 
-    /// Reads a scenario in RON, as programs and tests write it.
+    /// Reads a scenario from RON, as written by programs and tests.
     ///
     /// # Errors
-    /// What is wrong with the text, and where.
+    /// The first fault of the text, and where it is.
     pub fn from_ron(text: &str) -> Result<Scenario, ScenarioError> {
         Self::from_text(text, Format::Ron, "scenario")
     }
 
-    /// The scenario as JSON with every field, presets filled in. It loads again as it is.
+    /// Returns the scenario as JSON with every field and with presets filled in. Reading this text gives the same scenario.
     ///
     /// # Errors
-    /// Never, for a [valid](Scenario::validate) scenario.
+    /// Never for a [valid](Scenario::validate) scenario.
     pub fn resolved_json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self)
     }
@@ -262,19 +262,19 @@ fn not_found(name: &str, path: &Path) -> ScenarioError {
     ScenarioError::of_file(ScenarioErrorKind::NotFound, name, message, expected_name())
 }
 
-/// Reads settings that scenarios have at `path`, of a type that only the program knows.
+/// Reads settings at `path` of a scenario. Their type is known only to the program.
 ///
 /// # Errors
-/// What is wrong with them, and where.
+/// The fault of the settings, and where it is.
 pub fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
     shape::read(value).map_err(|fault| ScenarioFault::of_shape(&fault, path))
 }
 
 impl LibraryScenario {
-    /// What it shows, in a sentence.
+    /// Returns the description of the scenario, one sentence.
     ///
     /// # Errors
-    /// When the file is wrong, which a test rules out.
+    /// If the embedded file is faulty, which a test rules out.
     pub fn description(&self) -> Result<String, ScenarioError> {
         ScenarioFile::from_text(self.text, self.format, self.name).map(|file| file.scenario.description)
     }

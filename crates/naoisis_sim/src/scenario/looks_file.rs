@@ -1,4 +1,4 @@
-//! Files that say from what the looks of images are drawn: read over those that come with the program, `assets/looks`.
+//! Files with the ranges from which the looks of images are drawn. They are laid over those of the program in `assets/looks`.
 
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -17,10 +17,11 @@ use super::source::ScenarioSource;
 /// The looks that come with the program.
 pub const LOOKS: &[Preset] = presets!["looks": "robocup"];
 
-/// The looks of the file at `path` laid over those that come with the program, or these alone without a file. `T` is their type.
+/// Reads the looks of the file at `path`, laid over those of the program. Returns the program's looks if there is no file. `T` is the type
+/// of the looks.
 ///
 /// # Errors
-/// What is wrong with the file, and where.
+/// The first fault of the file, and where it is.
 pub fn read_looks<T: DeserializeOwned>(path: Option<&Path>) -> Result<T, ScenarioError> {
     let preset = &LOOKS[0];
     let mut value = preset.value();

@@ -1,10 +1,10 @@
-//! The limits of messages that a model has: they are of its robots, where those of a scenario are of the match.
+//! The message limits of a model. They apply to each robot, while those of a scenario apply to the match.
 
 use serde_json::{Map, Value};
 
 use naoisis_core::communication::MessageLimits;
 
-/// Makes the limits among the settings of a model those of robots: in a scenario's `messages` they would be the match's.
+/// Moves the message limits of a model to `messages.robots`, because elsewhere in `messages` they would be those of the match.
 pub(super) fn make_of_robots(settings: &mut Map<String, Value>) {
     let limits = taken_out(settings);
     if limits.is_empty() {
@@ -17,7 +17,7 @@ pub(super) fn make_of_robots(settings: &mut Map<String, Value>) {
     }
 }
 
-/// Leaves of a model's messages what a single robot can have: its limits. How messages travel is the match's.
+/// Keeps only the limits of a model's messages. The other settings of messages belong to the match.
 pub(super) fn keep_only(settings: &mut Map<String, Value>) {
     let limits = taken_out(settings);
     settings.remove("messages");
@@ -26,7 +26,7 @@ pub(super) fn keep_only(settings: &mut Map<String, Value>) {
     }
 }
 
-/// What a robot has that says nothing of its messages itself.
+/// Returns the limits of robots that have none of their own.
 pub(super) fn common(root: &Map<String, Value>) -> Option<Value> {
     root.get("messages")?.get("robots").cloned()
 }
@@ -43,10 +43,10 @@ mod tests {
     use naoisis_core::communication::MessageLimits;
     use naoisis_core::team::{RobotId, Team};
 
-    /// The limits of robots 1 of both teams.
+    /// Returns the limits of robot 1 of each team.
     fn limits(text: &str) -> [(Option<u32>, Option<u32>); 2] {
         let scenario = Scenario::from_json(text).unwrap();
-        // What is written out says the same.
+        // The written scenario has the same limits.
         assert_eq!(Scenario::from_json(&scenario.resolved_json().unwrap()).unwrap(), scenario);
         Team::BOTH.map(|team| {
             let limits = scenario.message_limits_of(&scenario.robot(RobotId::new(team, 1)));
@@ -58,20 +58,20 @@ mod tests {
     #[test]
     fn a_team_has_its_own_limits_and_else_those_of_its_model() {
         let k1 = r#"{ "preset": "booster_k1", "messages": { "max_text_bytes": 100, "max_messages": 600 } }"#;
-        // The model of all, in which a team changes something.
+        // A team changes a limit of the common model.
         let teams =
             r#""teams": { "blue": "roles", "pink": { "team": "roles", "messages": { "max_text_bytes": 40 } } }"#;
         let all = limits(&format!(r#"{{ "league": "hsl2026_middle", "model": {k1}, {teams} }}"#));
         assert_eq!(all, [(Some(100), Some(600)), (Some(40), Some(600))]);
-        // The model of one team; the other has the league's limit alone.
+        // Only one team has the model. The other team has the league's limit.
         let teams = format!(r#""teams": {{ "blue": "roles", "pink": {{ "team": "roles", "model": {k1} }} }}"#);
         let one = limits(&format!(r#"{{ "league": "hsl2026_middle", {teams} }}"#));
         assert_eq!(one, [(Some(512), None), (Some(100), Some(600))]);
-        // Another model has not those of the scenario's.
+        // Another model does not have the limits of the scenario's model.
         let teams = r#""teams": { "blue": "roles", "pink": { "team": "roles", "model": "nao_v6" } }"#;
         let other = limits(&format!(r#"{{ "league": "hsl2026_middle", "model": {k1}, {teams} }}"#));
         assert_eq!(other, [(Some(100), Some(600)), (Some(512), None)]);
-        // More than the match allows is no more than that.
+        // A robot's limit cannot exceed that of the match.
         let teams =
             r#""teams": { "blue": { "team": "roles", "messages": { "max_text_bytes": 2000 } }, "pink": "roles" }"#;
         assert_eq!(limits(&format!("{{ {teams} }}")), [(Some(128), None); 2]);

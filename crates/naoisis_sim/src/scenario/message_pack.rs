@@ -1,39 +1,39 @@
-//! The structure of MessagePack, without its meaning: that there is as much as lists, maps and texts say that they have.
+//! Checks the structure of MessagePack, without its meaning: whether lists, maps and texts are as long as they claim.
 //!
-//! Whoever reads a list makes room for as many values as it says. In a damaged file that may be billions, so the file is
-//! looked through first; after that, room is made for what is there.
+//! A reader allocates memory for as many values as a list claims to have. In a damaged file this may be billions, so the file is checked
+//! first.
 
-/// What is wrong with the structure of MessagePack.
+/// A fault of the structure of MessagePack.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MessagePackError {
     /// The bytes end in the middle of a value.
     #[error("it ends in the middle of the value at byte {at}")]
     EndsEarly {
-        /// Where the value begins.
+        /// Index of the byte at which the value begins.
         at: usize,
     },
-    /// There is a byte that begins no value.
+    /// A byte cannot begin a value.
     #[error("there is no MessagePack at byte {at}")]
     NoValue {
-        /// Which byte.
+        /// Index of the byte.
         at: usize,
     },
-    /// A value gives itself more content than there are bytes.
+    /// A value claims more content than there are bytes.
     #[error("what is at byte {at} says that it has more than there is")]
     TooLong {
-        /// Where the value begins.
+        /// Index of the byte at which the value begins.
         at: usize,
     },
 }
 
-/// Walks through the first value of the bytes, and what is in it.
+/// Checks the first value of the bytes, and all values in it.
 ///
 /// # Errors
-/// What is wrong, and at which byte.
+/// The fault, and the index of its byte.
 pub fn check(bytes: &[u8]) -> Result<(), MessagePackError> {
     let mut rest = bytes;
-    // A value has a byte at least, so that fewer values than bytes are missing.
+    // Each value has at least one byte, so the number of missing values must be less than that of the bytes left.
     let mut values = 1_u64;
     while values > 0 {
         let at = bytes.len() - rest.len();
@@ -49,39 +49,39 @@ pub fn check(bytes: &[u8]) -> Result<(), MessagePackError> {
     Ok(())
 }
 
-/// What the first bytes of a value say.
+/// The information in the first bytes of a value.
 struct Item {
-    /// Bytes that say what it is.
+    /// Number of bytes for the type and the length.
     header: u64,
-    /// Bytes of a number or a text behind them.
+    /// Number of bytes of the number or text after them.
     content: u64,
-    /// Values in a list or a map, keys included.
+    /// Number of values in the list or map, keys included.
     values: u64,
 }
 
-/// The value that begins here. None where the bytes end; none inside where they are no MessagePack.
+/// Reads the value that begins here. The outer `None`: the bytes end; the inner one: the byte is not valid MessagePack.
 fn next_item(bytes: &[u8]) -> Option<Option<Item>> {
     let (&marker, rest) = bytes.split_first()?;
-    // A length of so many bytes, the highest first.
+    // A big-endian length with this number of bytes.
     let length = |size: usize| Some(rest.get(..size)?.iter().fold(0, |sum, byte| sum << 8 | u64::from(*byte)));
     let of = |size: usize, content: u64, values: u64| Some(Item { header: 1 + size as u64, content, values });
     let size = |first: u8| 1 << (marker - first);
     Some(match marker {
-        // Small numbers, nothing, false and true.
+        // Small integers, nil, false and true.
         0x00..=0x7f | 0xe0..=0xff | 0xc0 | 0xc2 | 0xc3 => of(0, 0, 0),
         // Short maps, lists and texts.
         0x80..=0x8f => of(0, 0, 2 * u64::from(marker & 0x0f)),
         0x90..=0x9f => of(0, 0, u64::from(marker & 0x0f)),
         0xa0..=0xbf => of(0, u64::from(marker & 0x1f), 0),
-        // Bytes, then extensions, which have a type besides.
+        // Binary data, then extensions, which also have a type.
         0xc4..=0xc6 => of(size(0xc4), length(size(0xc4))?, 0),
         0xc7..=0xc9 => of(size(0xc7), length(size(0xc7))? + 1, 0),
-        // Numbers: floating, counts, integers; then extensions of a fixed length.
+        // Floating-point numbers, unsigned and signed integers, then extensions of a fixed length.
         0xca | 0xcb => of(0, 4 * size(0xca) as u64, 0),
         0xcc..=0xcf => of(0, size(0xcc) as u64, 0),
         0xd0..=0xd3 => of(0, size(0xd0) as u64, 0),
         0xd4..=0xd8 => of(0, size(0xd4) as u64 + 1, 0),
-        // Texts, lists, maps.
+        // Strings, arrays, maps.
         0xd9..=0xdb => of(size(0xd9), length(size(0xd9))?, 0),
         0xdc | 0xdd => of(2 * size(0xdc), 0, length(2 * size(0xdc))?),
         0xde | 0xdf => of(2 * size(0xde), 0, 2 * length(2 * size(0xde))?),
@@ -140,7 +140,7 @@ mod tests {
             (&[0xdd, 0xff, 0xff, 0xff, 0xff, 1, 2][..], more),
             (&[0xdf, 0, 0, 0, 1, 1], more),
             (&[0xdb, 0xff, 0xff, 0xff, 0xff, b'x'], more),
-            // Each of the lists could be whole, but not all of them.
+            // Each of the lists alone could be complete, but not all of them together.
             (&[0x93, 0x93, 0x93, 1, 2, 3], more),
             (&[0x91, 0xcb, 1, 2], more),
             (&[0x91, 0xc1], "there is no MessagePack at byte 1"),

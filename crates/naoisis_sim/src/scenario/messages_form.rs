@@ -1,4 +1,4 @@
-//! The `messages` of a scenario's file: how they travel, and the most that robots send.
+//! The `messages` of a scenario file: how messages travel, and the limits on them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,15 +1,15 @@
-//! Scenarios: what a match starts from, as data.
+//! Scenarios: the data that a match starts from.
 //!
 //! Every field has a default, so that `Scenario { robots, ..default() }` in a program and `{ "robots": [...] }` in a
 //! file mean the same. Files are RON or JSON of the same shape; [`Scenario::load`] and its relatives read them:
 //!
-//! 1. the text becomes a tree of values, and an outline that knows where each of them stands;
-//! 2. presets are filled in, what the file does not say is taken from its [league](League) and its [realism](Realisms), and what robots do not say
-//!    for themselves from the common settings;
+//! 1. the text becomes a tree of values, and an outline with the position of each value;
+//! 2. presets are filled in; missing values are taken from the [league](League) and the [realism](Realisms), and those of robots from the
+//!    common settings;
 //! 3. the tree becomes a [`Scenario`];
-//! 4. [`Scenario::validate`] checks what types cannot say: ranges, and that nothing overlaps.
+//! 4. [`Scenario::validate`] checks what types cannot express: ranges, and that nothing overlaps.
 //!
-//! Whatever is wrong on the way is a [`ScenarioError`] that points at the line and column and says what was expected.
+//! All errors are [`ScenarioError`]s with line and column, and with what was expected.
 
 mod build;
 mod bytes;

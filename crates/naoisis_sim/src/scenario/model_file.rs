@@ -1,4 +1,4 @@
-//! The files of models, read to their end whatever is wrong with them.
+//! Reads the files of models, and reports all of their errors.
 
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
@@ -19,19 +19,19 @@ use super::source::{Finding, ScenarioSource};
 use super::types::Scenario;
 use super::wording::{all_of, did_you_mean, one_of, quoted};
 
-/// What a model's file has.
+/// The fields of a model file.
 const FIELDS: [&str; 5] = ["name", "description", "settings", "realistic", "sources"];
-/// Those of them that no scenario has.
+/// The fields that no scenario has.
 const OF_MODELS_ONLY: [&str; 3] = ["settings", "realistic", "sources"];
-/// What a model may say of what is realistic besides a robot's own settings: the ball that its league plays with.
+/// Settings that the realistic part can have besides those of a robot: the ball of its league.
 const REALISTIC_BESIDES: [&str; 1] = ["ball"];
 
-/// Whether the values of a file are meant as a model rather than a scenario.
+/// Returns whether the values of a file are those of a model, not of a scenario.
 pub fn is_model(value: &Value) -> bool {
     OF_MODELS_ONLY.iter().any(|field| value.get(field).is_some())
 }
 
-/// The error of a model where there should be a scenario.
+/// Returns the error for a model in place of a scenario.
 pub fn no_scenario(source: &ScenarioSource, value: &Value) -> ScenarioError {
     let first = OF_MODELS_ONLY.into_iter().find(|field| value.get(field).is_some()).unwrap_or_default();
     let file = source.name.rsplit(['/', '\\']).next().unwrap_or_default();
@@ -45,10 +45,10 @@ pub fn no_scenario(source: &ScenarioSource, value: &Value) -> ScenarioError {
 }
 
 impl RobotModel {
-    /// What scenarios and commands mean by a word: the name of a built-in model, or the path of a file that ends in `.ron`.
+    /// Finds a model: by the name of a built-in one, or by the path of a file that ends in `.ron`.
     ///
     /// # Errors
-    /// When there is neither, or the file is no model.
+    /// If there is neither, or the file is no model.
     pub fn find(name_or_path: &str) -> Result<RobotModel, ModelError> {
         if is_file(name_or_path) {
             return Self::load(name_or_path);
@@ -56,8 +56,8 @@ impl RobotModel {
         Self::named(name_or_path).ok_or_else(|| ModelError::Unknown(name_or_path.to_owned()))
     }
 
-    /// What a model is called that scenarios name by this word: of a file the name that it says, and the file's own without folder and ending
-    /// where it cannot be read any more.
+    /// Returns the name of the model that scenarios refer to by this word. For a file, this is the name in the file, or the file name
+    /// without folder and extension if it cannot be read any more.
     pub fn name_of(reference: &str) -> String {
         if !is_file(reference) {
             return reference.to_owned();
@@ -69,7 +69,7 @@ impl RobotModel {
         name.map_or_else(stem, str::to_owned)
     }
 
-    /// The model of a file, or all that is wrong with it; none where it is no model's file: it cannot be read, or is something else.
+    /// Reads the model in a file, and reports all of its errors. Returns `None` if the file cannot be read or has other contents.
     pub fn check(path: &str) -> Option<Result<RobotModel, Vec<ScenarioError>>> {
         let text = text_of(path).ok()?;
         let format = Format::of_path(Path::new(path))?;
@@ -98,7 +98,7 @@ impl RobotModel {
     }
 }
 
-/// The text of a model's file, or why there is none.
+/// Returns the text of a model file, or why it cannot be read.
 fn text_of(path: &str) -> Result<String, String> {
     let bytes = read_bytes(Path::new(path)).map_err(|problem| problem.to_string())?;
     if bytes.len() as u64 > LARGEST_FILE_BYTES {
@@ -107,10 +107,10 @@ fn text_of(path: &str) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())
 }
 
-/// The model of a file's values.
+/// Reads a model from the values of a file.
 ///
 /// # Errors
-/// All that is wrong with them, in the order of the text.
+/// All errors, in the order of the text.
 fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<ScenarioError>> {
     let mut findings = Vec::new();
     let Value::Object(mut fields) = value else {
@@ -132,7 +132,7 @@ fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<S
     let mut model = RobotModel { name, description, settings, realistic, sources, reference: String::new() };
     leave_out_what_it_lacks(&mut model);
     let mut real = None;
-    // It must make sense as it always is, and as it really is.
+    // The model must be valid both without and with its realistic settings.
     for (mut settings, is_real) in [(model.settings.clone(), false), (model.all_settings(), true)] {
         settings.insert("realism".to_owned(), json!("paper"));
         let found = match scenario_of(Value::Object(settings), |_| Vec::new()) {
@@ -155,14 +155,15 @@ fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<S
     if findings.is_empty() { Ok(model) } else { Err(in_order(source.errors(&findings))) }
 }
 
-/// The sources of a model for what is no figure of it, nor a group of figures. `real` is the scenario with all that it has.
+/// Returns the faults of sources for paths that are no figures or groups of figures of the model. `real` is the scenario with all of its
+/// settings.
 fn sources_of_nothing(model: &RobotModel, real: Option<&Scenario>) -> Vec<ScenarioFault> {
     let own = Value::Object(model.all_settings());
     let others: Vec<&String> = model.sources.keys().filter(|path| !has_figures(&own, path)).collect();
     if others.is_empty() {
         return Vec::new();
     }
-    // What the file does not say has figures, too, and what a NAO has could be said.
+    // Default values are figures, too, and any setting of the NAO could be given.
     let nao = RobotModel::named(&Scenario::default().model).map(|nao| Value::Object(nao.all_settings()));
     let real = real.and_then(|real| serde_json::to_value(real).ok());
     let mut known = BTreeSet::new();
@@ -183,7 +184,7 @@ fn sources_of_nothing(model: &RobotModel, real: Option<&Scenario>) -> Vec<Scenar
     unknown.map(fault).collect()
 }
 
-/// Whether there is something at a path such as `cameras.mounts.0.tilt_deg`.
+/// Returns whether there is a value at a path such as `cameras.mounts.0.tilt_deg`.
 fn has_figures(values: &Value, path: &str) -> bool {
     fn step<'a>(value: &'a Value, step: &str) -> Option<&'a Value> {
         match value {
@@ -194,7 +195,7 @@ fn has_figures(values: &Value, path: &str) -> bool {
     path.split('.').try_fold(values, step).is_some()
 }
 
-/// The paths of a value and of all in it.
+/// Collects the paths of a value and of all values in it.
 fn collect_paths(path: &str, value: &Value, paths: &mut BTreeSet<String>) {
     paths.insert(path.to_owned());
     match value {
@@ -209,7 +210,7 @@ fn collect_paths(path: &str, value: &Value, paths: &mut BTreeSet<String>) {
     }
 }
 
-/// Takes a field out, read as its type; a default where that is wrong.
+/// Removes a field and reads it as its type. Returns the default if that fails.
 fn take<T: DeserializeOwned + Default>(
     fields: &mut Map<String, Value>,
     name: &'static str,
@@ -229,7 +230,7 @@ fn take<T: DeserializeOwned + Default>(
     T::default()
 }
 
-/// Takes settings out: those that a model may have, and `besides`.
+/// Removes a group of settings. Only settings that a model may have, and those in `besides`, are kept.
 fn take_settings(
     fields: &mut Map<String, Value>,
     part: &'static str,
@@ -251,8 +252,8 @@ fn take_settings(
     settings
 }
 
-/// Where a model's file says what a scenario has at a path: among what is realistic, which counts more where `is_real`, or what it
-/// always is.
+/// Returns the place in a model's file of a scenario's setting: in the realistic part if `is_real` and the value is there, otherwise in
+/// `settings`.
 fn place_of(source: &ScenarioSource, path: &FieldPath, is_real: bool) -> FieldPath {
     let [always, realistic] = ["settings", "realistic"].map(|part| path.clone().within(&FieldPath::from(part)));
     let found = source.steps_found(&realistic);

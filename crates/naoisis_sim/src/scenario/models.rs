@@ -1,4 +1,4 @@
-//! Models: the figures of real robots, each with its source, as files in RON: some are embedded in the program, others one's own.
+//! Models: the figures of real robots, each with its source, in RON files. Some are embedded in the program; users can add their own.
 
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -18,54 +18,54 @@ use naoisis_core::kick_geometry::KickType;
 /// The models that come with the program: `assets/robots`.
 pub const MODELS: &[Preset] = presets!["robots": "booster_k1" "booster_t1" "nao" "nao_v6" "rover"];
 
-/// Whether what a scenario calls its model is the path of a file.
+/// Returns whether the name of a scenario's model is the path of a file.
 pub(super) fn is_file(reference: &str) -> bool {
     Path::new(reference).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"))
 }
 
-/// A robot as it really is, in the surroundings of its league.
+/// The model of a real robot, with the settings of its league.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct RobotModel {
-    /// Its name.
+    /// Name of the model.
     pub name: String,
-    /// What it is, in a sentence.
+    /// Description, one sentence.
     pub description: String,
-    /// A scenario's settings that the robot has in any realism: its body, head, cameras and kicks, and how fast it walks.
+    /// Settings that apply with any realism: the robot's body, head, cameras and kicks, and how fast it walks.
     #[serde(default)]
     pub settings: Map<String, Value>,
-    /// A scenario's settings that are as real as is known.
+    /// Settings that apply if they are to be realistic.
     pub realistic: Map<String, Value>,
-    /// Where each figure of them is from, by its path. What no source gives begins with `guess:`.
+    /// The source of each figure, by its path. A guess without a source begins with `guess:`.
     pub sources: BTreeMap<String, String>,
-    /// What scenarios call it: the name of a built-in one, or the path of its file.
+    /// Name in scenarios: that of a built-in model, or the path of its file.
     #[serde(skip)]
     pub(super) reference: String,
 }
 
-/// A model that cannot be had.
+/// Why a model is not available.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// There is no built-in one of this name.
+    /// There is no built-in model with this name.
     #[error("there is no model {}{}", quoted(.0), did_you_mean(.0, MODELS.iter().map(|preset| preset.name)))]
     Unknown(String),
-    /// Its file cannot be read.
+    /// The file cannot be read.
     #[error("the model's file {} cannot be read: {reason}", quoted(.path))]
     Unreadable {
         /// The file.
         path: String,
-        /// What the system says.
+        /// The operating system's error.
         reason: String,
     },
-    /// Its file is no model, or that of a robot that cannot be: all that is wrong with it, in the order of the text.
+    /// The file is no model, or its robot is not possible: all errors, in the order of the text.
     #[error("the model's file is wrong: {}", .0.first().map(ScenarioError::headline).unwrap_or_default())]
     Wrong(Vec<ScenarioError>),
 }
 
 impl ModelError {
-    /// What was expected instead: of the first that is wrong.
+    /// Returns what was expected instead of the first fault.
     pub fn expected(&self) -> String {
         match self {
             ModelError::Wrong(errors) => errors.first().map(|error| error.expected().to_owned()).unwrap_or_default(),
@@ -73,7 +73,7 @@ impl ModelError {
         }
     }
 
-    /// The faults of a scenario that names the model at `path`.
+    /// Returns the faults of a scenario that names the model at `path`.
     pub(super) fn faults(&self, path: &FieldPath) -> Vec<ScenarioFault> {
         let fault = |message: String, expected: String| ScenarioFault::new(path.clone(), message, expected);
         match self {
@@ -89,16 +89,16 @@ impl ModelError {
     }
 }
 
-/// What is expected where a model is named.
+/// Describes what is expected in place of a model's name.
 pub(super) fn expected_model() -> String {
     format!("{}, or the path of a `.ron` file", one_of(MODELS.iter().map(|preset| preset.name)))
 }
 
 impl RobotModel {
-    /// The model of this name among the [`MODELS`].
+    /// Returns the model with this name among the [`MODELS`].
     pub fn named(name: &str) -> Option<RobotModel> {
         let preset = MODELS.iter().find(|preset| preset.name == name)?;
-        // A test reads every embedded file.
+        // A test reads all embedded files.
         let mut model: RobotModel = shape::read(&preset.value()).ok()?;
         leave_out_what_it_lacks(&mut model);
         Some(model.named_by(name))
@@ -108,7 +108,7 @@ impl RobotModel {
         RobotModel { reference: reference.to_owned(), ..self }
     }
 
-    /// All settings that it has where all is realistic.
+    /// Returns all settings of the robot, including the realistic ones.
     pub fn all_settings(&self) -> Map<String, Value> {
         let mut settings = Value::Object(self.settings.clone());
         lay_over(&mut settings, Value::Object(self.realistic.clone()), "");
@@ -118,27 +118,27 @@ impl RobotModel {
         }
     }
 
-    /// What scenarios call it: the name of a built-in one, or the path of its file.
+    /// Returns the name in scenarios: that of a built-in model, or the path of its file.
     pub fn reference(&self) -> &str {
         &self.reference
     }
 
-    /// The scenario in which all is as real as it is known of this robot.
+    /// Returns a scenario with this model and `realistic` settings.
     ///
     /// # Errors
-    /// When its settings make no scenario.
+    /// If its settings make no valid scenario.
     pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
         Scenario::from_json(&json!({ "model": self.reference, "realism": "realistic" }).to_string())
     }
 
-    /// The figures, by path, that no source is given for. Where none of a group has one, the group is named alone.
+    /// Returns the paths of figures without a source. A group in which no figure has a source is listed as a whole.
     pub fn without_source(&self) -> Vec<String> {
         let mut paths = Vec::new();
         self.collect_without_source("", &Value::Object(self.all_settings()), &mut paths);
         paths
     }
 
-    /// The same below a path. Whether nothing there has a source.
+    /// Collects the paths below `path`. Returns whether no figure there has a source.
     fn collect_without_source(&self, path: &str, value: &Value, paths: &mut Vec<String>) -> bool {
         let Value::Object(fields) = value else {
             let lacks = self.source(path).is_none();
@@ -160,7 +160,8 @@ impl RobotModel {
         lacks
     }
 
-    /// Whether the model itself says what is at a path, such as `kicks.wind_up_s`: a figure, a group of them, or a word that stands for it.
+    /// Returns whether the model itself has a value at a path such as `kicks.wind_up_s`: a figure, a group of figures, or a word for a
+    /// group.
     pub fn says(&self, path: &str) -> bool {
         let mut value = &Value::Object(self.all_settings());
         for name in path.split('.') {
@@ -175,20 +176,20 @@ impl RobotModel {
         true
     }
 
-    /// Where the figure at a path, such as `kicks.wind_up_s`, is from: its own source, or that of the group it belongs to.
+    /// Returns the source of the figure at a path such as `kicks.wind_up_s`, or that of its group.
     pub fn source(&self, path: &str) -> Option<&str> {
         let own = self.sources.get(path).map(String::as_str);
         own.or_else(|| path.rsplit_once('.').and_then(|(group, _)| self.source(group)))
     }
 }
 
-/// Whether settings are of another robot than a NAO with changes.
+/// Returns whether settings have a trunk: they describe another robot, not a NAO with changes.
 pub(super) fn has_a_trunk_of_its_own(settings: &Map<String, Value>) -> bool {
     settings.get("body").and_then(|body| body.get("torso")).is_some()
 }
 
-/// Takes from a robot that has a trunk of its own what its file says nothing of, and the NAO has: head joints, cameras, sonars, kicks, legs,
-/// arms and looks.
+/// Removes from a robot with its own trunk the parts that its file does not have, which would otherwise be the NAO's: head joints, cameras,
+/// sonars, kicks, legs, arms and looks.
 pub(super) fn leave_out_what_it_lacks(model: &mut RobotModel) {
     let RobotModel { settings, realistic, sources, .. } = model;
     if !has_a_trunk_of_its_own(settings) {
@@ -218,7 +219,7 @@ pub(super) fn leave_out_what_it_lacks(model: &mut RobotModel) {
             }
         }
     }
-    // What is there and no object is found to be wrong elsewhere.
+    // A value that is no object is reported elsewhere.
     settings.insert("kicks".to_owned(), own);
     let of_body = [("legs", Value::Null), ("arms", Value::Null), ("look", json!("light"))];
     if let Some(Value::Object(body)) = settings.get_mut("body") {
@@ -238,7 +239,7 @@ pub(super) fn leave_out_what_it_lacks(model: &mut RobotModel) {
 mod tests {
     use super::*;
 
-    /// The paths of all figures.
+    /// Collects the paths of all figures.
     fn figures(path: &str, value: &Value, into: &mut Vec<String>) {
         match value {
             Value::Object(fields) => {

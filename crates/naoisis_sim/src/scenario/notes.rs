@@ -1,4 +1,4 @@
-//! What is worth knowing of a scenario that is right: which of its settings do not reach robots that have a model of their own.
+//! Notes on valid scenarios: settings that do not affect robots with their own model, and deprecated words.
 
 use serde_json::Value;
 
@@ -11,29 +11,29 @@ use naoisis_core::team::Team;
 
 /// Settings of a scenario that do not reach some of its robots.
 struct Unreached {
-    /// Which settings, by their names in files.
+    /// Names of the settings in files.
     settings: Vec<&'static str>,
-    /// Whom: `blue` of a whole team, `blue1` of a robot.
+    /// The teams (`blue`) and robots (`blue1`) that are not affected.
     whom: Vec<String>,
-    /// The model that these have.
+    /// The model of these robots.
     model: String,
 }
 
-/// A robot, or all of a team, with a model of its own.
+/// A robot, or all robots of a team, with its own model.
 struct Holder<'a> {
     name: String,
     model: &'a str,
-    /// What the file says of it.
+    /// Its settings in the file.
     said: Option<&'a Value>,
-    /// What it has.
+    /// Its settings in the scenario.
     has: &'a Value,
 }
 
 impl ScenarioFile {
-    /// The settings that the file, or what is laid over it, gives to all robots, and that some do not get: a model of one's own says all of a
-    /// robot, so that a scenario's `motion`, `kicks` and so on are of the robots that have none.
+    /// Returns the common settings of the file that do not reach some robots. A robot with its own model takes all settings from that
+    /// model, so that a scenario's `motion`, `kicks` and so on apply only to robots without one.
     ///
-    /// What is the match's matter reaches everybody: how images are made, whether robots see by them, what messages cost.
+    /// Settings of the match reach all robots: how images are made, whether robots see by images, what messages cost.
     fn unreached(&self) -> Vec<Unreached> {
         let Some(said) = self.values() else { return Vec::new() };
         let Ok(has) = serde_json::to_value(&self.scenario) else { return Vec::new() };
@@ -59,10 +59,10 @@ impl ScenarioFile {
         unreached
     }
 
-    /// What is worth knowing of the scenario, a sentence each: which of its settings do not reach whom, whose model is their own, and which
-    /// words are old.
+    /// Returns notes on the scenario, a sentence each: which settings do not reach which robots with their own model, and which words are
+    /// deprecated.
     pub fn notes(&self) -> Vec<String> {
-        /// So many robots are named.
+        /// Number of robots that are named, at most.
         const MOST_NAMED: usize = 6;
         let note = |Unreached { settings, whom, model }: Unreached| {
             let [verb, them] = if settings.len() == 1 { ["does", "it"] } else { ["do", "them"] };
@@ -77,7 +77,7 @@ impl ScenarioFile {
         self.unreached().into_iter().map(note).chain(self.old_word()).collect()
     }
 
-    /// That the file says `fidelity`, if it does.
+    /// Returns a note if the file uses `fidelity`.
     fn old_word(&self) -> Option<String> {
         let said = self.values()?;
         let of_teams = Team::BOTH.into_iter().filter_map(|team| said.get("teams")?.get(team.name()));
@@ -88,17 +88,17 @@ impl ScenarioFile {
         says.then(|| note.to_owned())
     }
 
-    /// What the text says, with what is laid over it.
+    /// Returns the values of the text, with the settings laid over it.
     fn values(&self) -> Option<Value> {
         let mut values = read(&self.source.text, self.source.format).ok()?;
         for setting in &self.source.settings {
-            // Each has been laid over the text before.
+            // The settings have been applied before, so this does not fail.
             setting.lay_over(&mut values).ok()?;
         }
         Some(values)
     }
 
-    /// Those who have a model of their own.
+    /// Returns the teams and robots with their own model.
     fn holders<'a>(&self, said: &'a Value, has: &'a Value) -> Vec<Holder<'a>> {
         let place = |values: &'a Value, place: [&str; 2]| values.get(place[0])?.get(place[1]);
         let teams = Team::BOTH.map(|team| {
@@ -119,7 +119,7 @@ impl ScenarioFile {
 }
 
 impl Holder<'_> {
-    /// Whether it has something else than the scenario says in a field, and does not say itself what it has there.
+    /// Returns whether the holder's value of a field differs from the scenario's and is not given by the holder itself.
     fn lacks(&self, field: &str, said: &Value, of_all: &Value) -> bool {
         let model = self.said.and_then(|said| said.get("model"));
         let says = [self.said, model].into_iter().flatten().any(|said| said.get(field).is_some());
@@ -155,7 +155,7 @@ mod tests {
                 "`motion` and `kicks` of the scenario do not reach blue, whose model is `booster_k1`: say them beside that `model`, or in it"
             ]
         );
-        // What it says itself it knows of.
+        // A robot's own settings are intended.
         assert_eq!(
             notes(&text(r#", "kicks": { "wind_up_s": 0.8 }"#)),
             [

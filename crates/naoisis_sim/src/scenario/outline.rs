@@ -1,6 +1,6 @@
-//! Where things stand in the text of a scenario file, so that a path such as `robots[1].pose` can be found in it.
+//! The outline of a scenario file's text, for finding a path such as `robots[1].pose` in it.
 //!
-//! The parsers proper are `serde_json` and `ron`; what they return has no positions.
+//! The files are parsed by `serde_json` and `ron`, whose results have no positions.
 
 use core::ops::Range;
 
@@ -9,15 +9,15 @@ use super::field_path::{FieldPath, Segment};
 /// A value in the text.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Node {
-    /// Where it stands, in bytes.
+    /// The bytes of the value.
     pub span: Range<usize>,
-    /// What it is made of.
+    /// The contents of the value.
     pub content: Content,
-    /// Whether a type's name stands before it, as in RON's `Scenario(...)`.
+    /// Whether the name of a type precedes it, as in RON's `Scenario(...)`.
     pub is_named_struct: bool,
 }
 
-/// What a value is made of.
+/// The contents of a value.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Content {
     /// A number, a string or a word.
@@ -28,18 +28,18 @@ pub enum Content {
     Map(Vec<Entry>),
 }
 
-/// A field in the text.
+/// A field of an object in the text.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Entry {
     /// The key, without quotes.
     pub key: String,
-    /// Where the key stands, in bytes.
+    /// The bytes of the key.
     pub key_span: Range<usize>,
     /// Its value.
     pub value: Node,
 }
 
-/// Which part of a field an error is about.
+/// The part of a field that an error is about.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FieldPart {
     /// Its key.
@@ -48,21 +48,21 @@ pub enum FieldPart {
     Value,
 }
 
-/// The field of this name: the last of several, which is what the parsers keep.
+/// Returns the field with this name: the last of several, like the parsers.
 fn field<'a>(entries: &'a [Entry], name: &str) -> Option<&'a Entry> {
     entries.iter().rev().find(|entry| entry.key == name)
 }
 
 impl Node {
-    /// Where `path` is in the text, and how many of its steps were found there. A path that leads on beyond the text
-    /// (into a preset, or to a default) is placed at the last key that is there.
+    /// Returns the bytes of the value at `path`, and how many of its steps were found. If the path leads beyond the text (into a preset, or
+    /// to a default), returns the bytes of the last key that was found.
     pub fn locate(&self, path: &FieldPath, part: FieldPart) -> (Range<usize>, usize) {
         let mut node = self;
         let mut key_span = self.span.start..self.span.start;
         for (found, segment) in path.segments().iter().enumerate() {
             let next = match (segment, &node.content) {
                 (Segment::Field(name), Content::Map(entries)) => {
-                    // What is not said beside a model may be said in it.
+                    // A value that is not beside the model may be in it.
                     let in_model = || match &field(entries, "model")?.value.content {
                         Content::Map(of_model) => field(of_model, name),
                         _ => None,
@@ -84,7 +84,7 @@ impl Node {
         (span, path.segments().len())
     }
 
-    /// The first key that its object has twice: the second of the two.
+    /// Returns the first key that occurs twice in its object, at its second occurrence.
     pub fn duplicate_key(&self) -> Option<&Entry> {
         let duplicate = match &self.content {
             Content::Map(entries) => {
@@ -99,7 +99,7 @@ impl Node {
         duplicate.or_else(|| self.children().find_map(Node::duplicate_key))
     }
 
-    /// The first scalar for which `is_wanted`, given its text.
+    /// Returns the first scalar whose text `is_wanted`.
     pub fn find_scalar<'a>(&'a self, text: &str, is_wanted: &impl Fn(&str) -> bool) -> Option<&'a Node> {
         match self.content {
             Content::Scalar => text.get(self.span.clone()).is_some_and(is_wanted).then_some(self),
@@ -107,7 +107,7 @@ impl Node {
         }
     }
 
-    /// The first key that is neither a word nor a string.
+    /// Returns the first key that is neither a word nor a string.
     pub fn find_odd_key(&self) -> Option<&Entry> {
         let entries: &[Entry] = if let Content::Map(entries) = &self.content { entries } else { &[] };
         let is_odd = |entry: &&Entry| entry.key.starts_with(|first: char| !(first.is_alphabetic() || first == '_'));

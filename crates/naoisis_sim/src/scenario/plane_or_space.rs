@@ -1,11 +1,11 @@
-//! Vectors that files have with two numbers, on the ground, or with three.
+//! Vectors that files write with two numbers (on the ground) or with three.
 
 use bevy::math::Vec3;
 use core::fmt;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserializer, Serialize, Serializer};
 
-/// Writes two numbers if z is zero, else three.
+/// Writes two numbers if z is zero, otherwise three.
 pub(super) fn serialize<S: Serializer>(vector: &Vec3, serializer: S) -> Result<S::Ok, S::Error> {
     match vector.to_array() {
         [x, y, 0.0] => [x, y].serialize(serializer),
@@ -13,7 +13,7 @@ pub(super) fn serialize<S: Serializer>(vector: &Vec3, serializer: S) -> Result<S
     }
 }
 
-/// Reads two or three numbers. z is zero without a third.
+/// Reads two or three numbers. Without a third one, z is zero.
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec3, D::Error> {
     deserializer.deserialize_seq(TwoOrThree)
 }

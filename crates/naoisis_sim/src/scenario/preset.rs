@@ -5,24 +5,24 @@ use serde_json::Value;
 use super::format::Format;
 use super::read::read;
 
-/// A named set of values, as a file in RON that is embedded in the program.
+/// A named set of values, in a RON file that is embedded in the program.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Preset {
-    /// The name by which scenarios refer to it.
+    /// The name in scenarios.
     pub name: &'static str,
-    /// The file's text.
+    /// The text of the file.
     pub text: &'static str,
 }
 
 impl Preset {
-    /// Its values.
+    /// Returns the values of the preset.
     pub(super) fn value(&self) -> Value {
-        // A test reads every embedded file.
+        // A test reads all embedded files.
         read(self.text, Format::Ron).unwrap_or_default()
     }
 }
 
-/// The presets of a folder of `assets`, each with the name of its file.
+/// Embeds the presets of a folder of `assets`, each with the name of its file.
 macro_rules! presets {
     ($folder:literal: $($name:literal)*) => {
         &[$($crate::scenario::preset::Preset {

@@ -1,4 +1,4 @@
-//! From text to a tree of values.
+//! Parses text to a tree of values.
 
 use core::ops::Range;
 use ron::extensions::Extensions;
@@ -10,10 +10,10 @@ use super::outline::{Content, Node};
 use super::scanner::outline_of;
 use super::wording::quoted;
 
-/// A text that could not be read.
+/// A syntax error.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SyntaxFault {
-    /// Where, in bytes.
+    /// The faulty bytes.
     pub span: Range<usize>,
     /// What is wrong.
     pub message: String,
@@ -21,7 +21,7 @@ pub struct SyntaxFault {
     pub expected: String,
 }
 
-/// The values of a text.
+/// Parses a text to values.
 pub fn read(text: &str, format: Format) -> Result<Value, SyntaxFault> {
     let first = text.len() - text.trim_start().len();
     if first == text.len() {
@@ -56,10 +56,9 @@ pub fn read(text: &str, format: Format) -> Result<Value, SyntaxFault> {
     Ok(value)
 }
 
-/// RON as the values of JSON. Words become strings, `(a: 1)` an object, `(1, 2)` a list and `variant(1)` an object
-/// with one field.
+/// Parses RON to the values of JSON. Words become strings, `(a: 1)` an object, `(1, 2)` a list and `variant(1)` an object with one field.
 fn read_ron(text: &str) -> Result<Value, SyntaxFault> {
-    /// ron tells words and variants only to serde's own buffer, which an untagged enum goes through.
+    /// ron distinguishes words and variants only for serde's internal buffer, which an untagged enum uses.
     #[derive(Deserialize)]
     #[serde(untagged)]
     enum Buffered {
@@ -73,8 +72,8 @@ fn read_ron(text: &str) -> Result<Value, SyntaxFault> {
     }
 }
 
-/// What RON says differently: `()` is an object without fields, `Name(...)` is what is in the parentheses, and the
-/// word `null` is JSON's.
+/// Corrects what RON parses differently: `()` is an object without fields, `Name(...)` is the contents of the parentheses, and the word
+/// `null` is JSON's null.
 fn mend_ron(value: &mut Value, node: &Node, text: &str) {
     if node.is_named_struct
         && let Value::Object(fields) = value
@@ -104,7 +103,7 @@ fn mend_ron(value: &mut Value, node: &Node, text: &str) {
     }
 }
 
-/// Whether a scalar is a number that is not finite: `NaN`, `-inf`, or `1e999`.
+/// Returns whether a scalar is a number that is not finite, such as `NaN`, `-inf` or `1e999`.
 fn is_not_finite(scalar: &str) -> bool {
     let number: String = scalar.chars().take(400).filter(|&character| character != '_').collect();
     let number = number.trim_end_matches("f32").trim_end_matches("f64").to_ascii_lowercase();
@@ -120,7 +119,7 @@ fn not_finite(text: &str, span: Range<usize>) -> SyntaxFault {
     }
 }
 
-/// The word or number that reaches over `position`.
+/// Returns the bytes of the word or number at `position`.
 fn word_at(text: &str, position: usize) -> Range<usize> {
     let is_part = |character: char| character.is_alphanumeric() || "+-._".contains(character);
     let before = text.get(..position).unwrap_or_default();
@@ -130,7 +129,7 @@ fn word_at(text: &str, position: usize) -> Range<usize> {
     start..end
 }
 
-/// The byte position of a line and a column, both from 1; `length` is that of a column's step in a line.
+/// Returns the byte position of a line (from 1). `column_bytes` returns the offset in that line.
 fn position_of(text: &str, line: usize, column_bytes: impl Fn(&str) -> usize) -> usize {
     let line_start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
     let line_text = text[line_start..].lines().next().unwrap_or_default();
@@ -138,7 +137,7 @@ fn position_of(text: &str, line: usize, column_bytes: impl Fn(&str) -> usize) ->
 }
 
 fn json_fault(text: &str, error: &serde_json::Error) -> SyntaxFault {
-    // serde_json counts bytes, and the one that it stumbled over is the last that it read.
+    // serde_json counts bytes, and the faulty byte is the last that it read.
     let mut position = position_of(text, error.line(), |_| error.column().saturating_sub(1));
     if error.is_eof() {
         position = text.len();
@@ -233,7 +232,7 @@ fn ron_fault(text: &str, error: &ron::error::SpannedError) -> SyntaxFault {
     }
 }
 
-/// The first thing that RON has and a scenario has not: byte strings, and keys that are no words.
+/// Returns the first construct of RON that scenarios do not have: a byte string, or a key that is no word.
 fn odd_ron(text: &str) -> Option<SyntaxFault> {
     let outline = outline_of(text)?;
     if let Some(entry) = outline.find_odd_key() {
@@ -295,7 +294,7 @@ mod tests {
             let fault = read(text, Format::Json).unwrap_err();
             assert_eq!((fault.span.start, fault.expected.as_str()), (6, "a finite number"), "{text}: {fault:?}");
         }
-        // A text is a text.
+        // A quoted text is not a number.
         assert!(read("(a: \"NaN\")", Format::Ron).is_ok());
     }
 }

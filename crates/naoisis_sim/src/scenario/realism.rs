@@ -1,4 +1,4 @@
-//! Realism: how much of a real robot a match has, in a word, for all of it or for each part.
+//! Realism: how closely a match follows a real robot, in one word for all parts or for each part.
 //!
 //! ```
 //! # use naoisis::prelude::*;
@@ -15,12 +15,12 @@
 //!
 //! | word | what it stands for |
 //! |---|---|
-//! | `paper` | what the paper says and nothing more: the default of every setting |
+//! | `paper` | the paper's models, and nothing more: the default of every setting |
 //! | `ideal` | the same without noise |
-//! | `realistic` | the figures of a real robot, those of the scenario's [model](super::RobotModel), each with its source; the paper's where the model says none |
+//! | `realistic` | the figures of the scenario's [model](super::RobotModel) of a real robot, each with its source; otherwise the paper's |
 //!
-//! A part is the scenario's setting of the same name. The word gives what that does not say itself, when a file is read: a
-//! program that builds its scenarios has [`Scenario::with_realism`](super::Scenario::with_realism).
+//! A part is the scenario's setting of the same name. When a file is read, the word gives the values that the setting itself does not have.
+//! Programs that build their scenarios use [`Scenario::with_realism`](super::Scenario::with_realism).
 
 use bevy::prelude::*;
 use core::fmt;
@@ -33,12 +33,12 @@ use std::borrow::Cow;
 use super::robot_settings::robot_settings;
 use naoisis_sensing::sensing::fidelity::present;
 
-/// How much of a real robot a part of the simulation has.
+/// How closely a part of the simulation follows a real robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Realism {
-    /// What the paper says, and nothing more.
+    /// The paper's models, and nothing more.
     #[default]
     Paper,
     /// The paper's models without noise.
@@ -48,10 +48,10 @@ pub enum Realism {
 }
 
 impl Realism {
-    /// The words of files.
+    /// The words in files.
     pub const NAMES: [&'static str; 3] = ["paper", "ideal", "realistic"];
 
-    /// The word of files.
+    /// Returns the word in files.
     pub fn name(self) -> &'static str {
         match self {
             Realism::Paper => "paper",
@@ -93,12 +93,12 @@ macro_rules! parts {
         }
 
         impl Realisms {
-            /// The same for all parts.
+            /// Creates a realism that is the same for all parts.
             pub const fn all(realism: Realism) -> Self {
                 Self { $($part: realism,)* }
             }
 
-            /// The parts by name: that of the scenario's settings.
+            /// Returns the parts with their names, which are those of the scenario's settings.
             pub fn parts(&self) -> impl Iterator<Item = (&'static str, Realism)> {
                 [$((stringify!($part), self.$part),)*].into_iter()
             }
@@ -107,7 +107,7 @@ macro_rules! parts {
         #[derive(Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         struct RealismFields {
-            /// All parts that are not given.
+            /// The realism of all parts that are not given.
             #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
             all: Option<Realism>,
             $(
@@ -138,13 +138,13 @@ robot_settings! { realisms {
 } }
 
 impl Realisms {
-    /// The word, if all parts have the same.
+    /// Returns the word for all parts, if they have the same realism.
     pub fn word(&self) -> Option<Realism> {
         (*self == Self::all(self.ball)).then_some(self.ball)
     }
 }
 
-/// The word for all parts, or a word for each that is not the paper's: `kicks realistic, vision ideal`.
+/// Shows the word for all parts, or a word for each part that differs from the paper: `kicks realistic, vision ideal`.
 impl fmt::Display for Realisms {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(word) = self.word() {
@@ -180,7 +180,7 @@ impl Serialize for Realisms {
     }
 }
 
-// By hand: an untagged enum would lose where something is wrong.
+// Implemented by hand, because an untagged enum would lose the place of an error.
 impl<'de> Deserialize<'de> for Realisms {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct RealismsVisitor;

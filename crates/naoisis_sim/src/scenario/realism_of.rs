@@ -1,4 +1,4 @@
-//! A scenario with another realism, and the realism of a scenario in words.
+//! Changes the realism of a scenario, and describes it in words.
 
 use serde_json::{Map, Value, json};
 
@@ -15,8 +15,8 @@ use naoisis_sensing::sensing::sonar::{SonarNoise, SonarSettings};
 use naoisis_sensing::sensing::vision::{VisionNoise, VisionSettings};
 
 impl Scenario {
-    /// The scenario with the settings that these words stand for, those of its model, in place of its own. A model that there is
-    /// not, and the paper, have the defaults.
+    /// Returns the scenario with the settings of another realism and of its model, in place of its own. The defaults apply for an unknown
+    /// model and for the paper.
     #[must_use]
     pub fn with_realism(self, realism: Realisms) -> Scenario {
         let mut root = Map::new();
@@ -30,14 +30,14 @@ impl Scenario {
         };
         let mut settings = self.settings.clone();
         settings.take_realism_from(real.settings);
-        // A realism changes the errors of sensors, and neither where their readings come from nor what they look for.
+        // The realism changes the errors of sensors, but not the source of their readings or what they look for.
         settings.vision = VisionSettings { noise: settings.vision.noise, ..self.settings.vision };
         settings.sonar.source = self.settings.sonar.source;
         settings.odometry = OdometrySettings { noise: settings.odometry.noise, ..self.settings.odometry };
         Scenario { realism, ball: self.ball.map(of_league), settings, messages: real.messages, ..self }
     }
 
-    /// A robot that has another model than the scenario's, and nothing of its own.
+    /// Returns a robot that has another model than the scenario's, and no own settings.
     fn robot_of_model(&self, model: &str) -> RobotSpec {
         let mut root = Map::new();
         root.insert("realism".to_owned(), serde_json::to_value(self.realism).unwrap_or_default());
@@ -49,11 +49,11 @@ impl Scenario {
         scenario.robots.into_iter().next().unwrap_or_default()
     }
 
-    /// How much of a real robot there is, in words: `paper`, or `realistic but for kicks` where the scenario has settings of its
-    /// own, whatever the word stands for.
+    /// Describes the realism of the scenario: a word such as `paper`, or `realistic but for kicks` if the scenario has its own settings of
+    /// a part.
     pub fn realism_in_words(&self) -> String {
         let real = self.clone().with_realism(self.realism);
-        // What a model of its own gives a robot is as real as the word says.
+        // The settings that a robot gets from its own model follow the realism.
         let mut models: Vec<(String, RobotSpec)> = Vec::new();
         let mut has_own = |robot: &RobotSpec| {
             let model = robot.model.clone().unwrap_or_default();
@@ -80,8 +80,8 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// Changes source and noise of the sensors of all robots to what `fidelity` stands for. Sensors without noise that are to have some
-    /// get that of the scenario's realism.
+    /// Changes source and noise of the sensors of all robots to those of `fidelity`. If sensors without noise are to have some, they get
+    /// that of the scenario's realism.
     pub fn set_fidelity(&mut self, fidelity: Fidelity) {
         let real = self.clone().with_realism(self.realism).settings;
         let settings = &mut self.settings;
@@ -176,7 +176,7 @@ mod tests {
         let own =
             read(json!({ "realism": "realistic", "kicks": { "speed_sd": 0.0 }, "robots": [{ "fidelity": "truth" }] }));
         assert_eq!(own.realism_in_words(), "realistic but for kicks, single robots");
-        // A model is no change, whoever has it; what a robot changes of it is one.
+        // A robot's own model is no change of the realism, but a change of that model is.
         let of_two = |change: Value| {
             let mut blue = json!({ "team": "roles", "model": "booster_k1" });
             if let (Some(blue), Value::Object(change)) = (blue.as_object_mut(), change) {
@@ -195,7 +195,7 @@ mod tests {
         for scenario in [own.clone(), lined_up(own)] {
             assert!(scenario.realism_in_words().ends_with("single robots"), "{}", scenario.realism_in_words());
         }
-        // All that a trace's header says is its own: another word changes the name only.
+        // The header of a trace has all values, so another word changes only the name.
         let header = real.resolved_json().unwrap();
         let file = ScenarioFile::from_text(&header, crate::scenario::Format::Json, "header").unwrap();
         let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;

@@ -1,4 +1,4 @@
-//! The settings that a scenario's realism stands for.
+//! The settings for the realism of a scenario.
 
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -12,17 +12,17 @@ use super::models::{ModelError, RobotModel, expected_model, is_file};
 use super::realism::{Realism, Realisms};
 use super::types::Scenario;
 
-/// What a scenario has where it says nothing itself, by parts; of the paper's nothing, which are the defaults. Presets in it are
-/// names still.
+/// Returns the settings that apply where the scenario does not have its own, for each part. Nothing is returned for the paper, whose
+/// settings are the defaults. Presets are still names.
 ///
-/// A model that there is not is taken out, and becomes a fault.
+/// An unknown model is removed and becomes a fault.
 pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) -> Map<String, Value> {
     let realisms = realisms_of(root);
     let model = match root.get("model") {
         None => RobotModel::named(&Scenario::default().model),
         Some(reference) => match find(reference) {
             Ok(model) => Some(model),
-            // What says all itself, as the header of a trace does, needs no file of a model.
+            // A scenario with all settings, such as the header of a trace, does not need the file of its model.
             Err(_) if reference.as_str().is_some_and(is_file) && says_all(root, realisms) => None,
             Err(wrong) => {
                 faults.extend(wrong.at(&FieldPath::from("model")));
@@ -40,7 +40,7 @@ pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault
     settings
 }
 
-/// The words of a scenario for its realism. What is wrong with them is found when the types are read.
+/// Returns the scenario's words for its realism. Errors in them are found when the types are read.
 pub fn realisms_of(root: &Map<String, Value>) -> Option<Realisms> {
     match root.get("realism") {
         None => Some(Realisms::default()),
@@ -48,8 +48,8 @@ pub fn realisms_of(root: &Map<String, Value>) -> Option<Realisms> {
     }
 }
 
-/// What robots of a model have in this realism: what they always have, and over it what the realism of each part says. What the
-/// model does not say of itself is as the NAO's.
+/// Returns the settings of a model's robots with this realism: those that always apply, and over them those of each part's realism.
+/// Settings that the model does not have are those of the NAO.
 pub fn settings_of_model(model: &RobotModel, realisms: Realisms) -> Map<String, Value> {
     static NAO: LazyLock<Map<String, Value>> =
         LazyLock::new(|| RobotModel::named(&Scenario::default().model).map_or_else(Map::new, |model| model.settings));
@@ -62,7 +62,7 @@ pub fn settings_of_model(model: &RobotModel, realisms: Realisms) -> Map<String, 
     }
 }
 
-/// What the realism of each part says.
+/// Returns the settings for the realism of each part.
 fn by_parts(realisms: Realisms, realistic: &Map<String, Value>) -> Map<String, Value> {
     let ideal = ideal();
     let of_part = |(part, realism): (&str, Realism)| {
@@ -76,7 +76,7 @@ fn by_parts(realisms: Realisms, realistic: &Map<String, Value>) -> Map<String, V
     realisms.parts().filter_map(of_part).collect()
 }
 
-/// The model of its own that a robot, or a team, names. One that there is not becomes a fault, unless all `settings` are there.
+/// Returns the own model of a robot or a team. An unknown model becomes a fault, unless the robot has all `settings`.
 pub fn model_of(
     robot: &mut Map<String, Value>,
     path: &FieldPath,
@@ -100,11 +100,11 @@ pub fn model_of(
     }
 }
 
-/// What is wrong with a `model`.
+/// A fault of a `model`.
 enum NoModel {
-    /// It names one that cannot be had.
+    /// The named model is not available.
     Error(ModelError),
-    /// It is no name.
+    /// The value is no name.
     NoName,
 }
 
@@ -119,18 +119,18 @@ impl NoModel {
     }
 }
 
-/// The model that a scenario names, or what is wrong with that.
+/// Finds the model that a scenario names.
 fn find(reference: &Value) -> Result<RobotModel, NoModel> {
     let name = reference.as_str().ok_or(NoModel::NoName)?;
     RobotModel::find(name).map_err(NoModel::Error)
 }
 
-/// Whether there are settings for every part that a realism has.
+/// Returns whether the scenario has settings for every part with a realism.
 fn says_all(root: &Map<String, Value>, realisms: Option<Realisms>) -> bool {
     realisms.unwrap_or_default().parts().all(|(part, _)| root.contains_key(part))
 }
 
-/// What is different from the paper without noise.
+/// Returns the settings of `ideal` that differ from the paper: no noise.
 fn ideal() -> Map<String, Value> {
     let settings = [
         ("vision", json!({ "noise": "none" })),

@@ -1,4 +1,5 @@
-//! The settings of a robot: one list. [`RobotSettings`], its patch, the forms of files and everything that goes over settings are made from it.
+//! The settings of a robot, in a single list. [`RobotSettings`], its patch, the forms in files and all code for each setting are generated
+//! from it.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -6,11 +7,10 @@ use serde::{Deserialize, Serialize};
 
 /// Calls the macro `$then` with `$arguments` and the list of a robot's settings, in four groups:
 ///
-/// - `exact`: what a model's file measures, and no realism changes;
-/// - `real`: what a [realism](super::Realism) changes, each with the fields by which a model says how a real robot errs (none: the setting
-///   as a whole);
-/// - `messages`: the same, but in a scenario they are in `messages.robots`, as `messages` are of the match;
-/// - `program`: what belongs to the robot's program and not to its model.
+/// - `exact`: measured in a model's file, and independent of the realism;
+/// - `real`: depends on the [realism](super::Realism). Each has the fields for the errors of a real robot (none: the setting as a whole);
+/// - `messages`: like `real`, but in `messages.robots` of a scenario, since its `messages` belong to the match;
+/// - `program`: belongs to the robot's program and not to its model.
 macro_rules! robot_settings {
     ($then:ident $arguments:tt) => {
         $then! { $arguments
@@ -64,7 +64,7 @@ macro_rules! settings_and_patch {
             $($($(#[$documentation])* pub $setting: $type,)*)*
         }
 
-        /// Some settings of a robot: those that it has of its own.
+        /// Settings of a robot that differ from the common ones.
         #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
         pub struct RobotPatch {
@@ -72,7 +72,7 @@ macro_rules! settings_and_patch {
         }
 
         impl RobotSettings {
-            /// These settings with those of `patch` in their place; of registered sensors, by name.
+            /// Returns these settings, replaced by those of `patch` where it has any. Registered sensors are replaced by name.
             #[must_use]
             pub fn patched(&self, patch: &RobotPatch) -> RobotSettings {
                 let mut patched = RobotSettings {
@@ -86,7 +86,7 @@ macro_rules! settings_and_patch {
         }
 
         impl RobotPatch {
-            /// Whether it changes nothing.
+            /// Returns whether the patch changes nothing.
             pub fn is_empty(&self) -> bool {
                 *self == Self::default()
             }
@@ -103,25 +103,25 @@ macro_rules! names_and_components {
         program { $($(#[$program_meta:meta])* $program:ident: $program_type:ty,)* }
     ) => {
         impl RobotSettings {
-            /// The names of settings that no realism changes.
+            /// Names of the settings that do not depend on the realism.
             pub(super) const EXACT: &[&str] = &[$(stringify!($exact)),*];
-            /// The names of the settings that a [model](super::RobotModel) has.
+            /// Names of the settings that a [model](super::RobotModel) has.
             pub(crate) const OF_MODEL: &[&str] =
                 &[$(stringify!($exact),)* $(stringify!($real),)* stringify!($messages)];
-            /// The names of the settings of a robot's program.
+            /// Names of the settings of a robot's program.
             pub(crate) const OF_PROGRAM: &[&str] = &[$(stringify!($program)),*];
-            /// The fields by which a model says how a real robot errs, by setting; of some the setting as a whole.
+            /// For each setting, the fields of a model for the errors of a real robot. Empty if the setting as a whole describes them.
             pub(super) const ERRORS: &[(&str, &[&str])] = &[
                 $((stringify!($real), &[$($error),*]),)*
                 (stringify!($messages), &[$($messages_error),*]),
             ];
 
-            /// The components of a robot with these settings.
+            /// Returns the components of a robot with these settings.
             pub(crate) fn components(self) -> impl Bundle {
                 ($(self.$exact,)* $(self.$real,)* self.$messages)
             }
 
-            /// Gives `robot` the components in which these settings differ from `before`.
+            /// Inserts the components for which these settings differ from `before`.
             pub(crate) fn change(&self, before: &Self, robot: &mut EntityWorldMut) {
                 $(if self.$exact != before.$exact {
                     robot.insert(self.$exact.to_owned());
@@ -134,7 +134,7 @@ macro_rules! names_and_components {
                 }
             }
 
-            /// These settings with those that are among `components`.
+            /// Returns these settings, replaced by those among `components`.
             pub(crate) fn with_components(&self, components: &[Box<dyn Reflect>]) -> Self {
                 let mut settings = self.clone();
                 for component in components {
@@ -151,13 +151,13 @@ macro_rules! names_and_components {
                 settings
             }
 
-            /// Takes the settings that a realism changes from `other`.
+            /// Replaces the settings that depend on the realism by those of `other`.
             pub(super) fn take_realism_from(&mut self, other: RobotSettings) {
                 $(self.$real = other.$real;)*
                 self.$messages = other.$messages;
             }
 
-            /// The names of the settings that a realism changes and that differ from `other`'s.
+            /// Returns the names of the settings that depend on the realism and differ from those of `other`.
             pub(super) fn real_differences(&self, other: &RobotSettings) -> Vec<&'static str> {
                 let differences =
                     [$((stringify!($real), self.$real != other.$real),)* (stringify!($messages), self.$messages != other.$messages)];
@@ -166,7 +166,7 @@ macro_rules! names_and_components {
         }
 
         impl RobotPatch {
-            /// Whether any setting that a realism changes differs from `other`'s, other than limits of messages.
+            /// Returns whether a setting that depends on the realism differs from that of `other`, except for message limits.
             pub(super) fn differs_in_realism(&self, other: &RobotPatch) -> bool {
                 [$(self.$real != other.$real),*].contains(&true)
             }
@@ -175,7 +175,7 @@ macro_rules! names_and_components {
 }
 robot_settings! { names_and_components {} }
 
-/// Defines the form that files have of a type with a [`RobotPatch`]: its own fields and those of the patch beside each other.
+/// Defines the file form of a type with a [`RobotPatch`], with the type's own fields and those of the patch side by side.
 macro_rules! patch_beside_fields {
     (
         { $type:ident as $(#[$container:meta])* $form:ident { $($(#[$attribute:meta])* $field:ident: $field_type:ty,)* } }

@@ -1,4 +1,4 @@
-//! A robot of a scenario: who it is, where it stands, what controls it, and what it has of its own.
+//! A robot of a scenario: its identity, its place, its behaviour, and its own settings.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -14,7 +14,7 @@ use naoisis_core::geometry::{Pose, file_units};
 use naoisis_core::robot::posture::LyingOn;
 use naoisis_core::team::{RobotId, Team};
 
-/// A robot at the start. In files the fields of `own` are beside the others.
+/// A robot at the start of a match. In files, the fields of `own` are beside the others.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "RobotForm", into = "RobotForm")]
 pub struct RobotSpec {
@@ -22,25 +22,25 @@ pub struct RobotSpec {
     pub team: Team,
     /// The jersey number, from 1.
     pub number: u8,
-    /// Where it stands: `[x m, y m, heading deg]` in files.
+    /// Pose at the start: `[x m, y m, heading deg]` in files.
     pub pose: Pose,
     /// Yaw and pitch of the head, radians (`head_deg`, degrees, in files).
     pub head_angles: [f32; 2],
-    /// What controls it.
+    /// Behaviour that controls the robot.
     pub behaviour: BehaviourSpec,
-    /// The [model](super::RobotModel) of this robot, if it is another than the scenario's.
+    /// The robot's own [model](super::RobotModel), if it is not the scenario's.
     pub model: Option<String>,
-    /// Whether it begins as a substitute, beside the pitch, wherever its `pose` is.
+    /// Whether the robot begins as a substitute beside the pitch. Its `pose` is ignored then.
     pub substitute: bool,
-    /// The side of the body on which it lies at the start; none: it stands.
+    /// The side of the body on which the robot lies at the start. `None` if it stands.
     pub lies_on: Option<LyingOn>,
-    /// The settings that it has of its own.
+    /// The robot's own settings.
     pub own: RobotPatch,
 }
 
 robot_settings! { patch_beside_fields {
     RobotSpec as
-    /// A [`RobotSpec`] as files have it.
+    /// The file form of a [`RobotSpec`].
     RobotForm {
         /// Its team.
         team: Team,
@@ -74,20 +74,20 @@ fn is_false(flag: &bool) -> bool {
 }
 
 impl RobotSpec {
-    /// The robot's identity.
+    /// Returns the robot's id.
     pub fn id(&self) -> RobotId {
         RobotId::new(self.team, self.number)
     }
 }
 
-/// What controls a robot: `"idle"`, the name of a registered behaviour, `{ "script": [...] }`, or `{ "program": [...] }`.
+/// The behaviour of a robot: `"idle"`, the name of a registered behaviour, `{ "script": [...] }`, or `{ "program": [...] }`.
 #[derive(Clone, PartialEq, Debug, Reflect)]
 pub enum BehaviourSpec {
     /// A registered behaviour; `idle` does nothing.
     Named(String),
-    /// A script: what to do at which time.
+    /// A script of timed commands.
     Script(Vec<ScriptEntry>),
-    /// A program of its own: the words of its command line, run in the folder of the scenario's file.
+    /// A program for this robot: the words of its command line, run in the folder of the scenario's file.
     Program(Vec<String>),
 }
 
@@ -138,7 +138,7 @@ impl Serialize for BehaviourSpec {
     }
 }
 
-// By hand: an untagged enum would lose where in a script something is wrong.
+// Implemented by hand, because an untagged enum would lose the place of an error in a script.
 impl<'de> Deserialize<'de> for BehaviourSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct BehaviourVisitor;

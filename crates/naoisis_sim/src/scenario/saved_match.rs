@@ -1,7 +1,7 @@
-//! Saved matches: the format of their files, and a packed one, as scenarios that go on from a match have it.
+//! Saved matches: the format of their files, and the packed form in scenarios that continue them.
 //!
-//! A file is a MessagePack map: the format's name and version, then the resources of the match and its entities. Values are by the names of
-//! their types.
+//! A file is a MessagePack map: the name and version of the format, the resources of the match, and its entities. Values are stored under
+//! the names of their types.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -15,45 +15,45 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::message_pack::{self, MessagePackError};
 
-/// The ending of the file names of saved matches.
+/// Extension of the file names of saved matches.
 pub const EXTENSION: &str = "naoisis";
-/// The format's name in files.
+/// Name of the format in files.
 pub const FORMAT: &str = "naoisis-snapshot";
-/// The format's version in files.
+/// Version of the format in files.
 pub const VERSION: u32 = 9;
-/// A larger file is no match: with the images of 22 robots, and their depths, it has half of that.
+/// Size limit of a file, bytes: images of 22 robots with depths take half of it.
 pub const LARGEST_FILE_BYTES: u64 = 256 << 20;
-/// How hard the match is packed: more would be felt when a test is read, and save little.
+/// Compression level of the packed match. A higher level would delay the reading of tests and save little.
 const PACKING: i32 = 9;
 
 /// Why bytes are no saved match.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SavedMatchError {
-    /// They are not MessagePack.
+    /// The bytes are not MessagePack.
     #[error(transparent)]
     Structure(#[from] MessagePackError),
-    /// They are MessagePack of something else, or of types that are not registered here.
+    /// The bytes are MessagePack with other contents, or have types that are not registered here.
     #[error("{0}")]
     Content(String),
-    /// There are more bytes than the match has.
+    /// There are bytes after the end of the match.
     #[error("there is something behind its end")]
     Trailing,
-    /// They were damaged after they had been packed.
+    /// The packed bytes are damaged.
     #[error("it is damaged")]
     Damaged,
-    /// They cannot be packed.
+    /// The match cannot be packed.
     #[error("{0}")]
     Packing(String),
 }
 
-/// A saved match, packed.
+/// A saved match in packed form.
 #[derive(Clone, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SavedMatch {
-    /// The cycle that had just ended.
+    /// The last completed cycle.
     pub cycle: u64,
-    /// The file's bytes, packed by zstd, in base64.
+    /// The bytes of the file, compressed by zstd, in base64.
     #[serde(rename = "match")]
     packed: String,
 }
@@ -62,17 +62,17 @@ impl SavedMatch {
     /// Packs the bytes of a file.
     ///
     /// # Errors
-    /// Why they cannot be packed.
+    /// The reason why they cannot be packed.
     pub(super) fn pack(cycle: u64, bytes: &[u8]) -> Result<SavedMatch, SavedMatchError> {
         let packed =
             zstd::bulk::compress(bytes, PACKING).map_err(|error| SavedMatchError::Packing(error.to_string()))?;
         Ok(SavedMatch { cycle, packed: STANDARD.encode(packed) })
     }
 
-    /// The bytes of the file that it was.
+    /// Returns the bytes of the original file.
     ///
     /// # Errors
-    /// When it was damaged since.
+    /// If the packed bytes are damaged.
     pub fn bytes(&self) -> Result<Vec<u8>, SavedMatchError> {
         let packed = STANDARD.decode(&self.packed).map_err(|_| SavedMatchError::Damaged)?;
         let size = zstd::bulk::Decompressor::upper_bound(&packed).unwrap_or(LARGEST_FILE_BYTES as usize);
@@ -80,10 +80,10 @@ impl SavedMatch {
     }
 }
 
-/// Reads the two parts of a file, each by its seed.
+/// Reads the two parts of a file, each with its own seed.
 ///
 /// # Errors
-/// What is wrong with the bytes.
+/// The fault of the bytes.
 pub(crate) fn read_parts<'de, R: DeserializeSeed<'de>, E: DeserializeSeed<'de>>(
     bytes: &'de [u8],
     resources: R,
@@ -95,13 +95,13 @@ pub(crate) fn read_parts<'de, R: DeserializeSeed<'de>, E: DeserializeSeed<'de>>(
         .deserialize_map(Parts { resources, entities })
         .map_err(|error| SavedMatchError::Content(error.to_string()))?;
     match IgnoredAny::deserialize(&mut deserializer) {
-        // There is nothing left to be read.
+        // Nothing is left to read.
         Err(rmp_serde::decode::Error::InvalidMarkerRead(_)) => Ok(parts),
         _ => Err(SavedMatchError::Trailing),
     }
 }
 
-/// Reads the map of a file.
+/// Visits the map of a file.
 struct Parts<R, E> {
     resources: R,
     entities: E,
@@ -141,7 +141,7 @@ impl<'de, R: DeserializeSeed<'de>, E: DeserializeSeed<'de>> Visitor<'de> for Par
     }
 }
 
-/// Reads values by the names of their types. `find` returns the type of a name, `None` for values to skip, or an error.
+/// Reads values that are stored under the names of their types. `find` returns the type for a name, `None` for values to skip, or an error.
 pub(crate) struct NamedValues<'a, F> {
     pub(crate) registry: &'a TypeRegistry,
     pub(crate) find: F,

@@ -1,14 +1,13 @@
-//! A scanner for the structure that the texts of JSON and RON share: it knows brackets, keys, strings and comments, and
-//! nothing else.
+//! Scans the structure that JSON and RON texts share: brackets, keys, strings and comments.
 
 use core::ops::Range;
 
 use super::outline::{Content, Entry, Node};
 
-/// Deeper nesting than this has no outline. Both parsers refuse it before, at 128.
+/// Nesting depth limit of outlines. Both parsers have a lower limit, 128.
 const DEEPEST: usize = 160;
 
-/// The outline of a whole text; none if the text is not well-formed.
+/// Returns the outline of a whole text. Returns `None` if the text is not well-formed.
 pub(super) fn outline_of(text: &str) -> Option<Node> {
     let mut scanner = Scanner { text, position: 0 };
     scanner.skip_attributes();
@@ -17,7 +16,7 @@ pub(super) fn outline_of(text: &str) -> Option<Node> {
     (scanner.position == text.len()).then_some(node)
 }
 
-/// Reads through the text, byte by byte: all structure is ASCII.
+/// Scans the text byte by byte, as all structural characters are ASCII.
 struct Scanner<'a> {
     text: &'a str,
     position: usize,
@@ -32,7 +31,7 @@ impl<'a> Scanner<'a> {
         self.rest().chars().next()
     }
 
-    /// Goes past `wanted` if it is next.
+    /// Skips `wanted` if it is next. Returns whether it was.
     fn eat(&mut self, wanted: &str) -> bool {
         let is_next = self.rest().starts_with(wanted);
         if is_next {
@@ -41,7 +40,7 @@ impl<'a> Scanner<'a> {
         is_next
     }
 
-    /// Goes past all characters for which `is_wanted`.
+    /// Skips all characters for which `is_wanted`, and returns them.
     fn eat_while(&mut self, is_wanted: impl Fn(char) -> bool) -> &'a str {
         let rest = self.rest();
         let length = rest.find(|character| !is_wanted(character)).unwrap_or(rest.len());
@@ -49,12 +48,12 @@ impl<'a> Scanner<'a> {
         &rest[..length]
     }
 
-    /// Goes past `wanted` and everything before it; to the end if there is none.
+    /// Skips everything up to the end of `wanted`, or to the end of the text if there is none.
     fn skip_past(&mut self, wanted: &str) {
         self.position = self.rest().find(wanted).map_or(self.text.len(), |at| self.position + at + wanted.len());
     }
 
-    /// Goes past blanks and comments.
+    /// Skips blanks and comments.
     fn skip_blanks(&mut self) {
         loop {
             self.eat_while(char::is_whitespace);
@@ -77,7 +76,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Goes past RON's `#![enable(...)]`.
+    /// Skips RON's `#![enable(...)]`.
     fn skip_attributes(&mut self) {
         self.skip_blanks();
         while self.eat("#!") {
@@ -86,7 +85,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// The value that is next, without the blanks before and after it.
+    /// Scans the next value, without the blanks before and after it.
     fn value(&mut self, depth: usize) -> Option<Node> {
         let depth = depth.checked_sub(1)?;
         self.skip_blanks();
@@ -148,7 +147,7 @@ impl<'a> Scanner<'a> {
         Some(Node { span: start..self.position, content, is_named_struct })
     }
 
-    /// `(key: value, ...)`, or `(value, ...)`. `()` is an object without fields.
+    /// Scans `(key: value, ...)` or `(value, ...)`. `()` is an object without fields.
     fn parentheses(&mut self, depth: usize) -> Option<Content> {
         self.position += 1;
         let start = self.position;
@@ -195,7 +194,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// The comma after an element, unless the end follows.
+    /// Skips the comma after an element, unless the end follows.
     fn separator(&mut self, end: char) -> Option<()> {
         self.skip_blanks();
         (self.eat(",") || self.peek() == Some(end)).then_some(())
@@ -212,14 +211,14 @@ impl<'a> Scanner<'a> {
         }
         let span = self.word();
         if span.is_empty() {
-            // Not a key that a scenario has; it is kept to be pointed at.
+            // No key of a scenario, but it is kept for the error message.
             let key = self.eat_while(|next| !next.is_whitespace() && !",:[](){}\"".contains(next));
             return (!key.is_empty()).then(|| (key.to_owned(), start..self.position));
         }
         Some((self.text[span.clone()].to_owned(), span))
     }
 
-    /// A word; RON's raw identifiers (`r#type`) come without their mark.
+    /// Scans a word. RON's raw identifiers (`r#type`) are returned without their prefix.
     fn word(&mut self) -> Range<usize> {
         if self.rest().starts_with("r#") {
             self.position += 2;
@@ -231,7 +230,7 @@ impl<'a> Scanner<'a> {
         start..self.position
     }
 
-    /// Whether a raw, byte or raw byte string is next.
+    /// Returns whether a raw, byte or raw byte string is next.
     fn is_raw_string(&self) -> bool {
         let rest = self.rest();
         let prefix = ["br", "b", "r"].into_iter().find(|prefix| rest.starts_with(prefix));
@@ -242,7 +241,7 @@ impl<'a> Scanner<'a> {
         })
     }
 
-    /// Any kind of string, or a character.
+    /// Skips a string of any kind, or a character.
     fn string(&mut self) -> Option<()> {
         self.eat("b");
         if self.eat("r") {

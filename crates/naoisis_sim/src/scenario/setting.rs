@@ -1,4 +1,4 @@
-//! Single settings laid over a scenario, as command lines write them: `messages.loss=0.2`, `rules.half_s=60`.
+//! Single settings laid over a scenario, as on the command line: `messages.loss=0.2`, `rules.half_s=60`.
 
 use core::fmt;
 use core::str::FromStr;
@@ -9,28 +9,28 @@ use super::field_path::{FieldPath, Segment};
 use super::layers::field_of_word;
 use super::wording::quoted;
 
-/// A field of a scenario and the value that it should have instead of the file's.
+/// A field of a scenario, with a value that replaces the file's.
 ///
-/// Written `PATH=VALUE`. The value is JSON, and what is no JSON is a text: `teams.blue=roles`. Where the file has the
-/// name of a preset, the preset's other fields stay: `rules.half_s=60` with the rules `spl2010`.
+/// A setting is written `PATH=VALUE`. The value is JSON; other texts are strings, as in `teams.blue=roles`. If the file has the name of a
+/// preset, the other fields of the preset stay: `rules.half_s=60` with the rules `spl2010`.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Setting {
     path: FieldPath,
     value: Value,
 }
 
-/// A word that is no setting.
+/// The error for a word that is no setting.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{} is no setting: expected a field of the scenario and its value, such as `messages.loss=0.2` or `robots[0].number=7`", quoted(.0))]
 pub struct NotASetting(pub String);
 
 impl Setting {
-    /// The field that is set.
+    /// Returns the path of the field.
     pub fn path(&self) -> &FieldPath {
         &self.path
     }
 
-    /// The value as it is written: texts without their quotes.
+    /// Returns the value as written: texts without quotes.
     pub fn value(&self) -> String {
         match &self.value {
             Value::String(text) => text.clone(),
@@ -38,11 +38,11 @@ impl Setting {
         }
     }
 
-    /// The settings that `PATH=VALUE,VALUE,...` stands for, one a value: the values of a sweep. Commas within brackets,
-    /// braces and quotes part nothing.
+    /// Returns one setting for each value in `PATH=VALUE,VALUE,...`: the values of a sweep. Commas inside brackets, braces and quotes do
+    /// not separate values.
     ///
     /// # Errors
-    /// [`NotASetting`] when there is no path or no value.
+    /// [`NotASetting`] if there is no path or no value.
     pub fn sweep(text: &str) -> Result<Vec<Setting>, NotASetting> {
         let error = || NotASetting(text.to_owned());
         let (path, values) = text.split_once('=').ok_or_else(error)?;
@@ -58,7 +58,7 @@ impl Setting {
         Some(Setting { path, value })
     }
 
-    /// Puts the value in its place, with the objects that are missing on the way. A list's element must be there.
+    /// Sets the value, and adds missing objects on the path. Elements of lists must exist.
     pub(super) fn lay_over(&self, root: &mut Value) -> Result<(), ScenarioError> {
         let error = |message: String, expected: &str| Err(self.error(ScenarioErrorKind::Shape, &message, expected));
         let mut value = root;
@@ -111,12 +111,12 @@ impl Setting {
         Ok(())
     }
 
-    /// Whether it sets what is at `path`, or something in it, or what that is in.
+    /// Returns whether the setting changes the value at `path`, a value in it, or a value around it.
     pub(super) fn concerns(&self, path: &FieldPath) -> bool {
         !path.segments().is_empty() && path.segments().iter().zip(self.path.segments()).all(|(one, other)| one == other)
     }
 
-    /// What is wrong with it.
+    /// Returns an error about this setting.
     pub(super) fn error(&self, kind: ScenarioErrorKind, message: &str, expected: &str) -> ScenarioError {
         ScenarioError::of_file(kind, &format!("--set {self}"), message.to_owned(), expected.to_owned())
     }
@@ -138,7 +138,7 @@ impl fmt::Display for Setting {
     }
 }
 
-/// The parts between the commas that are outside of brackets, braces and quotes.
+/// Splits a text at the commas outside brackets, braces and quotes.
 fn split_values(text: &str) -> Vec<&str> {
     let (mut depth, mut in_text, mut start) = (0, false, 0);
     let mut values = Vec::new();

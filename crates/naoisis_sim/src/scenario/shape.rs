@@ -1,5 +1,5 @@
-//! From a tree of values to types, strictly: where `serde_json` would take a list for a struct, or let a number
-//! overflow to infinity, this refuses; and its errors are data, not sentences.
+//! Reads types from a tree of values, strictly: it refuses a list for a struct and numbers that overflow to infinity, which `serde_json`
+//! accepts. Its errors are data, not sentences.
 
 use core::fmt;
 use core::iter::Enumerate;
@@ -19,29 +19,29 @@ use super::wording::{did_you_mean, one_of, quoted};
 /// Reads a type from a value.
 ///
 /// # Errors
-/// What is wrong with the value, and where in it.
+/// The fault of the value, and where it is.
 pub fn read<'de, T: Deserialize<'de>>(value: &'de Value) -> Result<T, ShapeFault> {
     T::deserialize(Strict(value))
 }
 
-/// What is wrong with a value, and where in it. Boxed, as every step of reading passes it on.
+/// A fault of a value, and its place. It is boxed, as every step of reading passes it on.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ShapeFault(Box<Fault>);
 
 #[derive(Clone, PartialEq, Debug)]
 struct Fault {
     error: ShapeError,
-    /// From the wrong value outwards.
+    /// The steps from the faulty value outwards.
     steps: Vec<Segment>,
 }
 
 impl ShapeFault {
-    /// What is wrong.
+    /// Returns what is wrong.
     pub fn error(&self) -> &ShapeError {
         &self.0.error
     }
 
-    /// Where, within the value that was read.
+    /// Returns the path of the faulty value in the value that was read.
     pub fn path(&self) -> FieldPath {
         self.0.steps.iter().rev().cloned().collect()
     }
@@ -65,23 +65,23 @@ impl From<ShapeError> for ShapeFault {
 /// What is wrong with a value.
 #[derive(Clone, PartialEq, Debug)]
 pub enum ShapeError {
-    /// An object has a field that it should not have.
+    /// An object has an unknown field.
     UnknownField {
         /// The name of the field, as in files.
         name: String,
-        /// The names of those that it may have.
+        /// The names of the possible fields.
         expected: &'static [&'static str],
     },
     /// An object lacks a field that has no default.
     MissingField(&'static str),
-    /// A value is not what it should be.
+    /// A value has the wrong type or form.
     Mismatch {
-        /// What it is.
+        /// The value found.
         found: String,
-        /// What it should be.
+        /// What was expected.
         expected: String,
     },
-    /// Anything else, in its own words.
+    /// Another error, in its own words.
     Other(String),
 }
 
@@ -91,12 +91,12 @@ impl ShapeError {
         ShapeError::Mismatch { found: format!("{}{meant}", quoted(found)), expected: one_of(variants.iter().copied()) }
     }
 
-    /// Whether the name of a field is wrong, rather than its value.
+    /// Returns whether the name of a field is wrong, not its value.
     pub fn is_about_key(&self) -> bool {
         matches!(self, ShapeError::UnknownField { .. })
     }
 
-    /// What is wrong, and what was expected, of a field of this name.
+    /// Describes what is wrong with a field of this name, and what was expected.
     pub fn words(&self, field: Option<&str>) -> (String, String) {
         match self {
             ShapeError::UnknownField { name, expected } => {
@@ -111,7 +111,7 @@ impl ShapeError {
                 let expected = field.and_then(list_form).map_or(expected.clone(), str::to_owned);
                 (format!("{subject} is {found}"), expected)
             }
-            // Types that read themselves say what they expected, too.
+            // Errors of types with their own deserialisation also say what they expected.
             ShapeError::Other(message) => {
                 ["; expected ", ": expected "].into_iter().find_map(|words| message.split_once(words)).map_or_else(
                     || (message.clone(), "a value that the field can have".to_owned()),
@@ -122,7 +122,7 @@ impl ShapeError {
     }
 }
 
-/// What the lists of numbers of a scenario hold, by the name of their field.
+/// Describes the contents of a scenario's lists of numbers, by the name of their field.
 fn list_form(field: &str) -> Option<&'static str> {
     Some(match field {
         "pose" => "a list of three numbers, [x m, y m, heading deg]",
@@ -168,7 +168,7 @@ fn describe_unexpected(unexpected: Unexpected) -> String {
     }
 }
 
-/// Serde's names of types, for people.
+/// Translates serde's descriptions of types for users.
 fn describe_expected(expected: &dyn Expected) -> String {
     let words = expected.to_string();
     match words.as_str() {
@@ -226,7 +226,7 @@ impl de::Error for ShapeFault {
     }
 }
 
-/// Reads types from a value.
+/// Deserialises types strictly from a value.
 #[derive(Clone, Copy)]
 struct Strict<'a>(pub &'a Value);
 
@@ -366,7 +366,7 @@ struct Variant<'a> {
 }
 
 impl<'a> Variant<'a> {
-    /// A word alone, or an object with one field.
+    /// Reads a word, or an object with one field.
     fn of(value: &'a Value, variants: &[&str]) -> Result<Self, ShapeFault> {
         match value {
             Value::String(variant) => return Ok(Variant { variant, value: None }),

@@ -1,4 +1,4 @@
-//! The text that a scenario came from: whatever is wrong with the scenario is placed in it.
+//! The text that a scenario came from, for locating errors in it.
 
 use core::ops::Range;
 use std::sync::Arc;
@@ -13,21 +13,21 @@ use super::scanner::outline_of;
 use super::setting::Setting;
 use super::types::Scenario;
 
-/// The text that a scenario came from: whatever turns out to be wrong with the scenario later can still be placed.
+/// The text that a scenario came from. Faults that are found later can be located in it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ScenarioSource {
-    /// The file as it was named, or the name of a built-in scenario.
+    /// The name of the file as given, or that of a built-in scenario.
     pub name: String,
     pub(super) text: Arc<str>,
     pub(super) format: Format,
-    /// What is laid over the text.
+    /// The settings laid over the text.
     pub(super) settings: Vec<Setting>,
 }
 
-/// Something wrong with a scenario, not placed yet.
+/// A fault of a scenario, not located yet.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Finding {
-    /// What kind of thing.
+    /// The kind of error.
     pub kind: ScenarioErrorKind,
     /// The field, what is wrong, and what was expected.
     pub fault: ScenarioFault,
@@ -40,48 +40,47 @@ impl From<ScenarioFault> for Finding {
 }
 
 impl ScenarioSource {
-    /// A file's text, as it is.
+    /// Creates the source of a file's text, without settings.
     pub(super) fn of_file(name: &str, format: Format, text: &str) -> Self {
         // Some editors begin a file with a byte order mark.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text).into();
         Self { name: name.to_owned(), format, text, settings: Vec::new() }
     }
 
-    /// The error of a text that could not be read.
+    /// Returns the error for a syntax fault.
     pub(super) fn syntax_error(&self, fault: SyntaxFault) -> ScenarioError {
         let error = ScenarioError::of_file(ScenarioErrorKind::Syntax, &self.name, fault.message, fault.expected);
         error.at(Place::new(&self.text, fault.span))
     }
 
-    /// How many of a path's steps the text has.
+    /// Returns how many steps of a path are in the text.
     pub(super) fn steps_found(&self, path: &FieldPath) -> usize {
         self.outline().locate(path, FieldPart::Value).1
     }
 
-    /// The text of the file.
+    /// Returns the text of the file.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The error for something wrong with the scenario that this is the text of, such as a behaviour that nobody has
-    /// registered.
+    /// Returns the error for a fault of the scenario that came from this text, such as an unregistered behaviour.
     pub fn error(&self, fault: &ScenarioFault) -> ScenarioError {
         self.placed(&self.outline(), &Finding::from(fault.clone()))
     }
 
-    /// The errors for all that was found.
+    /// Returns the errors for all findings.
     pub(super) fn errors(&self, findings: &[Finding]) -> Vec<ScenarioError> {
         let outline = self.outline();
         findings.iter().map(|finding| self.placed(&outline, finding)).collect()
     }
 
-    /// Where the values stand. Only errors need it, so that it is not kept.
+    /// Returns the outline of the text. It is not kept, because only errors need it.
     fn outline(&self) -> Node {
         let nothing = || Node { span: 0..0, content: Content::Scalar, is_named_struct: false };
         outline_of(&self.text).unwrap_or_else(nothing)
     }
 
-    /// The setting that the value at `path` comes of, and its place among the settings.
+    /// Returns the setting that determines the value at `path`, and its index among the settings.
     pub(super) fn setting_of(&self, path: &FieldPath) -> Option<(usize, &Setting)> {
         self.settings.iter().enumerate().rev().find(|(_, setting)| setting.concerns(path))
     }
@@ -98,7 +97,7 @@ impl ScenarioSource {
     }
 }
 
-/// Where a text says what is at `path`. What a robot does not say itself, it has from the common settings.
+/// Returns the bytes of the value at `path`. If a robot does not have it, returns those of the common setting.
 fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, part: FieldPart) -> Range<usize> {
     let (own, found) = outline.locate(path, part);
     if found == path.segments().len() {
@@ -120,10 +119,10 @@ fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, part: Fie
     }
 }
 
-/// A scenario together with the text that it came from.
+/// A scenario, together with the text that it came from.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ScenarioFile {
-    /// The scenario, valid.
+    /// The scenario, which is valid.
     pub scenario: Scenario,
     /// The text that it came from.
     pub source: ScenarioSource,

@@ -1,4 +1,4 @@
-//! The two teams of a scenario, and what their robots have of their own.
+//! The two teams of a scenario, and the own settings of their robots.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -12,48 +12,48 @@ use super::robot_settings::{RobotPatch, patch_beside_fields, robot_settings};
 use super::robot_spec::RobotSpec;
 use naoisis_core::team::{PerTeam, Team};
 
-/// Two teams, by name; or as `exec:COMMAND`, a program that is started for each of their robots; or as `remote`, whose robots
-/// are decided for from outside.
+/// The two teams of a scenario: each is the name of a registered team; `exec:COMMAND`, a program that is started for each robot; or
+/// `remote`, for robots that are controlled from outside.
 ///
-/// In files, a team is its name, or an object with the name as `team`, and what all of its robots have of their own: a `model`,
-/// or settings that a robot could have.
+/// In files, a team is its name, or an object with the name as `team` and what all of its robots have in common: a `model`, or settings of
+/// robots.
 #[derive(Clone, PartialEq, Debug, Reflect)]
 pub struct TeamsSpec {
     /// The blue team.
     pub blue: String,
     /// The pink team.
     pub pink: String,
-    /// What the robots of each have of their own.
+    /// What the robots of each team have in common.
     pub robots: PerTeam<TeamRobots>,
 }
 
-/// What all robots of a team have of their own.
+/// What all robots of a team have in common.
 #[derive(Clone, PartialEq, Debug, Default, Reflect)]
 pub struct TeamRobots {
-    /// Their [model](super::RobotModel), if it is another than the scenario's.
+    /// The robots' [model](super::RobotModel), if it is not the scenario's.
     pub model: Option<String>,
-    /// Their own settings.
+    /// The robots' own settings.
     pub own: RobotPatch,
-    /// How much weaker they are than their settings, 0 to 0.9: slower by this share, with more falls and poorer eyes.
+    /// The handicap, from 0 to 0.9: the robots are slower by this share, fall more often and see less.
     pub handicap: f32,
 }
 
 impl TeamsSpec {
-    /// What the name of a team begins with that is the command line of a program.
+    /// Prefix of a team's name that is the command line of a program.
     pub const EXEC: &str = "exec:";
 
-    /// Two teams by their names, with the scenario's robots.
+    /// Creates two teams by their names, with the scenario's robots.
     pub fn new(blue: impl Into<String>, pink: impl Into<String>) -> Self {
         Self { blue: blue.into(), pink: pink.into(), robots: PerTeam::default() }
     }
 
-    /// The words of the command line that the name of a team stands for, if it does: quoted and parted as a shell would.
-    /// None among them if quotes are not closed.
+    /// Returns the words of the command line in a team's name, split and unquoted like in a shell. Returns `None` for other names, and
+    /// `Some(None)` if quotes are not closed.
     pub fn command_line(team: &str) -> Option<Option<Vec<String>>> {
         team.strip_prefix(Self::EXEC).map(shlex::split)
     }
 
-    /// The name of a team.
+    /// Returns the name of a team.
     pub fn name(&self, team: Team) -> &str {
         match team {
             Team::Blue => &self.blue,
@@ -61,7 +61,7 @@ impl TeamsSpec {
         }
     }
 
-    /// A robot of a team, with what they all have of their own.
+    /// Returns a robot of a team, with what all its robots have in common.
     pub fn robot(&self, team: Team, number: u8) -> RobotSpec {
         let TeamRobots { model, own, .. } = self.robots[team].clone();
         RobotSpec { team, number, model, own, ..default() }
@@ -74,7 +74,7 @@ impl Default for TeamsSpec {
     }
 }
 
-/// A team as files have it.
+/// The file form of a team.
 #[derive(Clone)]
 struct Entry {
     team: String,
@@ -89,7 +89,7 @@ fn is_none(handicap: &f32) -> bool {
 
 robot_settings! { patch_beside_fields {
     Entry as
-    /// An [`Entry`] that is an object.
+    /// The file form of an [`Entry`] that is an object.
     EntryForm {
         /// The name of the team.
         team: String,
@@ -150,7 +150,7 @@ impl<'de> Deserialize<'de> for Entry {
     }
 }
 
-/// Both teams as files have them.
+/// The file form of both teams.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct Entries {

@@ -1,4 +1,4 @@
-//! The types of a scenario, as programs build them and files spell them.
+//! The types of a scenario, for programs and for files.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -20,36 +20,36 @@ use naoisis_core::pitch::Pitch;
 use naoisis_core::robot::body::Body;
 use naoisis_core::team::RobotId;
 
-/// Everything that a match starts from. In files the fields of `settings` are beside the others.
+/// Everything that a match starts from. In files, the fields of `settings` are beside the others.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 #[serde(from = "ScenarioForm", into = "ScenarioForm")]
 pub struct Scenario {
     /// A name for display.
     pub name: String,
-    /// What it shows, in a sentence.
+    /// Description, one sentence.
     pub description: String,
-    /// The saved match that it goes on from, with the chance of its seed, instead of beginning anew. In files it is the path of one. What is
-    /// not given is as it was in that match; times are counted from its moment.
+    /// The saved match that the match continues, with the random numbers of its own seed. In files, it is the path of the saved match.
+    /// Values that are not given are those of that match. Times are counted from its last cycle.
     #[reflect(default)]
     pub from: Option<SavedMatch>,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Duration of a cycle, s.
     pub cycle_s: f64,
-    /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
+    /// Duration of the match, s. Without it, the match ends with the final whistle, or after 60 s if the rules have no clock.
     pub duration_s: Option<f32>,
-    /// The [league](super::League) from which it has the settings that are not given here, if it is one's.
+    /// The [league](super::League) for settings that are not given, if any.
     pub league: Option<String>,
     /// The [model](super::RobotModel) of the robots.
     pub model: String,
-    /// How much of a real robot there is in the settings that are not given here.
+    /// The realism of settings that are not given.
     pub realism: Realisms,
     /// The sizes of pitch and goals.
     pub field: Pitch,
-    /// The rules that are played by.
+    /// The rules of the match.
     pub rules: Rules,
-    /// The ball; none with `null`.
+    /// The ball. `None` (`null` in files) without a ball.
     pub ball: Option<BallSpec>,
     /// The settings of robots, unless they have their own.
     pub settings: RobotSettings,
@@ -61,9 +61,9 @@ pub struct Scenario {
     pub teams: Option<TeamsSpec>,
     /// Posts besides those of the goals.
     pub posts: Vec<PostSpec>,
-    /// What the referee is made to do, and when.
+    /// Interventions of the referee, with their times.
     pub interventions: Vec<TimedIntervention>,
-    /// What is expected of it: a test, for `naoisis check --play`.
+    /// Expectations of the match, tested by `naoisis check --play`.
     pub expectations: Vec<Expectation>,
 }
 
@@ -94,56 +94,56 @@ impl Default for Scenario {
 }
 
 impl Scenario {
-    /// Where neither the scenario nor the clock of the rules ends a match, it is over after this time, s.
+    /// Time after which a match without a duration and without a clock ends, s.
     const LONGEST_WITHOUT_CLOCK_S: f32 = 60.0;
 
-    /// Whether there is such a robot in the match: in the list, or in a team that is lined up.
+    /// Returns whether the match has this robot, either in the list or in a team.
     pub fn has_robot(&self, id: RobotId) -> bool {
         let lined_up = self.teams.is_some() && (1..=self.rules.team_size + self.rules.substitutes).contains(&id.number);
         lined_up || self.robots.iter().any(|robot| robot.id() == id)
     }
 
-    /// When the match is over at the latest, s since its start; none where the final whistle ends it.
+    /// Returns the time at which the match ends at the latest, s since its start. Returns `None` if it ends with the final whistle.
     pub fn end_s(&self) -> Option<f32> {
         let longest_s = self.longest_s()?;
         let begins_s = self.first_cycle() as f64 * self.cycle_s;
         Some(longest_s + begins_s as f32)
     }
 
-    /// How long it lasts at the most, s; none where the final whistle ends it.
+    /// Returns the longest duration of the match, s. Returns `None` if it ends with the final whistle.
     pub fn longest_s(&self) -> Option<f32> {
         self.duration_s.or((!self.rules.clock).then_some(Self::LONGEST_WITHOUT_CLOCK_S))
     }
 
-    /// The cycle after which it goes on; 0 of a match that begins anew.
+    /// Returns the cycle after which the match begins: that of the saved match, or 0.
     pub fn first_cycle(&self) -> u64 {
         self.from.as_ref().map_or(0, |saved| saved.cycle)
     }
 
-    /// What the scenario says of a robot, listed or lined up with a team.
+    /// Returns the specification of a robot, from the list or from its team.
     pub fn robot(&self, id: RobotId) -> RobotSpec {
         let listed = self.robots.iter().find(|robot| robot.id() == id).cloned();
         let lined_up = || self.teams.as_ref().map(|teams| teams.robot(id.team, id.number));
         listed.or_else(lined_up).unwrap_or_else(|| RobotSpec { team: id.team, number: id.number, ..default() })
     }
 
-    /// All settings of a robot: its own, and else those that all have, with the handicap of its team.
+    /// Returns all settings of a robot: its own or otherwise the common ones, with the handicap of its team.
     pub fn settings_of(&self, robot: &RobotSpec) -> RobotSettings {
         let handicap = self.teams.as_ref().map_or(0.0, |teams| teams.robots[robot.team].handicap);
         self.settings.patched(&robot.own).with_handicap(handicap)
     }
 
-    /// The body of a robot: its own, or else that which all have.
+    /// Returns the body of a robot: its own or otherwise the common one.
     pub fn body_of(&self, robot: &RobotSpec) -> Body {
         robot.own.body.unwrap_or(self.settings.body)
     }
 
-    /// How much a robot may send at most: what it says itself, and else what all robots do; no more than the match allows.
+    /// Returns the message limits of a robot: its own or otherwise the common ones, and never more than the match allows.
     pub fn message_limits_of(&self, robot: &RobotSpec) -> MessageLimits {
         self.messages.limits_with(&robot.own.messages.unwrap_or(self.settings.messages))
     }
 
-    /// The cycle after which the match is over at the latest; none where the final whistle ends it.
+    /// Returns the cycle after which the match ends at the latest. Returns `None` if it ends with the final whistle.
     pub fn last_cycle(&self) -> Option<u64> {
         let longest_s = self.longest_s()?;
         Some(self.first_cycle() + (f64::from(longest_s) / self.cycle_s).round() as u64)
@@ -158,7 +158,7 @@ macro_rules! scenario_form {
         messages { $(#[$messages_meta:meta])* $messages:ident: $messages_type:ty [$($messages_error:literal),*], }
         program { $($(#[$program_meta:meta])* $program:ident: $program_type:ty,)* }
     ) => {
-        /// A [`Scenario`] as files have it.
+        /// The file form of a [`Scenario`].
         #[derive(Clone, Serialize, Deserialize, JsonSchema)]
         #[serde(default, deny_unknown_fields)]
         #[schemars(rename = "Scenario")]
@@ -199,7 +199,7 @@ robot_settings! { scenario_form {
     name: String,
     /// What it shows, in a sentence.
     description: String,
-    /// The saved match that it goes on from instead of beginning anew: the path of one.
+    /// The path of a saved match that the match continues.
     #[serde(skip_serializing_if = "Option::is_none")]
     from: Option<SavedMatch>,
     /// Seed of all random numbers.
@@ -207,21 +207,21 @@ robot_settings! { scenario_form {
     /// Duration of a cycle, s.
     #[schemars(range(min = 0.001, max = 1.0))]
     cycle_s: f64,
-    /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
+    /// Duration of the match, s. Without it, the match ends with the final whistle, or after 60 s if the rules have no clock.
     #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1_000_000.0))]
     duration_s: Option<f32>,
-    /// The league from which it has the settings that are not given here, if it is one's.
+    /// The league for settings that are not given, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     league: Option<String>,
     /// The model of the robots.
     model: String,
-    /// How much of a real robot there is in the settings that are not given here.
+    /// The realism of settings that are not given.
     realism: Realisms,
     /// The sizes of pitch and goals.
     field: Pitch,
-    /// The rules that are played by.
+    /// The rules of the match.
     rules: Rules,
-    /// The ball; none with `null`.
+    /// The ball; `null` for none.
     ball: Option<BallSpec>,
     /// The robots, each with its place and its behaviour.
     robots: Vec<RobotSpec>,
@@ -229,10 +229,10 @@ robot_settings! { scenario_form {
     teams: Option<TeamsSpec>,
     /// Posts besides those of the goals.
     posts: Vec<PostSpec>,
-    /// What the referee is made to do, and when.
+    /// Interventions of the referee, with their times.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     interventions: Vec<TimedIntervention>,
-    /// What is expected of it: a test, for `naoisis check --play`.
+    /// Expectations of the match, tested by `naoisis check --play`.
     #[serde(rename = "expect", skip_serializing_if = "Vec::is_empty")]
     expectations: Vec<Expectation>,
 } }
@@ -276,23 +276,23 @@ impl Default for BallSpec {
 }
 
 impl BallSpec {
-    /// Its place on the ground, m, pitch frame.
+    /// Returns the ball's position on the ground, m, pitch frame.
     pub fn place_m(&self) -> Vec2 {
         self.position_m.truncate()
     }
 
-    /// Its height and climb at the start.
+    /// Returns height and vertical velocity at the start.
     pub fn start_flight(&self) -> BallFlight {
         BallFlight { height_m: (self.position_m.z - self.radius_m).max(0.0), climb_mps: self.velocity_mps.z }
     }
 
-    /// Its physical parameters.
+    /// Returns the ball's physical parameters.
     pub fn physics(&self) -> BallPhysics {
         let Self { radius_m, rolling, restitution, flight, .. } = *self;
         BallPhysics { radius_m, rolling, restitution, flight }
     }
 
-    /// The same ball at the same place with other physical parameters.
+    /// Returns the same ball at the same position with other physical parameters.
     #[must_use]
     pub fn with_physics(self, physics: BallPhysics) -> BallSpec {
         let BallPhysics { radius_m, rolling, restitution, flight } = physics;

@@ -1,6 +1,6 @@
-//! How errors word things: quotes, lists of names, the nearest name.
+//! Wording of error messages: quotes, lists of names, the nearest name.
 
-/// A word from a file in quotes, on one line and not too long.
+/// Quotes a word from a file, on one line and cut to a maximum length.
 pub fn quoted(word: &str) -> String {
     const LONGEST: usize = 60;
     let mut shown: String = word.chars().take(LONGEST).flat_map(char::escape_debug).collect();
@@ -10,12 +10,12 @@ pub fn quoted(word: &str) -> String {
     format!("`{shown}`")
 }
 
-/// Names as a list: `a`, `b` or `c`.
+/// Lists names as `a`, `b` or `c`.
 pub fn one_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     listed(names, "or")
 }
 
-/// Names as a list: `a`, `b` and `c`.
+/// Lists names as `a`, `b` and `c`.
 pub fn all_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     listed(names, "and")
 }
@@ -29,14 +29,14 @@ fn listed<'a>(names: impl IntoIterator<Item = &'a str>, word: &str) -> String {
     }
 }
 
-/// What is wrong and what was expected, as a sentence.
+/// Combines what is wrong and what was expected to a sentence.
 pub fn in_words(message: &str, expected: &str) -> String {
-    // The question mark of a suggestion ends the sentence already.
+    // A suggestion ends with a question mark already.
     let separator = if message.ends_with('?') { "" } else { ";" };
     format!("{message}{separator} expected {expected}")
 }
 
-/// The name that was probably meant by `word`: one that begins with it, or one that a few typing errors lead to.
+/// Returns the name that was probably meant by `word`: one that begins with it, or one that is a few typing errors away.
 pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word: String = word.chars().take(100).collect::<String>().to_lowercase();
     let tolerance = (word.chars().count() / 3).max(1);
@@ -52,7 +52,7 @@ pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, name)| name)
 }
 
-/// `: did you mean ...?`, or nothing.
+/// Returns `: did you mean ...?`, or an empty text.
 pub fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
     nearest(word, names).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
 }

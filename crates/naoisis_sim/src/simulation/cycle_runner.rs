@@ -1,4 +1,4 @@
-//! A match that a schedule of the app runs, such as `FixedUpdate`.
+//! Runs the cycles of a match in a schedule of the app, such as `FixedUpdate`.
 
 use bevy::app::{FixedFirst, FixedLast, FixedMain, FixedPostUpdate, FixedPreUpdate};
 use bevy::ecs::schedule::{InternedScheduleLabel, ScheduleLabel};
@@ -11,17 +11,16 @@ use crate::scenario::Scenario;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 
-/// Runs a cycle of the match whenever a schedule runs, while there is a match that is not over.
+/// Runs a cycle of the match each time a schedule runs, as long as there is a match that is not over.
 ///
-/// In the schedules of the fixed main loop, such as `FixedUpdate`, the timestep of [`Time<Fixed>`] is set to the scenario's
-/// `cycle_s` while there is a match, so that a match goes as fast as the app's virtual time. In any other schedule a cycle is
-/// run each time.
+/// In the schedules of the fixed main loop, such as `FixedUpdate`, the timestep of [`Time<Fixed>`] is set to the scenario's `cycle_s` while
+/// there is a match, so that the match follows the app's virtual time. In any other schedule, one cycle is run each time.
 pub struct CycleRunnerPlugin {
     schedule: InternedScheduleLabel,
 }
 
 impl CycleRunnerPlugin {
-    /// The plugin that runs cycles in `schedule`.
+    /// Creates the plugin for `schedule`.
     pub fn new(schedule: impl ScheduleLabel) -> Self {
         Self { schedule: schedule.intern() }
     }
@@ -45,7 +44,7 @@ impl Plugin for CycleRunnerPlugin {
     }
 }
 
-/// The system that runs the cycle: systems of the same schedule run before or after it.
+/// The system set that runs the cycle. Systems of the same schedule can run before or after it.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct RunCycle;
 

@@ -1,7 +1,7 @@
-//! The start of a match: a new one, or one that goes on from a saved one, as its scenario wants it: the very moment, with what
-//! everybody thinks and what is under way, and the chance of the scenario's seed.
+//! Starts a match: a new one, or one that continues a saved match, depending on its scenario. A continued match keeps its state, including
+//! beliefs and actions under way, but has the random numbers of the scenario's seed.
 //!
-//! A robot that is to behave otherwise begins afresh in that moment: where it is, moving as it does, without a thought in its head.
+//! A robot with a new behaviour continues where it is and as it moves, but without its old beliefs and memory.
 
 use bevy::prelude::*;
 use core::any::TypeId;
@@ -31,15 +31,15 @@ use naoisis_core::robot::request::RequestCommand;
 use naoisis_core::robot::{Roster, Velocity};
 use naoisis_core::team::{RobotId, Team};
 
-/// Places and directions that differ by less are the same, m or radians: they may have been written into a file.
+/// Differences up to this count as equal, m or radians, because values may have been written to a file.
 const SAME: f32 = 1e-4;
 
-/// Replaces the match in the world by that of the scenario: a new one, or the saved one that it is [from](Scenario::from).
+/// Replaces the match in the world by that of the scenario: a new one, or the saved one that it continues ([`from`](Scenario::from)).
 ///
 /// # Errors
-/// [`ScenarioFault`] when the scenario contradicts itself, names a behaviour or team that is not registered, wants camera images
-/// that cannot be rendered here, or goes on from what is no saved match, and when a plugin of the
-/// [`NaoisisPlugins`](super::NaoisisPlugins) is missing; the world is then as it was.
+/// [`ScenarioFault`] if the scenario contradicts itself, names a behaviour or team that is not registered, needs camera images that cannot
+/// be rendered here, or continues something that is no saved match, or if a plugin of the [`NaoisisPlugins`](super::NaoisisPlugins) is
+/// missing. The world is unchanged then.
 pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     check_plugins(world)?;
     match &scenario.from {
@@ -50,12 +50,12 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     Ok(())
 }
 
-/// Checks that the plugins that every match needs were added.
+/// Checks that the app has the plugins that every match needs.
 ///
 /// # Errors
-/// [`ScenarioFault`] that names the first that is missing.
+/// [`ScenarioFault`] that names the first missing plugin.
 fn check_plugins(world: &World) -> Result<(), ScenarioFault> {
-    // Plugins without a resource that is theirs alone are known by a type that they register.
+    // Plugins without a resource of their own are recognised by a type that they register.
     let types = world.get_resource::<AppTypeRegistry>();
     let has_type = |id: TypeId| types.is_some_and(|types| types.read().contains(id));
     let needed = [
@@ -82,8 +82,8 @@ fn check_plugins(world: &World) -> Result<(), ScenarioFault> {
 /// Replaces the match in the world by the saved one.
 ///
 /// # Errors
-/// [`ScenarioFault`] when it is no saved match, or the scenario wants what cannot change in the middle of a match; the world is
-/// then as it was.
+/// [`ScenarioFault`] if it is no saved match, or if the scenario changes something that cannot change during a match. The world is
+/// unchanged then.
 fn go_on(world: &mut World, scenario: &Scenario, saved: &SavedMatch) -> Result<(), ScenarioFault> {
     let of_saved = |error: &dyn Error| {
         ScenarioFault::new(FieldPath::from("from"), format!("the saved match: {error}"), "a match as it was saved")
@@ -94,7 +94,7 @@ fn go_on(world: &mut World, scenario: &Scenario, saved: &SavedMatch) -> Result<(
     }
     let mut before = saved.scenario().map_err(|error| of_saved(&error))?;
     if before.teams.is_some() && scenario.teams.is_none() {
-        // The header of a trace lists the robots of teams.
+        // The scenario in the header of a trace lists the robots of teams.
         before = Scenario { robots: robots_of(world, &before)?, teams: None, ..before };
     }
     check_beginning(&before, scenario)?;
@@ -118,7 +118,7 @@ fn go_on(world: &mut World, scenario: &Scenario, saved: &SavedMatch) -> Result<(
     change_settings(world, scenario)
 }
 
-/// That the scenario does not want the match to have begun otherwise.
+/// Checks that the scenario does not change the beginning of the match.
 fn check_beginning(before: &Scenario, scenario: &Scenario) -> Result<(), ScenarioFault> {
     let stands_where_it_did = |robot: &RobotSpec| {
         scenario.robots.iter().any(|now| {
@@ -151,7 +151,7 @@ fn check_beginning(before: &Scenario, scenario: &Scenario) -> Result<(), Scenari
     }
 }
 
-/// The robots whose behaviour or team is another one now.
+/// Returns the robots with a new behaviour or team.
 fn who_behaves_otherwise(before: &Scenario, scenario: &Scenario) -> Vec<RobotId> {
     let mut otherwise = Vec::new();
     if let (Some(before), Some(now)) = (&before.teams, &scenario.teams) {
@@ -168,7 +168,7 @@ fn who_behaves_otherwise(before: &Scenario, scenario: &Scenario) -> Vec<RobotId>
     otherwise
 }
 
-/// The scenario as if its match had been played by the behaviours and teams of another.
+/// Changes the behaviours and teams of `before` to those of `scenario`.
 fn take_over_behaviours(before: &mut Scenario, scenario: &Scenario) {
     if let (Some(before), Some(now)) = (&mut before.teams, &scenario.teams) {
         (before.blue, before.pink) = (now.blue.clone(), now.pink.clone());
@@ -180,7 +180,7 @@ fn take_over_behaviours(before: &mut Scenario, scenario: &Scenario) {
     }
 }
 
-/// A robot begins to behave as the scenario says, where it is.
+/// Starts the scenario's behaviour of a robot, at the robot's present pose.
 fn begin_behaviour(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
     let Some(entity) = world.resource::<Roster>().get(robot.id()) else { return };
     let mut entity = world.entity_mut(entity);

@@ -1,5 +1,5 @@
-//! What must always hold, of the truth and of what robots sense, hear and believe, checked after every cycle. A breach is a
-//! bug: it is reported as an event and a warning, and the match goes on, so that its record can be looked at.
+//! Checks invariants of the true state and of what robots sense, hear and believe, after every cycle. A violation is a bug. It is reported
+//! as an event and a warning, and the match continues, so that its record can be examined.
 
 use bevy::ecs::query::QueryData;
 use bevy::log::warn;
@@ -22,9 +22,9 @@ use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::sonar::SonarReading;
 use naoisis_sensing::sensing::vision::Percepts;
 
-/// Depth of an overlap that counts as one, m.
+/// Depth from which on an overlap is a violation, m.
 const TOLERANCE: f32 = 1e-4;
-/// How much deeper the ball may get into a base or a post within a cycle, m.
+/// Depth by which the ball may get deeper into a base or a post in a cycle, m.
 const BALL_TOLERANCE: f32 = 1e-3;
 
 /// Checks the invariants in [`CycleSystems::CheckInvariants`].
@@ -36,24 +36,24 @@ impl Plugin for InvariantPlugin {
     }
 }
 
-/// A robot as the invariants see it.
+/// The state of a robot for the invariants.
 #[derive(Clone, Copy, Debug)]
 pub struct RobotState {
     /// Team and number.
     pub id: RobotId,
-    /// Where it is at the end of the cycle, pitch frame.
+    /// Pose at the end of the cycle, pitch frame.
     pub pose: Pose,
-    /// Where it was at the start of the cycle, pitch frame.
+    /// Pose at the start of the cycle, pitch frame.
     pub previous: Pose,
-    /// Its velocity at the end of the cycle, m/s, pitch frame.
+    /// Velocity at the end of the cycle, m/s, pitch frame.
     pub velocity: Velocity,
-    /// What meets robots and posts, robot frame.
+    /// The box that collides with robots and posts, robot frame.
     pub torso: BodyBox,
-    /// What meets the ball, robot frame.
+    /// The box that collides with the ball, robot frame.
     pub base: BodyBox,
 }
 
-/// What a robot senses, hears and believes, as far as it must be finite.
+/// The values that a robot senses, hears and believes, which must be finite.
 #[derive(QueryData)]
 struct Mind {
     head: &'static HeadAngles,
@@ -64,7 +64,7 @@ struct Mind {
     belief: Option<&'static Belief>,
 }
 
-/// The ball as the invariants see it.
+/// The state of the ball for the invariants.
 #[derive(Clone, Copy, Debug)]
 pub struct BallState {
     /// Its centre at the end of the cycle, m, pitch frame.
@@ -75,7 +75,7 @@ pub struct BallState {
     pub velocity: Vec2,
     /// Its radius, m.
     pub radius: f32,
-    /// Whether it was on the ground during the whole cycle. One in the air may be above what it is not in.
+    /// Whether the ball was on the ground during the whole cycle. In the air it may be above a robot or post.
     pub is_on_ground: bool,
 }
 
@@ -123,7 +123,7 @@ fn check_invariants(
 }
 
 impl MindItem<'_, '_> {
-    /// What has a number in it that is not finite, if anything has.
+    /// Returns the first part that has a number which is not finite.
     fn first_not_finite(&self) -> Option<&'static str> {
         let parts = [
             ("head angles", self.head.yaw.is_finite() && self.head.pitch.is_finite()),
@@ -137,8 +137,8 @@ impl MindItem<'_, '_> {
     }
 }
 
-/// Reports every invariant that does not hold: all numbers finite, no torso in another or in a post, the ball no
-/// deeper in a base or a post than it was.
+/// Reports every violated invariant: numbers must be finite, torsos must not overlap each other or posts, and the ball must not get deeper
+/// into a base or a post.
 pub fn broken_invariants(
     robots: &[RobotState],
     posts: &[(Vec2, f32)],
@@ -154,7 +154,7 @@ pub fn broken_invariants(
         let torso = &robot.torso;
         let torso_reach = torso.reach();
         for other in &robots[index + 1..] {
-            // Most robots are nowhere near each other, which needs no rectangles.
+            // Most robots are far apart. This check needs no rectangles.
             if !is_within(robot.pose.position, other.pose.position, torso_reach + other.torso.reach()) {
                 continue;
             }

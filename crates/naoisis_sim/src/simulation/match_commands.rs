@@ -1,4 +1,4 @@
-//! Starting and ending a match from systems: commands.
+//! Commands that start and end a match.
 
 use bevy::prelude::*;
 
@@ -10,18 +10,16 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_core::events::CycleEvents;
 use naoisis_core::game::{Game, GameState};
 
-/// Starts and ends a match from a system, an observer, or wherever there are [`Commands`].
+/// Starts and ends a match from a system, an observer, or any other place with [`Commands`].
 ///
-/// Commands that a system of the [`Cycle`](naoisis_core::cycle::Cycle) gives are carried out in the middle of a cycle: in the
-/// cycle, use an [observer](super::triggers) instead.
+/// Commands of a system in the [`Cycle`](naoisis_core::cycle::Cycle) would be applied in the middle of a cycle. Use an
+/// [observer](super::triggers) there instead.
 pub trait MatchCommands {
-    /// Puts the scenario's match into the world, in place of any that is there. Triggers
-    /// [`MatchStarted`](super::MatchStarted), or [`MatchNotStarted`] if the scenario contradicts itself or names what is not
-    /// registered; the match that was there then goes on.
+    /// Starts the scenario's match in the world, and removes an earlier one. Triggers [`MatchStarted`](super::MatchStarted), or
+    /// [`MatchNotStarted`] if the scenario contradicts itself or has unregistered names. The earlier match continues in that case.
     fn start_match(&mut self, scenario: Scenario) -> &mut Self;
 
-    /// Takes the match out of the world, and triggers [`MatchEnded`] unless the match was over already. Does nothing if there
-    /// is no match.
+    /// Removes the match from the world, and triggers [`MatchEnded`] unless the match was over already. Does nothing if there is no match.
     fn end_match(&mut self) -> &mut Self;
 }
 
@@ -42,8 +40,8 @@ impl MatchCommands for Commands<'_, '_> {
     }
 }
 
-/// Takes the match out of the world: its robots, ball and posts, and its [`Scenario`]. The game's state and score can be read
-/// until the next match starts. Triggers [`MatchEnded`] unless the match was over already. Does nothing if there is no match.
+/// Removes the match from the world: its robots, ball and posts, and its [`Scenario`]. The game's state and score stay until the next match
+/// starts. Triggers [`MatchEnded`] unless the match was over already. Does nothing if there is no match.
 pub fn end_match(world: &mut World) {
     if !world.contains_resource::<Scenario>() {
         return;
@@ -58,13 +56,13 @@ pub fn end_match(world: &mut World) {
     }
 }
 
-/// Whether the match in the world is over: by the final whistle, or by the scenario's [time](Scenario::last_cycle).
+/// Returns whether the match in the world is over, by the final whistle or by the scenario's [time](Scenario::last_cycle).
 pub fn is_over(world: &World) -> bool {
     let has_whistled = world.get_resource::<Game>().is_some_and(|game| game.state == GameState::Finished);
     has_whistled || is_time_over(world)
 }
 
-/// Whether the scenario's [time](Scenario::last_cycle) is over.
+/// Returns whether the scenario's [time](Scenario::last_cycle) is over.
 pub(super) fn is_time_over(world: &World) -> bool {
     let last_cycle = world.get_resource::<Scenario>().and_then(Scenario::last_cycle);
     let clock = world.get_resource::<CycleClock>();

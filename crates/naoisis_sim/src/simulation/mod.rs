@@ -1,4 +1,4 @@
-//! A match in an [`App`]: start it from a scenario, run it, look at it.
+//! Runs a match in an [`App`]: starts it from a scenario, runs its cycles, and gives access to its state.
 //!
 //! A headless test of a behaviour is a few lines:
 //!
@@ -65,38 +65,38 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::SimpleBeliefPlugin;
 use naoisis_sensing::sensing::SensingPlugin;
 
-/// Everything that a headless match needs: no window, no renderer, no assets.
+/// All plugins of a headless match, without a window, a renderer or assets.
 ///
-/// The owner of the app runs the cycles, by [`MatchApp::run_cycles`] or [`run_cycle`]. In an app that runs by itself, with
-/// `DefaultPlugins` for instance, a schedule of the app runs them: see [`NaoisisPlugins::in_schedule`].
+/// The owner of the app runs the cycles with [`MatchApp::run_cycles`] or [`run_cycle`]. In an app that runs by itself, for example with
+/// `DefaultPlugins`, a schedule of the app runs them: see [`NaoisisPlugins::in_schedule`].
 ///
 /// # Members
 ///
 /// | plugin | what it adds | without it |
 /// |---|---|---|
 /// | [`CyclePlugin`] | the [`Cycle`](naoisis_core::cycle::Cycle) schedule, its sets and its clock | no match can be started |
-/// | [`EventsPlugin`] | [what happens in a cycle](naoisis_core::events), as a resource and as messages | no match can be started |
-/// | [`MatchPlugin`] | [sensors] of the program's own, [events](triggers) for observers | no match can be started |
-/// | [`CustomRulesPlugin`](rules::CustomRulesPlugin) | [rules] of the program's own | no match can be started |
+/// | [`EventsPlugin`] | [events of a cycle](naoisis_core::events), as a resource and as messages | no match can be started |
+/// | [`MatchPlugin`] | custom [sensors] of the program, [events](triggers) for observers | no match can be started |
+/// | [`CustomRulesPlugin`](rules::CustomRulesPlugin) | custom [rules] of the program | no match can be started |
 /// | [`PitchPlugin`] | the pitch, before there is a match | each match still brings its pitch |
 /// | [`RobotPlugin`] | robots that walk, turn their heads, kick and fall | no match can be started |
 /// | [`BallPlugin`] | a ball that rolls | the ball rests where it is, unless a robot or post pushes it |
 /// | [`CollisionPlugin`] | collisions; robots and ball move to where a cycle takes them | no match can be started |
 /// | [`SensingPlugin`] | cameras, vision, sonars, odometry | robots sense nothing; no built-in belief, no built-in teams |
-/// | [`CommunicationPlugin`] | messages between robots | nothing is heard |
+/// | [`CommunicationPlugin`] | messages between robots | robots receive no messages |
 /// | [`BehaviourPlugin`] | behaviours, scripts, teams | no match can be started |
-/// | [`RefereePlugin`] | the referee, and what robots are told of the game | no match can be started |
-/// | [`InvariantPlugin`](invariants::InvariantPlugin) | checks of what must always hold | it is not checked |
+/// | [`RefereePlugin`] | the referee, and the status of the game for robots | no match can be started |
+/// | [`InvariantPlugin`](invariants::InvariantPlugin) | checks of invariants | invariants are not checked |
 /// | [`SimpleBeliefPlugin`] | the built-in [belief](naoisis_sensing::belief) | robots have none, and there are no built-in teams |
 /// | [`BuiltInTeamsPlugin`] | the built-in [teams](crate::teams) | scenarios cannot name them |
 ///
-/// Each can be disabled: `NaoisisPlugins.build().disable::<SimpleBeliefPlugin>()`. Where no match can be started,
-/// [`start_match`] says which plugin is missing. For a match without a referee, use the rules `free` instead.
+/// Each plugin can be disabled: `NaoisisPlugins.build().disable::<SimpleBeliefPlugin>()`. If no match can be started, [`start_match`]
+/// returns which plugin is missing. For a match without a referee, use the rules `free` instead.
 pub struct NaoisisPlugins;
 
 impl NaoisisPlugins {
-    /// The plugins, and a [`CycleRunnerPlugin`] that runs a cycle whenever `schedule` runs, while there is a match that is not
-    /// over. In `FixedUpdate` the timestep is that of the scenario.
+    /// Returns the plugins, with a [`CycleRunnerPlugin`] that runs a cycle each time `schedule` runs, as long as there is a match that is
+    /// not over. In `FixedUpdate` the timestep is that of the scenario.
     ///
     /// ```
     /// use bevy::prelude::*;
@@ -142,7 +142,7 @@ impl PluginGroup for NaoisisPlugins {
     }
 }
 
-/// The scenario, the random numbers, the registry of sensors, and the [events](triggers) for observers.
+/// Adds the scenario, the random numbers, the registry of sensors, and the [events](triggers) for observers.
 pub struct MatchPlugin;
 
 impl Plugin for MatchPlugin {
@@ -157,46 +157,46 @@ impl Plugin for MatchPlugin {
     }
 }
 
-/// Starts, runs and looks at a match in an [`App`] with the [`NaoisisPlugins`].
+/// Starts and runs a match in an [`App`] with the [`NaoisisPlugins`], and gives access to its state.
 pub trait MatchApp {
-    /// Puts the scenario's match into the app, in place of any that is there.
+    /// Starts the scenario's match in the app, and removes an earlier one.
     ///
     /// # Errors
-    /// [`ScenarioFault`] when the scenario contradicts itself or names a behaviour or team that is not registered, or a plugin
-    /// of the [`NaoisisPlugins`] is missing; the app is then as it was.
+    /// [`ScenarioFault`] if the scenario contradicts itself or names a behaviour or team that is not registered, or if a plugin of the
+    /// [`NaoisisPlugins`] is missing. The app is unchanged then.
     fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault>;
 
-    /// Takes the match out of the app, as [`end_match`] does.
+    /// Removes the match from the app, like [`end_match`].
     fn end_match(&mut self) -> &mut Self;
 
     /// Runs this many cycles.
     fn run_cycles(&mut self, count: usize) -> &mut Self;
 
-    /// Runs cycles until `condition` holds after one, at most `most`. Returns whether it held.
+    /// Runs at most `most` cycles, until `condition` holds after a cycle. Returns whether it held.
     fn run_until(&mut self, most: usize, condition: impl FnMut(&App) -> bool) -> bool;
 
-    /// The number of cycles run.
+    /// Returns the number of cycles run.
     fn cycle(&self) -> u64;
 
-    /// The true pose of a robot.
+    /// Returns the true pose of a robot.
     fn robot_pose(&self, id: RobotId) -> Option<Pose>;
 
-    /// A component of a robot.
+    /// Returns a component of a robot.
     fn robot<C: Component>(&self, id: RobotId) -> Option<&C>;
 
-    /// The true place of the ball.
+    /// Returns the true position of the ball, as a pose.
     fn ball(&self) -> Option<Pose>;
 
-    /// The true velocity of the ball, m/s.
+    /// Returns the true velocity of the ball, m/s.
     fn ball_velocity(&self) -> Option<Vec2>;
 
-    /// The state of the game.
+    /// Returns the state of the game.
     fn game(&self) -> &Game;
 
-    /// What happened in the last cycle.
+    /// Returns the events of the last cycle.
     fn events(&self) -> &[MatchEvent];
 
-    /// Whether the final whistle has gone.
+    /// Returns whether the final whistle has been blown.
     fn is_finished(&self) -> bool {
         self.game().state == GameState::Finished
     }

@@ -1,4 +1,4 @@
-//! The names of behaviours, teams, sensors and rules in a scenario: whether the program has what they stand for.
+//! Checks that the program knows the names of behaviours, teams, sensors and rules in a scenario.
 
 use bevy::prelude::*;
 
@@ -8,8 +8,8 @@ use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, TeamsSp
 use naoisis_core::behaviour::{BehaviourRegistry, REMOTE};
 use naoisis_core::team::Team;
 
-/// A fault for each name that nobody has registered, and for each setting of a sensor or rule of the program's own. That a name is
-/// empty is a fault of the scenario itself.
+/// Returns a fault for each unregistered name, and for each invalid setting of a custom sensor or rule. Empty names are faults of the
+/// scenario itself.
 pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
     let root = FieldPath::default();
@@ -29,7 +29,7 @@ pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
     robots.chain(teams).chain(sensors).chain(world.resource::<RuleRegistry>().faults(scenario)).collect()
 }
 
-/// What is wrong with the name of a team, if anything: it is neither registered nor the command line of a program.
+/// Returns the fault of a team's name that is neither registered nor the command line of a program, if it is one.
 pub fn wrong_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) -> Option<ScenarioFault> {
     match TeamsSpec::command_line(name) {
         Some(Some(words)) if words.first().is_some_and(|word| !word.is_empty()) => None,
@@ -43,7 +43,7 @@ pub fn wrong_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) ->
     }
 }
 
-/// The fault of a team's name that nobody has registered.
+/// Returns the fault of an unregistered team.
 pub fn no_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) -> ScenarioFault {
     let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
     unknown_name(path, "team", name, known.iter().copied())

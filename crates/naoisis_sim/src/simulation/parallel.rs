@@ -1,4 +1,4 @@
-//! Matches that are played at the same time on several threads.
+//! Plays matches on several threads at the same time.
 
 use core::ops::Range;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -6,11 +6,10 @@ use std::collections::BTreeMap;
 use std::sync::mpsc;
 use std::thread;
 
-/// Plays the matches with these `indices` on `threads` threads and hands their results to `finished` in the order of the indices.
+/// Plays the matches with these `indices` on `threads` threads and passes their results to `finished` in the order of the indices.
 ///
-/// Each thread has a `worker` of its own and takes the next match when it is done with one; `play` must depend on the index alone,
-/// so that the results are the same for any number of threads. When `stop` becomes true, the matches under way are finished and no
-/// others begin.
+/// Each thread has its own `worker` and takes the next match when it has finished one. `play` must depend only on the index, so that the
+/// results are the same for any number of threads. When `stop` becomes true, the matches under way are finished and no others begin.
 ///
 /// # Errors
 /// The first error of `finished`, after which no matches begin.
@@ -32,7 +31,7 @@ pub fn play_in_order<W, R: Send, E>(
                 let mut worker = worker();
                 while !stop.load(Ordering::Relaxed) {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    // Nobody receives it after an error.
+                    // The receiver is gone after an error.
                     if index >= end || sender.send((index, play(&mut worker, index))).is_err() {
                         break;
                     }
@@ -40,7 +39,7 @@ pub fn play_in_order<W, R: Send, E>(
             });
         }
         drop(sender);
-        // Results that come before their turn wait for it.
+        // Results that are ready too early wait for their turn.
         let mut waiting = BTreeMap::new();
         for (index, result) in receiver {
             waiting.insert(index, result);
@@ -64,7 +63,7 @@ mod tests {
         for threads in [0, 1, 3, 50] {
             let mut results = Vec::new();
             let play = |(): &mut (), index: usize| {
-                // Later ones are ready first.
+                // Later matches are ready first.
                 thread::sleep(Duration::from_millis(10 - index as u64));
                 index * index
             };

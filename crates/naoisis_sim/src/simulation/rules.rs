@@ -1,6 +1,6 @@
-//! Rules of a program's own: judged by the referee, with settings in scenario files.
+//! Custom rules: judged by the referee, with settings in scenario files.
 //!
-//! A rule is one type with its settings; [`CustomRule`] says when a robot breaks it, and by what evidence.
+//! A rule is a type with the rule's settings. [`CustomRule`] says when a robot breaks the rule, and with what evidence.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -48,8 +48,8 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! A registered rule is in force where a scenario's rules name it under `"own"`, if only with `{}`: as the built-in ones, it has
-//! a switch in each scenario. Its verdicts are events, are explained by `--explain`, counted in tables, and replayed.
+//! A registered rule is in force if a scenario's rules have its name under `"own"`, even with just `{}`. Like built-in rules, it is
+//! switched on by each scenario. Its verdicts are events, are explained by `--explain`, counted in tables, and replayed.
 
 use bevy::prelude::*;
 use core::marker::PhantomData;
@@ -62,7 +62,7 @@ use naoisis_core::cycle::{BeginCycle, Cycle, CycleSystems};
 use naoisis_core::game::{Intervention, PenaltyReason, RuleName, Rules};
 use naoisis_core::referee::custom_rules::{CustomRule, CustomRules, MOST_CUSTOM_RULES};
 
-/// Puts rules of the program's own into force, as the rules of the match say.
+/// Puts custom rules into force, as set in the rules of the match.
 pub struct CustomRulesPlugin;
 
 impl Plugin for CustomRulesPlugin {
@@ -78,32 +78,32 @@ impl Plugin for CustomRulesPlugin {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RuleError {
-    /// Its name is none.
+    /// The name is not valid.
     #[error("the rule `{0}` is refused: its name is no word of at most 32 lower-case letters, digits and underscores")]
     NotAName(String),
-    /// Another rule has its name.
+    /// The name belongs to another rule.
     #[error("the rule `{0}` is refused: another rule has this name; give it a name of its own")]
     NameTaken(RuleName),
-    /// There are too many.
+    /// There are too many custom rules.
     #[error("the rule `{0}` is refused: a program can have {MOST_CUSTOM_RULES} rules of its own")]
     TooMany(RuleName),
 }
 
-/// Registers rules.
+/// Methods of [`App`] that register rules.
 pub trait RuleApp {
-    /// Registers a rule about single robots under the name by which scenarios switch it on, and by which verdicts are called.
+    /// Registers a rule about single robots. Scenarios switch it on by its name, which its verdicts have, too.
     ///
     /// # Errors
-    /// [`RuleError`] when its name is none, or another rule's, or when there are too many.
+    /// [`RuleError`] if the name is not valid or belongs to another rule, or if there are too many rules.
     fn try_add_rule<Rule: CustomRule + Default + DeserializeOwned>(
         &mut self,
         name: &str,
     ) -> Result<&mut Self, RuleError>;
 
-    /// As [`RuleApp::try_add_rule`], for a rule that is known to be right.
+    /// Does the same as [`RuleApp::try_add_rule`], for a rule that cannot be refused.
     ///
     /// # Panics
-    /// When it is not.
+    /// If the rule is refused.
     fn add_rule<Rule: CustomRule + Default + DeserializeOwned>(&mut self, name: &str) -> &mut Self {
         match self.try_add_rule::<Rule>(name) {
             Ok(app) => app,
@@ -133,19 +133,19 @@ impl RuleApp for App {
     }
 }
 
-/// The registered rules by name.
+/// The registered rules, by name.
 #[derive(Resource, Default)]
 pub struct RuleRegistry {
     rules: BTreeMap<RuleName, RegisteredRule>,
 }
 
-/// A rule of which only the name is known.
+/// A registered rule without its type.
 struct RegisteredRule {
     place: usize,
     settings: Box<dyn ReadRule>,
 }
 
-/// How a rule is made of its settings.
+/// Makes a rule from its settings.
 trait ReadRule: Send + Sync {
     fn read(&self, settings: &Value, path: &FieldPath) -> Result<Box<dyn CustomRule>, ScenarioFault>;
 }
@@ -159,7 +159,7 @@ impl<Rule: CustomRule + DeserializeOwned> ReadRule for SettingsOf<Rule> {
 }
 
 impl RuleRegistry {
-    /// The names of all rules, sorted.
+    /// Returns the names of all rules, sorted.
     pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
         self.rules.keys().map(RuleName::as_str)
     }
@@ -169,8 +169,7 @@ impl RuleRegistry {
         Some((name, self.rules.get(&name)?))
     }
 
-    /// What is wrong with what a scenario says of the program's own rules: that there are none such, or that they have no such
-    /// settings.
+    /// Returns the faults of a scenario's custom rules: unregistered names and invalid settings.
     pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
         let path = FieldPath::from("rules.own");
         let of_settings = scenario.rules.own.0.iter().filter_map(|(name, settings)| {
@@ -199,7 +198,7 @@ fn put_in_force(rules: Res<Rules>, registry: Res<RuleRegistry>, mut own: ResMut<
     *own = CustomRules::default();
     for (name, settings) in rules.own.0.iter().filter(|(_, settings)| !settings.is_null()) {
         let Some((name, rule)) = registry.get(name) else { continue };
-        // What is wrong was found before the match started.
+        // Invalid settings were found before the match started.
         if let Ok(in_force) = rule.settings.read(settings, &FieldPath::default()) {
             own.add(name, rule.place, in_force);
         }

@@ -1,11 +1,11 @@
-//! Sensors of a program's own: settings in scenario files, readings for behaviours, in traces and in saved matches.
+//! Custom sensors: settings in scenario files, readings for behaviours, in traces and in saved matches.
 //!
-//! A sensor is two components and a system: its settings, its reading, and the system that fills it.
+//! A sensor consists of two components and a system: its settings, its reading, and the system that updates the reading.
 //!
-//! An example is on the page "A sensor" of the guide.
+//! The page "A sensor" of the guide has an example.
 //!
-//! Every robot has the sensor, with its default settings; `"sensors"` in a scenario changes them for all robots or for one,
-//! and `null` takes it away. What a robot's reading was is under `"sensors"` of each robot in a trace.
+//! Every robot has the sensor, with its default settings. `"sensors"` in a scenario changes them for all robots or for one, and `null`
+//! removes the sensor. A trace has the readings under `"sensors"` of each robot.
 
 use bevy::ecs::system::ScheduleSystem;
 use bevy::prelude::*;
@@ -23,13 +23,13 @@ use naoisis_core::named_values::NamedValues;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::sensing::scene::SensingSystems;
 
-/// What the settings of a sensor are: a component that is read from files, and saved with a match.
+/// The settings of a sensor: a component that is read from files and saved with a match.
 pub trait SensorSettings: Component + Default + DeserializeOwned + Reflect + Typed + GetTypeRegistration {}
 
 impl<T: Component + Default + DeserializeOwned + Reflect + Typed + GetTypeRegistration> SensorSettings for T {}
 
-/// What the reading of a sensor is: a component that is written to traces, and saved with a match. Its default is that of a
-/// robot which has not sensed yet.
+/// The reading of a sensor: a component that is written to traces and saved with a match. Its default is the reading of a robot that has
+/// not sensed yet.
 pub trait SensorReading: Component + Default + Serialize + Reflect + Typed + GetTypeRegistration {}
 
 impl<T: Component + Default + Serialize + Reflect + Typed + GetTypeRegistration> SensorReading for T {}
@@ -39,57 +39,57 @@ impl<T: Component + Default + Serialize + Reflect + Typed + GetTypeRegistration>
 #[error("sensor `{sensor}` is refused: {reason}")]
 #[non_exhaustive]
 pub struct SensorError {
-    /// The name under which it should have been registered.
+    /// The intended name of the sensor.
     pub sensor: String,
     /// What is wrong with it.
     pub reason: SensorErrorKind,
 }
 
-/// What is wrong with a sensor.
+/// The reason why a sensor is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SensorErrorKind {
-    /// Another sensor has its name.
+    /// The name belongs to another sensor.
     #[error("another sensor has this name; give it a name of its own")]
     NameTaken,
-    /// Another sensor has its settings or its reading.
+    /// The settings or the reading belong to another sensor.
     #[error("`{component}` is another sensor's; give each sensor components of its own")]
     ComponentTaken {
         /// The component's type.
         component: String,
     },
-    /// A component does not say who may know it, or cannot be saved.
+    /// A component is not marked with who may know it, or cannot be saved.
     #[error(
         "`{component}` does not say what it is; derive `Reflect` for it, with `#[reflect(Component, @Knowledge::{mark:?})]`"
     )]
     NotMarked {
         /// The component's type.
         component: String,
-        /// What it should say.
+        /// The mark that it needs.
         mark: Knowledge,
     },
-    /// There are robots already, which lack it.
+    /// There are robots already, which would lack the sensor.
     #[error("it is registered while a match is on; register sensors before the match starts")]
     MatchIsOn,
 }
 
-/// Registers sensors.
+/// Methods of [`App`] that register sensors.
 pub trait SensorApp {
-    /// Registers a sensor: `system` fills the `Reading` of each robot by its `Settings`, with the built-in sensors, before
-    /// anybody decides. It is the simulation's, and may read the truth; behaviours may read what it measures.
+    /// Registers a sensor: `system` updates the `Reading` of each robot according to its `Settings`. It runs with the built-in sensors,
+    /// before the behaviours. It belongs to the simulation and may read the true state. Behaviours may read the measurements.
     ///
     /// # Errors
-    /// [`SensorError`] when its name or components are another's, or when they do not say who may know them.
+    /// [`SensorError`] if the name or a component belongs to another sensor, or a component is not marked with who may know it.
     fn try_add_sensor<Settings: SensorSettings, Reading: SensorReading, M>(
         &mut self,
         name: &str,
         system: impl IntoScheduleConfigs<ScheduleSystem, M>,
     ) -> Result<&mut Self, SensorError>;
 
-    /// As [`SensorApp::try_add_sensor`], for a sensor that is known to be right.
+    /// Does the same as [`SensorApp::try_add_sensor`], for a sensor that cannot be refused.
     ///
     /// # Panics
-    /// When it is not.
+    /// If the sensor is refused.
     fn add_sensor<Settings: SensorSettings, Reading: SensorReading, M>(
         &mut self,
         name: &str,
@@ -137,7 +137,7 @@ impl SensorApp for App {
         }
         let turn = registry.sensors.len();
         registry.sensors.insert(name.to_owned(), Sensor::of::<Settings, Reading>());
-        // Sensors may draw on the same random streams: they run in the order of their registration.
+        // Sensors may use the same random streams, so they run in the order of their registration.
         let write_down = write_down::<Reading>(name.to_owned()).run_if(resource_exists::<ReadingsAreRecorded>);
         self.add_systems(Cycle, (system.into_configs(), write_down.into_configs()).chain().in_set(SensorTurn(turn)));
         self.configure_sets(Cycle, SensorTurn(turn).in_set(SensingSystems::Custom));
@@ -148,11 +148,11 @@ impl SensorApp for App {
     }
 }
 
-/// The place of one registered sensor among the others.
+/// The system set of a registered sensor, by its index.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct SensorTurn(usize);
 
-/// The mark of a component that can be saved.
+/// Returns the mark of a component, if it can be saved.
 fn mark_of<C: Component>(types: &TypeRegistry) -> Option<Knowledge> {
     types.get_type_data::<ReflectComponent>(TypeId::of::<C>())?;
     Knowledge::of_type(types, TypeId::of::<C>())
@@ -162,17 +162,17 @@ fn not_marked<C: Component + Typed>(mark: Knowledge) -> SensorErrorKind {
     SensorErrorKind::NotMarked { component: C::type_path().to_owned(), mark }
 }
 
-/// Is there where somebody records what registered sensors read: elsewhere it is not written down.
+/// Marks a world in which readings of custom sensors are recorded.
 #[derive(Resource, Default)]
 pub struct ReadingsAreRecorded;
 
-/// What a robot's registered sensors read, by name, as traces have it.
+/// The readings of a robot's custom sensors by name, in the form of traces.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct SensorRecord(NamedValues);
 
 impl SensorRecord {
-    /// The readings by the names of the sensors.
+    /// Returns the readings, by the names of the sensors.
     pub fn readings(&self) -> &BTreeMap<String, Value> {
         &self.0.0
     }
@@ -186,19 +186,19 @@ fn write_down<Reading: SensorReading>(sensor: String) -> impl FnMut(Query<(&Read
     }
 }
 
-/// A reading as traces have it. Through text, in which a number of single precision has no more digits than it means.
+/// Converts a reading to the form of traces. The conversion by text keeps only the significant digits of single precision.
 fn as_value(reading: &impl Serialize) -> Option<Value> {
     let text = serde_json::to_string(reading).ok()?;
     serde_json::from_str(&text).ok()
 }
 
-/// The registered sensors by name.
+/// The registered sensors, by name.
 #[derive(Resource, Default)]
 pub struct SensorRegistry {
     sensors: BTreeMap<String, Sensor>,
 }
 
-/// What can be done with a sensor of which only the name is known.
+/// The operations on a sensor, without its types.
 #[derive(Clone, Copy)]
 struct Sensor {
     components: [TypeId; 2],
@@ -214,7 +214,7 @@ impl Sensor {
             components: [TypeId::of::<Settings>(), TypeId::of::<Reading>()],
             check: |value, path| read_settings::<Settings>(value, path).map(|_| ()),
             insert: |robot, value| {
-                // What is wrong was found before the match started.
+                // Invalid settings were found before the match started.
                 let settings = value.and_then(|value| read_settings(value, &FieldPath::default()).ok());
                 robot.insert(settings.unwrap_or_else(Settings::default));
                 if !robot.contains::<Reading>() {
@@ -228,7 +228,7 @@ impl Sensor {
         }
     }
 
-    /// Gives a robot the sensor, with these settings, or takes it away.
+    /// Gives a robot the sensor with these settings, or removes it if they are `null`.
     fn set(&self, name: &str, robot: &mut EntityWorldMut, settings: Option<&Value>) {
         if settings.is_some_and(Value::is_null) {
             (self.remove)(robot);
@@ -243,12 +243,12 @@ impl Sensor {
 }
 
 impl SensorRegistry {
-    /// The names of all sensors, sorted.
+    /// Returns the names of all sensors, sorted.
     pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
         self.sensors.keys().map(String::as_str)
     }
 
-    /// What is wrong with what a scenario says of sensors: that there are none such, or that they have no such settings.
+    /// Returns the faults of a scenario's sensors: unregistered names and invalid settings.
     pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
         let root = FieldPath::default();
         let own =
@@ -269,14 +269,14 @@ impl SensorRegistry {
         })
     }
 
-    /// Gives a robot its sensors, with the settings that the scenario has for it.
+    /// Gives a robot its sensors, with the settings of the scenario.
     pub(super) fn equip(&self, robot: &mut EntityWorldMut, scenario: &Scenario, spec: &RobotSpec) {
         for (name, sensor) in &self.sensors {
             sensor.set(name, robot, settings_of(name, scenario, spec));
         }
     }
 
-    /// Changes the settings that two scenarios have differently for a robot.
+    /// Changes the settings of a robot that differ between two scenarios.
     pub(super) fn change(&self, robot: &mut EntityWorldMut, [old, new]: [(&Scenario, &RobotSpec); 2]) {
         for (name, sensor) in &self.sensors {
             let [before, after] = [old, new].map(|(scenario, spec)| settings_of(name, scenario, spec));
@@ -287,7 +287,7 @@ impl SensorRegistry {
     }
 }
 
-/// The robot's own settings of a sensor, and else the common ones, if the scenario says any.
+/// Returns a robot's own settings of a sensor, or otherwise the common ones, if there are any.
 fn settings_of<'a>(name: &str, scenario: &'a Scenario, robot: &'a RobotSpec) -> Option<&'a Value> {
     robot.own.sensors.as_ref().and_then(|own| own.get(name)).or_else(|| scenario.settings.sensors.get(name))
 }

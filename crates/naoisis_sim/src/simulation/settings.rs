@@ -1,4 +1,4 @@
-//! The settings of a running match, changed while it runs.
+//! Changes the settings of a match while it runs.
 
 use bevy::prelude::*;
 
@@ -9,16 +9,16 @@ use naoisis_core::ball::BallPhysics;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 
-/// The settings of robots with which a match begins, so that they cannot change in the middle of it.
+/// Settings of robots that cannot change during a match.
 const FIXED: [&str; 2] = ["body", "localisation"];
 
-/// What of a scenario can change in the middle of its match, beside the settings of robots.
+/// Fields of a scenario that can change during its match, besides the settings of robots.
 const OF_THE_MATCH: [&str; 4] = ["rules", "ball.rolling", "ball.restitution", "duration_s"];
 
-/// The old word for the settings of sensors.
+/// The deprecated field for the settings of sensors.
 const FIDELITY: &str = "fidelity";
 
-/// What of a scenario can change in the middle of its match.
+/// Returns the fields of a scenario that can change during its match.
 pub fn changeable() -> impl Iterator<Item = &'static str> {
     of_robots().chain(OF_THE_MATCH)
 }
@@ -28,8 +28,8 @@ fn of_robots() -> impl Iterator<Item = &'static str> {
     settings.filter(|setting| !FIXED.contains(setting)).chain([FIDELITY])
 }
 
-/// Whether what is at a path of a scenario can change in the middle of its match: one of the [`changeable`], of all robots, of a
-/// team's or of one.
+/// Returns whether the value at a path of a scenario can change during its match: a value in one of the [`changeable`] fields, or in the
+/// settings of a team's robots or of a single robot.
 pub fn is_changeable(path: &FieldPath) -> bool {
     let is_within = |path: &[Segment], field: &str| path.starts_with(FieldPath::from(field).segments());
     let path = match path.segments() {
@@ -40,11 +40,11 @@ pub fn is_changeable(path: &FieldPath) -> bool {
     of_robots().any(|field| is_within(path, field))
 }
 
-/// Goes on with the settings of another scenario: noise, losses, speeds, rules. What a match begins with (pitch, cycle,
-/// seed, places, behaviours) stays; so do settings that the scenarios agree on, even if a program has changed them since.
+/// Continues the match with the settings of another scenario: noise, losses, speeds, rules. What a match begins with (pitch, cycle, seed,
+/// places, behaviours) stays. Settings that are the same in both scenarios also stay, even if a program has changed them since.
 ///
 /// # Errors
-/// [`ScenarioFault`] when the scenario contradicts itself, or is that of another match. The match is then as it was.
+/// [`ScenarioFault`] if the scenario contradicts itself, or is that of another match. The match is unchanged then.
 pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let old = world.resource::<Scenario>().clone();
@@ -81,10 +81,10 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
     Ok(())
 }
 
-/// That what a match begins with is the same in both.
+/// Checks that both scenarios have the same fields that cannot change during a match.
 ///
 /// # Errors
-/// What is not.
+/// The first field that differs.
 pub(super) fn check_same_match(old: &Scenario, scenario: &Scenario) -> Result<(), ScenarioFault> {
     let fixed = [
         ("cycle_s", old.cycle_s == scenario.cycle_s),
@@ -103,10 +103,10 @@ pub(super) fn check_same_match(old: &Scenario, scenario: &Scenario) -> Result<()
     Ok(())
 }
 
-/// That these robots have the same bodies in both.
+/// Checks that these robots have the same bodies in both scenarios.
 ///
 /// # Errors
-/// Who has not.
+/// The first robot with another body.
 pub(super) fn check_same_bodies(old: &Scenario, scenario: &Scenario, robots: &[RobotId]) -> Result<(), ScenarioFault> {
     for &id in robots {
         if [old, scenario].map(|scenario| scenario.body_of(&scenario.robot(id))).windows(2).any(|two| two[0] != two[1])
@@ -126,7 +126,7 @@ fn team_names(scenario: &Scenario) -> Option<[&str; 2]> {
     scenario.teams.as_ref().map(|teams| [teams.blue.as_str(), &teams.pink])
 }
 
-/// Whether two scenarios list the same robots with the same behaviours.
+/// Returns whether two scenarios list the same robots with the same behaviours.
 fn same_robots(one: &Scenario, other: &Scenario) -> bool {
     one.robots.len() == other.robots.len()
         && one

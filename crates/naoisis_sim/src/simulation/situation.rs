@@ -1,4 +1,4 @@
-//! The present situation of a match as a scenario: to begin from there, again and again.
+//! Saves the present situation of a match as a scenario, for starting new matches from it.
 
 use bevy::prelude::*;
 
@@ -12,19 +12,18 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::head::HeadAngles;
 
-/// A scenario that begins as the match in `world` is now: places, heads, the rolling ball, penalties and the score, and what is
-/// asked for by hand and has not happened yet. Unlike
-/// a [`Snapshot`](super::Snapshot) it is a new match, in which the robots know where they stand and nothing else, and which
-/// can be changed by hand. In a half in which the teams have changed sides, all is turned back by half a turn.
+/// Returns a scenario that begins in the present situation of the match in `world`: places, heads, the rolling ball, penalties, the score,
+/// and interventions that have not happened yet. Unlike a [`Snapshot`](super::Snapshot) it is a new match, which can be edited by hand, and
+/// in which the robots know only their own poses. If the teams have changed sides, everything is turned by half a turn.
 ///
 /// # Errors
-/// [`ScenarioFault`] when robots stand in each other, which can only be while they are being put there.
+/// [`ScenarioFault`] if robots overlap, which is possible only while they are being placed.
 pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
     let started_from = world.get_resource::<Scenario>().cloned().unwrap_or_default();
     let mut scenario = resolved(world, &started_from);
     let (clock, game) = (*world.resource::<CycleClock>(), world.resource::<Game>().clone());
     let is_turned = game.blue_end != Game::default().blue_end;
-    // It is a new match.
+    // This is a new match.
     scenario.from = None;
     scenario.description = format!("{} after {:.2} s", scenario.name, clock.end_time_s());
     let mut interventions = Vec::new();
@@ -60,7 +59,7 @@ pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
     Ok(scenario)
 }
 
-/// What is asked for by hand and happens at the end of the next cycle is so from the beginning.
+/// Applies an intervention that would happen at the end of the next cycle to the beginning of the scenario.
 fn carry_out(scenario: &mut Scenario, asked: Intervention) {
     match asked {
         Intervention::PlaceRobot { robot, pose } => {
@@ -77,7 +76,7 @@ fn carry_out(scenario: &mut Scenario, asked: Intervention) {
     }
 }
 
-/// The same on a pitch that is turned by half a turn.
+/// Returns the intervention on a pitch that is turned by half a turn.
 fn turned(asked: Intervention) -> Intervention {
     match asked {
         Intervention::PlaceRobot { robot, pose } => Intervention::PlaceRobot { robot, pose: pose.turned_half() },

@@ -1,4 +1,4 @@
-//! From a scenario to entities and resources.
+//! Makes the entities and resources of a scenario.
 
 use bevy::prelude::*;
 
@@ -40,7 +40,7 @@ use naoisis_sensing::sensing::vision::Percepts;
 #[reflect(Component, @Knowledge::Truth)]
 pub struct MatchEntity;
 
-/// Despawns what belongs to the match.
+/// Despawns the entities of the match.
 pub(super) fn despawn_match(world: &mut World) {
     let mut entities = world.query_filtered::<Entity, With<MatchEntity>>();
     let entities: Vec<Entity> = entities.iter(world).collect();
@@ -49,17 +49,17 @@ pub(super) fn despawn_match(world: &mut World) {
     }
 }
 
-/// A component of the ball.
+/// Returns a component of the ball.
 pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
     let mut balls = world.try_query_filtered::<&C, With<Ball>>()?;
     balls.iter(world).next().cloned()
 }
 
-/// Replaces the match in the world by that of the scenario, which begins anew.
+/// Replaces the match in the world by a new match of the scenario.
 ///
 /// # Errors
-/// [`ScenarioFault`] when the scenario contradicts itself, names a behaviour or team that is not registered, or wants
-/// camera images that cannot be rendered here; the world is then as it was.
+/// [`ScenarioFault`] if the scenario contradicts itself, names a behaviour or team that is not registered, or needs camera images that
+/// cannot be rendered here. The world is unchanged then.
 pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
@@ -88,7 +88,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     Ok(())
 }
 
-/// The scenario with all robots listed: those that whole teams line up included.
+/// Returns the scenario with a list of all robots, including those of teams.
 pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
     match robots_of(world, scenario) {
         Ok(robots) => Scenario { robots, teams: None, ..scenario.clone() },
@@ -96,8 +96,8 @@ pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
     }
 }
 
-/// The scenario's robots, or those of the two teams that it names, lined up for a kick-off, ordered by id. All of
-/// their behaviours exist.
+/// Returns the robots of the scenario, including those of its teams, lined up for a kick-off and ordered by id. All of their behaviours are
+/// registered.
 pub(super) fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
     if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
@@ -113,13 +113,13 @@ pub(super) fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotS
     robots.sort_by_key(RobotSpec::id);
     seat_substitutes(scenario, &mut robots);
     for robot in &mut robots {
-        // As a file has it.
+        // Headings have the range of files.
         robot.pose.heading = wrap_angle(robot.pose.heading);
     }
     Ok(robots)
 }
 
-/// Puts the substitutes beside the pitch.
+/// Places the substitutes beside the pitch.
 fn seat_substitutes(scenario: &Scenario, robots: &mut [RobotSpec]) {
     let Scenario { field, rules, .. } = scenario;
     let game = Game::at_start(rules, &clock_of(scenario));
@@ -131,7 +131,7 @@ fn seat_substitutes(scenario: &Scenario, robots: &mut [RobotSpec]) {
     }
 }
 
-/// The robots of a registered team at their places for the first kick-off.
+/// Returns the robots of a team at their places for the first kick-off.
 fn team_of(
     scenario: &Scenario,
     registry: &BehaviourRegistry,
@@ -166,7 +166,7 @@ fn team_of(
             ));
         }
     }
-    // A substitute behaves as the last player.
+    // Substitutes have the behaviour of the last player.
     let named = |number: u8| BehaviourSpec::Named(recipe.behaviour_of(number.min(size), size).into_owned());
     Ok(numbers.map(|number| spec_of(number, named(number))).collect())
 }
@@ -226,7 +226,7 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
     entity
 }
 
-/// Gives a robot without one its behaviour, and a belief that begins where it is, if it is one that believes.
+/// Gives a robot its behaviour and, if it has the built-in belief, a belief that begins at the robot's pose.
 pub(super) fn give_behaviour(entity: &mut EntityWorldMut, scenario: &Scenario, robot: &RobotSpec) {
     match &robot.behaviour {
         BehaviourSpec::Script(entries) => {
@@ -249,8 +249,8 @@ pub(super) fn give_behaviour(entity: &mut EntityWorldMut, scenario: &Scenario, r
     }
 }
 
-/// What a robot with a belief believes at the start, and how it localises itself. It is put down where its team knows that
-/// it will be.
+/// Initialises the belief of a robot, if it has one, and its localisation. The robot knows its initial pose, because its team places it
+/// there.
 fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod, ball: BallSpec) {
     let Some(id) = robot.get::<RobotId>().copied() else { return };
     if robot.contains::<Belief>() {
@@ -263,12 +263,12 @@ fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: Localisati
     }
 }
 
-/// The ball of a scenario, whose size and way of rolling is known to everybody.
+/// Returns the ball of a scenario, whose size and rolling are known to all robots.
 fn ball_in(scenario: &Scenario) -> BallSpec {
     scenario.ball.unwrap_or_default()
 }
 
-/// Gives a robot that has none the built-in belief, which begins where the robot is. Whether there is such a robot.
+/// Gives a robot the built-in belief, if it has none. The belief begins at the robot's pose. Returns whether there is such a robot.
 pub fn give_belief(world: &mut World, id: RobotId) -> bool {
     let Some(entity) = world.resource::<Roster>().get(id) else { return false };
     let scenario = world.resource::<Scenario>();

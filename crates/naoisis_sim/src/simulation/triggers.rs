@@ -1,4 +1,4 @@
-//! Events for observers: the start and the end of a match, goals, and what happens to single robots.
+//! Events for observers: the start and the end of a match, goals, and events of single robots.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -29,9 +29,9 @@
 //! | [`Fell`] | the robot | a robot has fallen |
 //! | [`Penalised`] | the robot | a robot has been penalised |
 //!
-//! Goals, kicks, falls and penalties are triggered when a cycle is over, after [`CycleSystems::Last`], in the order in which
-//! they happened. An observer may therefore start another match. Everything else that happens is a
-//! [message](naoisis_core::events). All of it is ground truth, and a behaviour cannot be an observer.
+//! Goals, kicks, falls and penalties are triggered at the end of a cycle, after [`CycleSystems::Last`], in the order in which they
+//! happened. An observer may therefore start another match. All other events are [messages](naoisis_core::events). All of them are ground
+//! truth, so a behaviour cannot be an observer.
 
 use bevy::prelude::*;
 
@@ -43,8 +43,8 @@ use naoisis_core::kick_geometry::KickType;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::{RobotId, Team};
 
-/// A match has been put into the world: a new one, or one that goes on from a saved match. The
-/// [`Scenario`](crate::scenario::Scenario) is a resource.
+/// A match has been put into the world: a new one, or one that continues a saved match. The [`Scenario`](crate::scenario::Scenario) is a
+/// resource.
 #[derive(Event, Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub struct MatchStarted;
@@ -61,20 +61,20 @@ pub struct MatchNotStarted {
 #[derive(Event, Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct MatchEnded {
-    /// What has ended it.
+    /// The reason for the end.
     pub reason: MatchEnd,
     /// The score.
     pub score: Score,
 }
 
-/// What has ended a match.
+/// The reason why a match has ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum MatchEnd {
     /// The final whistle.
     FinalWhistle,
-    /// The scenario's [time](crate::scenario::Scenario::last_cycle) is over. Only where a
-    /// [schedule](super::NaoisisPlugins::in_schedule) runs the cycles; elsewhere the owner of the app decides when to stop.
+    /// The scenario's [time](crate::scenario::Scenario::last_cycle) is over. This occurs only if a
+    /// [schedule](super::NaoisisPlugins::in_schedule) runs the cycles; otherwise the owner of the app decides when to stop.
     TimeOver,
     /// The match was taken out of the world before its end.
     Removed,
@@ -86,11 +86,11 @@ pub enum MatchEnd {
 pub struct GoalScored {
     /// The team that scored.
     pub team: Team,
-    /// The robot that touched the ball last; none if no robot did.
+    /// The robot that touched the ball last. `None` if no robot did.
     pub scorer: Option<RobotId>,
-    /// Whether that robot is of the other team.
+    /// Whether the scorer is of the other team.
     pub own_goal: bool,
-    /// The score, with this goal.
+    /// The score, including this goal.
     pub score: Score,
 }
 
@@ -118,7 +118,7 @@ pub struct Fell {
     pub entity: Entity,
     /// The robot.
     pub robot: RobotId,
-    /// What made it fall.
+    /// The cause of the fall.
     pub cause: FallCause,
 }
 
@@ -132,11 +132,11 @@ pub struct Penalised {
     pub robot: RobotId,
     /// The offence.
     pub reason: PenaltyReason,
-    /// When the robot may come back if play runs on, s since the start of the match.
+    /// Earliest time at which the robot may come back, if play is not interrupted, s since the start of the match.
     pub until_s: f32,
 }
 
-/// Triggers events after each cycle in which something happened.
+/// Triggers the events of each cycle.
 pub(super) fn add_triggers(app: &mut App) {
     app.add_systems(
         Cycle,
@@ -144,12 +144,12 @@ pub(super) fn add_triggers(app: &mut App) {
             .run_if(|events: Option<Res<CycleEvents>>| events.is_some_and(|events| !events.is_empty()))
             .in_set(CycleHalf::Act)
             .after(CycleSystems::Last)
-            // A system without a set may run before or after: everything that has one is over.
+            // A system without a set may run before or after this one. All systems with a set have run.
             .ambiguous_with_all(),
     );
 }
 
-/// One of the events, with what has to be looked up for it.
+/// An event to trigger, with the values that had to be looked up for it.
 enum Trigger {
     Goal(GoalScored),
     Kick(Kicked),
@@ -159,7 +159,7 @@ enum Trigger {
 }
 
 impl Trigger {
-    /// The event for observers that an event of the match becomes, if there is one.
+    /// Converts an event of the match to an event for observers, if there is one.
     fn of(event: &MatchEvent, score: Score, roster: &Roster) -> Option<Trigger> {
         match *event {
             MatchEvent::Goal { team, scorer, own_goal, .. } => {

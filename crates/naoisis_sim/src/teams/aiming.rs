@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use naoisis_core::pitch::Pitch;
 use naoisis_sensing::belief::RobotBelief;
 
-/// How far an opponent steps aside while the ball rolls a metre towards it, m: it walks 0.2 m/s, a ball rolls 1 to 2 m/s.
+/// Distance by which an opponent steps aside while the ball rolls a metre towards it, m: it walks 0.2 m/s, and a ball rolls 1 to 2 m/s.
 const BLOCKED_PER_METRE: f32 = 0.12;
 /// The greatest useful distance between the ball's path and robots or posts, m: more is no better.
 const ENOUGH_ROOM_M: f32 = 0.35;
@@ -123,7 +123,7 @@ impl Aim {
     }
 }
 
-/// The least distance between the ball's path and what opponents can block, at most [`ENOUGH_ROOM_M`], m.
+/// Returns the least distance between the ball's path and what opponents can block, at most [`ENOUGH_ROOM_M`], m.
 pub fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBelief], sizes: Sizes) -> f32 {
     opponents
         .iter()
@@ -152,7 +152,7 @@ mod tests {
         Aim::choose(ball, opponents, &Pitch::default(), 3.8, NAO, None)
     }
 
-    /// Where a ball kicked so crosses the opponents' goal line, m from its middle.
+    /// Returns the place at which a ball kicked with this aim crosses the opponents' goal line, m from its middle.
     fn crossing(ball: Vec2, aim: &Aim) -> f32 {
         ball.y + aim.direction.y / aim.direction.x * (3.0 - ball.x)
     }
@@ -180,7 +180,7 @@ mod tests {
             let sizes = Sizes { blocked_half_width_m, ..NAO };
             room_along(Vec2::ZERO, Vec2::X, 2.0, &[opponent(1.0, 0.4)], sizes)
         };
-        // 0.4 m aside, of which a NAO blocks 15 cm and steps 12 cm aside while the ball rolls a metre.
+        // 0.4 m aside, minus the 15 cm that a NAO blocks and the 12 cm that it steps aside while the ball rolls a metre.
         assert_abs_diff_eq!(room(0.15), 0.13, epsilon = 1e-6);
         assert_abs_diff_eq!(room(0.25), 0.03, epsilon = 1e-6);
         let wide = |ball_radius_m: f32| {

@@ -9,8 +9,8 @@ use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_wor
 use naoisis_core::geometry::unit;
 use naoisis_core::robot::kick::KickRequest;
 
-/// The best kick that can be made at once, with its value. `may_shoot`: whether a goal would count; `is_ours`: whether opponents must
-/// keep away from the ball.
+/// Returns the best kick that can be made at once, with its value. `may_shoot`: whether a goal would count; `is_ours`: whether opponents
+/// must keep away from the ball.
 pub fn best_at_hand(
     player: &Player,
     company: Company,
@@ -51,7 +51,7 @@ pub fn best_at_hand(
         let value = ready * worth + (1.0 - ready) * contested;
         (kick, KickOption { aim, place, receiver, value })
     });
-    // Of equals the first.
+    // The first of equal kicks is chosen.
     valued.reduce(|best, next| if next.1.value > best.1.value { next } else { best })
 }
 
@@ -64,7 +64,7 @@ mod tests {
     use naoisis_core::kick_geometry::KickType;
     use naoisis_sensing::belief::RobotBelief;
 
-    /// What a player at (0, 0) that faces the opponents' goal makes at once of a ball there, robot frame.
+    /// Returns the kick that a player at (0, 0), facing the opponents' goal, makes at once with a ball at `ball`, robot frame.
     fn made(ball: Vec2, opponents: &[RobotBelief], mates: &[(u8, Vec2)]) -> Option<(KickRequest, KickOption)> {
         let situation = PlayerFixture::new(Pose::default(), ball);
         let at_feet = BallAtFeet { place: ball, in_robot: ball, forward: Vec2::X, walks_mps: 0.0 };

@@ -351,7 +351,7 @@ mod tests {
                 }
             }
         }
-        // 0.4 s are 12 cycles. It is told to its legs once, and again when the legs should have begun and have not.
+        // 0.4 s are 12 cycles. The kick is commanded once, and again if the legs should have begun and have not.
         assert_eq!(kicks[0], 12);
         assert!(kicks.get(1).is_none_or(|again| *again > 13), "{kicks:?}");
     }

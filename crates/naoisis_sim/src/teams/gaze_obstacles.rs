@@ -76,13 +76,13 @@ mod tests {
 
     const PERIOD: f32 = 1.0 / 30.0;
 
-    /// The angles to which somebody looks away from the ball, cycle by cycle, whose head is wherever it wants to look; none while it
-    /// watches the ball, straight ahead.
+    /// Returns the yaw of each look away from the ball, cycle by cycle, of a player whose head moves at once; `None` while it watches the
+    /// ball straight ahead.
     fn looks(situation: &mut PlayerFixture, walk: WalkCommand, seconds: f32) -> Vec<Option<f32>> {
         let mut looked = GazeHistory::default();
         let mut gaze = 0.0;
         let cycles = (seconds / PERIOD) as usize;
-        // It has stood for long.
+        // The robot has stood for long.
         (1..=cycles)
             .map(|cycle| {
                 situation.status.time_s = 99.0 + cycle as f32 * PERIOD;
@@ -98,7 +98,7 @@ mod tests {
         PlayerFixture::new(Pose::new(0.3, -0.2, heading), Vec2::new(2.0, 0.0))
     }
 
-    /// Whether somebody looks to `angle`, radians, at least so often as every 1.5 s.
+    /// Returns whether the player looks to `angle` (radians) at least every 1.5 s.
     fn looks_often_to(looks: &[Option<f32>], angle: f32) -> bool {
         let is_there = |look: &Option<f32>| look.is_some_and(|look| wrap_angle(look - angle).abs() < HALF_VIEW);
         looks.chunks(60).all(|two_seconds| two_seconds.iter().any(is_there))
@@ -122,7 +122,7 @@ mod tests {
         let looks = looks(&mut at(0.5), WalkCommand::new(0.006, 0.0, 0.0), 12.0);
         for side in [1.0, -1.0] {
             let there = looks.iter().flatten().filter(|look| side * **look > HALF_VIEW).count();
-            // Once or twice in 3 s each: a cycle is enough for a head that is there at once.
+            // Once or twice in 3 s each: a cycle is enough for a head that moves at once.
             assert!((3..=16).contains(&there), "{there} of {}", looks.len());
         }
     }
@@ -131,7 +131,7 @@ mod tests {
     fn a_player_that_stands_or_cannot_see_there_watches_the_ball() {
         let standing = looks(&mut at(0.0), WalkCommand::default(), 6.0);
         assert!(standing.iter().all(Option::is_none), "{standing:?}");
-        // Straight back is out of a NAO's reach: what it looks at instead are both sides of its way.
+        // A NAO's head does not reach straight back, so the player looks to both sides of its way instead.
         let back = looks(&mut at(0.0), WalkCommand::new(-0.004, 0.0, 0.0), 6.0);
         assert!(back.iter().flatten().all(|look| look.abs() < 2.6), "{back:?}");
     }
@@ -156,7 +156,7 @@ mod tests {
             age_s,
         };
         let (near, far, fresh) = (opponent(0.6, 1.0), opponent(2.0, 2.0), opponent(-0.6, 0.2));
-        // Of these 1.5 s the time of the ball is over, and it has just looked all around.
+        // In this 1.5 s period the time for the ball is over, and the player has just looked all around.
         situation.status.time_s = 66.0 * EVERY_S + BALL_S + 0.1;
         let mut looked = GazeHistory::default();
         for direction in 0..DIRECTIONS {

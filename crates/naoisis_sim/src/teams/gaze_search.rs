@@ -40,7 +40,7 @@ impl Head {
         Self { view, yaw: limits.yaw, pitch: [highest.max(PITCH_RANGE[0]), lowest] }
     }
 
-    /// The command to look at `place` on the ground, m, robot frame, with the camera for which the head stays nearest to level.
+    /// Returns the command to look at `place` on the ground, m, robot frame, with the camera for which the head stays nearest to level.
     pub fn look_at(&self, place: Vec2) -> HeadCommand {
         let depression = self.view.depression(place.length());
         let pitches = self.view.cameras().map(|(axis, height)| {
@@ -52,7 +52,7 @@ impl Head {
         self.within_limits(angle_of(place), pitch)
     }
 
-    /// Whether the head can nod so far that a camera shows `place` on the ground ahead, m, robot frame.
+    /// Returns whether the head can nod so far that a camera shows `place` on the ground ahead, m, robot frame.
     pub fn can_see(&self, place: Vec2) -> bool {
         /// Half the height of a NAO's image, radians.
         const HALF_IMAGE: f32 = 0.321;
@@ -60,7 +60,7 @@ impl Head {
         self.view.cameras().any(|(axis, height)| (depression - axis - pitch).abs() < HALF_IMAGE * height)
     }
 
-    /// The command of a search from side to side, near and far in turn, at the time `time_s`.
+    /// Returns the command of a search from side to side, near and far in turn, at the time `time_s`.
     pub fn search(&self, time_s: f32) -> HeadCommand {
         let phase = (time_s / SEARCH_PERIOD_S).rem_euclid(1.0);
         // From side to side and back.
@@ -73,12 +73,12 @@ impl Head {
         self.within_limits(SEARCH_YAW.min(self.yaw[1]) * sweep, pitch)
     }
 
-    /// Whether the head turns at all.
+    /// Returns whether the head turns at all.
     pub fn turns(&self) -> bool {
         self.yaw[0] < self.yaw[1]
     }
 
-    /// The cosine of the greatest angle from straight ahead that the middle of an image reaches.
+    /// Returns the cosine of the greatest angle from straight ahead that the middle of an image reaches.
     pub fn reach_cosine(&self) -> f32 {
         ops::cos((self.yaw[1].max(0.0) + self.view.widest_pan()).min(core::f32::consts::PI))
     }
@@ -97,12 +97,12 @@ impl Default for Head {
     }
 }
 
-/// The command with which a NAO looks at `place` on the ground, m, robot frame: see [`Head::look_at`].
+/// Returns the command with which a NAO looks at `place` on the ground, m, robot frame: see [`Head::look_at`].
 pub fn look_at(place: Vec2) -> HeadCommand {
     Head::default().look_at(place)
 }
 
-/// The command with which a NAO searches at the time `time_s`: see [`Head::search`].
+/// Returns the command with which a NAO searches at the time `time_s`: see [`Head::search`].
 pub fn search(time_s: f32) -> HeadCommand {
     Head::default().search(time_s)
 }
@@ -138,7 +138,7 @@ mod tests {
         let head = Head::new(&level, FieldOfView::default());
         assert!(!head.can_see(Vec2::new(0.2, 0.05)) && head.can_see(Vec2::new(0.45, 0.0)));
         assert!(Head::default().can_see(Vec2::new(0.12, 0.05)));
-        // One without speed neither nods nor turns, whatever its limits are.
+        // A head without speed neither nods nor turns, even if its limits would let it.
         let still = HeadLimits { max_speed: 0.0, ..HeadLimits::default() };
         let still = Head::new(&still.reached_from(HeadAngles::default()), FieldOfView::default());
         assert!(!still.turns() && !still.can_see(Vec2::new(0.2, 0.05)));

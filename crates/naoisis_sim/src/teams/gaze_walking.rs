@@ -47,7 +47,7 @@ fn way_to_look_along(player: &Player, ball: Vec2, walk: &WalkCommand) -> Option<
     /// The player looks there for [`FOR_S`] of each such period, s.
     const EVERY_S: f32 = 1.6;
     const FOR_S: f32 = 0.6;
-    /// How far ahead it looks: the time to walk there, s, within the least and greatest distance, m.
+    /// Distance ahead at which it looks: the time to walk there, s, within the least and greatest distance, m.
     const AHEAD_S: f32 = 3.0;
     const AHEAD_M: [f32; 2] = [0.8, 1.6];
     /// The cosine of the angle from the gaze within which objects are in view: less than half of a NAO's image.

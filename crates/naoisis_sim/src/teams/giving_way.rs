@@ -75,7 +75,7 @@ mod tests {
         assert_eq!([dx(&situation, 0.5), dx(&situation, -0.35)], [0.006; 2]);
         // 0.03 m/s are 1 mm a cycle.
         assert!((dx(&situation, 0.35) - 0.001).abs() < 1e-6);
-        // Past it is free: what leads to it is taken from the step, and what leads past it stays.
+        // The way past the opponent is free: only the part of the step towards the opponent is removed.
         let given = give_way(&situation.player(), ahead, &[opponent(0.35, 0.15)]);
         assert!(given.dx < ahead.dx && given.dy < 0.0 && given.dtheta == ahead.dtheta, "{given:?}");
         assert_eq!(give_way(&situation.player(), ahead, &[opponent(0.0, 0.35)]), ahead);
@@ -84,7 +84,7 @@ mod tests {
         assert!(dx(&situation, 0.45) < 0.005 && dx(&situation, 0.9) == 0.006);
         situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.2, 0.0);
         assert_eq!(dx(&situation, 0.35), 0.006);
-        // It stands at the opponent's side: that does not face the ball, and is run into from the side.
+        // The ball is beside the opponent, not between the two: the player would run into the opponent's side.
         situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.3, 0.15);
         assert!(dx(&situation, 0.35) < 0.002);
     }

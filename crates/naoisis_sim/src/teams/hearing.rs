@@ -1,4 +1,4 @@
-//! Whistles, and the referee's signals, where the GameController reports goals and the start of play with a delay.
+//! Whistles and signals of the referee, if the GameController reports goals and the start of play with a delay.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -13,7 +13,7 @@ use naoisis_core::robot::posture::PostureRequest;
 
 /// Distance of the keeper's place from the middle of the goal line, m.
 const GUARD_DISTANCE_M: f32 = 0.45;
-/// The same where kicks are exact, m: such kicks go past the keeper, which covers more of the goal from further out.
+/// The same if kicks are exact, m: they are aimed past the keeper, which covers more of the goal from further out.
 const GUARD_AGAINST_EXACT_KICKS_M: f32 = 0.8;
 /// The least distance of the keeper's place from the goal line, m.
 const LEAST_DEPTH_M: f32 = 0.2;
@@ -84,7 +84,7 @@ pub fn keep(
     Decision { walk, target: Some(place), intention: "keep", ..default() }
 }
 
-/// The reasons for the keeper's decision: the distance of the ball from the goal, m, and its speed towards it, m/s.
+/// Returns the reasons for the keeper's decision: the distance of the ball from the goal, m, and its speed towards it, m/s.
 pub fn reasons(player: &Player, _before: PlayerMemory, decision: &Decision) -> Reasons {
     let Some(ball) = player.ball() else { return Reasons::default() };
     let (distance, speed) = (ball.position_m.distance(player.own_goal()), -ball.velocity_mps.x);

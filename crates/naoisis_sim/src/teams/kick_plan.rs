@@ -22,8 +22,8 @@ const OCCUPIED_COST_S: f32 = 2.5;
 /// A place is taken if it is in the circle of an obstacle, reduced to this share.
 const OCCUPIED_SHARE: f32 = 0.8;
 
-/// The position, m, and the direction to face for a kick that sends a ball at `ball` in `direction` (team frame). For a kick that can be
-/// aimed, the direction to face is the possible one nearest to the way from `own` to the ball.
+/// Returns the position, m, and the direction to face for a kick that sends a ball at `ball` in `direction` (team frame). For a kick that
+/// can be aimed, the direction to face is the possible one nearest to the way from `own` to the ball.
 pub fn stand_for(kick: &KickGeometry, ball: Vec2, direction: Vec2, own: Vec2) -> (Vec2, Vec2) {
     let most = AIMED_SHARE * kick.aims_within();
     let wanted = if most > 0.0 { angle_of(unrotate(ball - own, direction)).clamp(-most, most) } else { 0.0 };
@@ -79,8 +79,8 @@ impl KickPlan {
                 cost_s + if falls_short { 5.0 } else { 0.0 }
             };
             let advantage_s = if previous == Some(kick_type) { KICK_PREFERENCE_S } else { 0.0 };
-            // Of equals the first is best. Whether the place is taken is not checked for a kick that is worse already, and the angles
-            // are not computed for one that is too far away.
+            // The first of equal plans is the best. Whether the place is taken is not checked for a kick that is worse already, and the
+            // angles are not computed for one that is too far away.
             let is_worse = |cost_s: f32| best.is_some_and(|(least_s, _)| cost_s - advantage_s >= least_s);
             let mut cost_s = cost_of(match &limits.gait {
                 Some(_) if is_worse(cost_of(least_walking_time_s(forward, way, facing, limits))) => continue,

@@ -40,8 +40,8 @@ impl BallAtFeet {
         self.in_robot - Vec2::X * way_m
     }
 
-    /// The kicks that reach the ball, aimed at `aim` as far as possible, each with the direction in which the ball leaves, unit vector,
-    /// team frame.
+    /// Returns the kicks that reach the ball, aimed at `aim` as far as possible, each with the direction in which the ball leaves, unit
+    /// vector, team frame.
     pub fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
         settings.types().filter_map(move |kick_type| {
             let geometry = settings.geometry(kick_type)?;
@@ -59,8 +59,8 @@ impl BallAtFeet {
     }
 }
 
-/// The most accurate kick that sends the ball where `aim` says from where it lies, if there is one. `patience` scales the tolerance of the
-/// direction.
+/// Returns the most accurate kick that sends the ball where `aim` says from where it lies, if there is one. `patience` scales the tolerance
+/// of the direction.
 pub fn kick_now(
     ball: BallAtFeet,
     aim: &Aim,
@@ -85,8 +85,8 @@ pub fn kick_now(
         .map(|(_, kick)| kick)
 }
 
-/// A kick in whatever direction the ball leaves from where it lies, past opponents, who block `blocked_half_width_m` to either side, and
-/// not backwards.
+/// Returns a kick in whatever direction the ball leaves from where it lies, past opponents, who block `blocked_half_width_m` to either
+/// side, and not backwards.
 pub fn any_kick(
     ball: BallAtFeet,
     opponents: &[RobotBelief],

@@ -1,4 +1,4 @@
-//! What the built-in teams need.
+//! The plugins that the built-in teams need.
 
 use bevy::prelude::*;
 
@@ -10,7 +10,7 @@ use naoisis_core::robot::RobotPlugin;
 use naoisis_sensing::belief::SimpleBeliefPlugin;
 use naoisis_sensing::sensing::SensingPlugin;
 
-/// Whether the app has the plugins of what the built-in behaviours read and command.
+/// Returns whether the app has the plugins for everything that the built-in behaviours read and command.
 pub(super) fn are_met(app: &App) -> bool {
     app.is_plugin_added::<CyclePlugin>()
         && app.is_plugin_added::<RobotPlugin>()

@@ -51,13 +51,13 @@ impl Obstacles {
         }
     }
 
-    /// All obstacles, in the order in which they were added.
+    /// Returns all obstacles, in the order in which they were added.
     pub fn iter(&self) -> impl Iterator<Item = &Obstacle> {
         self.circles[..self.count].iter()
     }
 }
 
-/// The way to go now to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on the way.
+/// Returns the way to go now to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on the way.
 ///
 /// An obstacle that contains `to` is shrunk so that it can be reached. A robot inside an obstacle leaves it sideways and outwards.
 pub fn way_around(from: Vec2, to: Vec2, obstacles: &Obstacles) -> Vec2 {
@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(way_around(Vec2::ZERO, to, &Obstacles::default()), to);
         assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(-0.5, -0.25, 0.3)), to);
         assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(1.0, 1.5, 0.3)), to);
-        // Behind the place to reach.
+        // The obstacle is behind the place to reach.
         assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(3.0, 1.5, 0.3)), to);
     }
 

@@ -39,7 +39,7 @@ pub struct KickOption {
 }
 
 impl KickOption {
-    /// The option for display: its name, its value, and where the ball stops.
+    /// Returns the option for display: its name, its value, and where the ball stops.
     pub fn choice(&self) -> Choice {
         let name = match (self.aim.is_shot, self.receiver) {
             (true, _) => Cow::Borrowed("shoot"),
@@ -50,8 +50,8 @@ impl KickOption {
     }
 }
 
-/// The options for a ball at `ball`: `shot` and other shots (none if it is `None`), passes to team-mates, and kicks ahead. An option in
-/// the direction of `previous` is worth a little more. `is_ours`: whether opponents must keep away until the ball is kicked.
+/// Returns the options for a ball at `ball`: `shot` and other shots (none if it is `None`), passes to team-mates, and kicks ahead. An
+/// option in the direction of `previous` is worth a little more. `is_ours`: whether opponents must keep away until the ball is kicked.
 pub fn options(
     player: &Player,
     company: Company,
@@ -97,7 +97,7 @@ pub fn options(
     first.into_iter().chain(shots).chain(passes.map(|place| option(Aim::at(ball, place), place))).collect()
 }
 
-/// The option with the greatest value; the first of equals.
+/// Returns the option with the greatest value; the first of equals.
 pub fn best(options: &[KickOption]) -> Option<&KickOption> {
     let (first, others) = options.split_first()?;
     Some(others.iter().fold(first, |best, next| if next.value > best.value { next } else { best }))
@@ -156,7 +156,7 @@ mod tests {
         RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s: 0.0 }
     }
 
-    /// The best that a player behind the ball can do with it.
+    /// Returns the best kick of a player behind the ball.
     fn chosen(situation: &PlayerFixture, mates: &[(u8, Vec2)], opponents: &[RobotBelief]) -> KickOption {
         let player = situation.player();
         let ball = player.ball().unwrap().position_m;
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn from_as_far_as_the_robot_kicks_it_shoots_and_from_further_away_the_ball_goes_ahead() {
-        // 4 m to the goal: a NAO's 4 m do not get there with any speed left, and 6 m do.
+        // The goal is 4 m away: a NAO's kick of 4 m gets there without any speed left, a kick of 6 m with some.
         let mut situation = behind(Vec2::new(-1.0, 0.0));
         let option = chosen(&situation, &[], &[]);
         assert!(!option.aim.is_shot && option.place.x > 0.5, "{option:?}");
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_ball_that_need_not_go_far_is_soon_sent_aside() {
-        // Standing where the right foot's side kick finds the ball, and not its straight kick.
+        // The ball is where the right foot's side kick reaches it, and its straight kick does not.
         let situation = PlayerFixture::new(Pose::default(), Vec2::new(0.17, 0.07));
         let aside_s =
             |distance_m| preparation_s(&situation.player(), Vec2::new(0.17, 0.07), unit(1.0), distance_m, 0.0);
@@ -216,7 +216,7 @@ mod tests {
         let time_s = |angle: f32, aims_within: f32| {
             preparation_s(&situation.player(), Vec2::ZERO, unit(angle), 3.0, aims_within)
         };
-        // From straight behind the ball, whatever is within the kick's angle takes as long as straight ahead.
+        // From straight behind the ball, any direction within the kick's angle takes as long as straight ahead.
         assert!((time_s(0.5, 0.6) - time_s(0.0, 0.0)).abs() < 1e-5);
         assert!(time_s(0.5, 0.0) > time_s(0.0, 0.0) + 0.5);
         assert!((time_s(0.8, 0.5) - time_s(0.3, 0.0)).abs() < 1e-5, "what the kick cannot do is left to walk");

@@ -25,7 +25,7 @@ use naoisis_core::robot::kick::KickRequest;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::{BallBelief, Belief, RobotBelief};
 
-/// The greatest age of what is known about a team-mate, s: where messages are limited, they are not more frequent.
+/// The greatest age of information about a team-mate, s. It is long, because limited messages are rare.
 const FRESH_TEAM_MATE_S: f32 = 6.0;
 /// The greatest age of opponents that team-mates reported, s.
 const FRESH_REPORT_S: f32 = 1.0;
@@ -197,7 +197,7 @@ fn is_kick_futile(player: &Player, company: Company, at_feet: BallAtFeet, kick: 
     strike.is_some_and(|strike| is_futile(player, company, at_feet.place, at_feet.forward.rotate(strike.direction)))
 }
 
-/// The reasons for a passer's decision: with the ball, the values of its kicks, in goals.
+/// Returns the reasons for a passer's decision: with the ball, the values of its kicks, in goals.
 pub fn reasons(player: &Player, mut memory: PlayerMemory, decision: &Decision) -> Reasons {
     listen(player, &mut memory);
     let belief = with_reported_opponents(player, &memory);
@@ -254,7 +254,7 @@ mod tests {
 
     #[test]
     fn a_player_kicks_into_feet_right_ahead_only_after_a_long_time() {
-        // Where the straight kick of the left foot sends the ball ahead, and the right foot's side kick to the left.
+        // The left foot's straight kick sends the ball ahead, and the right foot's side kick sends it to the left.
         let mut situation = PlayerFixture::new(Pose::new(1.0, 0.0, 0.0), Vec2::new(1.175, 0.05));
         situation.kicks.left_straight = KickModel::of(6.0);
         let kicks = |situation: &PlayerFixture, at_ball_since_s: f32| {
@@ -303,7 +303,7 @@ mod tests {
         assert_eq!(decision.intention, "receive");
         let step = situation.player().forward.rotate(decision.walk.translation());
         assert!(step.dot(Vec2::new(1.0, -1.0)) > 0.0, "{step}");
-        // A pass for somebody else is not its business.
+        // A pass to another player.
         situation.heard = vec![said(3, TeamMessage { payload: Some("pass 4 1.50 0.20".into()), ..default() })];
         assert_ne!(decide(&situation.player(), &mut PlayerMemory::default()).intention, "receive");
     }

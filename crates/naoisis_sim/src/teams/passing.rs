@@ -47,14 +47,14 @@ impl FromStr for Pass {
     }
 }
 
-/// The place of a freely rolling ball after `time_s`, m.
+/// Returns the place of a freely rolling ball after `time_s`, m.
 pub fn rolled(ball: Vec2, velocity: Vec2, rolling: Rolling, time_s: f32) -> Vec2 {
     let (distance, _) = rolling.advance(velocity.length(), time_s);
     ball + velocity.normalize_or_zero() * distance
 }
 
-/// The first place, m, and time, s, at which a robot that starts at `from` and walks at `walk_mps` meets a rolling ball. A ball that
-/// is too fast is met about where it stops.
+/// Returns the first place, m, and time, s, at which a robot that starts at `from` and walks at `walk_mps` meets a rolling ball. A ball
+/// that is too fast is met about where it stops.
 pub fn meet(ball: Vec2, velocity: Vec2, rolling: Rolling, from: Vec2, walk_mps: f32) -> (Vec2, f32) {
     let walk_s = |place: Vec2| (place.distance(from) - REACH_M).max(0.0) / walk_mps.max(1e-3);
     if velocity.length_squared() < 0.05 * 0.05 {

@@ -1,4 +1,4 @@
-//! Penalty kicks, and the shots of a shoot-out: where players wait, and what they keep away from until the ball is played.
+//! Penalty kicks and shots of a shoot-out: where players wait, and where they must not go until the ball is played.
 
 use bevy::prelude::*;
 
@@ -43,7 +43,7 @@ fn is_kicker(player: &Player) -> bool {
         })
 }
 
-/// The player's place for a penalty kick, team frame; `None` without a penalty kick.
+/// Returns the player's place for a penalty kick, team frame; `None` without a penalty kick.
 pub fn place(player: &Player) -> Option<Pose> {
     let team = penalty_kick(player)?;
     let is_ours = team == Some(player.id.team);

@@ -30,16 +30,16 @@ use naoisis_sensing::sensing::status::BodyStatus;
 /// Half the width of a NAO with its arms, m. The clearances of the built-in teams were measured for a NAO with the paper's ball; other
 /// robots and balls add the difference in size.
 const NAO_HALF_WIDTH_M: f32 = 0.15;
-/// How far the feet of a NAO reach ahead of its origin, m.
+/// Distance by which the feet of a NAO extend ahead of its origin, m.
 const NAO_FRONT_M: f32 = 0.11;
 /// The radius of the paper's ball, m.
 const NAO_BALL_RADIUS_M: f32 = 0.03;
-/// How far the feet of a NAO reach to either side, m.
+/// Distance by which the feet of a NAO extend to either side, m.
 const NAO_FEET_HALF_WIDTH_M: f32 = 0.1;
 /// Half the width that a NAO blocks for the paper's ball, m: its feet and the ball's radius.
 const NAO_BLOCKED_HALF_WIDTH_M: f32 = 0.15;
 
-/// Everything that a player can decide by.
+/// Everything that a player's decision can depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Player<'a> {
     /// Its team and number.
@@ -157,17 +157,17 @@ impl<'a> Player<'a> {
         self.belief.pose.position
     }
 
-    /// The ball, if its place is known.
+    /// Returns the ball, if its place is known.
     pub fn ball(&self) -> Option<&'a BallBelief> {
         self.belief.ball.as_ref()
     }
 
-    /// How much wider its body is to either side than a NAO's, m. Other robots are assumed to be as wide.
+    /// Returns how much wider the player's body is to either side than a NAO's, m. Other robots are assumed to be as wide.
     pub fn wider_than_nao_m(&self) -> f32 {
         self.own_body.torso.half_width_m - NAO_HALF_WIDTH_M
     }
 
-    /// How much further ahead a ball at its feet lies than at a NAO's feet, m.
+    /// Returns how much further ahead a ball at the player's feet lies than at a NAO's feet, m.
     pub fn longer_than_nao_m(&self) -> f32 {
         (self.own_body.base.x_m[1] - NAO_FRONT_M) + (self.ball_radius_m - NAO_BALL_RADIUS_M)
     }
@@ -180,7 +180,7 @@ impl<'a> Player<'a> {
             + (self.ball_radius_m - NAO_BALL_RADIUS_M)
     }
 
-    /// The distance from the ball at which it walks around it, m.
+    /// Returns the distance from the ball at which it walks around it, m.
     pub fn ball_clearance_m(&self) -> f32 {
         BALL_CLEARANCE_M + self.longer_than_nao_m()
     }
@@ -190,17 +190,17 @@ impl<'a> Player<'a> {
         unrotate(self.forward, point - self.position())
     }
 
-    /// The middle of the own goal line, m, team frame.
+    /// Returns the middle of the own goal line, m, team frame.
     pub fn own_goal(&self) -> Vec2 {
         Vec2::new(-self.pitch.half_length(), 0.0)
     }
 
-    /// The middle of the opponents' goal line, m, team frame.
+    /// Returns the middle of the opponents' goal line, m, team frame.
     pub fn opponent_goal(&self) -> Vec2 {
         Vec2::new(self.pitch.half_length(), 0.0)
     }
 
-    /// The distance from `place` to the nearest opponent, m.
+    /// Returns the distance from `place` to the nearest opponent, m.
     pub fn nearest_opponent(&self, place: Vec2) -> f32 {
         self.belief
             .opponents
@@ -210,7 +210,7 @@ impl<'a> Player<'a> {
             .sqrt()
     }
 
-    /// The places of opponents that were seen recently, m, team frame.
+    /// Returns the places of opponents that were seen recently, m, team frame.
     pub fn fresh_opponents(&self) -> impl Iterator<Item = Vec2> + use<'a> {
         /// The greatest age of what is recent, s.
         const FRESH_S: f32 = 0.5;
@@ -218,13 +218,13 @@ impl<'a> Player<'a> {
         opponents.filter(|opponent| opponent.age_s < FRESH_S).map(|opponent| opponent.position_m)
     }
 
-    /// Whether its last kick command has not reached the legs yet. Another one would find them busy.
+    /// Returns whether its last kick command has not reached the legs yet. Another one would find them busy.
     pub fn is_kick_pending(&self, memory: &PlayerMemory) -> bool {
         let until_s = self.latency.kick_s + 0.5 * self.period;
         memory.kicked_at_s.is_some_and(|then| (0.0..until_s).contains(&(self.status.time_s - then)))
     }
 
-    /// The greatest speed from which the player can stop within `distance_m`, m/s, with the delay of its commands and of a step. A
+    /// Returns the greatest speed from which the player can stop within `distance_m`, m/s, with the delay of its commands and of a step. A
     /// player without a gait stops at once.
     pub fn speed_to_stop_within_mps(&self, distance_m: f32) -> f32 {
         let Some(gait) = &self.limits.gait else { return f32::INFINITY };
@@ -233,18 +233,18 @@ impl<'a> Player<'a> {
         brake_mps2 * ((delay_s * delay_s + 2.0 * distance_m / brake_mps2).sqrt() - delay_s)
     }
 
-    /// The goal posts, m, team frame: the own ones first.
+    /// Returns the goal posts, m, team frame: the own ones first.
     pub fn goal_posts(&self) -> [Vec2; 4] {
         let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);
         [Vec2::new(-x, -y), Vec2::new(-x, y), Vec2::new(x, -y), Vec2::new(x, y)]
     }
 
-    /// The team whose kick-off is not over yet.
+    /// Returns the team whose kick-off is not over yet.
     pub fn kick_off_team(&self, memory: &PlayerMemory) -> Option<Team> {
         memory.kick_off_since_s.map(|_| self.status.kick_off_team)
     }
 
-    /// Whether the rules let only the keeper into its own penalty area.
+    /// Returns whether the rules let only the keeper into its own penalty area.
     pub fn is_own_area_for_keeper_only(&self) -> bool {
         self.rules.illegal_defender && self.rules.defender_limit == DefenderLimit::KeeperOnly
     }
@@ -257,7 +257,7 @@ pub(super) mod tests {
     use naoisis_core::robot::motion::after_step;
     use naoisis_core::team::Team;
 
-    /// What a player may find itself in: everything that a [`Player`] refers to.
+    /// Values for a [`Player`], for tests.
     #[derive(Clone, Debug)]
     pub struct PlayerFixture {
         pub id: RobotId,
@@ -279,7 +279,7 @@ pub(super) mod tests {
     }
 
     impl PlayerFixture {
-        /// Blue's number 2 with the ball in play.
+        /// Blue's number 2, with the ball in play.
         pub fn new(pose: Pose, ball: Vec2) -> Self {
             Self {
                 id: RobotId::new(Team::Blue, 2),
@@ -301,7 +301,7 @@ pub(super) mod tests {
             }
         }
 
-        /// The player in it.
+        /// Returns the player.
         pub fn player(&self) -> Player<'_> {
             Player {
                 id: self.id,

@@ -13,7 +13,7 @@ use naoisis_sensing::belief::RobotBelief;
 use naoisis_sensing::sensing::status::BodyStatus;
 
 impl<'a> Player<'a> {
-    /// The obstacles: robots, posts, and what else the sonars detect. The ball is not among them.
+    /// Returns the obstacles: robots, posts, and what else the sonars detect. The ball is not among them.
     pub fn obstacles(&self) -> Obstacles {
         let mut obstacles = Obstacles::default();
         let own = self.position();
@@ -27,7 +27,7 @@ impl<'a> Player<'a> {
         for post in self.goal_posts().into_iter().filter(|post| near(*post)) {
             obstacles.add(post, POST_CLEARANCE_M + self.wider_than_nao_m());
         }
-        // What is far away will be seen in time.
+        // Obstacles that are far away will be seen in time.
         for (_, offset) in self.echoes().filter(|(distance_m, _)| *distance_m < 0.45) {
             let place = own + offset;
             let known = obstacles.iter().any(|known| known.centre.distance_squared(place) < 0.4 * 0.4);
@@ -38,7 +38,8 @@ impl<'a> Player<'a> {
         obstacles
     }
 
-    /// The echoes of the sonars: each distance, m, and the offset from the player to the middle of what gave the echo, m, team frame.
+    /// Returns the echoes of the sonars: each distance, m, and the offset from the player to the middle of what gave the echo, m, team
+    /// frame.
     pub fn echoes(&self) -> impl Iterator<Item = (f32, Vec2)> + use<'a> {
         /// The middle of an object lies this far behind the surface that gives the echo, m.
         const ECHO_DEPTH_M: f32 = 0.05;
@@ -49,14 +50,14 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// The step towards `place` past the obstacles, turning to `facing` (unit vector, team frame).
+    /// Returns the step towards `place` past the obstacles, turning to `facing` (unit vector, team frame).
     pub fn walk_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
         let way = way_around(self.position(), place, obstacles);
         step_towards(self.forward, way, facing, self.limits, self.period)
     }
 
-    /// The step towards a place to stay at. A standing player that is near enough keeps standing, a walking one goes on until it has
-    /// arrived: believed places are not exact, and a standing player need not follow their noise.
+    /// Returns the step towards a place to stay at. A standing player that is near enough keeps standing, a walking one goes on until it
+    /// has arrived: believed places are not exact, and a standing player need not follow their noise.
     pub fn go_and_stay(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
         /// A standing player stays within this distance, m, and angle, radians.
         const STAYS: (f32, f32) = (0.12, 0.35);
@@ -81,7 +82,7 @@ impl<'a> Player<'a> {
         if off < turned { WalkCommand::default() } else { self.walk_to(self.position(), facing, obstacles) }
     }
 
-    /// The step towards `place`: facing ahead if it is far away, otherwise turning to `facing`.
+    /// Returns the step towards `place`: facing ahead if it is far away, otherwise turning to `facing`.
     pub fn travel_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
         let way = place - self.position();
         let facing = if way.length_squared() > 0.8 * 0.8 { way.normalize_or(facing) } else { facing };
@@ -106,10 +107,10 @@ mod tests {
         assert_eq!(count(&situation), 2);
         situation.sonar.left = Some(0.3);
         assert_eq!(count(&situation), 3);
-        // The same echo from a robot that is known.
+        // The robot that gave the echo is known.
         situation.belief.opponents.push(robot(2.33, 0.72, 0.0));
         assert_eq!(count(&situation), 3);
-        // A team-mate that told where it is walks on.
+        // A team-mate that reported its place walks on.
         let told = |age_s| RobotBelief { id: Some(RobotId::new(Team::Blue, 3)), ..robot(1.4, -0.3, age_s) };
         situation.belief.team_mates = vec![told(0.5 * REPORTED_MEMORY_S)];
         assert_eq!(count(&situation), 4);

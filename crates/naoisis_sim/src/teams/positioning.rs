@@ -10,7 +10,7 @@ use super::worth::{Company, is_slow, pass_worth, reach_m, walking_s};
 use naoisis_core::geometry::unit;
 use naoisis_sensing::belief::BallBelief;
 
-/// How many times better a new place to wait at must be than the one chosen before.
+/// Factor by which a new place to wait at must be better than the one chosen before.
 const PLACE_PREFERENCE: f32 = 1.25;
 /// The team falls back when opponents are sooner at the ball by this, s.
 const FALL_BACK_S: f32 = 1.0;
@@ -189,7 +189,7 @@ mod tests {
             let mates = [(3, Vec2::new(-0.2, 0.0)), (4, Vec2::new(0.5, 0.8)), (5, Vec2::new(1.2, -0.8))];
             job(&player, Company { mates: &mates, opponents: &[] }, player.ball().unwrap())
         };
-        // Of 2, 4 and 5, 2 is the last, then the one in the middle, then the foremost.
+        // Of 2, 4 and 5, number 2 is the rearmost, then the one in the middle, then the foremost.
         assert_eq!(jobs(&situation), Job::Guard);
         situation.belief.pose.position = Vec2::new(0.8, 1.5);
         assert_eq!(jobs(&situation), Job::Cover);
@@ -212,7 +212,7 @@ mod tests {
     fn on_a_large_pitch_it_stands_just_outside_the_penalty_area() {
         let ball = BallBelief { position_m: Vec2::new(-1.0, 0.0), ..default() };
         let mut situation = PlayerFixture::new(Pose::new(-1.5, 0.3, 0.0), ball.position_m);
-        // That of the pitch of 2025: 1.65 m deep.
+        // The penalty area of the pitch of 2025: 1.65 m deep.
         situation.pitch.penalty_area.depth_m = 1.65;
         let place = guard_place(&situation.player(), &ball);
         assert!((place.distance(Vec2::new(-3.0, BESIDE_KEEPER * 1.4)) - 2.0).abs() < 1e-4, "{place}");

@@ -9,34 +9,34 @@ use naoisis_core::team::RobotId;
 
 /// A player keeps its turn at the ball until a team-mate is nearer by this, s.
 pub(super) const TURN_PREFERENCE_S: f32 = 0.8;
-/// The greatest age of what is known about a team-mate, s.
+/// The greatest age of information about a team-mate, s.
 pub(super) const FRESH_TEAM_MATE_S: f32 = 1.0;
 /// The distance of supporters from the ball, m.
 pub const SUPPORT_DISTANCE_M: f32 = 0.9;
 
-/// The length of the pitch of the distances here, m.
+/// The length of the pitch for the distances below, m.
 const PLACES_FOR_LENGTH_M: f32 = 6.0;
 /// The depth of the keeper's own place before the goal line, m.
 const KEEPERS_DEPTH_M: f32 = 0.6;
-/// The distance of supporters from that, or from the penalty area, m.
+/// The distance of supporters from the keeper's place or from the penalty area, m.
 const OFF_THE_AREA_M: f32 = 0.3;
-/// The way around the ball from the front, m, longer than from the side.
+/// How much longer the way around the ball is from the front than from the side, m.
 const AROUND_BALL_M: f32 = 0.4;
 
-/// The approximate time that a robot at `position` with the player's speed takes to stand behind the ball, s, including the way around
-/// it.
+/// Returns the approximate time that a robot at `position` with the player's speed takes to stand behind the ball, s, including the way
+/// around it.
 pub fn time_to_ball_s(player: &Player, position: Vec2, ball: Vec2) -> f32 {
     position.distance(ball) / player.limits.max_linear_mps.max(0.01) + time_around_ball_s(player, position, ball)
 }
 
-/// The time that a robot at `position` takes for the way around the ball, s.
+/// Returns the time that a robot at `position` takes for the way around the ball, s.
 pub fn time_around_ball_s(player: &Player, position: Vec2, ball: Vec2) -> f32 {
     let forwards = (ball - position).normalize_or(Vec2::X).dot((player.opponent_goal() - ball).normalize_or(Vec2::X));
     let around_m = (1.0 - forwards) * (AROUND_BALL_M + player.longer_than_nao_m());
     around_m / player.limits.max_linear_mps.max(0.01)
 }
 
-/// Whether the player goes for the ball: none of the team-mates that `counts` accepts is there sooner.
+/// Returns whether the player goes for the ball: none of the team-mates that `counts` accepts is there sooner.
 pub fn has_turn(player: &Player, memory: &PlayerMemory, ball: Vec2, counts: impl Fn(Option<RobotId>) -> bool) -> bool {
     if is_for_the_keeper_only(player, ball) {
         return false;
@@ -57,12 +57,12 @@ pub(super) fn is_soonest(
     let own_s = time_s(player.position()) - preference;
     player.belief.team_mates.iter().filter(|mate| mate.age_s < fresh_s && counts(mate.id)).all(|mate| {
         let time_s = time_s(mate.position_m);
-        // Of two that need the same time, the one with the lower number goes.
+        // If two need the same time, the one with the lower number goes.
         own_s < time_s || (own_s == time_s && mate.id.is_none_or(|id| player.id < id))
     })
 }
 
-/// The reasons for going for the ball, or for leaving it to a team-mate: the times to the ball, s.
+/// Returns the reasons for going for the ball, or for leaving it to a team-mate: the times to the ball, s.
 pub fn reasons(player: &Player, _before: PlayerMemory, decision: &Decision) -> Reasons {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return Reasons::default() };
     let time_s = |place: Vec2| time_to_ball_s(player, place, ball);
@@ -94,14 +94,14 @@ pub fn support(player: &Player, ball: Vec2) -> Decision {
     support_from(player, ball, player.pitch.penalty_area.depth_m)
 }
 
-/// As [`support`], but also in the own penalty area if the rules let field players in.
+/// Like [`support`], but also in the own penalty area if the rules let field players in.
 pub fn support_and_defend(player: &Player, ball: Vec2) -> Decision {
     let depth_m =
         if player.is_own_area_for_keeper_only() { player.pitch.penalty_area.depth_m } else { KEEPERS_DEPTH_M };
     support_from(player, ball, depth_m)
 }
 
-/// As [`support`], outside the area that is `depth_m` deep before the own goal line.
+/// Like [`support`], but outside the area of depth `depth_m` in front of the own goal line.
 fn support_from(player: &Player, ball: Vec2, depth_m: f32) -> Decision {
     let place = support_place(player, ball, depth_m);
     let facing = (ball - player.position()).normalize_or(Vec2::X);

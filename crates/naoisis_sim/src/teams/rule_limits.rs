@@ -104,7 +104,7 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     }
 }
 
-/// Whether only the keeper may go for a ball at `place`, m, team frame.
+/// Returns whether only the keeper may go for a ball at `place`, m, team frame.
 pub fn is_for_the_keeper_only(player: &Player, place: Vec2) -> bool {
     is_forbidden_area(player, place, 0.0)
 }

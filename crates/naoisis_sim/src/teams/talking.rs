@@ -1,4 +1,4 @@
-//! How often a player sends messages where they are limited: so that those of its team last for the match.
+//! How often a player sends messages if they are limited, so that those of its team last for the match.
 
 use super::player::{Player, PlayerMemory};
 use naoisis_core::game::GameState;
@@ -8,7 +8,8 @@ const RESERVE: u32 = 3;
 /// The longest time between two messages of a player that announces a pass, s.
 const URGENT_S: f32 = 1.0;
 
-/// Whether it is time for the player to send a message; if so, records it in `memory`. An `urgent` message waits at most [`URGENT_S`].
+/// Returns whether it is time for the player to send a message; if so, records it in `memory`. An `urgent` message waits at most
+/// [`URGENT_S`].
 pub fn may_send(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> bool {
     let status = player.status;
     if status.messages_left.is_none() {
@@ -26,8 +27,8 @@ pub fn may_send(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> boo
     sends
 }
 
-/// The time between two messages of a player with which those of its team last for the rest of the match, s: 0 where messages are not
-/// limited, infinite when none is left.
+/// Returns the time between two messages of a player with which those of its team last for the rest of the match, s: 0 where messages are
+/// not limited, infinite when none is left.
 pub fn pause_between_messages_s(player: &Player) -> f32 {
     let status = player.status;
     let Some(left) = status.messages_left else { return 0.0 };
@@ -61,7 +62,7 @@ mod tests {
             situation.status.messages_left = Some(left);
             if may_send(&situation.player(), &mut memory, urgent) {
                 spoken += 1;
-                // All five talk alike.
+                // All five players send equally often.
                 left -= 5;
             }
         }

@@ -12,7 +12,7 @@ const LEAST_SIDEWAYS_SHARE: f32 = 0.15;
 /// A robot that does not walk sideways has arrived within this distance, m: it cannot correct the rest on the spot.
 const THERE_WITHOUT_SIDEWAYS_M: f32 = 0.02;
 
-/// The next step towards a place along `way` (m, team frame), turning to face `facing`.
+/// Returns the next step towards a place along `way` (m, team frame), turning to face `facing`.
 pub fn step_towards(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits, period: f32) -> WalkCommand {
     if let Some(gait) = &limits.gait {
         let [x, y, turn] = velocity_towards(forward, way, facing, gait, limits).to_array();
@@ -43,7 +43,7 @@ fn velocity_towards(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits:
     gait.reachable(towards.extend(turn.copysign(angle)), limits)
 }
 
-/// Whether the robot walks sideways fast enough for it to be useful.
+/// Returns whether the robot walks sideways fast enough for it to be useful.
 pub fn walks_sideways(limits: &MotionLimits) -> bool {
     limits.gait.is_none_or(|gait| gait.sideways_mps >= LEAST_SIDEWAYS_SHARE * limits.max_linear_mps)
 }
@@ -98,15 +98,15 @@ fn about_angle_between(from: Vec2, to: Vec2) -> f32 {
     let (less, more) = (along.abs().min(across), along.abs().max(across));
     let slope = less / more.max(f32::MIN_POSITIVE);
     let square = slope * slope;
-    // Of the arc tangent up to 1 (Abramowitz and Stegun, 4.4.47).
+    // Coefficients of the arc tangent up to 1 (Abramowitz and Stegun, 4.4.47).
     let factors = [0.020_835_1, -0.085_133, 0.180_141, -0.330_299_5, 0.999_866];
     let angle = slope * factors.into_iter().fold(0.0, |sum, factor| sum * square + factor);
     let angle = if across > along.abs() { FRAC_PI_2 - angle } else { angle };
     if along < 0.0 { PI - angle } else { angle }
 }
 
-/// The approximate time that a robot with a gait takes to go along `way` and to face `facing` at the end, s, by the sooner of the two
-/// manners of [`step_towards`].
+/// Returns the approximate time that a robot with a gait takes to go along `way` and to face `facing` at the end, s, by the sooner of the
+/// two manners of [`step_towards`].
 pub fn walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
     let ahead_s = ahead_s(forward, way, facing, limits);
     if !walks_sideways(limits) {
@@ -116,14 +116,15 @@ pub fn walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limit
     if way_s >= ahead_s { ahead_s } else { ahead_s.min(way_s + turn_s(forward, facing, limits)) }
 }
 
-/// A lower bound of the time to go along `way` and to face `facing` at the end, s: from the straight way and the chord of the angle.
+/// Returns a lower bound of the time to go along `way` and to face `facing` at the end, s: from the straight way and the chord of the
+/// angle.
 pub fn least_walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits) -> f32 {
     /// A margin for rounding.
     const SURELY: f32 = 0.999;
     SURELY * (way.length() / limits.max_linear_mps + forward.distance(facing) / limits.max_angular)
 }
 
-/// The next place on the way to a kick from `position`, facing `facing`: around the ball without touching it, then straight ahead.
+/// Returns the next place on the way to a kick from `position`, facing `facing`: around the ball without touching it, then straight ahead.
 ///
 /// Also returns whether the last stretch has begun, on which the ball is no obstacle.
 pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2) -> (Vec2, bool) {
@@ -173,7 +174,7 @@ mod tests {
                 }
                 pose = after_step(pose, step);
                 nearest = nearest.min(way.length());
-                // What it takes for a step that goes on while it is told otherwise.
+                // The step under way goes on after a new command, so the robot may move away a little.
                 assert!(way.length() < nearest + 0.04, "walk {index} turns back at {pose:?}");
                 seconds = cycle as f32 * PERIOD;
             }

@@ -17,7 +17,7 @@ const AIMING_SD: f32 = 0.05;
 const LEFT_AFTER_A_KICK: f32 = 0.4;
 /// The value of a ball from which the team could score, as a share of a goal: opponents come back meanwhile.
 const STANDING: f32 = 0.35;
-/// The weight of which team has the ball next, from 0 to 1, beside where the ball lies: possession changes often. Measured against
+/// The weight of which team has the ball next, from 0 to 1, compared with where the ball lies: possession changes often. Measured against
 /// `roles`: with a greater weight a team keeps more balls, and above this value it wins fewer matches.
 const POSSESSION: f32 = 0.57;
 /// The same for robots with kicks that can be aimed, which need not walk around the ball first.
@@ -59,13 +59,13 @@ pub struct Company<'a> {
 }
 
 impl Company<'_> {
-    /// The time that the nearest opponent takes to walk to `place`, s, at the player's own speed.
+    /// Returns the time that the nearest opponent takes to walk to `place`, s, at the player's own speed.
     pub fn opponents_walk_s(&self, player: &Player, place: Vec2) -> f32 {
         walking_s(player, self.opponents.iter().map(|other| other.position_m), place)
     }
 }
 
-/// The greatest reach of the player's kicks, m.
+/// Returns the greatest reach of the player's kicks, m.
 pub fn reach_m(player: &Player) -> f32 {
     player.kicks.types().map(|kick| player.kicks.max_distance_m(kick)).fold(0.1, f32::max)
 }
@@ -86,8 +86,8 @@ pub(super) fn aims_within(player: &Player) -> f32 {
     AIMED_SHARE * kicks.map(|kick| kick.aims_within()).fold(0.0, f32::max)
 }
 
-/// The probability that a team with the ball at `place` scores with no opponent in the way: within reach it follows from the angle of the
-/// goal and the spread of a kick, from further away it is less.
+/// Returns the probability that a team with the ball at `place` scores with no opponent in the way: within reach it follows from the angle
+/// of the goal and the spread of a kick, from further away it is less.
 pub fn threat(player: &Player, place: Vec2) -> f32 {
     let way = player.opponent_goal() - place;
     let distance = way.length().max(0.3);
@@ -155,7 +155,7 @@ pub(super) fn shot_worth(player: &Player, company: Company, ball: Vec2, directio
         + (1.0 - course.arrives) * standing(player, course.stopped_at, 0.0)
 }
 
-/// The value of a pass from `ball` to a player that waits at `place`.
+/// Returns the value of a pass from `ball` to a player that waits at `place`.
 pub fn pass_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> f32 {
     let share = (ball.distance(place) / reach_m(player)).min(1.0);
     let theirs_s = company.opponents_walk_s(player, place);
@@ -216,7 +216,7 @@ fn course(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f32
         if along < 0.0 || along > distance {
             continue;
         }
-        // It slows down: the mean of the way is slower than the start.
+        // The ball slows down, so its mean speed is lower than the initial one.
         let steps_aside = (along / (0.75 * launch_mps) - REACTION_S).max(0.0) * player.limits.max_linear_mps;
         let room = direction.perp_dot(offset).abs() - half_width - steps_aside.min(0.5 * along);
         let passes = logistic(2.0 * room / (direction_sd * along + PLACE_SD_M));
@@ -243,7 +243,7 @@ pub(super) fn is_futile(player: &Player, company: Company, ball: Vec2, direction
     is_pitch_small(player) && course(player, company, ball, ball + direction * AT_ONCE_M, 1.0).arrives < LEAST
 }
 
-/// The time that the nearest of the places `from` is away from `place`, s, at the player's own speed.
+/// Returns the time that the nearest of the places `from` is away from `place`, s, at the player's own speed.
 pub fn walking_s(player: &Player, from: impl IntoIterator<Item = Vec2>, place: Vec2) -> f32 {
     let nearest = from.into_iter().map(|other| other.distance_squared(place)).fold(1e6, f32::min).sqrt();
     (nearest - AT_PLACE_M).max(0.0) / player.limits.max_linear_mps.max(1e-3)
@@ -314,7 +314,7 @@ mod tests {
         // An opponent beside the way or behind the ball lets it pass.
         let passes = course(&[opponent(0.6, 1.0), opponent(-0.5, 0.0)]);
         assert!(passes.arrives > 0.99, "{passes:?}");
-        // Of two who might stop it each does as likely.
+        // Two opponents that may stop the ball are equally likely to do so.
         let either = course(&[opponent(0.5, 0.0), opponent(1.0, 0.0)]);
         assert!((either.stopped_at.x - 0.75).abs() < 0.05, "{either:?}");
     }

@@ -39,13 +39,13 @@ pub struct StateComponent {
     pub fields: Vec<(String, String)>,
 }
 
-/// The behaviour states of all robots in `world`.
+/// Returns the behaviour states of all robots in `world`.
 pub fn all_states(world: &World) -> BTreeMap<RobotId, BehaviourState> {
     let roster = world.resource::<Roster>();
     roster.iter().map(|(id, robot)| (id, state_of(world, robot))).collect()
 }
 
-/// The behaviour state of a robot.
+/// Returns the behaviour state of a robot.
 pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
     let Ok(entity) = world.get_entity(robot) else { return BehaviourState::default() };
     let Some(registry) = world.get_resource::<AppTypeRegistry>() else { return BehaviourState::default() };
@@ -79,7 +79,7 @@ pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
 /// Whether a component is state of a behaviour: marked so, or defined by the user's program.
 fn belongs_to_behaviour(info: &ComponentInfo, registry: &TypeRegistry) -> bool {
     let Some(type_id) = info.type_id() else { return false };
-    // What the robot believes, and its reasons, are shown beside; how its estimator is set up is no thought.
+    // The belief and the reasons are shown separately, and the settings of the estimator are not part of the behaviour's state.
     if [TypeId::of::<Belief>(), TypeId::of::<SimpleBelief>(), TypeId::of::<Reasons>()].contains(&type_id) {
         return false;
     }

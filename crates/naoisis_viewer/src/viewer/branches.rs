@@ -62,7 +62,7 @@ pub struct Branches {
 pub struct Branch {
     /// The parent branch, and the cycle after which this one differs from it; `None` for the root.
     pub from: Option<(usize, u64)>,
-    /// What it is called.
+    /// The name in the window.
     pub name: String,
     /// The last cycle that was played when the branch was stored.
     pub last_cycle: u64,
@@ -83,30 +83,30 @@ struct Aside {
 }
 
 impl Branches {
-    /// All branches; the first is the root.
+    /// Returns all branches; the first is the root.
     pub fn list(&self) -> &[Branch] {
         &self.list
     }
 
-    /// The index of the branch that is shown.
+    /// Returns the index of the branch that is shown.
     pub fn shown(&self) -> usize {
         self.shown
     }
 
-    /// Whether the match with these keyframes is a branch other than the root.
+    /// Returns whether the match with these keyframes is a branch other than the root.
     pub fn is_fork(&self, keyframes: &Keyframes) -> bool {
         self.list.iter().any(|branch| branch.from.is_some() && branch.keyframes.is_same(keyframes))
     }
 
-    /// The record of a cycle of a stored branch, if it has this cycle.
+    /// Returns the record of a cycle of a stored branch, if it has this cycle.
     pub fn record(&mut self, index: usize, cycle: u64) -> Option<CycleRecord> {
         let aside = self.list.get_mut(index)?.aside.as_mut()?;
         aside.data.history.record(cycle).ok().flatten()
     }
 
-    /// The last cycle that two branches have in common.
+    /// Returns the last cycle that two branches have in common.
     pub fn common(&self, one: usize, other: usize) -> u64 {
-        // From each of them to the first one, with the cycle until which it has been that way.
+        // The branches from this one up to the root, each with the last cycle that it contributes to this branch.
         let way = |index: usize| {
             let mut way = vec![(index, u64::MAX)];
             while let Some((from, cycle)) = way.last().and_then(|(index, _)| self.list.get(*index)?.from) {
@@ -154,10 +154,10 @@ fn play_from_here(world: &mut World) -> Result<(), String> {
         return Err("This is the present, which continues anyway: go to a moment of the past first".to_owned());
     }
     let cycle = world.resource::<CycleClock>().cycle;
-    // The moment that is played on must not go by while it is worked out.
+    // The match is paused, so that the moment does not pass while it is being rebuilt.
     let stood = core::mem::replace(&mut world.resource_mut::<Playback>().paused, true);
     let mut branches = world.resource_mut::<Branches>();
-    // Who asks twice has stopped it himself.
+    // If this is asked for a second time, the match was paused by the first request: the state before that one counts.
     let stood = branches.awaited.filter(|(other, _)| *other == cycle).map_or(stood, |(_, before)| before);
     branches.awaited = Some((cycle, stood));
     if world.resource::<Rebuilt>().moment(cycle, world.resource::<Keyframes>()).is_none() {
@@ -218,7 +218,7 @@ fn fork(
         }
     };
     let keyframes = data.keyframes.clone();
-    // Its chance may be another from here on.
+    // The random numbers may differ from here on.
     keyframes.note_change();
     data.put(world);
     let mut branches = world.resource_mut::<Branches>();
@@ -292,7 +292,7 @@ mod tests {
     fn two_ways_are_one_until_they_part() {
         let branch =
             |from| Branch { from, name: String::new(), last_cycle: 1000, keyframes: Keyframes::default(), aside: None };
-        // 1 and 2 leave the first one, 3 leaves 1.
+        // 1 and 2 start from the root, and 3 from 1.
         let list = vec![branch(None), branch(Some((0, 300))), branch(Some((0, 500))), branch(Some((1, 700)))];
         let branches = Branches { list, ..default() };
         assert_eq!((branches.common(0, 1), branches.common(1, 0)), (300, 300));

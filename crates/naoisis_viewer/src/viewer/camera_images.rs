@@ -91,7 +91,7 @@ pub struct ShownImages {
 }
 
 impl ShownImages {
-    /// The image of a watched camera, and the cycle in which it was taken.
+    /// Returns the image of a watched camera, and the cycle in which it was taken.
     pub fn image(&self, robot: RobotId, side: CameraName) -> Option<(u64, &Image)> {
         self.images.get(&(robot, side)).map(|(cycle, image)| (*cycle, image))
     }
@@ -272,7 +272,7 @@ mod tests {
         app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraName::BOTTOM));
         app.run_cycles(1);
         app.update();
-        // The ball was 0.9 m ahead then, whatever it has rolled since.
+        // The ball was 0.9 m ahead when the image was taken, even if it has rolled on since.
         let camera =
             CameraSettings::default().view(CameraName::BOTTOM, &Body::default(), HeadAngles::default()).unwrap();
         let pixel = camera.pixel_in_image(Vec3::new(0.9, 0.0, 0.03)).unwrap();

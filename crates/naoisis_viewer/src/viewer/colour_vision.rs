@@ -47,7 +47,7 @@ fn what_is_told_apart_by_colour_stays_apart_for_everybody() {
     let team = palette::team;
     let [carpet, chalk, ball] = [colours::CARPET, colours::CHALK, colours::BALL].map(palette::from_appearance);
     let ink = palette::ink;
-    // As lanes have them, on a dark panel.
+    // Faded as in lanes, on a dark panel.
     let panel = Color::srgb_u8(20, 24, 31);
     let faded = panel.mix(&ink(DrawColour::Orange), 0.4);
     let by_colour = [
@@ -66,10 +66,10 @@ fn what_is_told_apart_by_colour_stays_apart_for_everybody() {
         ("the pen's zones and the carpet", ink(DrawColour::Sky), carpet),
     ];
     let by_shape = [
-        // A robot is white, and has a name; the ball is round, and has a ring where it is small.
+        // The carpet: robots are white and have names. The ball is round, and has a ring where it is small.
         ("blue and the carpet", team(Team::Blue), carpet),
         ("the ball and pink", ball, team(Team::Pink)),
-        // An arrow in a circle, and two circles.
+        // The robot is drawn as an arrow in a circle, the ball as two circles.
         ("oneself and the ball as believed", ink(DrawColour::Purple), ink(DrawColour::Orange)),
     ];
     let pairs = by_colour.map(|pair| (pair, APART)).into_iter().chain(by_shape.map(|pair| (pair, APART_BESIDES)));

@@ -24,7 +24,7 @@ use naoisis_sim::scenario::Scenario;
 
 /// The number of cycles that are kept.
 const LONGEST: usize = 3600;
-/// How much before a moment of the past is read from the records, s.
+/// The time before a moment of the past whose cycles are read from the records, s.
 pub const LOOK_BACK_S: f64 = 20.0;
 /// The part of a frame in which records are read.
 const BUDGET: Duration = Duration::from_millis(4);
@@ -80,26 +80,26 @@ pub struct CycleSamples {
 }
 
 impl CycleSamples {
-    /// The sample of a cycle, if it is kept.
+    /// Returns the sample of a cycle, if it is kept.
     pub fn sample(&self, cycle: u64) -> Option<&CycleSample> {
         self.samples.get(&cycle)
     }
 
-    /// The sample of a robot in a cycle, if it is kept.
+    /// Returns the sample of a robot in a cycle, if it is kept.
     pub fn robot(&self, cycle: u64, id: RobotId) -> Option<&RobotSample> {
         self.sample(cycle)?.robots.get(&id)
     }
 
-    /// The samples from `first` to `last`, in order.
+    /// Returns the samples from `first` to `last`, in order.
     pub fn between(&self, first: u64, last: u64) -> impl Iterator<Item = (u64, &CycleSample)> {
-        // Without an end before its start, of which there would be no range.
+        // `min`, because a range whose end is before its start would panic.
         self.samples.range(first.min(last)..=last).map(|(cycle, sample)| (*cycle, sample))
     }
 
     fn note(&mut self, cycle: u64, sample: CycleSample) {
         self.samples.insert(cycle, sample);
         while self.samples.len() > LONGEST {
-            // What is furthest from now.
+            // The sample that is furthest from the current cycle is removed.
             let first = self.samples.keys().next().copied();
             let last = self.samples.keys().next_back().copied();
             let is_first_further = first.zip(last).is_none_or(|(first, last)| cycle - first >= last - cycle);
@@ -141,7 +141,7 @@ fn note_past(
     let first = clock.cycle.saturating_sub((LOOK_BACK_S / clock.period_s) as u64);
     let mut cycle = clock.cycle;
     while samples.sample(cycle).is_some() || note_record(&mut samples, &mut history, cycle) {
-        // Where only every so many cycles have a record, the one before it.
+        // If only every few cycles have a record, the previous record is used.
         let Some(before) = history.around(cycle).0.filter(|before| *before >= first) else { return };
         if started.elapsed() > BUDGET {
             return;
@@ -258,7 +258,7 @@ mod tests {
                 RobotRecord { pose: Pose::new(x, 0.0, 0.0), belief: Some(belief.clone()), ..RobotRecord::new(BLUE) };
             CycleRecord { cycle, robots: vec![robot], ..default() }
         };
-        // It believes what was so when it sensed, and has walked on since.
+        // The belief is right for the pose when it sensed. The robot has walked on since.
         let mut history = History::default();
         history.push(&record(0, 1.0)).unwrap();
         history.push(&record(1, 1.5)).unwrap();
@@ -266,7 +266,7 @@ mod tests {
         assert!(note_record(&mut samples, &mut history, 1));
         let error_m = |sample: &CycleSample| sample.robots[&BLUE].error.as_ref().map(|error| error.position_m);
         assert_eq!(samples.sample(1).and_then(error_m), Some(0.0));
-        // Where the cycle before is not known, with the end of this one.
+        // Without the previous cycle's record, the belief is compared with the end of its own cycle.
         assert_eq!(error_m(&CycleSample::of(&record(1, 1.5), None)), Some(0.5));
     }
 
@@ -278,7 +278,7 @@ mod tests {
         }
         assert_eq!(samples.samples.len(), LONGEST);
         assert!(samples.sample(99).is_none() && samples.sample(100).is_some());
-        // Back at the start.
+        // After going back to the start, the last samples are removed instead.
         samples.note(3, CycleSample::default());
         assert!(samples.sample(3).is_some() && samples.sample(LONGEST as u64 + 99).is_none());
     }

@@ -21,7 +21,7 @@ impl Workspace {
     /// All uses, in the order of the key that switches between them.
     pub const ALL: [Workspace; 3] = [Workspace::Watch, Workspace::Debug, Workspace::Teach];
 
-    /// The name in the window.
+    /// Returns the name in the window.
     pub fn name(self) -> &'static str {
         match self {
             Workspace::Watch => "Watch",
@@ -30,7 +30,7 @@ impl Workspace {
         }
     }
 
-    /// The use that is `steps` further in [`Workspace::ALL`].
+    /// Returns the use that is `steps` further in [`Workspace::ALL`].
     pub fn neighbour(self, steps: i8) -> Workspace {
         let count = Self::ALL.len() as isize;
         let index = Self::ALL.iter().position(|other| *other == self).unwrap_or(0) as isize;
@@ -38,17 +38,17 @@ impl Workspace {
     }
 }
 
-/// Whether the use is [`Workspace::Watch`].
+/// Returns whether the use is [`Workspace::Watch`].
 pub fn is_watching(display: Res<DisplaySettings>) -> bool {
     display.workspace == Workspace::Watch
 }
 
-/// Whether the use is [`Workspace::Debug`], which shows panels.
+/// Returns whether the use is [`Workspace::Debug`], which shows panels.
 pub fn is_debugging(display: Res<DisplaySettings>) -> bool {
     display.workspace == Workspace::Debug
 }
 
-/// Whether the use is [`Workspace::Teach`].
+/// Returns whether the use is [`Workspace::Teach`].
 pub fn is_teaching(display: Res<DisplaySettings>) -> bool {
     display.workspace == Workspace::Teach
 }
@@ -92,7 +92,7 @@ impl PanelScale {
     /// The factors to choose from; the middle one is that of the display.
     const FACTORS: [f32; 8] = [0.7, 0.8, 0.9, 1.0, 1.15, 1.35, 1.6, 2.0];
 
-    /// The factor relative to the display.
+    /// Returns the factor relative to the display.
     pub fn factor(self) -> f32 {
         Self::FACTORS.get(usize::from(self.0)).copied().unwrap_or(1.0)
     }
@@ -168,7 +168,7 @@ impl Default for DisplaySettings {
 }
 
 impl DisplaySettings {
-    /// Panels at the right or above the match of which only one is open at a time.
+    /// Panels at the right or above the match. Only one of them is open at a time.
     const OPENED: [Switch; 5] = [Switch::Help, Switch::Game, Switch::Overlays, Switch::Cameras, Switch::ManyTimes];
 
     /// Shows or hides a part of the window.
@@ -190,7 +190,7 @@ impl DisplaySettings {
         }
     }
 
-    /// The value of a switch, to change it.
+    /// Returns the value of a switch, to change it.
     pub fn of_mut(&mut self, switch: Switch) -> &mut bool {
         match switch {
             Switch::Help => &mut self.help,
@@ -241,7 +241,7 @@ mod tests {
         let mut display = DisplaySettings { game: true, ..default() };
         display.enter(Workspace::Watch);
         assert!(!display.game && display.workspace == Workspace::Watch);
-        // A file of before there were three of them.
+        // A file from before there were three workspaces.
         let text = r#"{ "light": true }"#;
         assert_eq!(serde_json::from_str::<DisplaySettings>(text).unwrap().workspace, Workspace::Debug);
     }

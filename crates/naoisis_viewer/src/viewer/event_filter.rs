@@ -36,13 +36,13 @@ pub struct EventFilter {
 
 impl Default for EventFilter {
     fn default() -> Self {
-        // They are found by going through the whole match, for those who want them.
+        // Mistakes are only found by reading the whole match, so they are hidden until the user wants them.
         Self { hidden: [LogKind::Mistake].into(), team: None, robot: None }
     }
 }
 
 impl EventFilter {
-    /// Whether an event passes the filter.
+    /// Returns whether an event passes the filter.
     pub fn has(&self, entry: &LogEntry) -> bool {
         let team = entry.robot.map(|robot| robot.team).or(entry.team);
         !self.hidden.contains(&entry.kind)
@@ -50,7 +50,7 @@ impl EventFilter {
             && self.robot.is_none_or(|wanted| entry.robot == Some(wanted))
     }
 
-    /// Whether the filter shows mistakes.
+    /// Returns whether the filter shows mistakes.
     pub fn has_mistakes(&self) -> bool {
         !self.hidden.contains(&LogKind::Mistake)
     }

@@ -147,24 +147,24 @@ impl EventLog {
         self.touches.clear();
     }
 
-    /// The entries until a time, s, oldest first.
+    /// Returns the entries until a time, s, oldest first.
     pub fn until(&self, time_s: f64) -> &[LogEntry] {
         &self.entries[..self.entries.partition_point(|entry| entry.time_s <= time_s)]
     }
 
-    /// The log until a time, s, for a branch of the match.
+    /// Returns the log until a time, s, for a branch of the match.
     pub fn cut(&self, time_s: f64) -> EventLog {
         let touches = self.touches.iter().filter(|touch| touch.time_s <= time_s).copied().collect();
         EventLog { entries: self.until(time_s).to_vec(), touches }
     }
 
-    /// Whether the log has this entry.
+    /// Returns whether the log has this entry.
     pub fn has(&self, entry: &LogEntry) -> bool {
         let from = self.entries.partition_point(|other| other.time_s < entry.time_s);
         self.entries[from..].iter().take_while(|other| other.time_s <= entry.time_s).any(|other| other == entry)
     }
 
-    /// The last touch of the ball until a time, s.
+    /// Returns the last touch of the ball until a time, s.
     pub fn last_touch(&self, time_s: f64) -> Option<BallTouch> {
         self.touches[..self.touches.partition_point(|touch| touch.time_s <= time_s)].last().copied()
     }
@@ -266,7 +266,7 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
         MatchEvent::FinalWhistle => (None, true, "Final whistle".to_owned()),
         MatchEvent::InvariantBroken { message } => (None, true, format!("Error in the simulation: {message}")),
         MatchEvent::Collision { .. } | MatchEvent::CommandRefused { .. } => return None,
-        // What else the referee decides, in its own words.
+        // The referee's other decisions, in its own words.
         decision => (None, false, headline(decision)?.trim_end_matches('.').to_owned()),
     };
     Some((team, important, text))

@@ -138,12 +138,12 @@ fn show_events(
 ) -> Result {
     let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
     penalties.sort_by_key(|(id, _)| *id);
-    // In the past, what has happened since then can be seen, too: to go there.
+    // In the past, later events are listed, too, so that the user can go to them.
     let now_s = clock.end_time_s();
     let log = &listed.entries[..];
     let log = if timeline.is_past() { log } else { &log[..log.partition_point(|entry| entry.time_s <= now_s)] };
     let context = contexts.ctx_mut()?;
-    // What is opened beside it may need its place.
+    // The panel is left out if the panels beside it need the space.
     if !DOCK.has_room(context, &sizes) {
         return Ok(());
     }
@@ -228,7 +228,7 @@ fn reasons(evidence: &Evidence) -> Vec<String> {
     let mut lines = vec![evidence.rule.to_string()];
     if let Some(measured) = &evidence.measured {
         lines.push(measured_words(measured));
-        // How fast robots walked is a reason only where speed was what counted.
+        // The robots' speeds are a reason only if the measured quantity is a speed.
         if measured.what.starts_with("m/s") {
             let walked = |robot: &RobotEvidence| format!("{} walked at {:.2} m/s.", robot.robot, robot.speed_mps);
             lines.extend(evidence.robots.iter().map(walked));
@@ -247,7 +247,7 @@ fn measured_words(measured: &Measurement) -> String {
     if margin == 0.0 {
         return format!("{value:.2} {what}; the limit is {limit:.2}.");
     }
-    // Of the margin itself two digits that mean something.
+    // Enough digits that the margin has two significant ones.
     let is_enough = |digits: &u32| margin * 10_u32.pow(*digits) as f32 >= 10.0;
     let digits = (2..MOST_DIGITS).find(is_enough).unwrap_or(MOST_DIGITS) as usize;
     let relation = if value < limit { "below" } else { "beyond" };

@@ -38,7 +38,7 @@ pub struct Filming {
 }
 
 impl Filming {
-    /// Whether a recording is in progress.
+    /// Returns whether a recording is in progress.
     pub fn is_on(&self) -> bool {
         self.film.is_some()
     }
@@ -68,7 +68,7 @@ fn toggle(
 ) {
     for kind in toggles.read() {
         if let Some((film, _)) = &filming.film {
-            // Pictures come some frames after they were asked for.
+            // Pictures arrive some frames after they are requested.
             if film.is_empty() {
                 filming.ends_soon = true;
             } else {
@@ -109,7 +109,7 @@ fn take_pictures(time: Res<Time<Real>>, mut filming: ResMut<Filming>, mut comman
         return;
     }
     let now_s = time.elapsed_secs_f64();
-    // A little less than a picture apart, so that a display of just that rate misses none.
+    // A little less than the time between pictures, so that no frame is missed on a display with exactly that rate.
     if filming.asked_at_s.is_some_and(|asked_at_s| now_s - asked_at_s < 0.9 * FRAME_S) {
         return;
     }

@@ -20,7 +20,7 @@ impl Plugin for FirstFramePlugin {
     fn build(&self, app: &mut App) {
         let began = self.began;
         let tell = move || info!("first frame after {:.2} s", began.elapsed().as_secs_f32());
-        // Where drawing goes on beside the next frame, the first is done when the second has been handed over.
+        // If frames are drawn in parallel with the next update, the first one is done when the second has been handed over.
         app.add_systems(Last, tell.run_if(|frame: Res<FrameCount>| frame.0 == 2));
     }
 }

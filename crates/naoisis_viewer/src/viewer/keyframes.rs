@@ -39,11 +39,11 @@ struct Kept {
 
 impl Keyframes {
     fn kept(&self) -> MutexGuard<'_, Kept> {
-        // Nobody panics while it holds them; if so, they are whole nevertheless.
+        // No thread panics while it holds the lock. Even then the keyframes would be complete.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether both are keyframes of the same match.
+    /// Returns whether both are keyframes of the same match.
     pub fn is_same(&self, other: &Keyframes) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
@@ -57,7 +57,7 @@ impl Keyframes {
         }
         if kept.bytes > MOST_BYTES {
             let mut index = 0;
-            // Never the first, without which the beginning were lost.
+            // The first keyframe is never removed: the beginning would be lost without it.
             kept.moments.retain(|_, _| {
                 index += 1;
                 index % 2 == 1
@@ -66,12 +66,12 @@ impl Keyframes {
         }
     }
 
-    /// The last keyframe that is not after `cycle`.
+    /// Returns the last keyframe that is not after `cycle`.
     pub fn before(&self, cycle: u64) -> Option<(u64, Moment)> {
         self.kept().moments.range(..=cycle).next_back().map(|(kept, moment)| (*kept, moment.clone()))
     }
 
-    /// The cycle of the last keyframe.
+    /// Returns the cycle of the last keyframe.
     pub fn last(&self) -> Option<u64> {
         self.kept().moments.keys().next_back().copied()
     }
@@ -86,7 +86,7 @@ impl Keyframes {
         self.kept().fault.clone()
     }
 
-    /// The keyframes until `cycle`, for a branch of the match.
+    /// Returns the keyframes until `cycle`, for a branch of the match.
     pub fn until(&self, cycle: u64) -> Keyframes {
         let mut kept = self.kept().clone();
         kept.moments.retain(|kept, _| *kept <= cycle);
@@ -137,7 +137,7 @@ mod tests {
         let expected = app.ball();
         keyframes.before(310).unwrap().1.put_back(app.world_mut()).unwrap();
         assert_eq!((app.cycle(), app.run_cycles(20).ball()), (300, expected));
-        // After what was done by hand it is kept at once.
+        // After a change by hand, a keyframe is stored at once.
         app.world().resource::<Keyframes>().note_change();
         keep_if_due(app.world_mut());
         assert_eq!(keyframes.last(), Some(320));

@@ -193,7 +193,7 @@ fn group_of(action: Action) -> &'static str {
     }
 }
 
-/// The keys and descriptions for the help.
+/// Returns the keys and descriptions for the help.
 pub fn help() -> Vec<HelpGroup> {
     let is_first = |(index, binding): &(usize, &Binding)| {
         BINDINGS[..*index].iter().all(|other| other.description != binding.description)

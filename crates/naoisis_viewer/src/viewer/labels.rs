@@ -29,7 +29,7 @@ pub struct LabelsPlugin;
 
 impl Plugin for LabelsPlugin {
     fn build(&self, app: &mut App) {
-        // The camera is where it is in this frame.
+        // The camera has its place of this frame by then.
         app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
             EguiPrimaryContextPass,
             (
@@ -50,7 +50,7 @@ fn write_overlay_words(
     let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::SMALL };
     let (camera, camera_transform) = *camera;
     let context = contexts.ctx_mut()?;
-    // Panels may be larger than the window has them.
+    // The panels may be scaled relative to the window.
     let zoom = context.zoom_factor();
     let painter = context.layer_painter(LayerId::background());
     for words in &words.0 {
@@ -70,11 +70,11 @@ fn draw_labels(
     robots: Query<(&RobotId, &GlobalTransform, &Penalty, &Body, &Posture)>,
     (clock, display): (Res<CycleClock>, Res<DisplaySettings>),
 ) -> Result {
-    // They are read from the last row, too.
+    // In the teaching workspace labels are large, so that they can be read from the last row.
     let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::ENTRY };
     let (camera, camera_transform) = *camera;
     let context = contexts.ctx_mut()?;
-    // Panels may be larger than the window has them.
+    // The panels may be scaled relative to the window.
     let zoom = context.zoom_factor();
     let painter = context.layer_painter(LayerId::background());
     for (id, transform, penalty, body, posture) in &robots {
@@ -101,7 +101,7 @@ fn draw_labels(
 fn upper_edge(body: &Body, posture: Posture, up: Vec3) -> Vec3 {
     let height = if posture.is_upright() { body.height_m } else { body.lying_height_m };
     let half_extents = Vec2::new(body.torso.half_width_m, height / 2.0);
-    // Of a cylinder, so that the name stays where it is while the robot turns.
+    // The half height of an enclosing cylinder, so that the name stays where it is while the robot turns.
     let reach = Vec2::new(Vec2::new(up.x, up.z).length(), up.y.abs()).dot(half_extents);
     height / 2.0 * Vec3::Y + reach * up
 }

@@ -40,7 +40,7 @@ impl Plugin for LayoutPlugin {
                     .chain()
                     .after(ThemeSystems),
             )
-            // What is opened when it is wanted is wanted.
+            // These panels are only shown in the debugging workspace. The other sets are for panels of all workspaces.
             .configure_sets(
                 EguiPrimaryContextPass,
                 (Score, Controls, Interventions, TimelineBar, Robot, Lanes, Plots, Events).run_if(is_debugging),
@@ -69,7 +69,7 @@ pub enum LayoutSystems {
     Lanes,
     /// The plots, above the lanes.
     Plots,
-    /// Panels of which one at a time is open, at the right.
+    /// Panels at the right, one of which is open at a time.
     Right,
     /// The events, at the right.
     Events,
@@ -90,19 +90,19 @@ impl FreeArea {
         Self(Some(area))
     }
 
-    /// Whether panels have been laid out.
+    /// Returns whether panels have been laid out.
     pub fn is_known(&self) -> bool {
         self.0.is_some()
     }
 
-    /// The free area in a window of this size; the whole window before panels have been laid out.
+    /// Returns the free area in a window of this size; the whole window before panels have been laid out.
     pub fn within(&self, window: Vec2) -> Rect {
         let window = Rect::from_corners(Vec2::ZERO, window.max(Vec2::ONE));
         let free = self.0.map_or(window, |free| free.intersect(window));
         Rect::from_center_size(free.center(), free.size().max(Vec2::splat(LEAST_EDGE).min(window.size())))
     }
 
-    /// The aspect (width by height) of the free area.
+    /// Returns the aspect (width by height) of the free area.
     pub fn aspect(&self, window: Vec2) -> f32 {
         let size = self.within(window).size();
         (size.x / size.y).clamp(0.2, 5.0)
@@ -126,7 +126,7 @@ fn find_panel(
     let context = contexts.ctx_mut()?;
     let Some(window) = windows.iter().next() else { return Ok(()) };
     let Some(cursor) = window.cursor_position() else { return Ok(()) };
-    // Panels may be larger than the window has them.
+    // The panels may be scaled relative to the window.
     let place = cursor / context.zoom_factor();
     let is_above =
         context.layer_id_at(Pos2::new(place.x, place.y)).is_some_and(|layer| layer.order != Order::Background);
@@ -134,13 +134,13 @@ fn find_panel(
     Ok(())
 }
 
-/// Whether input of the mouse is for the match. egui's wishes are those of the last frame; on a slow display the mouse
+/// Returns whether input of the mouse is for the match. egui's wishes are those of the last frame; on a slow display the mouse
 /// may have reached and clicked a panel since then.
 pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>, taken: Res<MouseTaken>) -> bool {
     mouse_is_over_match(&wants, &over) && !taken.0
 }
 
-/// Whether input of the mouse is not for panels.
+/// Returns whether input of the mouse is not for panels.
 pub fn mouse_is_over_match(wants: &EguiWantsInput, over: &OverPanel) -> bool {
     !over.0 && !wants.wants_any_pointer_input()
 }
@@ -153,7 +153,7 @@ fn note_free_area(mut contexts: EguiContexts, mut free: ResMut<FreeArea>) -> Res
     Ok(())
 }
 
-/// The area that the panels docked in this frame leave free, logical pixels of the panels.
+/// Returns the area that the panels docked in this frame leave free, logical pixels of the panels.
 pub fn free_area(context: &Context) -> egui::Rect {
     let pass = context.cumulative_pass_nr();
     let noted = context.data(|data| data.get_temp::<(u64, egui::Rect)>(free_area_id()));
@@ -226,7 +226,7 @@ impl Dock {
     fn range(&self, window: egui::Vec2, left: egui::Vec2) -> Rangef {
         let of = if self.edge == Edge::Below { window.y } else { window.x };
         let most = self.most_share * of;
-        // The match keeps its part of the height, whatever is open below it.
+        // The match keeps its share of the height, whatever is open below it.
         let room = if self.edge == Edge::Below { (left.y - MATCH * window.y).max(LEAST_BELOW) } else { most };
         let most = most.min(room);
         Rangef::new(self.least.min(most), most)
@@ -237,7 +237,7 @@ impl Dock {
         sizes.0.get(self.name).copied().filter(|size| size.is_finite()).unwrap_or(self.size)
     }
 
-    /// Whether the match would still have room beside it.
+    /// Returns whether the match would still have room beside it.
     pub fn has_room(&self, context: &Context, sizes: &PanelSizes) -> bool {
         let (window, left) = (context.content_rect().size(), free_area(context).size());
         let width = self.range(window, left).clamp(self.wanted(sizes));
@@ -253,13 +253,13 @@ impl Dock {
             Edge::Right => Panel::right(id),
             Edge::Below => Panel::bottom(id),
         };
-        // Between drags its size is what is wanted, as far as the window has room for it.
+        // While nobody drags its edge, the panel has the size that the user wanted, as far as the window has room.
         if !context.input(|input| input.pointer.any_down() || input.pointer.any_released()) {
             context.data_mut(|data| data.remove::<PanelState>(id));
         }
         let panel = panel.resizable(true).default_size(self.wanted(sizes)).size_range(range);
         let shown = dock(context, self.name, panel, |ui| {
-            // What is in it does not make it larger: who drags its edge does.
+            // The contents do not enlarge the panel. Only dragging its edge does.
             let area = ui.available_rect_before_wrap();
             let mut inside = ui.new_child(UiBuilder::new().max_rect(area));
             inside.set_clip_rect(area.expand(2.0).intersect(ui.clip_rect()));
@@ -267,8 +267,8 @@ impl Dock {
             ui.allocate_rect(area, egui::Sense::hover());
             shown
         });
-        // A smaller window has smaller panels for as long as it is small; only who drags the edge wants another size. The edge has
-        // this name in egui.
+        // In a smaller window the panels are smaller meanwhile. Only dragging the edge changes the wanted size. `__resize` is egui's name
+        // of the edge.
         if context.read_response(id.with("__resize")).is_some_and(|edge| edge.drag_stopped())
             && let Some(state) = PanelState::load(context, id)
         {
@@ -291,7 +291,7 @@ pub fn title(ui: &mut egui::Ui, words: &str) -> bool {
     .inner
 }
 
-/// An area above the match, at an edge or in a corner of the free area.
+/// Returns an area above the match, at an edge or in a corner of the free area.
 pub fn floating(context: &Context, name: &str, align: Align2) -> egui::Area {
     let place = align.pos_in_rect(&free_area(context).shrink(MARGIN));
     egui::Area::new(Id::new(name)).pivot(align).fixed_pos(place)
@@ -340,7 +340,7 @@ mod tests {
         let still = vec![Vec::new(); 3];
         let area = left(&mut world, &Context::default(), [1280.0, 720.0], &still);
         assert_eq!(area, Area::from_min_max(Pos2::new(300.0, 30.0), Pos2::new(1080.0, 680.0)));
-        // In a window half as wide the robot has a share, and the events are left out.
+        // In a window of half the width, the robot panel gets its share and the events are left out.
         let area = left(&mut world, &Context::default(), [640.0, 480.0], &still);
         assert_eq!(area, Area::from_min_max(Pos2::new(256.0, 30.0), Pos2::new(640.0, 440.0)));
     }
@@ -383,7 +383,7 @@ mod tests {
         assert_eq!(text, r#"{"robot":380.0}"#);
         let area = left(&mut world, &Context::default(), [1280.0, 720.0], &[vec![], vec![]]);
         assert_eq!(area.left(), 380.0);
-        // A smaller window does not change what is remembered, and a larger one has it again.
+        // A smaller window does not change the remembered size: a larger window has it again.
         let (context, still) = (Context::default(), vec![Vec::new(); 2]);
         for (width, expected) in [(1280.0, 380.0), (640.0, 256.0), (1280.0, 380.0)] {
             assert_eq!(left(&mut world, &context, [width, 720.0], &still).left(), expected);

@@ -115,7 +115,7 @@ fn write(path: &Path, remembered: &Remembered) -> io::Result<()> {
         fs::create_dir_all(folder)?;
     }
     let text = serde_json::to_string_pretty(remembered)?;
-    // Another window may read it meanwhile: it is whole at any time.
+    // Another window may read the file meanwhile, so it is replaced as a whole.
     replace_file(path, |mut file| file.write_all(text.as_bytes()))
 }
 
@@ -139,7 +139,7 @@ fn recall(
         present.resolution.set(width.clamp(320.0, 8192.0), height.clamp(240.0, 8192.0));
     }
     if let (Some(last), Some(mut display)) = (display_last, display) {
-        // A list that covers the view is opened when it is wanted.
+        // Lists that cover the view are closed at the start.
         *display = DisplaySettings { help: false, many_times: false, ..*last };
     }
     if let (Some(last), Some(mut overlays)) = (overlays_last, overlays) {
@@ -244,7 +244,7 @@ mod tests {
             fs::write(&path, text).unwrap();
             assert_eq!(ViewerMemory::in_file(path.clone()).remembered, Remembered::default());
         }
-        // What a later version has added does not matter.
+        // Fields that a later version has added are ignored.
         fs::write(&path, "{ \"scenario\": \"kicks\", \"hologram\": true }").unwrap();
         assert_eq!(ViewerMemory::in_file(path).remembered.scenario.as_deref(), Some("kicks"));
     }

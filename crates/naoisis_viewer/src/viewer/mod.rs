@@ -153,7 +153,7 @@ impl PluginGroup for ViewerPlugins {
                 }),
                 ..default()
             })
-            // Otherwise the parts of the scene pop in one by one while their pipelines are compiled.
+            // Without this, parts of the scene would appear one by one as their pipelines are compiled.
             .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
             .set(LogPlugin {
                 filter: "warn,naoisis=info,winit=error,bevy_egui=error".to_owned(),

@@ -9,7 +9,7 @@ const MOST_OF_ONE_NAME: u32 = 1000;
 /// The greatest length of a name, letters.
 const LONGEST_NAME: usize = 60;
 
-/// A name without characters that file systems forbid.
+/// Returns `name` without characters that file systems forbid.
 pub fn stem(name: &str) -> String {
     let letters = name.chars().map(|letter| if letter.is_alphanumeric() || letter == '-' { letter } else { '_' });
     let mut stem: String = letters.take(LONGEST_NAME).collect();
@@ -22,7 +22,7 @@ pub fn stem(name: &str) -> String {
 /// Writes a new file: `NAME.ENDING`, or `NAME-2.ENDING` and so on.
 ///
 /// # Errors
-/// Those of the file system.
+/// When the file cannot be written.
 pub fn write_new(folder: &Path, name: &str, ending: &str, bytes: &[u8]) -> io::Result<PathBuf> {
     for attempt in 1..=MOST_OF_ONE_NAME {
         let suffix = if attempt == 1 { String::new() } else { format!("-{attempt}") };

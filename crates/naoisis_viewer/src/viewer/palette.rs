@@ -15,28 +15,28 @@ pub const FLOOR: Color = from_appearance(colours::FLOOR);
 /// Nets.
 pub const NET: Color = from_appearance(colours::NET);
 
-/// A colour of the appearance.
+/// Converts a colour of the appearance.
 pub const fn from_appearance(Colour([red, green, blue]): Colour) -> Color {
     Color::srgb(red as f32 / 255.0, green as f32 / 255.0, blue as f32 / 255.0)
 }
 
-/// The colour of a team's waistband.
+/// Returns the colour of a team's waistband.
 pub const fn team(team: Team) -> Color {
     from_appearance(colours::team(team))
 }
 
-/// The colour of a goal.
+/// Returns the colour of a goal.
 pub const fn goal(colour: GoalColour) -> Color {
     from_appearance(colours::goal(colour))
 }
 
-/// The colour of overlays and of drawings of behaviours.
+/// Returns the colour of overlays and of drawings of behaviours.
 pub fn ink(ink: DrawColour) -> Color {
     let [red, green, blue] = ink.rgb();
     Color::srgb_u8(red, green, blue)
 }
 
-/// The same colour for a panel.
+/// Converts a colour for a panel.
 pub fn in_panel(colour: Color) -> Color32 {
     let [red, green, blue, alpha] = colour.to_srgba().to_u8_array();
     Color32::from_rgba_unmultiplied(red, green, blue, alpha)

@@ -61,7 +61,7 @@ fn show_score(
     let hint = if display.robot && selection.0.is_none() { HINT } else { "" };
     layout::bar_above(contexts.ctx_mut()?, "score", |ui| {
         let teams = |ui: &mut egui::Ui| {
-            // As high as the highest, so that all are on one line.
+            // As high as the highest of them, so that all are on one line.
             ui.set_min_height(SCORE_HEIGHT);
             band(ui, Team::Blue, egui::vec2(14.0, 22.0));
             ui.label(bright(&names[0]).size(text_size::TEAM));
@@ -92,7 +92,7 @@ fn in_the_middle(
     ui.horizontal(|ui| {
         ui.set_min_height(SCORE_HEIGHT);
         let (start, all) = (ui.cursor().left(), ui.available_width());
-        // In the middle, but for what is at the end.
+        // In the middle, as far as the widgets at the end leave room.
         let room = ((all - before) / 2.0).min(all - before - at_end).max(0.0);
         let words = ui.painter().layout_no_wrap(
             beside.to_owned(),
@@ -125,7 +125,7 @@ fn show_controls(
         if let Some(problem) = &playback.problem {
             ui.label(RichText::new(problem).color(problem_colour(ui)));
         }
-        // In narrow windows in several lines.
+        // In narrow windows, the buttons take several lines.
         ui.horizontal_wrapped(|ui| {
             let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
                 ui.add(egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0)))
@@ -293,7 +293,7 @@ pub(super) struct TeamNames<'w> {
 }
 
 impl TeamNames<'_> {
-    /// The names of blue and pink.
+    /// Returns the names of blue and pink.
     pub fn both(&self) -> [String; 2] {
         Team::BOTH.map(|team| team_name(team, self.scenario.as_deref(), &self.registry))
     }

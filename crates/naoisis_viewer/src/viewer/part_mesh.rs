@@ -27,7 +27,7 @@ fn coloured_mesh<Frame>(part: &Part<Frame>) -> Mesh {
     mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours)
 }
 
-/// The material of all merged meshes: white, because vertices have the colours.
+/// Returns the material of all merged meshes: white, because vertices have the colours.
 pub fn part_material() -> StandardMaterial {
     StandardMaterial { perceptual_roughness: 0.5, reflectance: 0.3, ..default() }
 }

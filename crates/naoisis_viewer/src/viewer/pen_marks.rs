@@ -28,12 +28,12 @@ pub struct Pen {
 }
 
 impl Pen {
-    /// Whether a stroke is in progress.
+    /// Returns whether a stroke is in progress.
     pub fn is_drawing(&self) -> bool {
         self.begun.is_some()
     }
 
-    /// The stroke in progress, if any.
+    /// Returns the stroke in progress, if any.
     pub fn under_way(&self) -> Option<PenMark> {
         self.under_way
     }

@@ -55,12 +55,12 @@ impl FromWorld for PitchRoot {
     }
 }
 
-/// The rotation from the pitch frame (z up) to Bevy's world (y up).
+/// Returns the rotation from the pitch frame (z up) to Bevy's world (y up).
 pub fn world_from_pitch() -> Quat {
     Quat::from_rotation_x(-FRAC_PI_2)
 }
 
-/// The rotation from Bevy's world (y up) to the pitch frame (z up).
+/// Returns the rotation from Bevy's world (y up) to the pitch frame (z up).
 pub fn pitch_from_world() -> Quat {
     world_from_pitch().inverse()
 }
@@ -120,7 +120,7 @@ fn hide_penalised(mut robots: Query<(&Penalty, &mut Visibility), Changed<Penalty
     }
 }
 
-/// The displayed pose, pitch frame.
+/// Returns the displayed pose, pitch frame.
 pub fn pose_of(transform: &Transform) -> Pose {
     let forward = transform.rotation * Vec3::X;
     Pose { position: transform.translation.truncate(), heading: angle_of(forward.truncate()) }
@@ -152,21 +152,21 @@ mod tests {
         let world_from_pitch = world_from_pitch();
         assert!((world_from_pitch * Vec3::Z).abs_diff_eq(Vec3::Y, 1e-6));
         assert!((world_from_pitch * Vec3::X).abs_diff_eq(Vec3::X, 1e-6));
-        // Away from the viewer, who looks along -z.
+        // The direction away from the viewer, who looks along -z.
         assert!((world_from_pitch * Vec3::Y).abs_diff_eq(Vec3::NEG_Z, 1e-6));
     }
 
     #[test]
     fn motion_is_smooth_across_the_half_turn() {
         let shown = between(Pose::new(0.0, 0.0, PI - 0.1), Pose::new(0.1, 0.0, 0.1 - PI), 0.5, 1.0 / 30.0);
-        // Half of 0.1 m, and half of the 0.2 rad across the half turn.
+        // Half of 0.1 m, and half of the angle of 0.2 rad across ±180°.
         assert_abs_diff_eq!(shown.position.x, 0.05, epsilon = 1e-6);
         assert_abs_diff_eq!(shown.heading, PI, epsilon = 1e-6);
     }
 
     #[test]
     fn what_is_put_elsewhere_does_not_fly_there() {
-        // 12 m/s for 1/30 s are 0.4 m.
+        // At 12 m/s the robot would move 0.4 m in 1/30 s.
         let end = Pose::new(3.0, 0.0, 0.0);
         assert_eq!(between(Pose::default(), end, 0.5, 1.0 / 30.0), end);
     }

@@ -48,7 +48,7 @@ fn move_limbs(
     for ((id, pose, velocity), (head, posture, body), (stride, robot_limbs, mut displayed)) in &mut robots {
         displayed.0.kick = stride.kick;
         displayed.0.follow(*pose, *velocity, now_s);
-        // The robot's own transform places it on the pitch.
+        // The place on the pitch is in the robot's own transform.
         let limbs = displayed
             .0
             .joints(*id, *head, body)

@@ -32,7 +32,7 @@ fn choose(mut choices: MessageReader<SelectionCommand>, roster: Res<Roster>, mut
     for choice in choices.read() {
         selection.0 = chosen(*choice, selection.0, &ids);
     }
-    // Another match may lack it.
+    // Another match may not have this robot.
     if selection.0.is_some_and(|id| !ids.contains(&id)) {
         selection.0 = None;
     }
@@ -106,7 +106,7 @@ impl PickTarget {
     }
 }
 
-/// The nearest robot that a ray from `origin` hits, pitch frame, m.
+/// Returns the nearest robot that a ray from `origin` hits, pitch frame, m.
 pub fn pointed_at(
     origin: Vec3,
     direction: Vec3,
@@ -121,8 +121,8 @@ pub fn pointed_at(
 
 /// The distance along a ray at which it hits a robot, if it does.
 fn along_ray(origin: Vec3, direction: Vec3, PickTarget { place, reach_m, height_m }: PickTarget) -> Option<f32> {
-    // Of the points of the ray within reach of the robot's axis seen from above, the nearest that is neither above the
-    // robot nor below the ground; of a ray straight down all are as near to the axis.
+    // The result is the nearest point of the ray that is within reach of the robot's axis seen from above, not above the robot and not
+    // below the ground. All points of a vertical ray have the same distance from the axis.
     let offset = place - origin.truncate();
     let level = direction.truncate();
     let speed_squared = level.length_squared();
@@ -161,7 +161,7 @@ mod tests {
         let eye = Vec3::new(-1.0, 0.0, 0.4);
         assert_eq!(pointed_at(eye, Vec3::X, robots), Some(PINK));
         assert_eq!(pointed_at(eye, Vec3::NEG_X, robots), None);
-        // Over the head of the nearer one.
+        // The ray passes over the head of the nearer robot.
         let down = (Vec3::new(2.0, 0.0, 0.3) - Vec3::new(1.0, 0.0, 1.2)).normalize();
         assert_eq!(pointed_at(Vec3::new(1.0, 0.0, 1.2), down, robots), Some(BLUE));
     }

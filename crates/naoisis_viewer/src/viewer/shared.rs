@@ -216,7 +216,7 @@ impl Default for Playback {
     }
 }
 
-/// Whether the match has ended.
+/// Returns whether the match has ended.
 pub fn is_over(game: &Game, clock: &CycleClock, playback: &Playback) -> bool {
     game.state == GameState::Finished || playback.last_cycle.is_some_and(|last| clock.cycle >= last)
 }
@@ -261,7 +261,7 @@ impl Notice {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct RobotsWorld(pub bool);
 
-/// Whether the truth is shown.
+/// Returns whether the truth is shown.
 pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
     world.is_none_or(|world| !world.0)
 }

@@ -25,7 +25,7 @@ impl Speed {
         Speed::Unlimited,
     ];
 
-    /// The next of [`Speed::ALL`] in a direction; the same at the ends.
+    /// Returns the next of [`Speed::ALL`] in a direction; the same at the ends.
     pub fn neighbour(self, steps: isize) -> Speed {
         let index = Speed::ALL.iter().position(|speed| *speed == self).unwrap_or(3);
         index.checked_add_signed(steps).and_then(|index| Speed::ALL.get(index)).copied().unwrap_or(self)

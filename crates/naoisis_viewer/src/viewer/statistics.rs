@@ -94,7 +94,7 @@ impl Default for DrawCounts {
 }
 
 struct Counts {
-    /// When the viewer was built.
+    /// The time at which the viewer was built.
     start: Instant,
     /// The time until the first picture, ns; 0 before it.
     first_picture_ns: AtomicU64,
@@ -138,7 +138,7 @@ fn end_frame(
     *clock = FrameClock { began: None, since: Some(now), frames: 0, main: Duration::ZERO, eye_images: images.drawn };
 }
 
-/// When the renderer started a frame.
+/// The time at which the renderer started a frame.
 #[derive(Resource)]
 struct RenderingSince(Instant);
 

@@ -53,9 +53,9 @@ fn set_looks(mut contexts: EguiContexts) -> Result {
     for theme in [Theme::Dark, Theme::Light] {
         context.set_visuals_of(theme, visuals(theme));
     }
-    // Between press and release of a click there can be a whole frame of a slow display.
+    // On a slow display there can be a whole frame between the press and the release of a click.
     context.options_mut(|options| options.input_options.max_click_duration = LONGEST_CLICK_S);
-    // A slow display would otherwise show text with gaps: each glyph is drawn a frame late at each new part of a pixel.
+    // On a slow display, text would otherwise have gaps: glyphs are drawn a frame late at each new fraction of a pixel.
     context.all_styles_mut(|style| style.visuals.text_options.subpixel_binning = false);
     Ok(())
 }
@@ -100,7 +100,7 @@ fn load_letters(mut contexts: EguiContexts) -> Result {
     Ok(())
 }
 
-/// The background of all panels.
+/// Returns the background of all panels.
 pub fn card(ui: &egui::Ui) -> Frame {
     Frame::NONE
         .fill(ui.visuals().panel_fill.gamma_multiply(0.88))
@@ -108,7 +108,7 @@ pub fn card(ui: &egui::Ui) -> Frame {
         .inner_margin(Margin::symmetric(12, 8))
 }
 
-/// A panel at an edge of the window.
+/// Returns a panel at an edge of the window.
 pub fn panel(name: &str, align: Align2, offset: [f32; 2]) -> egui::Area {
     egui::Area::new(egui::Id::new(name)).anchor(align, offset)
 }
@@ -123,13 +123,13 @@ pub fn dim(text: impl Into<String>) -> RichText {
     RichText::new(text).weak()
 }
 
-/// The colour of a team's text.
+/// Returns the colour of a team's text.
 pub fn team_colour(ui: &egui::Ui, team: Team) -> Color32 {
     team_colour_on(ui.visuals().dark_mode, team)
 }
 
 fn team_colour_on(dark: bool, team: Team) -> Color32 {
-    // The waistbands' colours are too dark or too light to be read on panels.
+    // The colours of the waistbands are too dark or too light for text on panels.
     match (dark, team) {
         (true, Team::Blue) => Color32::from_rgb(112, 165, 255),
         (true, Team::Pink) => Color32::from_rgb(255, 140, 194),
@@ -138,7 +138,7 @@ fn team_colour_on(dark: bool, team: Team) -> Color32 {
     }
 }
 
-/// The colour of problems.
+/// Returns the colour of problems.
 pub fn problem_colour(ui: &egui::Ui) -> Color32 {
     if ui.visuals().dark_mode { Color32::from_rgb(255, 140, 120) } else { Color32::from_rgb(176, 40, 10) }
 }
@@ -150,7 +150,7 @@ pub fn band(ui: &mut egui::Ui, team: Team, size: egui::Vec2) {
     ui.painter().rect_filled(area, rounding, palette::in_panel(palette::team(team)));
 }
 
-/// A time as minutes and seconds.
+/// Returns the text of a time in minutes and seconds.
 pub fn minutes(seconds: f32) -> String {
     let whole = seconds.max(0.0).floor() as u32;
     format!("{}:{:02}", whole / 60, whole % 60)

@@ -23,13 +23,13 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// The position of a cycle, logical pixels.
+    /// Returns the position of a cycle, logical pixels.
     pub fn x(&self, cycle: f64) -> f32 {
         let [first, last] = self.part;
         self.left + ((cycle - first) / (last - first)) as f32 * self.width
     }
 
-    /// The cycle at a position.
+    /// Returns the cycle at a position.
     pub fn cycle(&self, x: f32) -> f64 {
         let [first, last] = self.part;
         first + f64::from((x - self.left) / self.width) * (last - first)
@@ -44,7 +44,7 @@ impl Axis {
         [first, first + length]
     }
 
-    /// The part after the input of the mouse: the wheel zooms, a drag moves, a double click shows all.
+    /// Returns the part after the input of the mouse: the wheel zooms, a drag moves, a double click shows all.
     pub fn changed_part(&self, ui: &egui::Ui, response: &egui::Response, whole: [f64; 2]) -> Option<ShownPart> {
         if response.double_clicked() {
             return Some(ShownPart(None));
@@ -79,7 +79,7 @@ mod tests {
         let part = axis.moved([0.0, 1000.0], 150.0, 2.0, 0.0);
         let closer = Axis { part, ..axis };
         assert!((closer.x(150.0) - axis.x(150.0)).abs() < 1e-3 && part[1] - part[0] == 100.0);
-        // Never beyond the match.
+        // The axis never extends beyond the match.
         assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1e-3, 0.0), [0.0, 1000.0]);
         assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1.0, 1e6), [800.0, 1000.0]);
     }

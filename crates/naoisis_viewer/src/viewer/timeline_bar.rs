@@ -47,7 +47,7 @@ fn show_bar(
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let (first, end) = (*cycles.start(), *cycles.end());
     let (now, is_paused) = (timeline.cursor().unwrap_or(end as f64), playback.paused);
-    // Ways that went farther are beside it.
+    // The bar is long enough for all branches, including those that went further.
     let last = branches.list().iter().map(|branch| branch.last_cycle).fold(end, u64::max);
     layout::bar_below(contexts.ctx_mut()?, "timeline", |ui| {
         let width = (ui.available_width() - BESIDE_BAR).max(LEAST_WIDTH);
@@ -56,7 +56,7 @@ fn show_bar(
             ui.label(if timeline.is_past() { bright(time(now)) } else { dim(time(now)) });
             let (response, painter) = ui.allocate_painter(egui::vec2(width, HEIGHT), Sense::click_and_drag());
             response.widget_info(|| WidgetInfo::slider(true, now, "Timeline"));
-            // The mark of where it is is seen at both ends, too.
+            // The bar leaves room at both ends for the mark of the current moment.
             let rect = response.rect.shrink2(egui::vec2(END, 0.0));
             let x = |cycle: f64| rect.left() + share(cycle, first, last) * rect.width();
             let line = |from: f32, to: f32, stroke: Stroke| {
@@ -94,7 +94,7 @@ fn show_bar(
                 actions.write(Action::Toggle(Switch::ManyTimes));
             }
             if !timeline.is_replay() {
-                // It is always there, so that the bar stays where it is under the mouse.
+                // The button is always there, so that the bar does not move under the mouse.
                 let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Present"));
                 if button.on_hover_text("Back to the match as it is now (End)").clicked() {
                     commands.write(TimelineCommand::Present);
@@ -137,7 +137,7 @@ fn show_branches(
     let mut clicked = None;
     let height = BRANCH_HEIGHT * branches.list().len() as f32;
     let (area, _) = ui.allocate_exact_size(egui::vec2(bar.max - ui.cursor().left(), height), Sense::hover());
-    // Below the bar, whatever is beside it.
+    // The branches are below the bar, with its width.
     let area = egui::Rect::from_x_y_ranges(bar, area.y_range());
     let at = |index: usize, cycle: u64| {
         let y = area.top() + BRANCH_HEIGHT * (index as f32 + 0.5);
@@ -159,7 +159,7 @@ fn show_branches(
         let response = ui.interact(row, ui.id().with(("branch", index)), Sense::click());
         let name = branch.name.clone();
         response.widget_info(|| WidgetInfo::selected(egui::WidgetType::RadioButton, true, is_shown, &name));
-        // Its name, behind the word for its ghosts.
+        // The name of the branch, to the right of the label of its ghosts.
         let font = egui::FontId::proportional(BRANCH_HEIGHT - 1.0);
         let beside = row.right_center() + egui::vec2(END + WORD + 8.0, 0.0);
         let text = if is_shown { format!("{name} (shown)") } else { name.clone() };

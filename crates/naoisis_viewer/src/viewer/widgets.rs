@@ -63,7 +63,7 @@ fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
         let beside = || node.labelled_by().iter().find_map(|id| nodes.get(id)?.value());
         node.label().filter(|words| !words.is_empty()).or_else(beside).map(str::to_owned)
     };
-    // Words can be clicked on, too, to copy them.
+    // Texts can be clicked, too, to copy them, but they are not operable.
     let is_operable = |node: &Node| {
         let is_reached = [Action::Click, Action::SetValue].into_iter().any(|action| node.supports_action(action));
         is_reached && !node.is_disabled() && node.role() != Role::Label
@@ -115,7 +115,7 @@ mod tests {
             ui.add(Slider::new(&mut share, 0.0..=1.0).text("Lost"));
         });
         let expected = [("Open", None), ("Areas", Some("true")), ("Lost", Some("0.25"))];
-        // The slider's number can be typed, too.
+        // The number of a slider can be typed, so it is a widget of its own.
         let widgets: Vec<Widget> = widgets.into_iter().filter(|widget| widget.role != "SpinButton").collect();
         assert_eq!(names_and_values(&widgets), expected);
     }

@@ -1,4 +1,4 @@
-//! Goals, falls, time, penalties and set plays.
+//! Quantities of goals, falls, time, penalties and set plays.
 
 use super::forms::{Number, field, mean, mean_of, ratio};
 use crate::match_realism::estimates::Quantity;

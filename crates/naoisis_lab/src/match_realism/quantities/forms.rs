@@ -1,20 +1,20 @@
-//! The forms of quantities: means, ratios and quantiles over all matches.
+//! Constructors of quantities: means, ratios and quantiles over all matches.
 
 use crate::match_realism::estimates::Quantity;
 use crate::match_realism::measures::{FieldMeasures, MatchMeasures};
 use naoisis_core::statistics::quantile;
 
-/// A number of a match. `None` if it was not measured.
+/// Returns a number of a match, or `None` if it was not measured.
 pub(super) type Number = fn(&MatchMeasures) -> Option<f64>;
-/// Values of a match of which all matches together have quantiles.
+/// Returns values of a match. Their quantiles are computed over all matches.
 pub(super) type Sample = fn(&FieldMeasures) -> &[f64];
 
-/// A number of a match, of what is known of robots and ball.
+/// Makes a number of a match from a number of its robots and ball.
 pub(super) fn field(number: impl Fn(&FieldMeasures) -> f64) -> impl Fn(&MatchMeasures) -> Option<f64> {
     move |one| one.field.as_ref().map(&number)
 }
 
-/// The mean over the matches that have the number.
+/// Creates a mean over the matches that have the number.
 pub(super) fn mean(words: [&'static str; 4], number: impl Fn(&MatchMeasures) -> Option<f64> + 'static) -> Quantity {
     Quantity::new(words, move |matches| {
         let numbers: Vec<f64> = matches.iter().filter_map(|one| number(one)).collect();
@@ -22,7 +22,7 @@ pub(super) fn mean(words: [&'static str; 4], number: impl Fn(&MatchMeasures) -> 
     })
 }
 
-/// What all matches that have both numbers have of `part`, divided by what they have of `whole`, times `scale`.
+/// Creates the ratio of the sums of `part` and `whole` over the matches that have both, times `scale`.
 pub(super) fn ratio(
     words: [&'static str; 4],
     part: impl Fn(&MatchMeasures) -> Option<f64> + 'static,
@@ -36,7 +36,7 @@ pub(super) fn ratio(
     })
 }
 
-/// A quantile of the values of all matches.
+/// Creates a quantile of the values of all matches.
 pub(super) fn quantile_of(words: [&'static str; 4], sample: Sample, share: f64) -> Quantity {
     Quantity::new(words, move |matches| {
         let values =
@@ -45,7 +45,7 @@ pub(super) fn quantile_of(words: [&'static str; 4], sample: Sample, share: f64) 
     })
 }
 
-/// The mean of the values of all matches.
+/// Creates the mean of the values of all matches.
 pub(super) fn mean_of(words: [&'static str; 4], sample: Sample) -> Quantity {
     ratio(
         words,

@@ -1,4 +1,4 @@
-//! The quantities that matches are compared by.
+//! The quantities by which matches are compared.
 
 mod decided;
 mod forms;
@@ -7,7 +7,7 @@ mod played;
 use super::estimates::Quantity;
 use super::measures::MatchMeasures;
 
-/// Returns the quantities, in the order in which they are printed. Kicks have one for each kind in `matches`.
+/// Returns the quantities, in the order in which they are printed. Each kind of kick in `matches` has its own.
 pub fn quantities(matches: &[MatchMeasures]) -> Vec<Quantity> {
     let mut quantities = decided::goals();
     quantities.extend(decided::falls());

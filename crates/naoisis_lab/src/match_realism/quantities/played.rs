@@ -1,4 +1,4 @@
-//! Kicks, what happens around the ball, and what robots walk and know.
+//! Quantities of kicks, of the situation around the ball, and of the robots' walking and knowledge.
 
 use std::collections::BTreeSet;
 

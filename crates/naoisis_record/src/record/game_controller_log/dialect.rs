@@ -1,11 +1,11 @@
-//! The words of the GameController in both leagues.
+//! The terms of the GameController in both leagues.
 
 use naoisis_core::game::{GameState, PenaltyReason, SetPlayKind};
 
-/// The name of the custom reason that stands for a robot that its team has picked up.
+/// Name of the custom reason for a robot that its team has picked up.
 pub const PICK_UP: &str = "request_for_pick_up";
 
-/// The league whose words are used.
+/// The league whose terms are used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) enum Dialect {
     /// The Standard Platform League.
@@ -16,7 +16,7 @@ pub(super) enum Dialect {
 }
 
 impl Dialect {
-    /// The dialect of a league of this name.
+    /// Returns the dialect of the league with this name.
     pub fn of_league(league: Option<&str>) -> Self {
         if league.is_some_and(|league| league.starts_with("hsl")) { Self::Humanoid } else { Self::StandardPlatform }
     }
@@ -44,7 +44,7 @@ impl Dialect {
         }
     }
 
-    /// The call and the penalty for an offence.
+    /// Returns the call and the penalty for an offence.
     pub fn penalty(self, reason: PenaltyReason) -> [&'static str; 2] {
         use PenaltyReason as Reason;
         let [standard, humanoid] = match reason {
@@ -65,7 +65,7 @@ impl Dialect {
         if self == Self::Humanoid { humanoid } else { standard }
     }
 
-    /// The penalties that a robot can serve.
+    /// Returns the penalties that a robot can serve.
     pub fn penalties(self) -> &'static [&'static str] {
         match self {
             Self::StandardPlatform => &[
@@ -101,7 +101,7 @@ impl Dialect {
         }
     }
 
-    /// The set plays.
+    /// Returns the names of the set plays.
     pub fn set_plays(self) -> &'static [&'static str] {
         match self {
             Self::StandardPlatform => {
@@ -121,7 +121,7 @@ impl Dialect {
     }
 }
 
-/// The set play of a word of either league. `None` for a kick-off and for other words.
+/// Returns the set play for a word of either league. Returns `None` for a kick-off and for unknown words.
 pub(super) fn set_play_of(word: &str) -> Option<SetPlayKind> {
     Some(match word {
         "kickIn" | "throwIn" => SetPlayKind::KickIn,
@@ -134,7 +134,7 @@ pub(super) fn set_play_of(word: &str) -> Option<SetPlayKind> {
     })
 }
 
-/// The state of a word.
+/// Returns the game state for a word.
 pub(super) fn state_of(word: &str) -> GameState {
     match word {
         "standby" => GameState::Standby,
@@ -147,7 +147,7 @@ pub(super) fn state_of(word: &str) -> GameState {
     }
 }
 
-/// The offence of a call, and the set play that the opponents get with it. `None` for calls that remove nobody.
+/// Returns the offence of a call, and the set play that it brings to the opponents. Returns `None` for calls that remove no robot.
 pub(super) fn offence_of(call: &str) -> Option<(PenaltyReason, Option<SetPlayKind>)> {
     let reason = match call {
         "pushing" => PenaltyReason::Pushing,

@@ -1,4 +1,4 @@
-//! The entries of a log, as they are written. Reading wants [less of them](super::read_entries).
+//! The entries of a log as they are written. The entries for reading have [fewer fields](super::read_entries).
 
 use core::time::Duration;
 use serde::{Serialize, Serializer};
@@ -23,7 +23,7 @@ pub(super) enum Entry {
     End,
 }
 
-/// The program that writes, and the parameters of the match.
+/// The name of the writing program, and the parameters of the match.
 #[derive(Serialize, Debug)]
 pub(super) struct Metadata {
     pub creator: &'static str,
@@ -32,14 +32,14 @@ pub(super) struct Metadata {
     pub params: Value,
 }
 
-/// An action of the referee: what caused it (`user`, `timer` or `network`), and what it is.
+/// An action of the referee: its source (`user`, `timer` or `network`), and its contents.
 #[derive(Serialize, Debug, PartialEq)]
 pub(super) struct Action {
     pub source: &'static str,
     pub action: Value,
 }
 
-/// A message of a robot to the GameController.
+/// A status message of a robot to the GameController.
 #[derive(Serialize, Debug)]
 pub(super) struct StatusMessage {
     pub host: String,
@@ -101,7 +101,7 @@ pub(super) struct TeamState {
 pub(super) struct PlayerState {
     pub penalty: &'static str,
     pub penalty_timer: Timer,
-    /// Of the Humanoid Soccer League: the value of the team's penalty counter at its penalty, warnings and cautions.
+    /// In the Humanoid Soccer League: the value of the team's penalty counter at the player's penalty, and its warnings and cautions.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub cards: Option<Cards>,
 }
@@ -121,7 +121,7 @@ pub(super) struct Cards {
 pub(super) enum Timer {
     #[serde(rename_all = "camelCase")]
     Started {
-        /// Seconds.
+        /// Time left, s.
         #[serde(serialize_with = "seconds_and_nanoseconds")]
         remaining: f64,
         run_condition: &'static str,
@@ -132,7 +132,7 @@ pub(super) enum Timer {
 }
 
 impl Timer {
-    /// A timer that runs, or stands still where there is no time.
+    /// Returns a running timer, or a stopped one if `left_s` is `None`.
     pub fn of(left_s: Option<f64>, run_condition: &'static str, behavior_at_zero: &'static str) -> Self {
         left_s.map_or(Self::Stopped, |remaining| Self::Started { remaining, run_condition, behavior_at_zero })
     }

@@ -1,18 +1,18 @@
-//! Logs of the league's GameController: written of simulated matches, read of real ones.
+//! Logs of the league's GameController: written for simulated matches, and read from real ones.
 //!
-//! The GameController of the Standard Platform League from 2023 on (`GameController3`), and that of the Humanoid Soccer League, write
-//! what they decide as YAML: a list of entries, each with a time since the start. An entry is the parameters of the match (the first),
-//! an action of the referee, the state of the game after it, a status message of a robot, a team message, or the end.
+//! The GameController of the Standard Platform League since 2023 (`GameController3`), and that of the Humanoid Soccer League, write their
+//! decisions as YAML: a list of entries, each with a time since the start. An entry has the parameters of the match (the first entry), an
+//! action of the referee, the state of the game after it, a status message of a robot, a team message, or the end.
 //! `naoisis run --log gamecontroller=FILE` writes such a log, so that the league's own `game_controller_logs` counts simulated matches.
-//! [`GameControllerLog`] reads one, and counts with [`MatchCounts`](super::match_counts::MatchCounts).
+//! [`GameControllerLog`] reads a log, and counts with [`MatchCounts`](super::match_counts::MatchCounts).
 //!
-//! What a log of a simulated match has and has not:
+//! Differences between a log of a simulated match and a real one:
 //!
 //! - The blue team is `home`, number 1, the pink one `away`, number 2. The date is 1970-01-01: a match has no date.
-//! - Each robot sends a status message every two seconds, with the place and the ball that it believes in.
-//! - A team message has as many bytes as the robot's, all of them 0. Its action has no state of its own after it.
-//! - Reasons that the league does not know are the nearest it knows: illegal defending is an illegal position, stalling and obstruction
-//!   are a local game stuck, an intervention or a rule of one's own is a request for pick-up.
+//! - Each robot sends a status message every two seconds, with its believed pose and ball position.
+//! - A team message is as long as the robot's message, but all its bytes are 0. Its action has no state after it.
+//! - Offences that the league does not have become the nearest one: illegal defending is an illegal position, stalling and obstruction are
+//!   a local game stuck, an intervention or a custom rule is a request for pick-up.
 //! - Shots of a shoot-out are not logged.
 
 mod dialect;

@@ -1,4 +1,4 @@
-//! The entries of a log, as far as they are read. Fields that are not named here may be there or not.
+//! The entries of a log, with the fields that are read. Other fields are ignored.
 
 use serde::Deserialize;
 

@@ -1,4 +1,4 @@
-//! Reads the log of a match, simulated or real, and counts it.
+//! Reads the log of a match, simulated or real, and counts its events.
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -19,12 +19,12 @@ use naoisis_core::pitch::End;
 use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sim::scenario::Scenario;
 
-/// A robot whose last status message is older when play begins takes no part, s: as in the statistics of the league.
+/// A robot without a status message for longer than this when play begins takes no part, s, as in the statistics of the league.
 const SILENT_S: f64 = 4.0;
-/// The longest entry that is read, bytes.
+/// Length limit of an entry, bytes.
 const LARGEST_ENTRY: usize = 1 << 20;
 
-/// A match that was counted from its log.
+/// A match, counted from its log.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct GameControllerLog {
@@ -34,11 +34,11 @@ pub struct GameControllerLog {
     pub date: String,
     /// The numbers of the teams in the league: the home team is blue.
     pub team_numbers: PerTeam<u8>,
-    /// What was counted, without a shoot-out. Of what robots and ball did there is nothing.
+    /// The counts, without a shoot-out. The log has no data about the motion of robots and ball.
     pub counts: MatchCounts,
     /// The messages that each team sent to its robots in `ready`, `set` and `playing`.
     pub messages: PerTeam<u32>,
-    /// Whether the log has its last entry.
+    /// Whether the log has the final entry.
     pub is_complete: bool,
 }
 
@@ -46,25 +46,25 @@ pub struct GameControllerLog {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GameControllerLogError {
-    /// The system does not let it be read.
+    /// The file cannot be read.
     #[error("{path}: {error}")]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// An entry is none of a GameController.
+    /// An entry is not from a GameController.
     #[error("{path}:{line}: {message}; expected an entry of a log that a GameController of 2023 or later wrote")]
     NotAnEntry {
         /// The file.
         path: PathBuf,
-        /// The line where the entry begins, from 1.
+        /// Line where the entry begins, from 1.
         line: usize,
         /// What is wrong.
         message: String,
     },
-    /// It has no parameters of a match.
+    /// The log has no parameters of a match.
     #[error("{0}: the first entry is not `metadata`; expected the log of a whole match")]
     NoMetadata(PathBuf),
 }
@@ -73,7 +73,7 @@ impl GameControllerLog {
     /// Reads the file at `path` and counts its match.
     ///
     /// # Errors
-    /// When it cannot be read, or is no log of a GameController of 2023 or later.
+    /// If the file cannot be read, or is no log of a GameController of 2023 or later.
     pub fn read(path: &Path) -> Result<Self, GameControllerLogError> {
         let file = File::open(path).map_err(|error| GameControllerLogError::Io { path: path.to_owned(), error })?;
         let entries = entries(path, BufReader::new(file))?;
@@ -98,7 +98,7 @@ impl GameControllerLog {
     }
 }
 
-/// Reads the entries of a log, one after the other: a log of many megabytes is never one document.
+/// Reads the entries of a log one by one, because a log of many megabytes would be too long for one YAML document.
 fn entries(path: &Path, reader: impl BufRead) -> Result<Vec<TimedEntry>, GameControllerLogError> {
     let mut entries = Vec::new();
     let (mut text, mut begins) = (String::new(), 1);
@@ -132,16 +132,16 @@ fn entries(path: &Path, reader: impl BufRead) -> Result<Vec<TimedEntry>, GameCon
     Ok(entries)
 }
 
-/// Counts a log: its entries become cycles with events.
+/// Counts a log by turning its entries into cycles with events.
 struct Counting<'a> {
     log: &'a mut GameControllerLog,
     period_s: f64,
     state: Option<State>,
-    /// Events since the last state.
+    /// Events since the last state entry.
     events: Vec<MatchEvent>,
-    /// When each robot last sent a status message, s. Empty in logs without any.
+    /// When each robot sent its last status message, s. Empty for logs without any.
     heard_at: BTreeMap<RobotId, f64>,
-    /// When the game was last in another state than `ready`, `set` and `playing`, s.
+    /// The last time at which the game was not in `ready`, `set` or `playing`, s.
     stopped_at: f64,
 }
 
@@ -180,7 +180,7 @@ impl<'a> Counting<'a> {
         self.state.as_ref().is_some_and(|state| state.phase == "penaltyShootout")
     }
 
-    /// The state of the game; a shoot-out is after the match.
+    /// Returns the state of the game. A shoot-out counts as after the match.
     fn game_state(&self) -> GameState {
         match &self.state {
             Some(_) if self.is_in_shoot_out() => GameState::Finished,
@@ -198,7 +198,7 @@ impl<'a> Counting<'a> {
         }
     }
 
-    /// Counts the time since the last state, and then the events that lead to `state`.
+    /// Counts the time since the last state entry, and then the events that lead to `state`.
     fn enter(&mut self, state: &State, time_s: f64) {
         self.look(time_s, &[]);
         if !is_counted(self.game_state()) {
@@ -235,7 +235,7 @@ impl<'a> Counting<'a> {
         self.log.counts.look(&cycle, robots.into_iter());
     }
 
-    /// The robots that are no substitutes.
+    /// Returns the robots that are not substitutes.
     fn robots(&self) -> Vec<ObservedRobot<'static>> {
         let Some(state) = &self.state else { return Vec::new() };
         let of_team = |team: Team| {
@@ -259,13 +259,12 @@ impl<'a> Counting<'a> {
     }
 }
 
-/// Whether time in this state is counted.
+/// Returns whether time in this state is counted.
 fn is_counted(state: GameState) -> bool {
     matches!(state, GameState::Ready | GameState::Set | GameState::Playing)
 }
 
-/// Returns the indices of the actions that were undone later: an undoing takes back so many actions of the user, with all others
-/// in between.
+/// Returns the indices of actions that were undone later. An undo takes back a number of user actions, and all other actions in between.
 fn undone(entries: &[TimedEntry]) -> Vec<usize> {
     let (mut standing, mut undone) = (Vec::new(), Vec::new());
     for (index, entry) in entries.iter().enumerate() {
@@ -286,7 +285,7 @@ fn undone(entries: &[TimedEntry]) -> Vec<usize> {
     undone
 }
 
-/// Returns what an action is for the counter.
+/// Converts an action to events for the counter.
 fn events_of(action: &Action) -> Vec<MatchEvent> {
     let nothing = Arguments::default();
     let arguments = action.args.as_ref().unwrap_or(&nothing);

@@ -16,7 +16,7 @@ const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 const PINK3: RobotId = RobotId::new(Team::Pink, 3);
 const CYCLES_PER_S: u64 = 30;
 
-/// Writes a match of one record a cycle, and counts it beside. Returns the log as read, what was counted, and the text.
+/// Writes a match with one record per cycle, and counts its events. Returns the log as read, the counts, and the text.
 fn written(
     league: &str,
     seconds: u64,
@@ -58,7 +58,7 @@ fn free_kick(set_play: SetPlayKind, team: Team) -> MatchEvent {
     MatchEvent::FreeKick { set_play, team, position_m: Vec2::ZERO }
 }
 
-/// A match with something of everything.
+/// Changes the record of a cycle, for a match with many kinds of events.
 fn eventful(cycle: u64, record: &mut CycleRecord) {
     let second = cycle / CYCLES_PER_S;
     record.game.state = match second {
@@ -131,11 +131,11 @@ fn a_log_has_the_shape_of_the_leagues() {
     ] {
         assert!(text.contains(piece), "{piece}\nis not in\n{}", &text[..text.len().min(4000)]);
     }
-    // The push and its free kick are one call.
+    // Pushing and its free kick are a single call.
     assert!(!text.contains("setPlay: pushingFreeKick\n      \n") && !text.contains("call: pushing\n"));
 }
 
-/// A log of the shape of a real one, of its own text: a foul, a goal that is undone, a goal, a timeout, a robot that is not there.
+/// Returns a log in the form of a real one: with a foul, a goal that is undone, a goal, a timeout and a robot that does not exist.
 fn real_log() -> String {
     let players = |penalties: &[&str]| -> String {
         let rest = vec!["substitute"; 20 - penalties.len()];
@@ -217,7 +217,7 @@ fn a_real_log_is_counted() {
     assert_eq!(log.counts.team(Team::Blue).penalties, [(PenaltyReason::Pushing, 1)].into());
     assert_eq!(log.counts.set_plays.pink, [(SetPlayKind::PushingFreeKick, 1)].into());
     assert_eq!(log.messages, PerTeam { blue: 0, pink: 1 });
-    // Playing from 50 to 80 and from 82 to 100; ready and set from 10 to 50, from 80 to 82 and from 100 to 110.
+    // Playing from 50 to 80 and from 82 to 100. Ready and set from 10 to 50, from 80 to 82 and from 100 to 110.
     assert!((log.counts.play_s() - 48.0).abs() < 0.1 && (log.counts.game_s() - 100.0).abs() < 0.1);
     let [robots_s, active_s] = log.counts.robot_and_active_s(Team::Blue);
     assert!((robots_s - 200.0).abs() < 0.2 && (active_s - 170.0).abs() < 0.2, "{robots_s} {active_s}");

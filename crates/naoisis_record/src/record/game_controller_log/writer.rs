@@ -24,12 +24,12 @@ use naoisis_core::team::{RobotId, Team};
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// The number of players of a team that a log has, present or not.
+/// Number of players of a team in a log, present or not.
 const PLAYERS: u8 = 20;
-/// Cycles between the status messages of a robot: two seconds. A robot without one for four seconds would count as absent.
+/// Cycles between two status messages of a robot: two seconds. A robot that is silent for four seconds would count as absent.
 const CYCLES_PER_STATUS: u64 = 60;
 
-/// Writes a match as a log of the league's GameController, which the league's programs read.
+/// Writes a match as a log of the league's GameController, for the league's own programs.
 pub struct GameControllerLogRecorder {
     output: OutputFile,
     writer: BufWriter<File>,
@@ -37,15 +37,15 @@ pub struct GameControllerLogRecorder {
     dialect: Dialect,
     rules: Rules,
     penalties: [u32; 2],
-    /// The state of the game in the last state that was written.
+    /// The game state in the last state entry.
     written: GameState,
 }
 
 impl GameControllerLogRecorder {
-    /// A log into a file, which replaces any that is there when the match is over.
+    /// Creates a log in a file. It replaces an earlier file when the match is over.
     ///
     /// # Errors
-    /// When the file cannot be made.
+    /// If the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let output = OutputFile::create(path)?;
         let writer = BufWriter::new(output.writer()?);
@@ -176,7 +176,7 @@ impl Recorder for GameControllerLogRecorder {
 
 /// Returns the actions of the referee in a cycle.
 fn actions(record: &CycleRecord, dialect: Dialect) -> Vec<Action> {
-    // The Humanoid Soccer League has no call for a push with its free kick.
+    // The Humanoid Soccer League has no call for a pushing foul with a free kick.
     let foul = foul(&record.events).filter(|_| dialect == Dialect::StandardPlatform);
     let mut uncalled = foul;
     let mut actions = Vec::new();
@@ -208,9 +208,9 @@ fn actions(record: &CycleRecord, dialect: Dialect) -> Vec<Action> {
     actions
 }
 
-/// Returns the action that brings the game into `state`.
+/// Returns the action that brings the game into `state`. Returns `None` if there is no such action.
 fn change(state: GameState, record: &CycleRecord, dialect: Dialect) -> Option<Action> {
-    // After a goal the kick-off follows by itself, and a penalty kick has a `ready` of its own.
+    // After a goal the kick-off follows automatically, and a set play under way has its own `ready`.
     let follows =
         record.events.iter().any(|event| matches!(event, MatchEvent::Goal { .. })) || record.game.set_play.is_some();
     Some(match state {
@@ -225,7 +225,7 @@ fn change(state: GameState, record: &CycleRecord, dialect: Dialect) -> Option<Ac
     })
 }
 
-/// Returns the action of an event that is one for itself.
+/// Returns the action of an event that has exactly one.
 fn simple_action(event: &MatchEvent, record: &CycleRecord) -> Option<Action> {
     Some(match event {
         MatchEvent::Goal { team, .. } => action("user", "goal", json!({ "side": side(*team) })),
@@ -250,7 +250,7 @@ fn simple_action(event: &MatchEvent, record: &CycleRecord) -> Option<Action> {
     })
 }
 
-/// The free kick or penalty kick that a push brings to the opponents, as one call with the penalty.
+/// Returns the free kick or penalty kick that a push brings to the opponents, since the log has a single call for both.
 fn foul(events: &[MatchEvent]) -> Option<(SetPlayKind, Team)> {
     events.iter().find_map(|event| match event {
         MatchEvent::FreeKick { set_play, team, .. }
@@ -280,7 +280,7 @@ fn sides(blue_end: End) -> &'static str {
     if blue_end == End::NegativeX { "homeDefendsLeftGoal" } else { "homeDefendsRightGoal" }
 }
 
-/// The number of a team in the league.
+/// Returns the team's number in the log.
 fn number_of(team: Team) -> u8 {
     team as u8 + 1
 }
@@ -289,7 +289,7 @@ fn message_budget(rules: &Rules) -> u32 {
     rules.message_budget.unwrap_or(u16::MAX.into())
 }
 
-/// What a robot reports of itself: what its program has reported, or else what it believes.
+/// Returns a robot's status report: what its program reported, or otherwise what the robot believes.
 fn status_report(robot: &RobotRecord, time_s: f64) -> StatusReport {
     robot.reported.unwrap_or_else(|| {
         let belief = robot.belief.clone().unwrap_or_default();
@@ -304,7 +304,7 @@ fn status_report(robot: &RobotRecord, time_s: f64) -> StatusReport {
     })
 }
 
-/// The parameters of the match.
+/// Returns the parameters of the match.
 fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Value {
     let rules = &scenario.rules;
     let time = |time_s: f32| json!(Duration::from_secs_f32(time_s.max(0.0)));

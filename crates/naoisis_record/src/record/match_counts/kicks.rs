@@ -1,4 +1,4 @@
-//! Kicks and what became of them: where each was aimed, and which robot touched the ball next.
+//! Follows kicks: where each was aimed, and which robot touched the ball next.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -11,9 +11,9 @@ use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sim::scenario::Scenario;
 
-/// A touch by the kicker within this time of its kick belongs to the kick, s.
+/// A touch by the kicker within this time after its kick belongs to the kick, s.
 const SAME_KICK_S: f64 = 0.5;
-/// A shot passes at most this far outside a post, m.
+/// Distance from a post, outside the goal, up to which a kick is still a shot, m.
 const BESIDE_GOAL_M: f32 = 0.5;
 
 /// A kick that struck the ball.
@@ -23,19 +23,19 @@ pub struct StruckKick {
     pub robot: RobotId,
     /// The time of the kick, s since the start of the match.
     pub time_s: f64,
-    /// The place of the ball, m, pitch frame.
+    /// The position of the ball, m, pitch frame.
     pub position_m: Vec2,
     /// The speed of the ball after the kick, m/s.
     pub speed_mps: f32,
-    /// The distance from the middle of the opponents' goal at which the ball would cross their goal line, m. `None` if the ball
-    /// would not get there.
+    /// Distance between the centre of the opponents' goal and the point where the ball would cross their goal line, m. `None` if the ball
+    /// would not reach the line.
     pub at_goal_m: Option<f32>,
-    /// The same for the own goal.
+    /// The same for the team's own goal.
     pub at_own_goal_m: Option<f32>,
 }
 
 impl StruckKick {
-    /// Returns whether the ball would cross the own goal line between the posts.
+    /// Returns whether the ball would cross the team's own goal line between the posts.
     pub fn is_at_own_goal(&self, pitch: &Pitch) -> bool {
         self.at_own_goal_m.is_some_and(|away_m| away_m < pitch.goal.width_m / 2.0)
     }
@@ -45,7 +45,7 @@ impl StruckKick {
         self.at_goal_m.is_some_and(|away_m| away_m < pitch.goal.width_m / 2.0 + beside_m)
     }
 
-    /// Returns what the kick was, given its `end`: by the [definitions](super) of passes and shots.
+    /// Classifies the kick by its `end` and the [definitions](super) of passes and shots.
     pub fn outcome(&self, end: KickEnd, pitch: &Pitch) -> KickOutcome {
         let team = self.robot.team;
         match end {
@@ -64,37 +64,37 @@ impl StruckKick {
     }
 }
 
-/// What ended the way of a kicked ball.
+/// How the flight of a kicked ball ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum KickEnd {
-    /// This robot touched it next. It may be the kicker.
+    /// This robot touched the ball next. It may be the kicker.
     Touched(RobotId),
-    /// It left the pitch.
+    /// The ball left the pitch.
     Out,
-    /// It was a goal for this team.
+    /// The ball went into a goal, for this team.
     Goal(Team),
     /// Play was stopped for another reason, or the match ended.
     Stopped,
 }
 
-/// What a kick was.
+/// The result of a kick.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum KickOutcome {
     /// A pass that a team-mate touched next.
     PassCompleted,
     /// A pass that an opponent touched next, or that left the pitch.
     PassFailed {
-        /// The opponent.
+        /// The opponent. `None` if the ball left the pitch.
         to: Option<RobotId>,
     },
     /// A goal, or a shot that would have been one.
     ShotOnTarget {
-        /// The goalkeeper that touched the ball next.
+        /// The goalkeeper, if it touched the ball next.
         saved_by: Option<RobotId>,
     },
-    /// A shot beside the goal.
+    /// A shot that misses the goal.
     ShotOffTarget,
-    /// Neither pass nor shot: the kicker touched the ball again, or play was stopped.
+    /// Neither a pass nor a shot: the kicker touched the ball again, or play was stopped.
     Neither,
 }
 
@@ -113,7 +113,7 @@ impl KickFollower {
         Self { pitch: scenario.field.clone(), rolling, open: None }
     }
 
-    /// The pitch of the match.
+    /// Returns the pitch of the match.
     pub fn pitch(&self) -> &Pitch {
         &self.pitch
     }
@@ -144,7 +144,7 @@ impl KickFollower {
         ended
     }
 
-    /// Ends the kick whose ball is still rolling, if there is one: the match is over.
+    /// Ends the kick whose ball is still rolling, if any, because the match is over.
     pub fn finish(&mut self) -> Option<(StruckKick, KickEnd)> {
         self.open.take().map(|kick| (kick, KickEnd::Stopped))
     }
@@ -167,14 +167,14 @@ impl KickFollower {
     }
 }
 
-/// Returns where a ball that leaves `from` in `direction` (radians, pitch frame) crosses the goal line at `end`, m.
+/// Returns the point where a ball from `from` in `direction` (radians, pitch frame) crosses the goal line at `end`, m.
 fn crossing(pitch: &Pitch, from: Vec2, direction: f32, end: End) -> Option<Vec2> {
     let along = Vec2::new(ops::cos(direction), ops::sin(direction));
     let way_m = (end.sign() * pitch.half_length() - from.x) / along.x;
     (way_m.is_finite() && way_m > 0.0).then(|| from + way_m * along)
 }
 
-/// A kick at 2 m/s in `direction` (radians, pitch frame), for tests.
+/// Returns a kick at 2 m/s in `direction` (radians, pitch frame), for tests.
 #[cfg(test)]
 pub(in crate::record) fn kick(robot: RobotId, direction: f32) -> MatchEvent {
     MatchEvent::Kick {
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn a_ball_crosses_the_goal_line_that_it_rolls_to() {
         let pitch = Pitch::default();
-        // At 45° from (1, 0): 2 m ahead, and 2 m aside.
+        // At 45° from (1, 0): 2 m ahead and 2 m to the side.
         let place = crossing(&pitch, Vec2::X, core::f32::consts::FRAC_PI_4, End::PositiveX).unwrap();
         assert!(place.abs_diff_eq(Vec2::new(3.0, 2.0), 1e-5));
         assert_eq!(crossing(&pitch, Vec2::X, core::f32::consts::FRAC_PI_4, End::NegativeX), None);

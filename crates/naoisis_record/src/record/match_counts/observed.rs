@@ -1,4 +1,4 @@
-//! What is counted of a cycle, out of its record or out of the running match.
+//! The input of the counter, from the record of a cycle or from the running match.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
@@ -18,24 +18,24 @@ use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// A cycle as the counter reads it.
+/// A cycle, as the counter reads it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Observed<'a> {
     /// Its number.
     pub cycle: u64,
     /// Its end, s since the start of the match.
     pub time_s: f64,
-    /// The state of the game after it.
+    /// The state of the game after the cycle.
     pub state: GameState,
-    /// The half after it, from 1.
+    /// The half after the cycle, from 1.
     pub half: u32,
-    /// The score after it.
+    /// The score after the cycle.
     pub score: Score,
     /// The end that the blue team defends.
     pub blue_end: End,
-    /// The place of the ball, m, pitch frame. `None` without a ball.
+    /// The position of the ball, m, pitch frame. `None` without a ball.
     pub ball_m: Option<Vec2>,
-    /// What happened in it.
+    /// The events of the cycle.
     pub events: &'a [MatchEvent],
 }
 
@@ -64,22 +64,22 @@ impl<'a> From<&'a CycleRecord> for Observed<'a> {
     }
 }
 
-/// A robot after a cycle as the counter reads it.
+/// A robot after a cycle, as the counter reads it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ObservedRobot<'a> {
-    /// Which robot.
+    /// The robot's id.
     pub id: RobotId,
-    /// Its true pose, pitch frame.
+    /// True pose, pitch frame.
     pub pose: Pose,
-    /// Its true speed, m/s.
+    /// True speed, m/s.
     pub speed_mps: f32,
-    /// Whether it serves a penalty.
+    /// Whether the robot serves a penalty.
     pub is_penalised: bool,
-    /// Whether it stands.
+    /// Whether the robot is upright.
     pub is_upright: bool,
-    /// Whether it recognises the ball.
+    /// Whether the robot recognises the ball.
     pub sees_ball: bool,
-    /// What it believes.
+    /// The robot's belief.
     pub belief: Option<&'a Belief>,
 }
 
@@ -123,7 +123,7 @@ impl<'a> From<CountedRobotItem<'a, '_>> for ObservedRobot<'a> {
     }
 }
 
-/// The counter of a running match. It reads components, so that nothing need be recorded.
+/// Counts a running match. It reads components, so that no records are needed.
 pub struct MatchCounter {
     counts: MatchCounts,
     balls: QueryState<&'static Pose, With<Ball>>,
@@ -131,7 +131,7 @@ pub struct MatchCounter {
 }
 
 impl MatchCounter {
-    /// Begins to count the match in `world` as it is: what happened before does not count.
+    /// Begins to count the match in `world` in its present state. Earlier events do not count.
     pub fn begin(world: &mut World) -> Self {
         let counts = MatchCounts::new(world.resource::<Scenario>());
         let mut counter = Self { counts, balls: world.query_filtered(), robots: world.query() };
@@ -139,7 +139,7 @@ impl MatchCounter {
         counter
     }
 
-    /// Counts the cycle that ended last.
+    /// Counts the last completed cycle.
     pub fn observe(&mut self, world: &World) {
         let (clock, game) = (world.resource::<CycleClock>(), world.resource::<Game>());
         let cycle = Observed {
@@ -155,7 +155,7 @@ impl MatchCounter {
         self.counts.look(&cycle, self.robots.iter(world).map(ObservedRobot::from));
     }
 
-    /// The counts up to now.
+    /// Returns the counts up to now.
     pub fn counts(&self) -> &MatchCounts {
         &self.counts
     }

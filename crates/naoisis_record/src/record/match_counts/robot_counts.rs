@@ -1,4 +1,4 @@
-//! What is counted of a robot, or of all robots of a team together.
+//! The counts of a robot, or of all robots of a team together.
 
 use std::collections::BTreeMap;
 
@@ -27,9 +27,9 @@ pub struct RobotCounts {
     pub penalties: BTreeMap<PenaltyReason, u32>,
     /// Falls.
     pub falls: u32,
-    /// How often the program that played the robot was lost.
+    /// How often the robot's program was lost.
     pub programs_lost: u32,
-    /// The distance, m.
+    /// The distance walked, m.
     pub distance_m: f64,
     /// The pose errors.
     pub pose_errors: ErrorCounts,
@@ -39,7 +39,7 @@ pub struct RobotCounts {
     ball_seen_cycles: u64,
 }
 
-/// Errors of what a robot believes, a value a cycle.
+/// Errors of a belief, with one value for each cycle.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct ErrorCounts {
     cycles: u64,
@@ -63,24 +63,24 @@ impl ErrorCounts {
         self.over_1_m += other.over_1_m;
     }
 
-    /// The mean, m. `None` without values.
+    /// Returns the mean, m. Returns `None` without values.
     pub fn mean_m(&self) -> Option<f64> {
         (self.cycles > 0).then(|| self.sum_m / self.cycles as f64)
     }
 
-    /// The share of the time in which the error is over 0.5 m, from 0 to 1. `None` without values.
+    /// Returns the share of the time in which the error is over 0.5 m, from 0 to 1. Returns `None` without values.
     pub fn over_half_m(&self) -> Option<f64> {
         share(self.over_half_m, self.cycles)
     }
 
-    /// The share of the time in which the error is over 1 m, from 0 to 1. `None` without values.
+    /// Returns the share of the time in which the error is over 1 m, from 0 to 1. Returns `None` without values.
     pub fn over_1_m(&self) -> Option<f64> {
         share(self.over_1_m, self.cycles)
     }
 }
 
 impl RobotCounts {
-    /// Counts `cycles` in play that ended with `cycle`, after which the robot is as in `robot`.
+    /// Counts `cycles` in play that end with `cycle`. `robot` is the robot after it.
     pub(super) fn play(&mut self, robot: &ObservedRobot, cycle: &Observed, cycles: u64, period_s: f64) {
         self.distance_m += f64::from(robot.speed_mps) * period_s * cycles as f64;
         self.play_cycles += cycles;
@@ -114,12 +114,12 @@ impl RobotCounts {
         self.ball_seen_cycles += other.ball_seen_cycles;
     }
 
-    /// The number of penalties, whatever their reasons.
+    /// Returns the number of penalties for all reasons.
     pub fn penalty_count(&self) -> u32 {
         self.penalties.values().sum()
     }
 
-    /// The share of the time in which the robot recognised the ball, from 0 to 1. `None` if it was not in play.
+    /// Returns the share of the time in which the robot recognised the ball, from 0 to 1. Returns `None` if it was not in play.
     pub fn ball_seen(&self) -> Option<f64> {
         share(self.ball_seen_cycles, self.play_cycles)
     }

@@ -13,7 +13,7 @@ const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
 const PINK1: RobotId = RobotId::new(Team::Pink, 1);
 const PERIOD_S: f64 = 1.0 / 30.0;
 
-/// A cycle of play with these events; blue 2 walks at 0.3 m/s. Blue attacks +x.
+/// Returns a cycle of play with these events. Blue 2 walks at 0.3 m/s, and blue attacks +x.
 fn record(cycle: u64, events: Vec<MatchEvent>) -> CycleRecord {
     let mut robots: Vec<RobotRecord> = [BLUE2, BLUE3, PINK1].map(RobotRecord::new).into();
     robots[0].velocity = Velocity { linear: Vec2::new(0.0, 0.3), angular: 0.0 };
@@ -28,7 +28,7 @@ fn record(cycle: u64, events: Vec<MatchEvent>) -> CycleRecord {
     }
 }
 
-/// The counts of a match with these events in its cycles.
+/// Returns the counts of a match with these events in its cycles.
 fn counts(events: impl IntoIterator<Item = Vec<MatchEvent>>) -> MatchCounts {
     let mut counts = MatchCounts::new(&Scenario::default());
     for (cycle, events) in [Vec::new()].into_iter().chain(events).enumerate() {
@@ -57,7 +57,7 @@ fn kicks_are_shots_that_are_saved_and_passes_that_are_completed() {
 
 #[test]
 fn the_ball_is_a_teams_from_its_touch_until_it_is_dead() {
-    // Blue has it for two cycles, pink for one, then it is out: the fourth and fifth are nobody's.
+    // Blue has the ball for two cycles and pink for one. Then it is out: nobody has it in the fourth and fifth cycle.
     let counts = counts([vec![kick(BLUE2, FRAC_PI_2)], vec![], vec![kick(PINK1, 0.0)], vec![out()], vec![]]);
     assert_eq!(counts.possession(Team::Blue), Some(2.0 / 3.0));
     assert_eq!((counts.outs, counts.outs_of.blue, counts.outs_of.pink), (1, 1, 0));
@@ -79,14 +79,14 @@ fn cycles_that_were_left_out_count_with_the_next() {
 #[test]
 fn a_duel_is_won_by_the_team_that_touched_the_ball_last_in_it() {
     let mut counts = MatchCounts::new(&Scenario::default());
-    // Pink comes near, touches the ball, stays between the two distances, and goes.
+    // Pink approaches, touches the ball, stays between the two distances, and leaves.
     let steps = [(2.0, None), (0.4, None), (0.4, Some(PINK1)), (0.7, None), (0.8, None), (0.4, None), (2.0, None)];
     for (cycle, (pink_x, kicker)) in steps.into_iter().enumerate() {
         let mut record = record(cycle as u64, kicker.map(|kicker| kick(kicker, 0.0)).into_iter().collect());
         record.robots[2].pose.position.x = pink_x;
         counts.look_at_record(&record);
     }
-    // The second one, without a touch, does not count.
+    // The second duel, without a touch, does not count.
     assert_eq!((counts.duels_won.blue, counts.duels_won.pink), (0, 1));
 }
 
@@ -113,7 +113,7 @@ fn out_of_play_nothing_takes_time() {
         record.game.state = GameState::Ready;
         counts.look_at_record(&record);
     }
-    // The kicks of the cycle where counting begins are before it.
+    // Kicks of the first cycle are left out, because counting starts at its end.
     assert_eq!((counts.play_s(), counts.possession(Team::Blue), counts.robots[&BLUE2].kicks), (0.0, None, 2));
     assert_eq!((counts.robots[&BLUE2].distance_m, counts.robots[&BLUE2].ball_seen()), (0.0, None));
 }

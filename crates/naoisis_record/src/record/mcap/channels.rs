@@ -1,4 +1,4 @@
-//! The channels that viewers show, beside the trace.
+//! Writes the channels that viewers show, in addition to the trace.
 
 use bevy::prelude::*;
 use foxglove::messages::{CompressedImage, FrameTransforms, Log, SceneUpdate, log};
@@ -23,8 +23,8 @@ use naoisis_sensing::belief::error::BeliefError;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// What robots see, believe and want, and the state of the game, are written so often a second, and so are the messages of one robot to
-/// another at most. Kicks, getting up and dives are written always.
+/// Rate of the messages about percepts, beliefs, commands and the state of the game, and the highest rate of messages from one robot to
+/// another, Hz. Commands to kick, get up or dive are always written.
 const SENSE_HZ: f64 = 10.0;
 
 /// The channels of a match that is being written.
@@ -32,18 +32,18 @@ pub(super) struct Channels {
     robots: Vec<Robot>,
     ball_radius_m: f32,
     cycle_s: f64,
-    /// The cycle from which on robots' senses are due again.
+    /// The cycle from which on the next messages of robots are due.
     due: u64,
-    /// The robots that were drawn as penalised, and whether the ball was drawn.
+    /// What was drawn last: the penalised robots, and whether there was a ball.
     drawn: Option<(Vec<RobotId>, bool)>,
-    /// The truth at the end of the cycle before, where robots sensed.
+    /// The truth at the end of the previous cycle, when the robots sensed.
     sensed: Sensed,
-    /// The cycle from which on the next message to a robot from another is written.
+    /// The cycle from which on the next message between two robots is written.
     next_message: BTreeMap<[RobotId; 2], u64>,
 }
 
 impl Channels {
-    /// Writes what does not change.
+    /// Writes the messages that do not change during the match.
     pub(super) fn begin(scenario: &Scenario, record: &CycleRecord, file: &mut McapFile) -> Self {
         let time_ns = nanoseconds(record.time_s);
         let robots: Vec<Robot> = record.robots.iter().map(|robot| Robot::of(scenario, robot.id)).collect();
@@ -62,7 +62,7 @@ impl Channels {
         Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, sensed, next_message }
     }
 
-    /// Writes a cycle. The world has the images, if there are any.
+    /// Writes a cycle. Images are taken from the world, if it has any.
     pub(super) fn write(&mut self, record: &CycleRecord, world: &World, file: &mut McapFile) {
         let time_ns = nanoseconds(record.time_s);
         file.log("/tf", time_ns, &frames(&self.robots, record, time_ns));
@@ -98,7 +98,7 @@ impl Channels {
         self.sensed = Sensed::of(record);
     }
 
-    /// Draws robots and ball, if they do not look as before. They move with their frames.
+    /// Draws robots and ball, if their looks have changed. They move with their frames.
     fn draw(&mut self, record: &CycleRecord, time_ns: u64, file: &mut McapFile) {
         let penalised = record.robots.iter().filter(|robot| robot.penalised.is_some()).map(|robot| robot.id);
         let now = (penalised.collect::<Vec<_>>(), record.ball.is_some());
@@ -137,7 +137,7 @@ impl Channels {
         file.log_json(&format!("/{id}/belief_error"), time_ns, &ErrorOfBelief::from(error));
     }
 
-    /// Writes the images that arrived in this cycle, if the match has images, and what was recognised in them.
+    /// Writes the images that arrived in this cycle, if there are any, and the objects recognised in them.
     fn write_images(&self, record: &CycleRecord, world: &World, file: &mut McapFile) {
         if !world.contains_resource::<Roster>() {
             return;
@@ -149,7 +149,7 @@ impl Channels {
                     continue;
                 }
                 let camera = robot.camera_frame(mount.name);
-                // It was taken at the start of its cycle.
+                // An image is taken at the start of its cycle.
                 let taken_ns = nanoseconds(taken.saturating_sub(1) as f64 * self.cycle_s);
                 let mut data = Vec::new();
                 file.attempt(|_| encode_png(&mut data, Layer::Colours, image));
@@ -165,7 +165,7 @@ impl Channels {
     }
 }
 
-/// Writes an event with the referee's reasons.
+/// Writes an event, and the referee's reasons for it.
 fn write_event(time_s: f64, event: &MatchEvent, file: &mut McapFile) {
     let Some((sentence, reasons)) = event_words(time_s, event) else { return };
     let level = match event {

@@ -1,4 +1,4 @@
-//! An MCAP file that is being written, channel by channel.
+//! Writes an MCAP file, channel by channel.
 
 use foxglove::{Encode, Schema};
 use mcap::records::MessageHeader;
@@ -13,13 +13,13 @@ use std::io::{self, BufWriter, Write};
 use super::viewer_schema::viewer_schema;
 use crate::record::shortest_float::ShortestFloats;
 
-/// What the header of a file says of its writer. It is our own, so that an update of a library changes no file.
+/// Name of the writing library in the header. It has no version, so that files do not change with updates of a library.
 const LIBRARY: &str = "naoisis";
-/// Chunks have about this size before they are compressed, bytes: what a killed program loses at most.
+/// Size of chunks before compression, bytes: at most this much is lost if the program is killed.
 const CHUNK_BYTES: u64 = 256 << 10;
 const COMPRESSION_LEVEL: u32 = 1;
 
-/// A file that is being written. After an error nothing more is written.
+/// An MCAP file that is being written. After an error nothing more is written.
 pub(super) struct McapFile {
     writer: Writer<NoSeek<BufWriter<File>>>,
     /// The header of the next message of each topic.
@@ -30,7 +30,7 @@ pub(super) struct McapFile {
 
 impl McapFile {
     pub(super) fn create(file: File) -> io::Result<Self> {
-        // Chunks are compressed in this thread, and written whole.
+        // Chunks are compressed in this thread and written whole.
         let options = WriteOptions::new()
             .library(LIBRARY)
             .chunk_size(Some(CHUNK_BYTES))
@@ -46,21 +46,21 @@ impl McapFile {
         self.error.is_some()
     }
 
-    /// Writes a record of metadata.
+    /// Writes a metadata record.
     pub(super) fn metadata(&mut self, name: &str, entries: impl IntoIterator<Item = (&'static str, String)>) {
         let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
         let metadata = Metadata { name: name.to_owned(), metadata };
         self.attempt(|file| file.writer.write_metadata(&metadata).map_err(io_error));
     }
 
-    /// Writes a message of a schema of Foxglove.
+    /// Writes a message with a Foxglove schema.
     pub(super) fn log<T: Encode>(&mut self, topic: &str, time_ns: u64, message: &T) {
         self.log_with(topic, time_ns, "protobuf", T::get_schema, |bytes| {
             message.encode(bytes).map_err(|error| io::Error::other(error.to_string()))
         });
     }
 
-    /// Writes a message of JSON, with the numbers of a trace.
+    /// Writes a JSON message, with numbers formatted as in a trace.
     pub(super) fn log_json<T: JsonSchema + Serialize>(&mut self, topic: &str, time_ns: u64, message: &T) {
         self.log_json_with::<T>(topic, time_ns, |bytes| {
             let mut serializer = serde_json::Serializer::with_formatter(bytes, ShortestFloats);
@@ -68,7 +68,7 @@ impl McapFile {
         });
     }
 
-    /// Writes a message that is the JSON of a `T` already.
+    /// Writes a message that is already the JSON of a `T`.
     pub(super) fn log_text<T: JsonSchema>(&mut self, topic: &str, time_ns: u64, text: &[u8]) {
         self.log_json_with::<T>(topic, time_ns, |bytes| bytes.write_all(text));
     }
@@ -115,14 +115,14 @@ impl McapFile {
         Ok(())
     }
 
-    /// Keeps an error, the first one.
+    /// Calls `act` unless there was an error before, and keeps its error.
     pub(super) fn attempt(&mut self, act: impl FnOnce(&mut Self) -> io::Result<()>) {
         if self.error.is_none() {
             self.error = act(self).err();
         }
     }
 
-    /// Writes the index.
+    /// Writes the index of the file.
     pub(super) fn finish(mut self) -> io::Result<()> {
         self.attempt(|file| file.writer.finish().map(drop).map_err(io_error));
         self.error.map_or(Ok(()), Err)?;

@@ -1,7 +1,7 @@
 //! A match as an [MCAP](https://mcap.dev) file: its trace, and channels that Foxglove and Lichtblick show.
 //!
-//! The channel `/trace` has a line of the trace a message; the header and the end of the trace are metadata. A
-//! [`TraceReader`](super::read::TraceReader) reads it like any trace. The channels are described in the guide's page on MCAP files.
+//! The channel `/trace` has the lines of the trace, one in each message. The header and the end of the trace are metadata. A
+//! [`TraceReader`](super::read::TraceReader) reads such a file like any trace. The guide's page on MCAP files describes the channels.
 //!
 //! ```
 //! use naoisis::prelude::*;
@@ -42,7 +42,7 @@ use file::McapFile;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// An MCAP file that is being written.
+/// Writes a match to an MCAP file.
 pub struct McapRecorder {
     output: OutputFile,
     file: McapFile,
@@ -52,17 +52,17 @@ pub struct McapRecorder {
 }
 
 impl McapRecorder {
-    /// An MCAP file, which replaces any that is there when the match is over.
+    /// Creates an MCAP file. It replaces an earlier file when the match is over.
     ///
     /// # Errors
-    /// When the file cannot be made.
+    /// If the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let output = OutputFile::create(path)?;
         let file = McapFile::create(output.writer()?).map_err(RecordError::io(path))?;
         Ok(Self { output, file, lines: TraceLines::default(), text: Vec::new(), channels: None })
     }
 
-    /// The line that `add` makes, without its end. It is empty if there is none.
+    /// Makes the line that `add` writes, without its line end. Empty if there is no line.
     fn line(&mut self, add: impl FnOnce(&mut TraceLines, &mut Vec<u8>) -> serde_json::Result<()>) {
         self.text.clear();
         let (lines, text) = (&mut self.lines, &mut self.text);

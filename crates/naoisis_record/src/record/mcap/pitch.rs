@@ -1,4 +1,4 @@
-//! The pitch, as Foxglove draws it.
+//! The pitch as a Foxglove scene.
 
 use bevy::math::{Affine3A, Vec2};
 use foxglove::messages::SceneUpdate;
@@ -10,12 +10,12 @@ use naoisis_sensing::appearance::colours;
 use naoisis_sensing::appearance::field::{GroundShape, STRING_M, goal_frame, ground, net_strings, post};
 use naoisis_sim::scenario::Scenario;
 
-/// The carpet is so far below the lines, m, which are at the height of the ground.
+/// Distance of the carpet below the lines, which are at the height of the ground, m.
 const BELOW_M: f32 = 0.004;
-/// Corners of the centre circle.
+/// Number of corners that approximate the centre circle.
 const CORNERS: u32 = 64;
 
-/// The carpet with its markings, the goals and posts.
+/// Draws the carpet with its markings, the goals and posts.
 pub(super) fn pitch(scenario: &Scenario) -> SceneUpdate {
     let field = &scenario.field;
     let mut entity = Entity::new(PITCH, PITCH, 0);
@@ -36,7 +36,7 @@ pub(super) fn pitch(scenario: &Scenario) -> SceneUpdate {
     entity.scene()
 }
 
-/// The corners of a shape's triangles, three for each.
+/// Returns the corners of a shape's triangles, three for each triangle.
 fn corners(shape: GroundShape) -> impl Iterator<Item = Vec2> {
     let corners: Vec<Vec2> = match shape {
         GroundShape::Quadrilateral([a, b, c, d]) => vec![a, b, c, a, c, d],
@@ -57,7 +57,7 @@ fn corners(shape: GroundShape) -> impl Iterator<Item = Vec2> {
 mod tests {
     use super::*;
 
-    /// The area of triangles, m².
+    /// Returns the total area of a shape's triangles, m².
     fn area(shape: GroundShape) -> f32 {
         let corners: Vec<Vec2> = corners(shape).collect();
         corners.chunks(3).map(|corner| (corner[1] - corner[0]).perp_dot(corner[2] - corner[0]).abs() / 2.0).sum()

@@ -1,4 +1,4 @@
-//! Robots and their frames, as Foxglove draws them.
+//! Robots and their frames as Foxglove scenes.
 
 use bevy::math::{Affine3A, Quat, Vec3};
 use foxglove::messages::{CameraCalibration, FrameTransform, FrameTransforms, SceneUpdate};
@@ -16,14 +16,14 @@ use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// The frame of the ball.
+/// Name of the ball's frame.
 pub(super) const BALL: &str = "ball";
-/// A robot that is penalised is drawn with this opacity.
+/// Opacity of penalised robots.
 const PENALISED_OPACITY: f64 = 0.3;
 /// Height of a robot's name, and its distance above the robot, m.
 const NAME_M: f32 = 0.12;
 
-/// What does not change of a robot.
+/// The properties of a robot that do not change.
 pub(super) struct Robot {
     pub id: RobotId,
     pub body: Body,
@@ -40,12 +40,12 @@ impl Robot {
         format!("{}/head", self.id)
     }
 
-    /// The frame of a camera: x to the right in its image, y down, z ahead.
+    /// Returns the name of a camera's frame: x to the right in its image, y down, z ahead.
     pub(super) fn camera_frame(&self, camera: CameraName) -> String {
         format!("{}/{camera}", self.id)
     }
 
-    /// The cameras in the head.
+    /// Returns the transforms from the head to its cameras.
     pub(super) fn camera_frames(&self) -> impl Iterator<Item = FrameTransform> {
         self.cameras.mounts.iter().map(|mount| {
             let view = CameraView::new(self.cameras.intrinsics(mount), mount, self.body.neck_m, HeadAngles::default());
@@ -55,7 +55,7 @@ impl Robot {
         })
     }
 
-    /// The robot and its head after a cycle.
+    /// Returns the transforms of the robot and its head after a cycle.
     fn frames(&self, record: &RobotRecord, time_ns: u64) -> [FrameTransform; 2] {
         let name = self.id.to_string();
         let HeadAngles { yaw, pitch } = record.head;
@@ -67,7 +67,7 @@ impl Robot {
         ]
     }
 
-    /// The body and the head, with the robot's name above.
+    /// Draws the body and the head, with the robot's name above.
     pub(super) fn drawn(&self, is_penalised: bool, time_ns: u64) -> SceneUpdate {
         let opacity = if is_penalised { PENALISED_OPACITY } else { 1.0 };
         let mut trunk = Entity::new("body", &self.id.to_string(), time_ns).locked();
@@ -85,7 +85,7 @@ impl Robot {
     }
 }
 
-/// The frames of all robots and of the ball after a cycle.
+/// Returns the transforms of all robots and of the ball after a cycle.
 pub(super) fn frames(robots: &[Robot], record: &CycleRecord, time_ns: u64) -> FrameTransforms {
     let of_robot = |robot: &Robot| record.robot(robot.id).map(|there| robot.frames(there, time_ns));
     let mut transforms: Vec<FrameTransform> = robots.iter().filter_map(of_robot).flatten().collect();
@@ -104,7 +104,7 @@ fn frame(time_ns: u64, parent: &str, child: &str, parent_from_child: Affine3A) -
     }
 }
 
-/// The calibration of a camera, in the convention of OpenCV and ROS: the middle of the top-left pixel is at (0, 0).
+/// Returns the calibration of a camera, in the convention of OpenCV and ROS: the centre of the top-left pixel is at (0, 0).
 pub(super) fn calibration(intrinsics: &CameraIntrinsics, frame_id: String) -> CameraCalibration {
     let [fx, fy] = intrinsics.focal.to_array().map(f64::from);
     let [cx, cy] = (intrinsics.centre - 0.5).to_array().map(f64::from);
@@ -152,7 +152,7 @@ mod tests {
             let k = calibration(&view.intrinsics, String::new()).k;
             let pixel = [k[0] as f32 * seen.x / seen.z + k[2] as f32, k[4] as f32 * seen.y / seen.z + k[5] as f32];
             let pixel = bevy::math::Vec2::from_array(pixel) + 0.5;
-            // A step of the rotations is a tenth of a pixel.
+            // The rounding of rotations moves a point by up to a tenth of a pixel.
             assert!(pixel.abs_diff_eq(expected, 0.1), "{}: {pixel} {expected}", mount.name);
         }
         let forward = affine(&base).transform_vector3(Vec3::X).truncate();

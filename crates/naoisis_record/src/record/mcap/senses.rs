@@ -1,4 +1,4 @@
-//! What robots see and believe, as Foxglove draws it.
+//! Percepts and beliefs of robots as Foxglove scenes.
 
 use bevy::math::Vec2;
 use foxglove::messages::{
@@ -17,30 +17,30 @@ use naoisis_sensing::belief::error::BeliefError;
 use naoisis_sensing::belief::{Belief, point_pitch_from_team};
 use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 
-/// The colour in which a robot draws itself where it believes to be.
+/// Colour of a robot at its own believed pose.
 const OWN: Colour = Colour([150, 70, 220]);
-/// The opacity of what is believed, and of its ellipse.
+/// Opacity of believed objects and their ellipses.
 const BELIEVED: f64 = 0.5;
 const ELLIPSE: f64 = 0.25;
-/// The height of what lies on the ground, m.
+/// Height of marks on the ground, m.
 const FLAT_M: f32 = 0.004;
-/// Radii of what is drawn, m: balls, robots, posts, and marks on the ground.
+/// Radii of balls, robots, posts, and marks on the ground, m.
 const BALL_M: f32 = 0.05;
 const ROBOT_M: f32 = 0.1;
 const POST_M: f32 = 0.03;
 const MARK_M: f32 = 0.03;
-/// Heights of robots and posts that are drawn, m.
+/// Heights of robots and posts, m.
 const ROBOT_HEIGHT_M: f32 = 0.4;
 const POST_HEIGHT_M: f32 = 0.6;
-/// Lines of what is seen and believed are so wide, m.
+/// Width of lines, m.
 const LINE_M: f32 = 0.015;
-/// The length of the arrow of a believed heading, m.
+/// Length of the arrow that shows a believed heading, m.
 const ARROW_M: f32 = 0.3;
-/// Annotations in images have lines of this width and circles of this diameter, pixels.
+/// Width of lines and diameter of circles in image annotations, pixels.
 const LINE_PIXELS: f64 = 2.0;
 const CIRCLE_PIXELS: f64 = 12.0;
 
-/// What a robot saw, where it was when its cameras took the images.
+/// Draws the percepts of a robot, relative to its pose at the time of the images.
 pub(super) fn percepts_scene(id: RobotId, percepts: &Percepts) -> SceneUpdate {
     let Percepts { time_s, ball, goal_posts, robots, landmarks, .. } = percepts;
     let mut entity = Entity::new("percepts", &id.to_string(), super::nanoseconds(*time_s));
@@ -67,7 +67,7 @@ pub(super) fn percepts_scene(id: RobotId, percepts: &Percepts) -> SceneUpdate {
     entity.scene()
 }
 
-/// What a robot believed; its team defends `own_end`.
+/// Draws the belief of a robot whose team defends `own_end`.
 pub(super) fn belief_scene(id: RobotId, belief: &Belief, own_end: End, time_ns: u64) -> SceneUpdate {
     let Belief { pose_covariance: [xx, xy, yy, ..], ball, team_mates, opponents, .. } = belief;
     let mut entity = Entity::new("belief", PITCH, time_ns);
@@ -90,11 +90,11 @@ pub(super) fn belief_scene(id: RobotId, belief: &Belief, own_end: End, time_ns: 
     for (robot, team) in mates.chain(opponents.iter().map(|robot| (robot, of(id.team.opponent())))) {
         entity.ellipse(place(robot.position_m), robot.covariance, ROBOT_HEIGHT_M, colour(team, BELIEVED));
     }
-    // A frame turned by half a turn has the same ellipses.
+    // In a frame turned by half a turn, ellipses are the same.
     entity.scene()
 }
 
-/// What was recognised in the image of a camera.
+/// Draws annotations of the objects recognised in the image of a camera.
 pub(super) fn annotations(camera: CameraName, percepts: &Percepts) -> ImageAnnotations {
     let time = timestamp(super::nanoseconds(percepts.time_s));
     let mut annotations = ImageAnnotations { timestamp: time, ..ImageAnnotations::default() };
@@ -137,18 +137,18 @@ fn line_list(points: Vec<Point2>, time: Option<Timestamp>, outline_color: Option
     PointsAnnotation { timestamp: time, r#type: kind, points, outline_color, thickness, ..PointsAnnotation::default() }
 }
 
-/// How wrong a belief is.
+/// The errors of a belief.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct ErrorOfBelief {
     /// The error of the robot's own place, m.
     position_m: f32,
     /// The error of its heading, degrees.
     heading_deg: f32,
-    /// The error of the ball's place, m; none if it or the belief is not there.
+    /// The error of the ball's position, m; missing without a ball or a belief about it.
     ball_m: Option<f32>,
-    /// The mean error of the places of believed opponents, m; none without any.
+    /// The mean position error of believed opponents, m; missing without any.
     opponent_m: Option<f32>,
-    /// The number of believed opponents without a true one.
+    /// The number of believed opponents that do not exist.
     false_tracks: u32,
 }
 
@@ -203,7 +203,8 @@ mod tests {
             let at = pose.as_ref().unwrap().position.unwrap();
             (at.x, at.y)
         };
-        // Turned by half a turn: the robot itself, and the opponent as its ellipse with half axes of 2.448 times 0.2 and 0.1 m.
+        // The pitch frame is turned by half a turn: the robot itself, and the opponent's ellipse with half axes of 2.448 times 0.2 and 0.1
+        // m.
         assert_eq!(place(&entity.cylinders[0].pose), (1.0, -0.5));
         assert_eq!(place(&entity.cylinders[1].pose), (-2.0, 0.0));
         let size = entity.cylinders[1].size.unwrap();

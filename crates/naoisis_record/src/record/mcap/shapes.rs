@@ -1,4 +1,4 @@
-//! What Foxglove draws, made of places, colours and shapes of the simulation.
+//! Converts positions, colours and shapes of the simulation to Foxglove's types.
 
 use bevy::math::{Affine3A, Quat, Vec2, Vec3};
 use foxglove::messages::{
@@ -12,10 +12,11 @@ use naoisis_sensing::appearance::shapes::{Part, Shape};
 use naoisis_sensing::belief::PlaceCovariance;
 use naoisis_sensing::belief::covariance::half_axes_95;
 
-/// The frame of the pitch, which is that of the world.
+/// Name of the pitch frame, which is the world frame.
 pub(super) const PITCH: &str = "pitch";
 const NANOSECONDS: u64 = 1_000_000_000;
-/// Steps of lengths, a metre, and of parts of rotations: a quarter of a millimetre. Numbers with few binary digits make smaller files.
+/// Resolution: steps in a metre and in a unit of a quaternion's components, a quarter of a millimetre. Numbers with few binary digits make
+/// smaller files.
 const STEPS: f32 = 4096.0;
 
 fn stepped(number: f32) -> f64 {
@@ -51,17 +52,17 @@ pub(super) fn at(place: Vec3) -> Option<Pose> {
     pose(Affine3A::from_translation(place))
 }
 
-/// A colour with this opacity, from 0 to 1.
+/// Returns a colour with this opacity, from 0 to 1.
 pub(super) fn colour(Colour(of): Colour, opacity: f64) -> Option<Color> {
     let [r, g, b] = of.map(|part| f64::from(part) / 255.0);
     Some(Color { r, g, b, a: opacity })
 }
 
-/// What is drawn in one frame.
+/// A collection of shapes in one frame.
 pub(super) struct Entity(pub SceneEntity);
 
 impl Entity {
-    /// Nothing yet, in `frame`. It stays where the frame was at `time_ns`.
+    /// Creates an empty entity in `frame`. It stays where the frame was at `time_ns`.
     pub(super) fn new(id: &str, frame: &str, time_ns: u64) -> Self {
         Self(SceneEntity {
             id: id.to_owned(),
@@ -71,7 +72,7 @@ impl Entity {
         })
     }
 
-    /// This, but it goes with its frame.
+    /// Makes the entity move with its frame.
     pub(super) fn locked(mut self) -> Self {
         self.0.frame_locked = true;
         self
@@ -85,7 +86,7 @@ impl Entity {
         self.0.spheres.push(SpherePrimitive { pose: pose(place), size: vector(2.0 * radii), color });
     }
 
-    /// An upright cylinder on the ground.
+    /// Adds an upright cylinder on the ground.
     pub(super) fn pillar(&mut self, foot: Vec2, radius: f32, height: f32, colour: Option<Color>) {
         let place = Affine3A::from_translation(foot.extend(height / 2.0));
         self.cylinder(place, Vec2::splat(2.0 * radius).extend(height), [1.0, 1.0], colour);
@@ -102,10 +103,10 @@ impl Entity {
         });
     }
 
-    /// The ellipse of 95 % on the ground, of this height, m, if the matrix is a covariance.
+    /// Adds the 95 % ellipse as a flat cylinder of this height (m) on the ground, if the matrix is a valid covariance.
     pub(super) fn ellipse(&mut self, centre: Vec2, covariance: PlaceCovariance, height: f32, colour: Option<Color>) {
         let Some([long, short]) = half_axes_95(covariance) else { return };
-        // The rotation that takes x to the longer axis, by half of its angle.
+        // The rotation from x to the longer axis.
         let along = long.normalize_or(Vec2::X);
         let rotation = Quat::from_rotation_arc_2d(Vec2::X, along);
         let size = Vec3::new(2.0 * long.length(), 2.0 * short.length(), height);
@@ -113,7 +114,7 @@ impl Entity {
         self.cylinder(place, size, [1.0, 1.0], colour);
     }
 
-    /// A line of this width, m, from each first to each second point.
+    /// Adds a line of this width (m) from each first to each second point.
     pub(super) fn lines(&mut self, ends: impl IntoIterator<Item = [Vec3; 2]>, width_m: f32, color: Option<Color>) {
         let points: Vec<Point3> = ends.into_iter().flatten().map(point).collect();
         if !points.is_empty() {
@@ -128,14 +129,14 @@ impl Entity {
         }
     }
 
-    /// Triangles, each of three corners.
+    /// Adds triangles, with three corners each.
     pub(super) fn triangles(&mut self, corners: impl IntoIterator<Item = Vec3>, color: Option<Color>) {
         let points = corners.into_iter().map(point).collect();
         let pose = at(Vec3::ZERO);
         self.0.triangles.push(TriangleListPrimitive { pose, points, color, ..TriangleListPrimitive::default() });
     }
 
-    /// A text that faces the viewer.
+    /// Adds a text that faces the viewer.
     pub(super) fn text(&mut self, place: Vec3, text: &str, height_m: f32, color: Option<Color>) {
         self.0.texts.push(TextPrimitive {
             pose: at(place),
@@ -147,7 +148,7 @@ impl Entity {
         });
     }
 
-    /// A part, in a frame that has the part's own at `entity_from_frame`.
+    /// Adds a part. `entity_from_frame` is the transform from the part's frame.
     pub(super) fn part<Frame>(&mut self, part: &Part<Frame>, entity_from_frame: Affine3A, opacity: f64) {
         let (place, color) = (entity_from_frame * part.frame_from_shape, colour(part.colour, opacity));
         match part.shape {
@@ -169,13 +170,13 @@ impl Entity {
         }
     }
 
-    /// This alone, in place of what there was of its topic.
+    /// Returns an update that replaces all entities of the topic by this one.
     pub(super) fn scene(self) -> SceneUpdate {
         scene([self])
     }
 }
 
-/// The entities, in place of what there was of their topic.
+/// Returns an update that replaces all entities of the topic by these.
 pub(super) fn scene(entities: impl IntoIterator<Item = Entity>) -> SceneUpdate {
     let all = SceneEntityDeletion { r#type: scene_entity_deletion::Type::All.into(), ..SceneEntityDeletion::default() };
     SceneUpdate { deletions: vec![all], entities: entities.into_iter().map(|Entity(entity)| entity).collect() }

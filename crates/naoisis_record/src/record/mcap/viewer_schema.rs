@@ -1,18 +1,18 @@
-//! JSON schemas that viewers read: without references, alternatives and `null`.
+//! Simplifies JSON schemas for viewers: without references, alternatives and `null`.
 
 use foxglove::Schema;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 
-/// Schemas are followed so deep. It ends those that contain themselves.
+/// Depth down to which schemas are followed. It ends recursive schemas.
 const DEEPEST: usize = 16;
 
-/// The schema of `T`, of the parts whose type viewers understand. They show the others, too, but do not suggest them.
+/// Returns the schema of `T`, with the fields whose type viewers understand. They display other fields, too, but do not suggest them.
 pub(super) fn viewer_schema<T: JsonSchema>() -> Schema {
     let whole = Value::from(SchemaGenerator::default().into_root_schema_for::<T>());
     let schema =
         simplified(&whole, &whole["$defs"], 0).unwrap_or_else(|| json!({ "type": "object", "properties": {} }));
-    // Files may have another name of the type.
+    // The name of the type, which files may call differently.
     let name = core::any::type_name::<T>().rsplit("::").next().unwrap_or_default();
     Schema::new(format!("naoisis.{name}"), "jsonschema", schema.to_string().into_bytes())
 }
@@ -25,7 +25,7 @@ fn simplified(schema: &Value, definitions: &Value, depth: usize) -> Option<Value
     } else if let Some(alternatives) = alternatives {
         let mut kinds = alternatives.iter().filter(|kind| kind["type"] != "null").map(within);
         let first = kinds.next()??;
-        // Words are all the same to a viewer.
+        // Viewers treat all texts alike.
         if kinds.any(|kind| kind.is_none_or(|kind| kind["type"] != "string" || first["type"] != "string")) {
             return None;
         }
@@ -43,7 +43,7 @@ fn simplified(schema: &Value, definitions: &Value, depth: usize) -> Option<Value
                 json!({ "type": name, "properties": properties })
             }
             "array" => {
-                // Viewers do not read arrays of arrays.
+                // Viewers cannot read arrays of arrays.
                 let items = within(schema.get("items")?).filter(|items| items["type"] != "array")?;
                 json!({ "type": name, "items": items })
             }
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
     use naoisis_sim::interface::cycle_record::CycleRecord;
 
-    /// Whether Lichtblick reads it: objects with properties, arrays of items, and plain values.
+    /// Returns whether Lichtblick reads the schema: objects with properties, arrays of items, and plain values.
     fn is_understood(schema: &Value) -> bool {
         match schema["type"].as_str() {
             Some("object") => schema["properties"].as_object().is_some_and(|inner| inner.values().all(is_understood)),

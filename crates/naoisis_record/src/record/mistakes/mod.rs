@@ -1,18 +1,18 @@
-//! Mistakes of robots that a team wants to look at after a match, found in the [records of its cycles](CycleRecord), whether they come
-//! from a running match or from a trace.
+//! Finds mistakes of robots that a team wants to look at after a match, in the [records of its cycles](CycleRecord), from a running match
+//! or from a trace.
 //!
 //! | mistake | when |
 //! |---|---|
-//! | `ball_misplaced` | for half a second a robot believes the ball more than 0.5 m from where it is |
-//! | `own_pose_lost` | for a second it believes itself more than 0.5 m, or 30°, from where it is |
-//! | `ball_not_seen` | the robot of its team that is nearest to the ball, within 2 m, has not seen it for 3 s |
+//! | `ball_misplaced` | for half a second a robot believes the ball to be more than 0.5 m from its true position |
+//! | `own_pose_lost` | for a second a robot believes itself to be more than 0.5 m, or 30°, from its true pose |
+//! | `ball_not_seen` | the team's robot nearest to the ball, within 2 m of it, has not seen it for 3 s |
 //! | `kick_missed` | a kick did not reach the ball |
 //! | `kick_at_own_goal` | the ball left towards the own goal, fast enough to get there |
 //! | `ball_given_away` | a [pass](super::match_counts) that was not completed: an opponent touched the ball next, or it was out |
 //! | `team_mates_collide` | two robots of a team ran into each other |
 //! | `same_ball` | for a second two robots of a team, neither its keeper, walked to the ball within 0.75 m of it |
 //!
-//! Mistakes are found in play only. A mistake that lasts is one mistake, with its begin, its end and its worst value.
+//! Mistakes are found in play only. A mistake that lasts counts once, with its beginning, its end and its worst value.
 
 use bevy::prelude::*;
 use serde::Serialize;
@@ -27,16 +27,16 @@ use naoisis_sensing::belief::{pitch_from_team, point_pitch_from_team};
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// How far a believed ball or pose may be from the truth, m.
+/// Error above which a believed ball or pose is misplaced, m.
 const MISPLACED_M: f32 = 0.5;
-/// How far the heading may, radians.
+/// Error above which a heading is misplaced, radians.
 const TURNED: f32 = core::f32::consts::FRAC_PI_6;
-/// How near a robot must be to the ball that it should see, m.
+/// Distance to the ball within which the team's nearest robot should see it, m.
 const OWN_BALL_M: f32 = 2.0;
-/// Two robots go for the same ball within this distance, m, and at this speed towards it, m/s.
+/// Distance to the ball within which two robots go for the same ball, m; and their least speed towards it, m/s.
 const SAME_BALL_M: f32 = 0.75;
 const TOWARDS_MPS: f32 = 0.05;
-/// A mistake that happens again within this time is the same mistake, s.
+/// Time within which a repeated mistake counts as the same mistake, s.
 const SAME_S: f64 = 2.0;
 
 /// A mistake of a robot.
@@ -48,19 +48,19 @@ pub struct Mistake {
     pub robot: RobotId,
     /// The other robot involved: the team-mate, or the opponent that got the ball.
     pub other: Option<RobotId>,
-    /// When it began, s since the start of the match.
+    /// Time at which the mistake began, s since the start of the match.
     pub from_s: f64,
-    /// When it was over, s.
+    /// Time at which the mistake was over, s.
     pub until_s: f64,
-    /// Where the robot was when it began, m, pitch frame.
+    /// Position of the robot when the mistake began, m, pitch frame.
     pub position_m: Vec2,
-    /// The largest value, in the [unit](Mistake::unit) of its kind: the distance of ball or place, the speed at which the two met, or
-    /// that of the ball. `None` for kinds without a value.
+    /// The largest value during the mistake, in the [unit](Mistake::unit) of its kind: a distance to the ball or to a place, the speed of a
+    /// collision or of the ball. `None` for kinds without a value.
     pub worst: Option<f32>,
 }
 
 impl Mistake {
-    /// The unit of [`Mistake::worst`].
+    /// Returns the unit of [`Mistake::worst`].
     pub fn unit(&self) -> &'static str {
         match self.kind {
             MistakeKind::BallMisplaced | MistakeKind::OwnPoseLost | MistakeKind::BallNotSeen => "m",
@@ -78,7 +78,7 @@ impl Mistake {
 #[derive(Clone, Debug)]
 pub struct MistakeFinder {
     kicks: KickFollower,
-    /// Mistakes that last, and do not count yet.
+    /// Mistakes under way, which may not have lasted long enough yet.
     under_way: Vec<Mistake>,
     found: Vec<Mistake>,
 }
@@ -105,11 +105,11 @@ impl MistakeFinder {
         for event in &record.events {
             self.look_at_event(record, event);
         }
-        // What was not so in this cycle is over.
+        // Mistakes that did not continue in this cycle are over.
         self.end(|mistake| mistake.until_s < record.time_s);
     }
 
-    /// The mistakes up to now, in the order in which they began.
+    /// Returns the mistakes up to now, in the order in which they began.
     pub fn mistakes(&self) -> Vec<Mistake> {
         let mut whole = self.clone();
         if let Some((kick, end)) = whole.kicks.finish() {
@@ -140,7 +140,7 @@ impl MistakeFinder {
         }
     }
 
-    /// Compares what the robots of each team do.
+    /// Compares the actions of the robots of each team.
     fn look_at_teams(&mut self, record: &CycleRecord) {
         let Some(ball) = record.ball.map(|ball| ball.position_m.truncate()) else { return };
         for team in Team::BOTH {
@@ -160,7 +160,7 @@ impl MistakeFinder {
             };
             let mut both = robots().filter(goes);
             if let (Some(one), Some(other)) = (both.next(), both.next()) {
-                // It is the mistake of the one that is further away.
+                // The robot further away makes the mistake.
                 let (near, far) = if distance(one) < distance(other) { (one, other) } else { (other, one) };
                 self.goes_on(MistakeKind::SameBall, record, far, Some(near.id), None);
             }
@@ -181,7 +181,7 @@ impl MistakeFinder {
         }
     }
 
-    /// Notes the mistakes of a kick, now that its end is known.
+    /// Notes the mistakes of a kick when its end is known.
     fn judge_kick(&mut self, kick: StruckKick, end: KickEnd, until_s: f64) {
         let mistake = |kind, other, worst| Mistake {
             kind,
@@ -201,7 +201,7 @@ impl MistakeFinder {
         }
     }
 
-    /// Notes that a mistake lasts in this cycle.
+    /// Notes that a mistake continues in this cycle.
     fn goes_on(
         &mut self,
         kind: MistakeKind,
@@ -228,7 +228,7 @@ impl MistakeFinder {
         }
     }
 
-    /// Notes a mistake of an instant. Soon after the last one it is the same mistake.
+    /// Notes a mistake without a duration. Soon after the last one it counts as the same mistake.
     fn happened(
         &mut self,
         kind: MistakeKind,
@@ -270,7 +270,7 @@ impl MistakeFinder {
     }
 }
 
-/// The least duration of a mistake, s. `None` for those of an instant.
+/// Returns the least duration of a mistake, s. Returns `None` for mistakes without a duration.
 fn least_s(kind: MistakeKind) -> Option<f64> {
     match kind {
         MistakeKind::BallMisplaced => Some(0.5),

@@ -11,7 +11,7 @@ const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
 const PINK2: RobotId = RobotId::new(Team::Pink, 2);
 
-/// Blue defends -x; the ball lies on the centre mark.
+/// Returns a record in which blue defends -x and the ball lies on the centre mark.
 fn cycle(number: u64) -> CycleRecord {
     let mut robots = vec![RobotRecord::new(BLUE2), RobotRecord::new(BLUE3), RobotRecord::new(PINK2)];
     for (robot, x) in robots.iter_mut().zip([-0.4, -2.0, 2.5]) {
@@ -28,7 +28,7 @@ fn cycle(number: u64) -> CycleRecord {
     }
 }
 
-/// What is found in so many cycles.
+/// Returns the mistakes that are found in this number of cycles.
 fn found(cycles: u64, change: impl Fn(&mut CycleRecord)) -> Vec<Mistake> {
     let mut finder = MistakeFinder::new(&Scenario::default());
     for number in 1..=cycles {
@@ -59,7 +59,7 @@ fn a_wrong_belief_is_a_mistake_if_it_lasts() {
     // From the first to the thirtieth cycle.
     assert!((mistake.until_s - mistake.from_s - 29.0 / 30.0).abs() < 1e-9);
     assert_eq!(kinds(&found(30, believes(0.4))), []);
-    // What is wrong twice is two mistakes, if it was right for long enough.
+    // Two wrong periods are two mistakes if there was a long enough right one in between.
     let twice = |right_cycles: u64| {
         found(60 + right_cycles, move |record| {
             if record.cycle <= 30 || record.cycle > 30 + right_cycles {
@@ -84,7 +84,7 @@ fn a_robot_lost_its_pose_by_place_or_by_heading() {
 #[test]
 fn the_robot_at_the_ball_should_see_it() {
     let blind = |record: &mut CycleRecord| record.robots.iter_mut().for_each(|robot| robot.percepts.ball = None);
-    // Pink is more than 2 m away.
+    // Pink's robot is not expected to see the ball: it is more than 2 m away.
     assert_eq!(kinds(&found(100, blind)), [(MistakeKind::BallNotSeen, BLUE2)]);
     assert_eq!(kinds(&found(85, blind)), []);
     let stopped = found(100, |record| {
@@ -112,7 +112,7 @@ fn kicks_are_mistakes_by_where_they_go_and_who_gets_them() {
     assert_eq!(kinds(&kicked(to_side, BLUE3)), []);
     let [given] = kicked(to_side, PINK2).try_into().unwrap();
     assert_eq!((given.kind, given.other), (MistakeKind::BallGivenAway, Some(PINK2)));
-    // A shot at the goal that is saved is none.
+    // A shot at the goal that is saved is no mistake.
     assert_eq!(kinds(&kicked(0.1, PINK2)), []);
     assert_eq!(kinds(&kicked(to_own_goal, BLUE3)), [(MistakeKind::KickAtOwnGoal, BLUE2)]);
 }
@@ -122,7 +122,7 @@ fn team_mates_are_in_each_others_way() {
     let collide = found(60, |record| {
         let (with, collision_type) = (CollisionPartner::Robot(BLUE3), CollisionType::MovingRobots);
         let (robot, position_m) = (Some(BLUE2), Vec2::ZERO);
-        // Twice within two seconds is once.
+        // Two collisions within two seconds are one mistake.
         if record.cycle == 10 || record.cycle == 40 {
             record.events.push(MatchEvent::Collision { robot, with, collision_type, speed_mps: 0.3, position_m });
         }

@@ -1,4 +1,4 @@
-//! A block of the page: JSON and columns, compressed, as text that cannot be taken for markup.
+//! Encodes a block of the page: JSON and columns, compressed, as text that cannot be taken for markup.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -18,11 +18,11 @@ struct Named<'a> {
     columns: Vec<(String, usize, u8)>,
 }
 
-/// A block of the page with `json`, an object, and `columns`: the length of the JSON (four bytes, little-endian), the JSON, the
-/// columns, deflated, in base64.
+/// Returns a block of the page with `json`, an object, and `columns`. It contains the length of the JSON (four bytes, little-endian), the
+/// JSON, and the columns, deflated and in base64.
 pub(super) fn block(json: &Value, columns: &Columns) -> String {
     let (names, bytes) = columns.packed();
-    // An object of plain values cannot fail.
+    // Serialising an object of plain values cannot fail.
     let json = serde_json::to_vec(&Named { json, columns: names }).unwrap_or_default();
     let raw = [&(json.len() as u32).to_le_bytes(), json.as_slice(), &bytes].concat();
     let packed = STANDARD.encode(compress_to_vec(&raw, LEVEL));

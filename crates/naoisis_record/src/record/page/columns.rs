@@ -1,11 +1,11 @@
-//! Columns of whole numbers, packed: zigzag numbers of seven bits a byte, in most columns the differences in time.
+//! Columns of whole numbers in packed form: zigzag numbers with seven bits in each byte, in most columns the differences in time.
 
 use std::collections::BTreeMap;
 
 use naoisis_core::team::RobotId;
 
-/// What a column is about, as its name begins. Columns of one quantity lie side by side: numbers that are alike pack best
-/// together.
+/// The subject of a column, with which its name begins. Columns of one quantity are stored side by side, because similar numbers compress
+/// best together.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum About {
     Match,
@@ -13,10 +13,10 @@ pub(super) enum About {
     Robot(RobotId),
 }
 
-/// Quantities whose numbers are packed as they are: a robot sees other things from moment to moment.
+/// Quantities that are packed without differences, because a robot sees other objects from moment to moment.
 const PLAIN: [&str; 17] =
     ["ex", "ey", "l", "lk", "lx", "ly", "mx", "my", "pa", "pb", "pc", "px", "py", "t", "tk", "tx", "ty"];
-/// Larger numbers do not fit the 32 bits that a browser shifts.
+/// Larger numbers do not fit into the 32 bits of a browser's shift operators.
 const LARGEST: f64 = (1 << 29) as f64;
 
 #[derive(Clone, Default)]
@@ -32,7 +32,7 @@ pub(super) struct Columns(BTreeMap<(&'static str, About), Column>);
 impl Columns {
     /// Adds `value` to the column of a quantity, in multiples of `unit`.
     pub(super) fn add(&mut self, about: About, quantity: &'static str, value: f64, unit: f64) {
-        // Not a number becomes 0.
+        // NaN becomes 0.
         let steps = (value / unit).round().clamp(-LARGEST, LARGEST) as i32;
         self.push(about, quantity, steps);
     }
@@ -61,7 +61,8 @@ impl Columns {
         self.0.is_empty()
     }
 
-    /// Names, lengths in bytes and whether they are plain, as the page reads them, and all bytes in this order.
+    /// Returns the name, the length in bytes and the kind (1: without differences) of each column, and the bytes of all columns in this
+    /// order.
     pub(super) fn packed(&self) -> (Vec<(String, usize, u8)>, Vec<u8>) {
         let mut bytes = Vec::new();
         let names = self.0.iter().map(|((quantity, about), column)| {
@@ -87,7 +88,7 @@ pub(super) mod tests {
     use naoisis_core::team::Team;
     use proptest::prelude::*;
 
-    /// The numbers of a packed column, read as the page reads them.
+    /// Unpacks a column in the same way as the page.
     pub(in super::super) fn unpacked(bytes: &[u8], is_plain: bool) -> Vec<i32> {
         let (mut values, mut value, mut shift, mut last) = (Vec::new(), 0_u32, 0, 0);
         for byte in bytes {

@@ -1,4 +1,4 @@
-//! What the page is told in words and objects: the match, its events, its end.
+//! Describes the match, its events and its end for the page, in words and JSON objects.
 
 use serde_json::{Value, json};
 
@@ -11,7 +11,7 @@ use naoisis_core::geometry::to_degrees;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sim::scenario::Scenario;
 
-/// The first block: what is played, where, and by whom.
+/// Returns the JSON of the first block: the pitch, the robots and the teams of the match.
 pub(super) fn match_of(scenario: &Scenario, robots: &[RobotId]) -> Value {
     let teams = scenario.teams.as_ref().map(|teams| Team::BOTH.map(|team| teams.name(team).to_owned()));
     let robots: Vec<Value> = robots.iter().map(|id| robot_of(scenario, *id)).collect();
@@ -30,7 +30,7 @@ pub(super) fn match_of(scenario: &Scenario, robots: &[RobotId]) -> Value {
     })
 }
 
-/// A robot: its body, its look and its cameras.
+/// Describes a robot: its body, its look and its cameras.
 fn robot_of(scenario: &Scenario, id: RobotId) -> Value {
     let spec = scenario.robot(id);
     let settings = scenario.settings_of(&spec);
@@ -55,8 +55,8 @@ fn robot_of(scenario: &Scenario, id: RobotId) -> Value {
     json!({ "id": id, "model": model, "body": body, "cameras": cameras })
 }
 
-/// An event: its cycle, its kind, a sentence, whom it is about, where it was, and the referee's reasons. `None` for what
-/// happens all the time.
+/// Describes an event: its cycle, kind, sentence, robot or team, place, and the referee's reasons. Returns `None` for events that happen
+/// all the time.
 pub(super) fn event_of(cycle: u64, time_s: f64, event: &MatchEvent) -> Option<Value> {
     let (sentence, why) = event_words(time_s, event)?;
     let value = serde_json::to_value(event).unwrap_or_default();
@@ -65,7 +65,7 @@ pub(super) fn event_of(cycle: u64, time_s: f64, event: &MatchEvent) -> Option<Va
     Some(json!([cycle, event.kind(), sentence, about, place, why]))
 }
 
-/// The last block: how the match ended, and what was counted.
+/// Returns the JSON of the last block: the end of the match, and the counts.
 pub(super) fn end_of(end: &MatchEnd, summary: &MatchSummary) -> Value {
     let maps = maps(summary).map(|(words, map, _)| {
         let tenths: Vec<u32> = map.time_s.iter().map(|time_s| (10.0 * time_s).round() as u32).collect();

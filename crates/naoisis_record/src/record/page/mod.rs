@@ -1,19 +1,19 @@
-//! A match as a page for a browser: one file that loads nothing and plays the match.
+//! Writes a match as a page for a browser: a single file that plays the match without loading anything else.
 //!
-//! The [template](TEMPLATE) is the page without a match; its sources are in `web`, which builds it. After it come blocks, each a
-//! script element of data with base64: a deflated stream of the length of a JSON object (four bytes, little-endian), the
-//! object, and the columns that it names. Names of robots and teams, words of events and everything else that a file or a
-//! program may choose are in these objects, so that none of it is ever read as markup; the page shows it as text.
+//! The [template](TEMPLATE) is the page without a match, built from the sources in `web`. Blocks follow it, each in a script element with
+//! base64 data. A block is a deflated stream with the length of a JSON object (four bytes, little-endian), the object, and the columns that
+//! it names. Names of robots and teams, words of events and all other texts that a file or a program may choose are in these objects, so
+//! that they are never read as markup. The page shows them as text.
 //!
-//! | block | when | what it has |
+//! | block | when | contents |
 //! |---|---|---|
 //! | `match` | at the start | name, seed, pitch, robots with bodies and cameras |
-//! | `part` | after 7.5 s of the match, then after twice as long each time, at last every two minutes | columns, events with reasons, kicks, reasons of decisions, new words |
+//! | `part` | after 7.5 s of the match, then at doubling intervals up to 2 min | columns, events with their reasons, kicks, decisions, new texts |
 //! | `end` | at the end | score, tables and heat maps |
 //!
-//! A page whose program is killed has all parts that were written; the page says that it breaks off. A column has whole numbers, as
-//! many as there are samples, or rows of lists. The truth is sampled 30 times a second and the rest 10 times. Steps: poses 5 mm and
-//! 0.5°, head 2°, ball and targets 2 cm, believed robots 5 cm, what was seen 8 cm, half axes of ellipses 15 %.
+//! If the program is killed, the page has all parts that were written, and says that it breaks off. A column has whole numbers, one for
+//! each sample, or rows of lists. The truth is sampled 30 times a second and everything else 10 times. Resolution: poses 5 mm and 0.5°,
+//! head 2°, ball and targets 2 cm, believed robots 5 cm, percepts 8 cm, half axes of ellipses 15 %.
 //!
 //! ```
 //! use naoisis::prelude::*;
@@ -57,22 +57,22 @@ use naoisis_core::behaviour::reasons::ask_for_reasons;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// The page without a match, as `web/build.js` makes it.
+/// The page without a match, built by `web/build.js`.
 pub const TEMPLATE: &str = include_str!("page.html");
 
-/// A page that is being made: what is complete, and what makes the rest.
+/// A page that is being made: the complete part, and the writer of the rest.
 #[derive(Default)]
 struct Page {
     text: String,
     writer: Option<PageWriter>,
 }
 
-/// The page of a match that goes on, while a [`PageRecorder`] writes it, and afterwards.
+/// The page of a match, during and after its recording by a [`PageRecorder`].
 #[derive(Clone, Default)]
 pub struct PageSoFar(Arc<Mutex<Page>>);
 
 impl PageSoFar {
-    /// The page up to now. It breaks off if the match is not over.
+    /// Returns the page up to now. It breaks off if the match is not over.
     pub fn html(&self) -> String {
         let page = self.page();
         let rest = page.writer.clone().map(PageWriter::break_off);
@@ -84,7 +84,7 @@ impl PageSoFar {
     }
 }
 
-/// A page that is being written.
+/// Writes a match as a page.
 pub struct PageRecorder {
     output: OutputFile,
     file: File,
@@ -93,17 +93,17 @@ pub struct PageRecorder {
 }
 
 impl PageRecorder {
-    /// A page in a file, which replaces any that is there when the match is over.
+    /// Creates a page in a file. It replaces an earlier file when the match is over.
     ///
     /// # Errors
-    /// When the file cannot be made.
+    /// If the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let output = OutputFile::create(path)?;
         let file = output.writer()?;
         Ok(Self { output, file, page: PageSoFar::default(), error: None })
     }
 
-    /// The page while it is being written.
+    /// Returns a handle to the page that is being written.
     pub fn so_far(&self) -> PageSoFar {
         self.page.clone()
     }
@@ -119,7 +119,7 @@ impl PageRecorder {
 impl Recorder for PageRecorder {
     fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
         ask_for_reasons(world);
-        // A scenario that is resolved lists the robots, and has no names of teams any more.
+        // A resolved scenario lists the robots, and has no team names any more.
         let teams = world.get_resource::<Scenario>().and_then(|played| played.teams.clone());
         let named = Scenario { teams: scenario.teams.clone().or(teams), ..scenario.clone() };
         let (writer, text) = PageWriter::begin(&named, record);
@@ -150,10 +150,10 @@ impl Recorder for PageRecorder {
     }
 }
 
-/// The page of the trace that `reader` has begun to read, as far as it goes.
+/// Returns the page of a trace, up to where the trace breaks off. `reader` has read only the header.
 ///
 /// # Errors
-/// What is wrong with the trace, and where.
+/// The first fault of the trace, and where it is.
 pub fn page_of_trace(reader: &mut TraceReader) -> Result<String, TraceError> {
     let scenario = reader.scenario().clone();
     let Some(mut last) = reader.next_cycle()? else { return Ok(TEMPLATE.to_owned()) };

@@ -1,4 +1,4 @@
-//! What a robot saw, believed and wanted, as columns.
+//! Writes what a robot saw, believed and wanted to columns.
 
 use bevy::math::{Vec2, ops};
 
@@ -14,28 +14,28 @@ use naoisis_sensing::belief::{Belief, PlaceCovariance, point_pitch_from_team};
 use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 use naoisis_sim::interface::cycle_record::RobotRecord;
 
-/// Steps of poses: m and degrees.
+/// Resolution of poses: m and degrees.
 pub(super) const POSE_M: f64 = 0.005;
 pub(super) const HEADING_DEG: f64 = 0.5;
-/// Steps of head angles, degrees.
+/// Resolution of head angles, degrees.
 const HEAD_DEG: f64 = 2.0;
-/// Steps of places of the ball and of targets, of other robots, and of what was seen, m.
+/// Resolution of positions of the ball and of targets, of other robots, and of percepts, m.
 const BALL_M: f64 = 0.02;
 const ROBOT_M: f64 = 0.05;
 const SEEN_M: f64 = 0.08;
-/// Steps of half axes of ellipses: of the logarithm of their length in cm; and of their direction, degrees.
+/// Resolution of the half axes of ellipses: of the logarithm of their length in cm, and of their direction in degrees.
 const AXIS_LOGARITHM: f32 = 0.15;
 const AXIS_DEG: f64 = 15.0;
 const LONGEST_AXIS: f32 = 50.0;
-/// Steps of walks: m/s and degrees/s.
+/// Resolution of walk commands: m/s and degrees/s.
 const WALK_MPS: f64 = 0.05;
 const TURN_DEGPS: f64 = 10.0;
-/// What was seen further away is not drawn, m.
+/// Distance along each axis to which the positions of percepts are limited, m.
 const FARTHEST_M: f32 = 20.0;
-/// In a list that is left out of this sample: the page shows the one before.
+/// Length of a list that is left out of this sample: the page shows the previous one.
 const LEFT_OUT: i32 = -1;
 
-/// How much is left out, the least first.
+/// The data that are left out of the page, in ascending order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub(super) enum Thinning {
     /// Nothing.
@@ -43,9 +43,9 @@ pub(super) enum Thinning {
     None,
     /// Landmarks in every other sample.
     Landmarks,
-    /// Everything that robots saw but the ball in every other sample.
+    /// All percepts except the ball in every other sample.
     Seen,
-    /// All landmarks; other robots and posts, seen or believed, but in every fourth sample.
+    /// All landmarks; other robots and posts, seen or believed, except in every fourth sample.
     Others,
 }
 
@@ -58,7 +58,7 @@ impl Thinning {
         }
     }
 
-    /// What the page says of it.
+    /// Returns the note on the page about what is left out.
     pub(super) fn words(self) -> Option<&'static str> {
         match self {
             Self::None => None,
@@ -70,7 +70,7 @@ impl Thinning {
         }
     }
 
-    /// Whether sample number `sample` has landmarks.
+    /// Returns whether a sample has landmarks.
     fn has_landmarks(self, sample: u64) -> bool {
         match self {
             Self::None => true,
@@ -79,7 +79,7 @@ impl Thinning {
         }
     }
 
-    /// Whether it has the robots and posts that were seen.
+    /// Returns whether a sample has the robots and posts that were seen.
     fn has_seen(self, sample: u64) -> bool {
         match self {
             Self::None | Self::Landmarks => true,
@@ -88,13 +88,13 @@ impl Thinning {
         }
     }
 
-    /// Whether it has the other robots that were believed.
+    /// Returns whether a sample has the believed other robots.
     fn has_believed(self, sample: u64) -> bool {
         self < Self::Others || sample.is_multiple_of(4)
     }
 }
 
-/// Adds where the robot truly is.
+/// Adds the true state of the robot.
 pub(super) fn add_truth(columns: &mut Columns, robot: &RobotRecord) {
     let about = About::Robot(robot.id);
     columns.add(about, "x", f64::from(robot.pose.position.x), POSE_M);
@@ -112,7 +112,7 @@ pub(super) fn add_truth(columns: &mut Columns, robot: &RobotRecord) {
     columns.push(about, "s", posture + 8 * i32::from(robot.penalised.is_some()));
 }
 
-/// Adds what the robot saw, from where it was when it sensed.
+/// Adds the percepts of the robot, which sensed from the pose `sensed`.
 pub(super) fn add_percepts(columns: &mut Columns, robot: &RobotRecord, sensed: Pose, thinning: Thinning, sample: u64) {
     let about = About::Robot(robot.id);
     let Percepts { ball, goal_posts, robots, landmarks, .. } = &robot.percepts;
@@ -155,7 +155,7 @@ pub(super) fn add_percepts(columns: &mut Columns, robot: &RobotRecord, sensed: P
     }
 }
 
-/// Adds what the robot believed; its team defends `own_end`.
+/// Adds the belief of the robot, whose team defends `own_end`.
 pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: End, thinning: Thinning, sample: u64) {
     let about = About::Robot(robot.id);
     columns.push(about, "b", i32::from(robot.belief.is_some()));
@@ -191,7 +191,7 @@ pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: En
     }
 }
 
-/// Adds what the robot wanted: its intention, its walk, and the target that its behaviour draws.
+/// Adds the robot's intention, its walk command, and the target that its behaviour draws.
 pub(super) fn add_wish(columns: &mut Columns, strings: &mut Strings, robot: &RobotRecord, own_end: End, cycle_s: f64) {
     let about = About::Robot(robot.id);
     let command = robot.command.as_ref();
@@ -205,7 +205,7 @@ pub(super) fn add_wish(columns: &mut Columns, strings: &mut Strings, robot: &Rob
         DrawnShape::Target { position_m, words } => Some((drawing.frame, *position_m, words)),
         _ => None,
     });
-    // The place of its words in the strings, from 1.
+    // The index of its words in the list of strings, from 1; 0 without a target.
     columns.push(about, "g", target.map_or(0, |(_, _, words)| 1 + strings.place(words)));
     if let Some((frame, place, _)) = target {
         let place = match frame {
@@ -221,7 +221,7 @@ fn add_place(columns: &mut Columns, about: About, [x, y]: [&'static str; 2], pla
     columns.add(about, y, f64::from(place.y), unit);
 }
 
-/// Adds the ellipse of 95 %: half axes and the direction of the longer one.
+/// Adds the 95 % ellipse: its half axes and the direction of the longer one.
 fn add_ellipse(columns: &mut Columns, about: About, names: [&'static str; 3], covariance: PlaceCovariance) {
     let [long, short] = half_axes_95(covariance).unwrap_or_default();
     let logarithm = |axis: Vec2| (ops::ln((100.0 * axis.length()).max(1.0)) / AXIS_LOGARITHM).round().min(LONGEST_AXIS);

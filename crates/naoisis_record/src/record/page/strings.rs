@@ -1,17 +1,17 @@
-//! Words that come again and again, by their places in one list.
+//! A list of repeated texts, which are referred to by their index.
 
 use std::collections::BTreeMap;
 
-/// The list of all words so far. Place 0 has none.
+/// The list of all texts so far. Index 0 is the empty text.
 #[derive(Clone, Default)]
 pub(super) struct Strings {
     places: BTreeMap<String, i32>,
-    /// Those that no part has yet.
+    /// Texts that no part of the page has yet.
     new: Vec<String>,
 }
 
 impl Strings {
-    /// The place of `words`, which are added if they are new.
+    /// Returns the index of `words`, and adds them if they are new.
     pub(super) fn place(&mut self, words: &str) -> i32 {
         if words.is_empty() {
             return 0;
@@ -25,7 +25,7 @@ impl Strings {
         place
     }
 
-    /// Takes the words that came since this was asked last.
+    /// Removes and returns the texts that were added since the last call.
     pub(super) fn take_new(&mut self) -> Vec<String> {
         core::mem::take(&mut self.new)
     }

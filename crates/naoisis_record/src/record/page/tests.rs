@@ -14,7 +14,7 @@ use serde_json::Value;
 
 const OPENING: &str = "<script type=\"application/octet-stream\">";
 
-/// The blocks of a page: JSON, and columns by name.
+/// Returns the blocks of a page: JSON, and columns by name.
 fn blocks(page: &str) -> Vec<(Value, Vec<(String, Vec<i32>)>)> {
     let data = page.strip_prefix(TEMPLATE).unwrap();
     data.split_terminator("</script>\n")
@@ -39,7 +39,7 @@ fn column<'a>(columns: &'a [(String, Vec<i32>)], name: &str) -> &'a [i32] {
     &columns.iter().find(|(other, _)| other == name).unwrap_or_else(|| panic!("{name} is there")).1
 }
 
-/// A match of one robot that walks along x by a centimetre a cycle.
+/// Returns the records of one robot that walks along x by a centimetre per cycle.
 fn records(cycles: u64) -> impl Iterator<Item = CycleRecord> {
     (0..=cycles).map(|cycle| {
         let x = 0.01 * cycle as f32;
@@ -113,11 +113,11 @@ fn a_page_that_breaks_off_has_the_parts_that_were_written() {
     let (mut writer, mut page) = PageWriter::begin(&Scenario::default(), &records(0).next().unwrap());
     page.extend(records(9000).skip(1).filter_map(|record| writer.record(&record)));
     let blocks = blocks(&page);
-    // Of 7.5, 15, 30, 60 and twice 120 s, whole cycles, and the one that was begun is lost.
+    // Blocks of whole cycles: 7.5, 15, 30, 60 and then 120 s each. The last block is incomplete, so it is lost.
     assert_eq!(blocks.len(), 1 + 5);
     let begins: Vec<i32> = blocks[1..].iter().map(|(_, columns)| column(columns, "cycle")[0]).collect();
     assert_eq!(begins, [0, 225, 675, 1575, 3375]);
-    // A sample of every second cycle at 60 Hz, and the last.
+    // At 60 Hz, a sample of every second cycle, and the last cycle.
     let scenario = Scenario { cycle_s: 1.0 / 60.0, ..default() };
     let page = page_of(&scenario, records(9));
     assert_eq!(column(&self::blocks(&page)[1].1, "cycle"), [0, 2, 4, 6, 8, 9]);
@@ -135,7 +135,7 @@ fn a_page_that_would_grow_too_large_leaves_out_and_says_so() {
     assert!(said[1].starts_with("To keep the page small, what robots saw, but for the ball, is there"), "{said:?}");
     assert!(said[2].contains("seen or believed, are there 2.5 times a second"), "{said:?}");
     assert_eq!([&said[1], &said[2]].map(|said| from(said)), ["0:23 on.", "0:53 on."]);
-    // A sample that has a list is followed by those that show it again.
+    // A sample with a list is followed by samples that show the same list again.
     let (_, columns) = &blocks(&page)[4];
     assert_eq!(column(columns, "pink2.t")[..5], [-1, -1, -1, 0, -1]);
 }

@@ -1,4 +1,4 @@
-//! Makes the page of a match from its records, piece by piece.
+//! Makes the page of a match from its records, part by part.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -20,21 +20,21 @@ use naoisis_core::team::RobotId;
 use naoisis_sim::interface::cycle_record::{CycleRecord, PenaltyRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
-/// Samples of the truth a second, and of everything else.
+/// Samples per second: of the truth, and of everything else.
 const TRUTH_HZ: f64 = 30.0;
 const SENSE_HZ: f64 = 10.0;
-/// The length of a part, s of the match: what a killed program loses at most. The first is short, and each twice as long as the one
-/// before.
+/// Length of a part, s of the match: at most this much is lost if the program is killed. Each part is twice as long as the one before, from
+/// the shortest to the longest.
 const FIRST_PART_S: f64 = 7.5;
 const LONGEST_PART_S: f64 = 120.0;
-/// The most bytes of a page.
+/// Intended maximum size of the page, bytes.
 const BUDGET_BYTES: f64 = 2.9e6;
-/// Reasons of a decision are written when the choice changes, and this often, s.
+/// Interval at which the reasons of an unchanged decision are written again, s.
 const REASONS_EVERY_S: f64 = 2.0;
-/// A match without a clock is taken for this long, s.
+/// Assumed length of a match without a clock, s.
 const UNKNOWN_LENGTH_S: f64 = 1200.0;
 
-/// The page of a match that goes on.
+/// Makes the page of a match that is under way.
 #[derive(Clone)]
 pub struct PageWriter {
     cycle_s: f64,
@@ -46,11 +46,11 @@ pub struct PageWriter {
     events: Vec<Value>,
     kicks: Vec<Value>,
     reasons: Vec<Value>,
-    /// The choice and the time, s, of each robot's reasons that were written last.
+    /// The choice and the time (s) of the reasons of each robot that were written last.
     decided: BTreeMap<RobotId, (Option<usize>, f64)>,
-    /// The truth at the end of the cycle before, where robots sensed.
+    /// The robots' true poses at the end of the previous cycle, when they sensed.
     sensed: BTreeMap<RobotId, Pose>,
-    /// The cycles of the next samples of the truth and of the rest, from which on one is due.
+    /// The cycles from which on the next samples of the truth and of everything else are due.
     due: [u64; 2],
     last_cycle: Option<u64>,
     part_begins_s: f64,
@@ -62,7 +62,7 @@ pub struct PageWriter {
 }
 
 impl PageWriter {
-    /// Begins the page of a match of `scenario` that stands as `record` says, and returns its beginning.
+    /// Begins the page of a match of `scenario`, whose present state is `record`. Returns the writer and the beginning of the page.
     pub fn begin(scenario: &Scenario, record: &CycleRecord) -> (Self, String) {
         let robots: Vec<RobotId> = record.robots.iter().map(|robot| robot.id).collect();
         let text = format!("{TEMPLATE}{}", block(&match_of(scenario, &robots), &Columns::default()));
@@ -93,7 +93,7 @@ impl PageWriter {
         (writer, text)
     }
 
-    /// Adds the next cycle, and returns a part of the page when one is full.
+    /// Adds the next cycle. Returns a part of the page when one is full.
     pub fn record(&mut self, record: &CycleRecord) -> Option<String> {
         let is_full = record.time_s - self.part_begins_s >= self.part_length_s;
         let part = is_full.then(|| self.part());
@@ -106,7 +106,7 @@ impl PageWriter {
         part
     }
 
-    /// The rest of the page, with the end of the match after its `last` cycle.
+    /// Returns the rest of the page, with the end of the match after its `last` cycle.
     pub fn finish(mut self, end: &MatchEnd, last: &CycleRecord) -> String {
         if self.last_cycle.is_some_and(|written| written < last.cycle) {
             self.add_truth(last);
@@ -116,7 +116,7 @@ impl PageWriter {
         self.part() + &block(&end_of(end, &self.summary), &Columns::default())
     }
 
-    /// The rest of the page of a match whose end is not known.
+    /// Returns the rest of the page of a match whose end is not known.
     pub fn break_off(mut self) -> String {
         self.part()
     }
@@ -135,7 +135,7 @@ impl PageWriter {
         self.sensed = record.robots.iter().map(|robot| (robot.id, robot.pose)).collect();
     }
 
-    /// Whether a sample is due in this cycle.
+    /// Returns whether a sample is due in this cycle.
     fn is_due(&mut self, which: usize, cycle: u64, rate_hz: f64) -> bool {
         let every = (1.0 / (rate_hz * self.cycle_s)).round().max(1.0) as u64;
         let is_due = self.last_cycle.is_none() || cycle >= self.due[which];
@@ -216,7 +216,7 @@ impl PageWriter {
         }
     }
 
-    /// Takes what there is as a block.
+    /// Returns the collected data as a block.
     fn part(&mut self) -> String {
         if self.columns.is_empty() {
             return String::new();
@@ -238,11 +238,11 @@ impl PageWriter {
         text
     }
 
-    /// Leaves out more after a part of `bytes`, from `time_s` on, if the page would grow too large as it does now.
+    /// Leaves out more from `time_s` on if the page would become too large at the rate of the last part, which had `bytes`.
     fn thin(&mut self, time_s: f64, bytes: usize) {
         let rest_s = (self.began_s + self.length_s - time_s).max(0.0);
         let in_the_end = self.written_bytes as f64 + bytes as f64 / self.part_length_s * rest_s;
-        // Short parts pack less well.
+        // Short parts compress less well.
         let most = if self.part_length_s < LONGEST_PART_S { 1.3 * BUDGET_BYTES } else { BUDGET_BYTES };
         if in_the_end > most {
             self.thinning = self.thinning.next();
@@ -250,7 +250,7 @@ impl PageWriter {
     }
 }
 
-/// The robot in the record; one that is not there counts as taken off.
+/// Returns the robot in the record. A robot that is not there counts as removed.
 fn robot_in(record: &CycleRecord, id: RobotId) -> std::borrow::Cow<'_, RobotRecord> {
     use std::borrow::Cow;
     record.robot(id).map(Cow::Borrowed).unwrap_or_else(|| {

@@ -19,9 +19,9 @@ pub enum ColumnKind {
 pub struct Column {
     /// Its name, with the unit of its values.
     pub name: &'static str,
-    /// What its values are.
+    /// Meaning of the values.
     pub description: &'static str,
-    /// Their type.
+    /// Type of the values.
     pub kind: ColumnKind,
     /// Whether values may be missing.
     pub is_optional: bool,
@@ -66,7 +66,7 @@ impl ColumnValues {
         self.presence.len()
     }
 
-    /// Whether it has no rows.
+    /// Returns whether the column has no rows.
     pub fn is_empty(&self) -> bool {
         self.presence.is_empty()
     }
@@ -82,7 +82,7 @@ impl ColumnValues {
     }
 }
 
-/// A value that a row can have in a column.
+/// A type of values in a column.
 pub(super) trait Cell {
     const KIND: ColumnKind;
     const IS_OPTIONAL: bool = false;
@@ -119,7 +119,7 @@ impl<C: Cell> Cell for Option<C> {
     }
 }
 
-/// A row of a table, whose fields are the columns.
+/// A row of a table. Its fields are the columns.
 pub(super) trait TableRow {
     const DESCRIPTION: &'static str;
     const COLUMNS: &'static [Column];

@@ -6,7 +6,7 @@ use std::io;
 use super::Table;
 use super::column::{Cells, ColumnValues};
 
-/// A file of CSV that is being written.
+/// A CSV file that is being written.
 pub(super) struct CsvTable(csv::Writer<File>);
 
 impl CsvTable {
@@ -28,7 +28,7 @@ impl CsvTable {
     }
 }
 
-/// The values of a column as texts, row by row; missing ones are empty.
+/// Iterates over the values of a column as texts, row by row. Missing values are empty.
 struct Texts<'a> {
     column: &'a ColumnValues,
     /// The index of the next present value.

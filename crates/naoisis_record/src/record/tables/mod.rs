@@ -1,6 +1,6 @@
-//! A match as tables: one row for each cycle, robot, percept, belief, event or message, with documented columns.
+//! Writes a match as tables: one row for each cycle, robot, percept, belief, event or message, with documented columns.
 //!
-//! The tables are files of CSV or Parquet in a folder, such as `robots.parquet`. Their columns are those of [`TABLES`].
+//! The tables are CSV or Parquet files in a folder, such as `robots.parquet`. [`TABLES`] defines their columns.
 //!
 //! ```
 //! use naoisis::record::tables::{TABLES, Tables};
@@ -31,11 +31,11 @@ use rows::{BeliefRow, CycleRow, EventRow, MessageRow, PerceptRow, RobotRow};
 /// The definition of a table.
 #[derive(Debug)]
 pub struct TableDefinition {
-    /// Its name, and that of its file without the ending.
+    /// Name of the table, and of its file without the ending.
     pub name: &'static str,
-    /// What a row is.
+    /// Meaning of a row.
     pub description: &'static str,
-    /// Its columns.
+    /// The columns of the table.
     pub columns: &'static [Column],
 }
 
@@ -53,7 +53,7 @@ pub const TABLES: [TableDefinition; 6] = [
     definition::<MessageRow>("messages"),
 ];
 
-/// The rows of a table that were collected.
+/// A table with the rows that were collected.
 #[derive(Debug)]
 pub struct Table {
     definition: &'static TableDefinition,
@@ -65,12 +65,12 @@ impl Table {
         Self { definition, columns: definition.columns.iter().map(ColumnValues::new).collect() }
     }
 
-    /// Its definition.
+    /// Returns the definition of the table.
     pub fn definition(&self) -> &'static TableDefinition {
         self.definition
     }
 
-    /// The values of its columns, in the order of the definition.
+    /// Returns the values of the columns, in the order of the definition.
     pub fn columns(&self) -> &[ColumnValues] {
         &self.columns
     }
@@ -89,7 +89,7 @@ impl Table {
     }
 }
 
-/// The rows of all tables that were collected.
+/// All tables, with the rows that were collected.
 #[derive(Debug)]
 pub struct Tables {
     fields: Fields,
@@ -97,13 +97,13 @@ pub struct Tables {
 }
 
 impl Tables {
-    /// Tables without rows, for records that have these fields. Values of other fields are missing.
+    /// Creates empty tables for records that have these fields. Values of other fields are missing.
     pub fn new(fields: Fields) -> Self {
         static DEFINITIONS: [TableDefinition; TABLES.len()] = TABLES;
         Self { fields, tables: core::array::from_fn(|index| Table::new(&DEFINITIONS[index])) }
     }
 
-    /// The table of this name.
+    /// Returns the table with this name.
     pub fn of(&self, name: &str) -> Option<&Table> {
         self.tables.iter().find(|table| table.definition.name == name)
     }

@@ -1,4 +1,4 @@
-//! Tables as Parquet, compressed with Zstandard.
+//! Writes tables as Parquet, compressed with Zstandard.
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, FloatType, Int64Type};
@@ -14,11 +14,11 @@ use std::sync::Arc;
 use super::column::{Cells, Column, ColumnKind};
 use super::{Table, TableDefinition};
 
-/// A Parquet file that is being written. It can be read when it is closed.
+/// A Parquet file that is being written. It cannot be read before it is closed.
 pub(super) struct ParquetTable(SerializedFileWriter<File>);
 
 impl ParquetTable {
-    /// A file that names the `scenario` of the match, as JSON, in its metadata.
+    /// Creates a file that has the `scenario` of the match, as JSON, in its metadata.
     pub(super) fn create(file: File, table: &Table, scenario: &str) -> io::Result<Self> {
         let properties = WriterProperties::builder()
             .set_created_by("naoisis".to_owned())

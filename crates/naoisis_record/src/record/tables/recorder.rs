@@ -1,4 +1,4 @@
-//! Tables of a match as files in a folder.
+//! Writes the tables of a match as files in a folder.
 
 use bevy::prelude::World;
 use std::fs::{self, File};
@@ -15,7 +15,7 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
-/// The rows of a table that are kept in memory.
+/// Number of rows of a table that are kept in memory at most.
 const ROWS: usize = 50_000;
 
 /// A format of tables.
@@ -28,7 +28,7 @@ pub enum TableFormat {
 }
 
 impl TableFormat {
-    /// The ending of its files.
+    /// Returns the ending of the format's files.
     pub fn extension(self) -> &'static str {
         match self {
             TableFormat::Csv => "csv",
@@ -36,13 +36,13 @@ impl TableFormat {
         }
     }
 
-    /// The files of all tables in `folder`.
+    /// Returns the files of all tables in `folder`.
     pub fn files(self, folder: &Path) -> impl Iterator<Item = PathBuf> {
         TABLES.iter().map(move |table| folder.join(table.name).with_extension(self.extension()))
     }
 }
 
-/// Writes the tables of a match into a folder. Its files have their names when all of them are complete.
+/// Writes the tables of a match into a folder. The files get their final names when all of them are complete.
 pub struct TablesRecorder {
     folder: PathBuf,
     format: TableFormat,
@@ -64,10 +64,10 @@ enum Writer {
 }
 
 impl TablesRecorder {
-    /// Tables in `folder`, which is made if it is missing. Only what `fields` names is recorded.
+    /// Creates tables in `folder`, which is created if it is missing. Only values of the given `fields` are recorded.
     ///
     /// # Errors
-    /// When the folder can't be made.
+    /// If the folder cannot be created.
     pub fn create(folder: &Path, format: TableFormat, fields: Fields) -> Result<Self, RecordError> {
         match fs::create_dir(folder) {
             Err(_) if folder.exists() && !folder.is_dir() => return Err(RecordError::NotAFolder(folder.to_owned())),

@@ -1,4 +1,4 @@
-//! The rows of a cycle's record.
+//! Makes the rows of the tables from a cycle's record.
 
 use bevy::math::Vec2;
 use serde::Serialize;
@@ -13,11 +13,11 @@ use naoisis_sensing::sensing::vision::LandmarkKind;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::interface::fields::Fields;
 
-/// The word that files have for a value.
+/// Returns the word for a value, as in traces.
 fn word(value: &impl Serialize) -> Option<String> {
     match serde_json::to_value(value).ok()? {
         Value::String(word) => Some(word),
-        // A variant with fields: its name is the only key.
+        // A variant with fields is an object with a single key, its name.
         Value::Object(object) => object.into_iter().next().map(|(name, _)| name),
         _ => None,
     }
@@ -98,7 +98,7 @@ impl RobotRow {
     }
 }
 
-/// `GettingUp` as `getting_up`.
+/// Converts a word such as `GettingUp` to `getting_up`.
 fn snake_case(word: &str) -> String {
     let mut snake = String::new();
     for (index, letter) in word.char_indices() {

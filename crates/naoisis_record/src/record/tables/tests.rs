@@ -14,7 +14,7 @@ use std::path::Path;
 
 const HOSTILE: &str = "=1+1,\"x\"\n<script>\u{0}";
 
-/// A record whose robot perceived, believed and heard something.
+/// Returns a record whose robot has percepts, a belief and a received message.
 fn record(cycle: u64) -> CycleRecord {
     let id = RobotId::new(Team::Pink, 2);
     let ball = BallBelief { position_m: bevy::math::Vec2::new(1.0, -0.5), age_s: 0.25, ..Default::default() };
@@ -51,7 +51,7 @@ fn write(folder: &Path, format: TableFormat, records: &[CycleRecord]) {
     convert(&mut reader, create, |_| core::ops::ControlFlow::Continue(())).unwrap();
 }
 
-/// The values of a column of a Parquet file.
+/// Returns the values of a column of a Parquet file.
 fn parquet_column(file: &Path, name: &str) -> Vec<Field> {
     let reader = SerializedFileReader::new(fs::File::open(file).unwrap()).unwrap();
     let row = |row: parquet::record::Row| {
@@ -113,7 +113,7 @@ fn beliefs_are_in_the_frames_of_team_and_pitch() {
         let index = beliefs.definition().columns.iter().position(|column| column.name == name).unwrap();
         beliefs.columns()[index].cells.clone()
     };
-    // Robot and ball; pink defends the positive end.
+    // A robot and the ball. Pink defends the positive end.
     assert_eq!(column("x_m"), Cells::Single(vec![0.0, 1.0]));
     assert_eq!(column("pitch_x_m"), Cells::Single(vec![-0.0, -1.0]));
     assert_eq!(column("pitch_y_m"), Cells::Single(vec![-0.0, 0.5]));

@@ -1,5 +1,4 @@
-//! Presets: named fields, rules, balls and noise, and how a scenario's own values are laid over them and over those of its
-//! realism.
+//! Presets: named fields, rules, balls and noise, and how a scenario's own values are laid over them and over those of its realism.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -43,12 +42,12 @@ pub const RULES_PRESETS: &[Preset] =
 pub const BALL_PRESETS: &[Preset] =
     presets!["balls": "hsl2026" "hsl2026_large" "hsl2026_small" "naoisis" "spl2010" "spl2025"];
 
-/// The pitch of the preset `name` among the [`FIELD_PRESETS`].
+/// Returns the pitch of the preset `name` among the [`FIELD_PRESETS`].
 pub fn pitch_preset(name: &str) -> Option<Pitch> {
     preset(FIELD_PRESETS, name)
 }
 
-/// The rules of the preset `name` among the [`RULES_PRESETS`].
+/// Returns the rules of the preset `name` among the [`RULES_PRESETS`].
 pub fn rules_preset(name: &str) -> Option<Rules> {
     preset(RULES_PRESETS, name)
 }
@@ -59,16 +58,16 @@ fn preset<T: DeserializeOwned>(presets: &[Preset], name: &str) -> Option<T> {
 }
 
 impl BallSpec {
-    /// The ball of this name among the [`BALL_PRESETS`], at rest on the centre mark.
+    /// Returns the ball `name` among the [`BALL_PRESETS`], at rest on the centre mark.
     pub fn preset(name: &str) -> Option<BallSpec> {
         preset(BALL_PRESETS, name)
     }
 }
 
-/// Fills in what a file says by name or leaves to others: presets, the common settings for each robot, and jersey
-/// numbers. This is the one place where presets become values.
+/// Fills in the values that a file gives by name or leaves out: presets, the common settings of each robot, and jersey numbers. Presets
+/// become values only here.
 ///
-/// What cannot be filled in is taken out, and returned: of an object that names a preset only the name.
+/// Returns the faults. Values that cannot be filled in are removed; of an object that names an unknown preset, only the name is removed.
 pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let mut faults = Vec::new();
     let path = FieldPath::default();
@@ -128,7 +127,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     faults
 }
 
-/// Fills in what a robot, or all robots of a team, have of their own: as changes of the `common` settings, or of those of their
+/// Fills in the own settings of a robot, or of all robots of a team. They are changes of the `common` settings, or of the settings of their
 /// own model.
 fn resolve_robot(
     robot: &mut Map<String, Value>,
@@ -143,9 +142,9 @@ fn resolve_robot(
         settings.retain(|field, _| RobotSettings::OF_MODEL.contains(&field.as_str()));
         message_limits::keep_only(&mut settings);
         fill_in_noises(&mut settings, path, &Map::new(), faults);
-        // What the model does not say is as in the paper, whatever the scenario's other robots have.
+        // Settings that the model does not have are those of the paper, whatever the scenario's other robots have.
         for &field in RobotSettings::OF_MODEL {
-            // Limits that nobody has are not worth saying.
+            // Limits that neither the model nor the scenario has are left out.
             if field == "messages" && !settings.contains_key(field) && !common.contains_key(field) {
                 continue;
             }
@@ -170,8 +169,7 @@ fn resolve_robot(
     }
 }
 
-/// What of the common settings is the match's matter, whatever a robot's model: how images are made, and whether robots see by
-/// them.
+/// Returns the common settings that belong to the match, whatever a robot's model: how images are made, and whether robots see by images.
 fn of_the_match(field: &str, common: Option<&Value>) -> Value {
     match (field, common) {
         ("cameras", Some(cameras)) => cameras.clone(),
@@ -183,14 +181,14 @@ fn of_the_match(field: &str, common: Option<&Value>) -> Value {
     }
 }
 
-/// Replaces the name of one of these presets by its values.
+/// Replaces the name of a preset by its values.
 fn fill_in_named(value: &mut Value, path: &FieldPath, presets: &[Preset]) -> Result<(), ScenarioFault> {
     let names: Vec<&str> = presets.iter().map(|preset| preset.name).collect();
     let value_of = |name: &str| presets.iter().find(|preset| preset.name == name).map(Preset::value);
     fill_in(value, path, &names, value_of, || None)
 }
 
-/// Fills in the presets of the sensors' noises. Where none is named, fields are changes of the `common` settings' noise.
+/// Fills in the noise presets of the sensors. Without a preset, fields are changes of the noise in the `common` settings.
 fn fill_in_noises(
     settings: &mut Map<String, Value>,
     path: &FieldPath,
@@ -204,7 +202,7 @@ fn fill_in_noises(
     faults.extend(results.into_iter().filter_map(Result::err));
 }
 
-/// Fills in the preset of one sensor's noise.
+/// Fills in the noise preset of one sensor.
 fn fill_in_noise<Noise: Serialize + Default>(
     settings: &mut Map<String, Value>,
     path: &FieldPath,
@@ -228,8 +226,8 @@ fn fill_in_noise<Noise: Serialize + Default>(
     filled
 }
 
-/// Replaces a preset's name, or an object with `preset`, by the preset's values and the object's own over them. The object's
-/// own are laid over `base`, if there is one, where it names no preset.
+/// Replaces the name of a preset, or an object with `preset`, by the preset's values with the object's own values laid over them. An object
+/// without a preset is laid over `base`, if there is one.
 fn fill_in(
     value: &mut Value,
     path: &FieldPath,
@@ -279,7 +277,7 @@ fn fill_in(
     Ok(())
 }
 
-/// Gives robots without a jersey number the least free one of their team.
+/// Gives robots without a jersey number the smallest free number of their team.
 fn number(robots: &mut [Value]) {
     let team_of =
         |robot: &Value| robot.get("team").and_then(Value::as_str).unwrap_or(Team::default().name()).to_owned();

@@ -93,7 +93,7 @@ fn a_body_is_changed_field_by_field_whoever_has_it() {
     assert_eq!(Scenario::from_json(robots).unwrap().robots[0].own.body.unwrap().torso, Body::default().torso);
 }
 
-/// What is the NAO's is the default of the types, and no default of another model: it is written down.
+/// The NAO's values are the defaults of the types, but not of another model, so they must be written.
 #[test]
 fn a_scenario_that_gives_another_robot_what_a_nao_has_comes_back_from_its_own_text() {
     let nao = Scenario::from_json("{}").unwrap();

@@ -1,4 +1,4 @@
-//! What robots are to do, and what is done to a match: behaviours, scripts, interventions.
+//! Checks the commands to robots and to the match: behaviours, scripts, interventions.
 
 use super::Checks;
 use crate::scenario::field_path::FieldPath;
@@ -12,7 +12,7 @@ use naoisis_core::kick_geometry::KickType;
 use naoisis_core::robot::kick::KickSettings;
 
 impl Checks {
-    /// That a robot's behaviour can be carried out.
+    /// Checks that a robot's behaviour can be executed.
     pub(super) fn behaviour(&mut self, path: &FieldPath, robot: &RobotSpec, scenario: &Scenario) {
         match &robot.behaviour {
             BehaviourSpec::Named(name) if name.trim().is_empty() => {
@@ -42,7 +42,7 @@ impl Checks {
         }
     }
 
-    /// That a robot has the kick that an entry of its script commands.
+    /// Checks that a robot has the kick in an entry of its script.
     fn has_kick(&mut self, entry: &FieldPath, kick: KickType, kicks: &KickSettings) {
         if kicks.get(kick).is_some() {
             return;
@@ -55,7 +55,7 @@ impl Checks {
         self.fault(entry.field("kick.type"), message, expected);
     }
 
-    /// How far it commands is left to the run: what is too much is refused there.
+    /// Checks an entry of a script. The size of its commands is checked during the match, which refuses what is too much.
     fn script_entry(&mut self, path: &FieldPath, entry: &ScriptEntry) {
         if let Some(until) = entry.until_s
             && until <= entry.from_s
@@ -71,7 +71,7 @@ impl Checks {
         }
     }
 
-    /// That an intervention is one that could be carried out when its time comes.
+    /// Checks that an intervention can be executed when its time comes.
     pub(super) fn intervention(&mut self, path: &FieldPath, timed: &TimedIntervention, scenario: &Scenario) {
         let path = path.field("do");
         let carpet = scenario.field.carpet_half_extents();
@@ -119,7 +119,7 @@ impl Checks {
         }
     }
 
-    /// That the rules have such a time-out.
+    /// Checks that the rules allow the time-out.
     fn timeout(&mut self, path: &FieldPath, of_team: bool, duration_s: Option<f32>, rules: &Rules) {
         if of_team && rules.timeouts == 0 {
             let expected = "rules with `timeouts`, or no `team`: a time-out of the referee";
@@ -134,7 +134,7 @@ impl Checks {
         }
     }
 
-    /// That what it says may be sent.
+    /// Checks that the message of an entry may be sent.
     fn text(&mut self, path: &FieldPath, entry: &ScriptEntry, most_bytes: Option<u32>) {
         let Some(say) = &entry.say else { return };
         if say.robots_m.len() > MOST_ROBOTS {

@@ -1,4 +1,4 @@
-//! What types cannot say: that numbers are finite and within their [ranges], that values agree, and that nothing overlaps.
+//! Checks what types cannot express: that numbers are finite and in their [ranges], that values agree, and that nothing overlaps.
 
 mod commands;
 mod numbers;
@@ -30,7 +30,7 @@ use naoisis_sensing::sensing::odometry::OdometrySettings;
 use naoisis_sensing::sensing::vision::{VisionSettings, VisionSource};
 
 impl Scenario {
-    /// Checks what types cannot say. Names of behaviours and teams are not checked here: they are the program's.
+    /// Checks what types cannot express. Names of behaviours and teams are not checked, since only the program knows them.
     ///
     /// # Errors
     /// The first of the [faults](Scenario::faults).
@@ -38,26 +38,26 @@ impl Scenario {
         self.faults().into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// What is wrong: with single values, and only if that is nothing, with values together and with places; of very many faults the first.
+    /// Returns the faults of single values or, if there are none, those of values together and of places. Very many faults are cut off.
     pub fn faults(&self) -> Vec<ScenarioFault> {
         let faults = self.faults_of_values();
         if faults.is_empty() { self.faults_together() } else { faults }
     }
 
-    /// What is wrong with its settings, wherever robots, ball and posts are.
+    /// Returns the faults of the settings, independent of the places of robots, ball and posts.
     pub fn faults_of_settings(&self) -> Vec<ScenarioFault> {
         let faults = self.faults_of_values();
         if faults.is_empty() { checked(|checks| checks.together(self)) } else { faults }
     }
 
-    /// What is wrong with single values: numbers that are not finite or out of their ranges, lists that are too long.
+    /// Returns the faults of single values: numbers that are not finite or out of range, and lists that are too long.
     pub(super) fn faults_of_values(&self) -> Vec<ScenarioFault> {
         let lengths = [self.robots.len(), self.posts.len(), self.interventions.len(), self.expectations.len()];
         let longer = LONGEST_LISTS.into_iter().zip(lengths).find(|((_, most), length)| length > most);
         if let Some(((field, most), length)) = longer {
             return vec![too_long(field, length, most)];
         }
-        // With a number that is not finite nothing else can be judged.
+        // If a number is not finite, nothing else can be checked.
         if let Err(fault) = Numbers::FINITE.check(self) {
             return vec![fault];
         }
@@ -74,12 +74,12 @@ impl Scenario {
         faults
     }
 
-    /// What is wrong with values together, each of which is sound, and with places.
+    /// Returns the faults of values together, each of which is valid, and of places.
     pub(super) fn faults_together(&self) -> Vec<ScenarioFault> {
         checked(|checks| {
             checks.together(self);
             checks.placement(self);
-            // Whoever is to be lined up must have a sound pitch to stand on.
+            // Lining up the teams needs a valid pitch.
             if checks.faults.is_empty() {
                 checks.room_at_kick_offs(self);
             }
@@ -93,19 +93,18 @@ fn checked(check: impl FnOnce(&mut Checks)) -> Vec<ScenarioFault> {
     checks.faults
 }
 
-/// The most posts that a scenario may have besides those of the goals.
+/// Number of posts in a scenario at most, besides those of the goals.
 pub const MOST_POSTS: usize = 1000;
-/// The most robots, posts and interventions that a scenario may have: more would take a program's memory and time for
-/// nothing.
+/// Lengths of the lists of a scenario at most. Longer lists would only take memory and time.
 pub(super) const LONGEST_LISTS: [(&str, usize); 4] =
     [("robots", 2 * u8::MAX as usize), ("posts", MOST_POSTS), ("interventions", 10_000), ("expect", 1000)];
 
-/// What is said of a list that is too long.
+/// Returns the fault of a list that is too long.
 pub(super) fn too_long(field: &str, length: usize, most: usize) -> ScenarioFault {
     ScenarioFault::new(FieldPath::from(field), format!("`{field}` is a list of {length}"), format!("at most {most}"))
 }
 
-/// More faults than these say nothing new, and would take memory and time.
+/// Number of faults that are reported at most. More would only take memory and time.
 pub(super) const MOST_FAULTS: usize = 100;
 
 /// Collects faults.
@@ -114,16 +113,16 @@ struct Checks {
     faults: Vec<ScenarioFault>,
 }
 
-/// Each setting of a robot is checked by the method of its name, for what takes several of its values to be said.
+/// Generates calls of a check for each setting of a robot. The check has the setting's name and tests what involves several values.
 macro_rules! checks_of_settings {
     ({} $($group:ident { $($(#[$documentation:meta])* $setting:ident: $type:ty $([$($error:literal),*])?,)* })*) => {
         impl Checks {
-            /// The settings of a robot at `path`.
+            /// Checks the settings of a robot at `path`.
             fn settings(&mut self, path: &FieldPath, settings: &RobotSettings) {
                 $($(self.$setting(&path.field(stringify!($setting)), &settings.$setting);)*)*
             }
 
-            /// The settings that a robot at `path` has of its own.
+            /// Checks the own settings of a robot at `path`.
             fn patch(&mut self, path: &FieldPath, patch: &RobotPatch) {
                 $($(if let Some(own) = &patch.$setting {
                     self.$setting(&path.field(stringify!($setting)), own);
@@ -135,7 +134,7 @@ macro_rules! checks_of_settings {
 robot_settings! { checks_of_settings {} }
 
 impl Checks {
-    /// What nothing can be wrong with but a range is in no other check.
+    /// Settings that need no other check than their ranges.
     fn breakdowns(&mut self, _: &FieldPath, _: &Breakdowns) {}
     fn latency(&mut self, _: &FieldPath, _: &Latency) {}
     fn odometry(&mut self, _: &FieldPath, _: &OdometrySettings) {}
@@ -154,7 +153,7 @@ impl Checks {
         }
     }
 
-    /// That robots that see by their images have some.
+    /// Checks that images are made for robots that see by images.
     fn image_source(&mut self, scenario: &Scenario) {
         if scenario.settings.cameras.render != CameraRendering::Off {
             return;
@@ -174,13 +173,13 @@ impl Checks {
         }
     }
 
-    /// What takes more than one value to be said.
+    /// Checks what involves more than one value.
     fn together(&mut self, scenario: &Scenario) {
         self.parts(scenario);
         self.whole(scenario);
     }
 
-    /// What can be said of each part of the scenario with the settings of all robots.
+    /// Checks each part of the scenario together with the settings of all robots.
     fn parts(&mut self, scenario: &Scenario) {
         let root = FieldPath::default();
         if let Some(ball) = &scenario.ball {
@@ -202,13 +201,13 @@ impl Checks {
                 }
             }
             for team in Team::BOTH {
-                // Numbers are given when they are lined up.
+                // Robots of teams get their numbers when they are lined up.
                 self.robot(&path.field(team.name()), &teams.robot(team, 1), scenario);
             }
         }
     }
 
-    /// What takes more than one part of the scenario to be said.
+    /// Checks what involves more than one part of the scenario.
     fn whole(&mut self, scenario: &Scenario) {
         let root = FieldPath::default();
         self.image_source(scenario);
@@ -243,7 +242,7 @@ impl Checks {
         for (index, (angle, limit)) in
             robot.head_angles.into_iter().zip([limits.yaw, limits.pitch_at(robot.head_angles[0])]).enumerate()
         {
-            // Limits that exclude nought are kept at the start by turning the head there.
+            // An angle of zero outside the limits is no fault: the head turns into its limits at the start.
             if angle != 0.0 && !(limit[0]..=limit[1]).contains(&angle) {
                 let name = ["yaw", "pitch"][index];
                 let [least, most] = limit.map(to_degrees);
@@ -257,7 +256,7 @@ impl Checks {
         self.behaviour(path, robot, scenario);
     }
 
-    /// That within a cycle a robot can turn by less than half a turn to either side.
+    /// Checks that a robot can turn by less than half a turn to either side in a cycle.
     fn turn(&mut self, path: &FieldPath, motion: &MotionLimits, cycle_s: f64) {
         let turn_deg = f64::from(to_degrees(motion.max_angular)) * cycle_s;
         if turn_deg >= 180.0 {
@@ -266,7 +265,7 @@ impl Checks {
         }
     }
 
-    /// That no two robots of a team share a number.
+    /// Checks that no two robots of a team have the same number.
     fn numbers(&mut self, robots: &[RobotSpec]) {
         let mut order: Vec<usize> = (0..robots.len()).collect();
         order.sort_by_key(|&index| (robots[index].id(), index));

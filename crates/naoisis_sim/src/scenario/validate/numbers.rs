@@ -1,5 +1,5 @@
-//! That every number of a scenario, or of a saved match, is finite and not absurd, whatever fields there are: a serializer
-//! that writes nothing and stops at the first number that is not.
+//! Checks that every number of a scenario or of a saved match is finite and in bounds, whatever its fields: a serializer that writes
+//! nothing and stops at the first invalid number.
 
 use core::fmt;
 use serde::ser::{
@@ -10,23 +10,23 @@ use serde::ser::{
 use super::ScenarioFault;
 use crate::scenario::field_path::{FieldPath, Segment};
 
-/// Which numbers there may be.
+/// The numbers that are allowed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Numbers {
-    /// The largest size of a number that is no count; every number is finite anyway.
+    /// The largest absolute value of a number that is no count. Every number must be finite.
     pub largest: f32,
-    /// Whether counts must be far from the last one that there is a number for: what is counted goes on being counted.
+    /// Whether counts must stay far from the greatest number of their type, because counting continues.
     pub counts_go_on: bool,
 }
 
 impl Numbers {
-    /// Any that are finite.
+    /// Allows all finite numbers.
     pub const FINITE: Numbers = Numbers { largest: f32::MAX, counts_go_on: false };
 
-    /// Finds the first number of a value that may not be.
+    /// Checks all numbers of a value.
     ///
     /// # Errors
-    /// Where it is.
+    /// The place of the first number that is not allowed.
     pub fn check(self, value: &(impl ?Sized + Serialize)) -> Result<(), ScenarioFault> {
         value.serialize(Check(self)).map_err(|WrongNumber { what, steps }| {
             let path = steps.iter().rev().fold(FieldPath::default(), |path, step| match step {
@@ -38,7 +38,7 @@ impl Numbers {
     }
 }
 
-/// What was found, and the steps that lead there, the last one first.
+/// The number found, and the steps that lead to it, in reverse order.
 #[derive(Debug)]
 struct WrongNumber {
     what: String,
@@ -73,7 +73,7 @@ impl ser::Error for WrongNumber {
 #[derive(Clone, Copy)]
 struct Check(Numbers);
 
-/// A list, an object or a variant with contents, of which the elements up to `index` are done.
+/// A list, an object or a variant with contents. `index` counts the elements that are done.
 struct Inside {
     check: Check,
     index: usize,
@@ -243,7 +243,7 @@ impl Serializer for Check {
     }
 
     fn serialize_newtype_struct<T: ?Sized + Serialize>(self, name: &'static str, value: &T) -> Result<(), WrongNumber> {
-        // A stream of random numbers is all bits, and counts nothing.
+        // A random stream consists of bits, not of counts.
         if name == "RandomStream" { Ok(()) } else { value.serialize(self) }
     }
 

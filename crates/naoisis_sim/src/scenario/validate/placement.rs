@@ -1,5 +1,4 @@
-//! That robots, ball and posts of a scenario have room, each on the carpet and none in another: at the start, and at every
-//! kick-off.
+//! Checks that robots, ball and posts of a scenario are on the carpet and do not overlap, at the start and at every kick-off.
 
 use bevy::prelude::*;
 
@@ -15,7 +14,7 @@ use naoisis_core::referee::snapshot::Disc;
 use naoisis_core::robot::body::Footprint;
 use naoisis_core::team::{RobotId, Team};
 
-/// Touching is no overlap: less than this is rounding, m.
+/// Overlap that is due to rounding, m. Touching is no overlap.
 const TOLERANCE_M: f32 = 1e-4;
 
 impl Checks {
@@ -89,7 +88,7 @@ impl Checks {
 }
 
 impl Checks {
-    /// That there is room on the carpet for everybody at a kick-off, whose it is and at whichever end the teams are.
+    /// Checks that there is room on the carpet for all robots at a kick-off of either team, at either end.
     pub(super) fn room_at_kick_offs(&mut self, scenario: &Scenario) {
         let carpet = scenario.field.carpet_half_extents();
         let is_outside = |place: Vec2| place.abs().cmpgt(carpet).any();
@@ -102,7 +101,7 @@ impl Checks {
                 .into_iter()
                 .flat_map(|team| numbers.clone().map(move |number| RobotId::new(team, number)))
                 .collect();
-            // Who is lined up at the start stands clear of the ball wherever that is.
+            // Robots that are lined up at the start avoid the ball, wherever it is.
             balls.extend(scenario.ball.map(|ball| ball.place_m()));
         }
         robots.sort();
@@ -139,7 +138,7 @@ impl Checks {
 }
 
 impl Scenario {
-    /// The kick-off of a match of this scenario, with nobody there yet and the ball there, m.
+    /// Returns the line-up for a kick-off of this scenario, with the ball at `ball` (m) and without robots so far.
     pub fn line_up<'a>(&'a self, game: &'a Game, kick_off_team: Option<Team>, ball: Option<Vec2>) -> LineUp<'a> {
         let posts: Vec<Disc> = posts(self).map(|(centre, radius)| Disc { centre, radius }).collect();
         let ball = ball.zip(self.ball).map(|(centre, ball)| Disc { centre, radius: ball.radius_m });
@@ -147,14 +146,14 @@ impl Scenario {
     }
 }
 
-/// A place in words, to the millimetre.
+/// Formats a position, to the millimetre.
 fn words(position: Vec2) -> String {
     let millimetres = |metres: f32| f64::from((metres * 1000.0).round()) / 1000.0;
     format!("({}, {})", millimetres(position.x), millimetres(position.y))
 }
 
-/// Moves a ball that was left at its default place, the centre mark, to the nearest place that is free of robots and
-/// posts: a robot may well stand on the mark when the ball does not matter.
+/// Moves a ball that is at its default position, the centre mark, to the nearest place that is free of robots and posts. A robot may stand
+/// on the mark if the ball does not matter.
 pub fn place_ball_beside_robots(scenario: &mut Scenario) {
     const STEP_M: f32 = 0.05;
     const EIGHT_DIRECTIONS: [Vec2; 8] = [
@@ -186,7 +185,7 @@ pub fn place_ball_beside_robots(scenario: &mut Scenario) {
     }
 }
 
-/// All posts of a scenario: their places, m, and radii, m.
+/// Returns all posts of a scenario: positions (m) and radii (m).
 fn posts(scenario: &Scenario) -> impl Iterator<Item = (Vec2, f32)> {
     let goals = scenario.field.goal_posts().map(|post| (post.position, post.radius));
     goals.into_iter().chain(scenario.posts.iter().map(|post| (post.position_m, post.radius_m)))
@@ -202,7 +201,7 @@ fn torso_reaches(scenario: &Scenario, robot: &RobotSpec, centre: Vec2, radius: f
     reaches(scenario.body_of(robot).torso.footprint(robot.pose), centre, radius)
 }
 
-/// Whether a ball lies where a robot stands. Beside its feet there is room for one below its arms.
+/// Returns whether a ball overlaps a robot's place. Beside the feet, there is room for a ball below the arms.
 fn holds_ball(scenario: &Scenario, robot: &RobotSpec, ball: &BallSpec) -> bool {
     let base = scenario.body_of(robot).base.footprint(robot.pose);
     torso_reaches(scenario, robot, ball.place_m(), ball.radius_m) && reaches(base, ball.place_m(), ball.radius_m)
@@ -224,7 +223,7 @@ mod tests {
             let ball = BallSpec { position_m: Vec3::new(x, y, 0.0), ..BallSpec::default() };
             holds_ball(&Scenario::default(), &RobotSpec::default(), &ball)
         };
-        // The feet are 20 cm wide, and from arm to arm it is 30 cm; the ball's radius is 3 cm.
+        // The feet are 20 cm wide, and the arms 30 cm apart; the ball's radius is 3 cm.
         assert!(holds(0.0, 0.0) && holds(0.0, 0.12) && !holds(0.0, 0.14));
     }
 
@@ -237,7 +236,7 @@ mod tests {
             (Pose::new(0.0795, 0.0, 0.0), true),
             (Pose::new(0.0, 0.30, 0.0), false),
             (Pose::new(0.0, -0.2995, 0.0), true),
-            // Turned to the left: its torso is from -3 cm to 5 cm along y, the other's ends at 15 cm.
+            // Turned to the left: its torso is from -3 cm to 5 cm along y, and the other one ends at 15 cm.
             (Pose::new(0.0, 0.181, FRAC_PI_2), false),
             (Pose::new(0.0, 0.179, FRAC_PI_2), true),
         ] {

@@ -1,5 +1,5 @@
-//! The ranges of single numbers, as the attributes of their types give them: `#[schemars(range(min = 0.0, max = 5.0))]`, and
-//! `extend("exclusiveMinimum" = 0.0)` where the least is not among them. JSON Schema has the same.
+//! Checks the ranges of single numbers. They are attributes of the types, `#[schemars(range(min = 0.0, max = 5.0))]`, or
+//! `extend("exclusiveMinimum" = 0.0)` if the minimum is excluded. The JSON Schema has the same ranges.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -9,31 +9,31 @@ use super::{MOST_FAULTS, ScenarioFault};
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::types::{Scenario, ScenarioForm};
 
-/// The numbers out of their ranges in a scenario whose numbers are finite.
+/// Returns the faults of numbers that are out of range, in a scenario with finite numbers.
 pub(super) fn faults(scenario: &Scenario) -> Vec<ScenarioFault> {
     static RANGES: LazyLock<Ranges> = LazyLock::new(|| {
         let schema = Value::from(schemars::schema_for!(ScenarioForm));
         Ranges::of(&schema, schema.get("$defs").unwrap_or(&Value::Null))
     });
     let mut faults = Vec::new();
-    // Numbers that are finite and text can always be written.
+    // Finite numbers and texts can always be serialised.
     if let Ok(value) = serde_json::to_value(scenario) {
         RANGES.check(&value, &mut Vec::new(), &mut faults);
     }
     faults
 }
 
-/// The ranges of a number and of the numbers in a value.
+/// The ranges of a number, and of the numbers in a value.
 #[derive(Default)]
 struct Ranges {
     least: Option<f64>,
-    /// It is more than this.
+    /// The excluded minimum.
     above: Option<f64>,
     most: Option<f64>,
-    /// The unit, if the name of the field does not tell it.
+    /// The unit, if it is not part of the field's name.
     unit: Option<String>,
     fields: BTreeMap<String, Ranges>,
-    /// Of fields that are not among `fields`.
+    /// The ranges of all other fields.
     others: Option<Box<Ranges>>,
     elements: Option<Box<Ranges>>,
 }
@@ -46,7 +46,7 @@ enum Step<'a> {
 }
 
 impl Ranges {
-    /// The ranges in a schema.
+    /// Returns the ranges in a schema.
     fn of(schema: &Value, definitions: &Value) -> Ranges {
         let mut ranges = Ranges::default();
         ranges.add(schema, definitions);
@@ -63,7 +63,7 @@ impl Ranges {
         if let Some(definition) = referred.and_then(|name| definitions.get(name)) {
             self.add(definition, definitions);
         }
-        // Variants have fields of different names, or the same ranges.
+        // The fields of variants have different names or the same ranges.
         for key in ["allOf", "anyOf", "oneOf"] {
             for variant in schema.get(key).and_then(Value::as_array).into_iter().flatten() {
                 self.add(variant, definitions);
@@ -90,14 +90,14 @@ impl Ranges {
         !has_range && self.fields.is_empty() && self.others.is_none() && self.elements.is_none()
     }
 
-    /// Checks a value to which `steps` lead.
+    /// Checks a value at the path `steps`.
     fn check<'a>(&self, value: &'a Value, steps: &mut Vec<Step<'a>>, faults: &mut Vec<ScenarioFault>) {
         if faults.len() >= MOST_FAULTS {
             return;
         }
         match value {
             Value::Number(number) => {
-                // As precise as settings are.
+                // Settings have single precision.
                 let given = number.as_f64().unwrap_or_default() as f32;
                 let is_within = self.least.is_none_or(|least| given >= least as f32)
                     && self.above.is_none_or(|least| given > least as f32)
@@ -133,7 +133,7 @@ impl Ranges {
         }
     }
 
-    /// The range in words.
+    /// Describes the range.
     fn expected(&self, path: &FieldPath) -> String {
         let own =
             self.unit.as_deref().map(|unit| if unit.starts_with(',') { unit.to_owned() } else { format!(" {unit}") });
@@ -149,7 +149,7 @@ impl Ranges {
     }
 }
 
-/// The unit that the name of a field ends with, as words that follow a number.
+/// Returns the unit at the end of the field's name, as words after a number.
 fn unit_of(path: &FieldPath) -> &'static str {
     const UNITS: [(&str, &str); 16] = [
         ("probability", ", a probability"),

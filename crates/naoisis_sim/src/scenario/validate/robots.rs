@@ -1,4 +1,4 @@
-//! The bodies, cameras and kicks of robots: within what could be built and walk on a pitch.
+//! Checks the bodies, cameras and kicks of robots: whether they could be built and walk on a pitch.
 
 use bevy::math::{Vec2, Vec3};
 
@@ -11,18 +11,18 @@ use naoisis_core::robot::body::{Arms, Body, BodyBox, Legs};
 use naoisis_core::robot::kick::KickModel;
 use naoisis_sensing::sensing::sonar::SonarSettings;
 
-/// The greatest extent of a robot on the ground, m: a pitch has room for several.
+/// Extent of a robot on the ground at most, m: a pitch must have room for several robots.
 const WIDEST_M: f32 = 1.0;
-/// The greatest height of a robot, m.
+/// Height of a robot at most, m.
 const HIGHEST_M: f32 = 2.5;
-/// A mast reaches at most so far beyond a robot's body, m.
+/// Length of a mast beyond a robot's body at most, m.
 const MAST_M: f32 = 0.5;
-/// The neck joint is at most so far above the torso, as a share of the robot's height.
+/// Height of the neck joint above the torso at most, as a share of the robot's height.
 const LONGEST_NECK: f32 = 0.2;
-/// Measures of a robot that agree but for so much do agree, m.
+/// Tolerance within which measures of a robot agree, m.
 const SAME_M: f32 = 0.01;
 
-/// What is at a robot's body.
+/// The body of a robot, and the sensors on it.
 pub(super) struct SensorsAtBody<'a> {
     pub body: &'a Body,
     pub mounts: &'a CameraMounts,
@@ -91,7 +91,8 @@ impl Checks {
         }
     }
 
-    /// That torso, base, neck and waistband are one body: a torso on its base, the neck at the torso, and a band that is seen.
+    /// Checks that torso, base, neck and waistband make up one body: the torso is on the base, the neck on the torso, and the band is
+    /// visible.
     fn trunk_on_base(&mut self, path: &FieldPath, body: &Body) {
         let (Body { torso, base, .. }, torso_path) = (body, path.field("torso"));
         let is_box = |part: &BodyBox| part.x_m[0] < part.x_m[1] && part.z_m[0] < part.z_m[1];
@@ -123,7 +124,7 @@ impl Checks {
         }
     }
 
-    /// That a height is not above the top of a robot's head.
+    /// Checks that a height is not above the top of the robot's head.
     fn below_top(&mut self, path: FieldPath, height_m: f32, body: &Body) {
         if height_m > body.height_m + SAME_M && body.height_m > 0.0 {
             let name = path.name();
@@ -132,7 +133,7 @@ impl Checks {
         }
     }
 
-    /// That a joint is at the robot.
+    /// Checks that a joint is within the robot.
     fn joint(&mut self, path: &FieldPath, place: Vec3, body: &Body) {
         if place.truncate().abs().max_element() > WIDEST_M || !(0.0..=body.height_m + SAME_M).contains(&place.z) {
             let name = path.last_field().unwrap_or_default();
@@ -143,7 +144,7 @@ impl Checks {
         }
     }
 
-    /// That the cameras are at the robot that has them, on a mast at the farthest, and so is what its sonars hear with.
+    /// Checks that cameras and sonars are on the robot, or at most on a mast.
     pub(super) fn sensors_at_body(&mut self, [cameras, sonar]: [&FieldPath; 2], robot: SensorsAtBody) {
         let SensorsAtBody { body, mounts, sonar: settings } = robot;
         let reach_m = body.torso.reach().max(body.base.reach()) + MAST_M;
@@ -170,7 +171,7 @@ impl Checks {
         self.span(&path.field("z_m"), part.z_m);
     }
 
-    /// That the second of two numbers is more than the first.
+    /// Checks that the second of two numbers is greater than the first.
     fn span(&mut self, path: &FieldPath, [least, most]: [f32; 2]) {
         if least >= most {
             let name = path.name();

@@ -1,4 +1,4 @@
-//! What takes several values of a setting to be said.
+//! Checks single settings of which several values must agree.
 
 use bevy::math::Vec3;
 
@@ -38,7 +38,7 @@ impl Checks {
                 ("least_degps", to_degrees(gait.least_angular), "max_angular_degps", most_turn, "degrees/s"),
             ];
             for (name, least, greatest_name, greatest, unit) in speeds {
-                // A robot of which the greatest is nought does not walk, or not turn, at all.
+                // A robot whose greatest speed is zero does not walk or turn at all.
                 if least > greatest && greatest > 0.0 {
                     let message = format!("`{name}` is {least}: it never gets so fast");
                     let expected = format!("at most {greatest} {unit}, its `{greatest_name}`");
@@ -111,7 +111,7 @@ impl Checks {
         }
     }
 
-    /// That cameras have names of their own, at places of a robot, and lenses that show a place once.
+    /// Checks that cameras have distinct names, are on the robot, and have lenses that show each place only once.
     pub(super) fn cameras(&mut self, path: &FieldPath, cameras: &CameraSettings) {
         let mounts = path.field("mounts");
         self.mounts(&mounts, &cameras.mounts);
@@ -141,7 +141,7 @@ impl Checks {
         }
     }
 
-    /// That a camera shows less than all around it, and no place of its image has the rays of two places.
+    /// Checks that a camera's field of view is limited, and that no pixel shows two places.
     fn optics(&mut self, path: &FieldPath, intrinsics: CameraIntrinsics) {
         /// The greatest slope of a ray: that of 85°.
         const STEEPEST: f32 = 11.4;

@@ -1,9 +1,8 @@
-//! That a saved match is one, before anything of it is put into the world: whatever could stand in its file, by accident or
-//! written by hand, is checked as a scenario is.
+//! Checks a saved match before any of it is put into the world. A file may be damaged or written by hand, so it is checked like a scenario.
 //!
-//! Settings have the ranges that scenarios have; numbers are finite and counts can be counted on; there is everything that
-//! a match needs, and nothing twice; robots and ball are the scenario's, and nobody stands in anything. What a user's own
-//! types hold is the user's.
+//! Settings must be in the ranges of scenarios. Numbers must be finite, and counts must have room for counting on. Everything that a match
+//! needs must be there, and nothing twice. Robots and ball must be those of the scenario and must not overlap anything. The contents of a
+//! user's own types are not checked.
 
 use bevy::prelude::*;
 use bevy::reflect::serde::TypedReflectSerializer;
@@ -37,17 +36,17 @@ use naoisis_sensing::sensing::camera::CameraImages;
 use naoisis_sensing::sensing::camera::image::Image;
 use naoisis_sensing::sensing::latency::LatencyQueues;
 
-/// No size, distance or speed of a match comes near this, m, s, or radians: squares of it can still be added up.
+/// Limit of all sizes, distances and speeds of a match, m, s, or radians. Their squares can still be added up.
 const LARGEST_NUMBER: f32 = 1e9;
-/// Parts of a body are within this of the robot's middle, m.
+/// Limit of the distance between a part of a body and the robot's centre, m.
 const LARGEST_BODY_M: f32 = 3.0;
-/// The thickest post: half a goal of a pitch for people, m.
+/// Limit of the size of a post, m: half a goal on a pitch for people.
 const THICKEST_POST_M: f32 = 50.0;
 
-/// Finds the first thing in a snapshot that cannot be.
+/// Checks a snapshot.
 ///
 /// # Errors
-/// What, and where.
+/// The first fault, and its place.
 pub(super) fn check(snapshot: &Snapshot, registry: &TypeRegistry) -> Result<(), SnapshotError> {
     let resources = Values { what: "the match", values: &snapshot.resources };
     resources.check_numbers(registry)?;
@@ -62,7 +61,7 @@ pub(super) fn check(snapshot: &Snapshot, registry: &TypeRegistry) -> Result<(), 
     seen.nobody_is_in_anything()
 }
 
-/// What of the match does not depend on robots, with the settings as they are now.
+/// Returns the present settings of the match that do not depend on robots.
 fn settings_of_match(resources: &Values) -> Result<Scenario, SnapshotError> {
     let scenario = resources.need::<Scenario>()?;
     let clock = resources.need::<CycleClock>()?;
@@ -102,7 +101,7 @@ fn check_entity(
         (Some(id), false, None) => check_robot(*id, &parts, settings, registry, seen),
         (None, true, None) => check_ball(&parts, settings, registry, seen),
         (None, false, Some(post)) => check_post(*post, &parts, registry, seen),
-        // What a program has put into its match beside these is its own.
+        // Other entities belong to the program of the user.
         (None, false, None) if parts.are_of_user() => parts.check_numbers(registry),
         _ => Err(parts.impossible("it is neither a robot nor a ball nor a post")),
     }
@@ -216,7 +215,7 @@ fn check_post(post: Post, parts: &Values, registry: &TypeRegistry, seen: &mut Se
     Ok(())
 }
 
-/// What was seen of robots, ball and posts so far.
+/// The robots, ball and posts that were checked so far.
 #[derive(Default)]
 struct Seen {
     ids: Vec<RobotId>,
@@ -226,11 +225,11 @@ struct Seen {
 }
 
 impl Seen {
-    /// That robots and ball are those that the scenario has.
+    /// Checks that robots and ball are those of the scenario.
     fn everybody_is_there(&self, scenario: &Scenario) -> Result<(), SnapshotError> {
         let wrong = |message: String| Err(impossible("the match", message));
         let expected: Vec<RobotId> = match scenario.teams {
-            // How large they were lined up is not known any more: rules may change in a match. Both were as large.
+            // The size of the teams at the line-up is not known any more, since rules may change in a match. Both had the same size.
             Some(_) => {
                 let largest = self.ids.iter().map(|id| id.number).max().unwrap_or(1);
                 let of_team = |team| (1..=largest).map(move |number| RobotId::new(team, number));
@@ -266,7 +265,7 @@ fn impossible(what: &str, message: String) -> SnapshotError {
 
 /// The components of an entity, or the resources of the match.
 struct Values<'a> {
-    /// Whose they are, in words.
+    /// The owner of the values, in words.
     what: &'a str,
     values: &'a [Box<dyn Reflect>],
 }
@@ -288,7 +287,7 @@ impl<'a> Values<'a> {
         impossible(self.what, message.to_owned())
     }
 
-    /// Something is wrong with this of its values.
+    /// Returns the error for a fault of one of the values.
     fn wrong<T: TypePath>(&self, message: &str) -> SnapshotError {
         impossible(&format!("the {} of {}", T::short_type_path(), self.what), message.to_owned())
     }
@@ -297,24 +296,23 @@ impl<'a> Values<'a> {
         self.wrong::<T>(&fault.to_string())
     }
 
-    /// Whether any of them is a user's own.
+    /// Returns whether any of the values has a user's own type.
     fn are_of_user(&self) -> bool {
         self.values.iter().any(|value| !is_of_the_program(value.reflect_type_path()))
     }
 
-    /// That settings are within the ranges that scenarios have.
+    /// Checks that settings are in the ranges of scenarios.
     fn check_settings(&self, settings: &Scenario) -> Result<(), SnapshotError> {
         let fault = settings.faults_of_settings().into_iter().next();
         fault.map_or(Ok(()), |fault| Err(impossible(&format!("the settings of {}", self.what), fault.to_string())))
     }
 
-    /// That every number of the simulation's own is finite, and no count at its end. What behaviours think may be as far
-    /// from the truth as it likes.
+    /// Checks that the numbers of the simulation's own types are finite, and counts not near their limit. Beliefs may be arbitrarily wrong.
     fn check_numbers(&self, registry: &TypeRegistry) -> Result<(), SnapshotError> {
         for value in self.values.iter().filter(|value| is_of_the_program(value.reflect_type_path())) {
             let type_info = value.reflect_type_info();
-            // A scenario's numbers are those of its fields, and a script's may be any: what is too much is refused when
-            // it is commanded.
+            // The numbers of a scenario are checked as its fields. Those of a script are arbitrary: excessive commands are refused during
+            // the match.
             if [TypeId::of::<Scenario>(), TypeId::of::<Script>()].contains(&type_info.type_id()) {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! Snapshots in files: MessagePack, with a name and a version before it, and values by the names of their types.
+//! Snapshots in files: MessagePack with a name and a version, and values under the names of their types.
 
 use bevy::prelude::*;
 use bevy::reflect::serde::TypedReflectSerializer;
@@ -18,24 +18,24 @@ use naoisis_core::knowledge::is_of_naoisis;
 use naoisis_core::read_file::read_file;
 use naoisis_core::replace_file::replace_file;
 
-/// What the names of the simulation's own types begin with in files.
+/// Prefix of the names of the simulation's own types in files.
 const OWN: &str = "naoisis::";
 
 impl Snapshot {
-    /// Writes the snapshot to a file, in place of any that is there: whole, or not at all. `world` knows its types.
+    /// Writes the snapshot to a file atomically, and replaces an earlier file. `world` has the registered types.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn save(&self, path: &Path, world: &World) -> Result<(), SnapshotError> {
         let io_error = |error| SnapshotError::Io { path: path.to_owned(), error };
         let bytes = self.to_bytes(world)?;
         replace_file(path, |mut file| file.write_all(&bytes)).map_err(io_error)
     }
 
-    /// Reads a snapshot from a file. `world` knows its types.
+    /// Reads a snapshot from a file. `world` has the registered types.
     ///
     /// # Errors
-    /// When the file cannot be read, or is none that [`Snapshot::save`] wrote.
+    /// If the file cannot be read, or was not written by [`Snapshot::save`].
     pub fn load(path: &Path, world: &World) -> Result<Snapshot, SnapshotError> {
         let bytes =
             read_file(path, LARGEST_FILE_BYTES).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
@@ -43,20 +43,20 @@ impl Snapshot {
             .map_err(|error| SnapshotError::NotASnapshot { path: path.to_owned(), error })
     }
 
-    /// The snapshot as the bytes of a file.
+    /// Returns the snapshot as the bytes of a file.
     ///
     /// # Errors
-    /// When a value cannot be encoded; never for the simulation's own.
+    /// If a value cannot be encoded. This does not happen with the simulation's own types.
     pub fn to_bytes(&self, world: &World) -> Result<Vec<u8>, SnapshotError> {
         let registry = world.resource::<AppTypeRegistry>().read();
         rmp_serde::to_vec_named(&Written { snapshot: self, registry: &registry })
             .map_err(|error| SnapshotError::NotEncoded(error.to_string()))
     }
 
-    /// The snapshot from the bytes of a file.
+    /// Reads a snapshot from the bytes of a file.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// The fault of the bytes.
     pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, SavedMatchError> {
         let registry = world.resource::<AppTypeRegistry>().read();
         let (resources, entities) = read_parts(bytes, values_of(&registry), EntitiesSeed(&registry))?;
@@ -64,7 +64,7 @@ impl Snapshot {
     }
 }
 
-/// Reads values of the types that a snapshot can hold; others are errors.
+/// Reads values of the types that a snapshot can have. Other types are errors.
 fn values_of<'a>(
     registry: &'a TypeRegistry,
 ) -> NamedValues<'a, impl Fn(&str) -> Result<Option<&'a TypeRegistration>, String>> {
@@ -75,8 +75,8 @@ fn values_of<'a>(
     NamedValues { registry, find }
 }
 
-/// What a type is called in files. Types of the simulation have their own name without the module's, so that old files can
-/// be read when a type has moved; others have their whole path.
+/// Returns the name of a type in files. Types of the simulation have a name without their module, so that old files can be read after a
+/// type has moved. Other types have their whole path.
 fn saved_name(paths: &TypePathTable) -> Cow<'static, str> {
     if is_of_naoisis(paths.path()) {
         Cow::Owned(format!("{OWN}{}", paths.short_path()))
@@ -85,12 +85,12 @@ fn saved_name(paths: &TypePathTable) -> Cow<'static, str> {
     }
 }
 
-/// The type that has this name in files.
+/// Returns the type with this name in files.
 fn registration_by_name<'a>(name: &str, registry: &'a TypeRegistry) -> Option<&'a TypeRegistration> {
     if !name.starts_with(OWN) {
         return registry.get_with_type_path(name);
     }
-    // The names of these types in older files.
+    // Older files have other names for these types.
     let name = match name {
         "naoisis::Balance" => "naoisis::FallModel",
         "naoisis::CyclePart" => "naoisis::PendingHalf",
@@ -99,14 +99,14 @@ fn registration_by_name<'a>(name: &str, registry: &'a TypeRegistry) -> Option<&'
     saved_types(registry).find(|registration| saved_name(registration.type_info().type_path_table()) == name)
 }
 
-/// The components and resources that a snapshot can hold.
+/// Returns the types of components and resources that a snapshot can have.
 fn saved_types(registry: &TypeRegistry) -> impl Iterator<Item = &TypeRegistration> {
     registry
         .iter()
         .filter(|registration| registration.data::<ReflectComponent>().is_some() && belongs_to_match(registration))
 }
 
-/// A snapshot as it is written.
+/// Serialises a snapshot.
 struct Written<'a> {
     snapshot: &'a Snapshot,
     registry: &'a TypeRegistry,
@@ -146,7 +146,7 @@ struct WrittenEntity<'a> {
     components: WrittenValues<'a>,
 }
 
-/// Values by the names of their types.
+/// Serialises values under the names of their types.
 struct WrittenValues<'a> {
     values: &'a [Box<dyn Reflect>],
     registry: &'a TypeRegistry,
@@ -217,7 +217,7 @@ impl<'de> Visitor<'de> for EntitySeed<'_> {
                 }
             }
         }
-        // A byte of a file would do for one of these.
+        // Otherwise a single byte of a file could make such an entity.
         if state.components.is_empty() {
             return Err(A::Error::custom("there is an entity of nothing"));
         }

@@ -1,4 +1,4 @@
-//! The whole state of a match, to go on from later: bit for bit the same match, or one that branches off.
+//! Snapshots: the whole state of a match, for continuing exactly the same match later, or for branching off.
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -17,12 +17,12 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! A snapshot holds every component and resource of the simulation, random streams included, and those of the user's
-//! own that are registered for reflection (`#[derive(Reflect)]`, `#[reflect(Component)]`, `app.register_type`). What a
-//! behaviour keeps in a `Local` cannot be seen from outside, and stays as it is.
+//! A snapshot has all components and resources of the simulation, including random streams, and those of the user that are registered for
+//! reflection (`#[derive(Reflect)]`, `#[reflect(Component)]`, `app.register_type`). State that a behaviour keeps in a `Local` is not
+//! accessible and stays as it is.
 //!
-//! In files it is MessagePack, with the types' names: exact, small, and readable by other programs. The simulation's own
-//! types are `naoisis::RobotId` and the like, wherever in it they live; the user's have their whole paths.
+//! The file format is MessagePack with the names of types: exact, small, and readable by other programs. The simulation's own types have
+//! names such as `naoisis::RobotId` without their module; those of users have their whole paths.
 
 use bevy::prelude::*;
 use bevy::reflect::{ReflectFromReflect, TypeRegistration, TypeRegistry};
@@ -54,7 +54,7 @@ pub struct Snapshot {
 
 /// The state of a robot, the ball or a post.
 struct EntityState {
-    /// The behaviours that control it.
+    /// The behaviours that control the robot.
     behaviours: Vec<String>,
     components: Vec<Box<dyn Reflect>>,
 }
@@ -63,7 +63,7 @@ struct EntityState {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SnapshotError {
-    /// A component of the user's own cannot be saved.
+    /// A user's component cannot be saved.
     #[error(
         "the component `{component}` cannot be saved: derive `Reflect` with `#[reflect(Component)]` for it, and \
          register it with `app.register_type`"
@@ -78,7 +78,7 @@ pub enum SnapshotError {
     /// The state belongs to a behaviour that is not registered here.
     #[error("there is no behaviour `{0}`; register it before the snapshot is restored")]
     NoBehaviour(String),
-    /// The state is that of no match.
+    /// The state cannot be that of a match.
     #[error("{what}: {message}; expected a match as it was saved")]
     Impossible {
         /// The robot, ball or resource whose state it is.
@@ -94,7 +94,7 @@ pub enum SnapshotError {
     Io {
         /// The file that was to be read or written.
         path: PathBuf,
-        /// What the system says.
+        /// The operating system's error.
         error: io::Error,
     },
     /// The file is no snapshot, or has types that are not registered here.
@@ -114,14 +114,14 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// The state of the match in `world`, between two cycles.
+    /// Takes a snapshot of the match in `world`, between two cycles.
     ///
     /// # Errors
-    /// When a component of the user's own cannot be saved.
+    /// If a user's component cannot be saved.
     pub fn take(world: &mut World) -> Result<Snapshot, SnapshotError> {
         let mut match_entities = world.query_filtered::<Entity, With<MatchEntity>>();
         let mut match_entities: Vec<Entity> = match_entities.iter(world).collect();
-        // In an order that does not depend on how the world stores them.
+        // Sort them, so that the order does not depend on the world's storage.
         match_entities.sort_by_cached_key(|&entity| {
             let place = world.get::<Pose>(entity).copied().unwrap_or_default().position.to_array();
             (world.get::<RobotId>(entity).copied(), place.map(f32::to_bits))
@@ -144,10 +144,10 @@ impl Snapshot {
         Ok(Snapshot { resources, entities: entities.collect::<Result<_, _>>()? })
     }
 
-    /// Puts the match into `world`, in place of any that is there.
+    /// Puts the match into `world`, and removes an earlier one.
     ///
     /// # Errors
-    /// When it is the state of no match, or a behaviour of it is not registered; the world is then as it was.
+    /// If the state cannot be that of a match, or one of its behaviours is not registered. The world is unchanged then.
     pub fn restore(&self, world: &mut World) -> Result<(), SnapshotError> {
         let behaviours = world.resource::<BehaviourRegistry>();
         for name in self.entities.iter().flat_map(|entity| &entity.behaviours) {
@@ -163,7 +163,7 @@ impl Snapshot {
             scenario.settings.cameras.render.make_ready(world).map_err(ScenarioFault::from)?;
         }
         despawn_match(world);
-        // What happened in the match that was there is no news in this one.
+        // Events of the earlier match do not belong to this one.
         if let Some(mut messages) = world.get_resource_mut::<Messages<StampedEvent>>() {
             messages.clear();
         }
@@ -193,11 +193,11 @@ impl Snapshot {
         Ok(())
     }
 
-    /// As [`restore`](Self::restore), but with other chance to come: that of `seed`. What chance has decided already, such as how
-    /// a robot's cameras hang, stays as it was.
+    /// Does the same as [`restore`](Self::restore), but with the random numbers of `seed` from now on. Earlier random values, such as the
+    /// mounting errors of a robot's cameras, stay the same.
     ///
     /// # Errors
-    /// As those of [`restore`](Self::restore).
+    /// The same as for [`restore`](Self::restore).
     pub fn restore_with_chance(&self, world: &mut World, seed: u64) -> Result<(), SnapshotError> {
         self.restore(world)?;
         let mut robots = world.query::<(&RobotId, &mut RandomStreams)>();
@@ -214,8 +214,7 @@ impl Snapshot {
 }
 
 impl Snapshot {
-    /// Leaves out what these robots think and how they behave: they keep what is true of them, what they sense, and what is
-    /// known to everybody.
+    /// Removes the beliefs and behaviours of these robots. Their true state, their sensor readings and public information stay.
     pub(super) fn forget_thoughts(&mut self, robots: &[RobotId]) {
         for entity in &mut self.entities {
             let id = entity.components.iter().find_map(|component| component.as_any().downcast_ref::<RobotId>());
@@ -263,7 +262,7 @@ fn entity_state(entity: Entity, world: &World, registry: &TypeRegistry) -> Resul
     Ok(state)
 }
 
-/// A copy of the value of a component. Through `FromReflect`, as not everything that has that can be cloned.
+/// Copies the value of a component with `FromReflect`, since not all such values can be cloned.
 fn copy(value: &dyn Reflect, registration: &TypeRegistration) -> Result<Box<dyn Reflect>, SnapshotError> {
     registration
         .data::<ReflectFromReflect>()
@@ -283,9 +282,9 @@ fn reflected<'a>(value: &dyn Reflect, registry: &'a TypeRegistry) -> Option<&'a 
     registry.get(value.reflect_type_info().type_id())?.data::<ReflectComponent>()
 }
 
-/// Whether a type is part of a match's state: those of the simulation that say what they are, and the user's own.
+/// Returns whether a type is part of a match's state: a marked type of the simulation, or a user's own type.
 fn belongs_to_match(registration: &TypeRegistration) -> bool {
-    // The roster knows entities, and follows the robots by itself.
+    // The roster contains entities, and is updated automatically.
     if registration.type_id() == TypeId::of::<Roster>() {
         return false;
     }
@@ -293,7 +292,7 @@ fn belongs_to_match(registration: &TypeRegistration) -> bool {
     Knowledge::of_type_info(type_info).is_some() || !is_of_the_program(type_info.type_path())
 }
 
-/// Whether a type is the engine's or this crate's; without a mark it is then for display only.
+/// Returns whether a type belongs to the engine or to naoisis. Without a mark, such a type is for display only.
 fn is_of_the_program(name: &str) -> bool {
     name.starts_with("bevy_") || is_of_naoisis(name)
 }

@@ -36,7 +36,7 @@ impl CameraProjection for AreaPerspective {
     fn get_clip_from_view(&self) -> Mat4 {
         let [left, right, lower, upper] = self.tangents();
         let (width, height) = (right - left, upper - lower);
-        // Near things are at depth 1, what is infinitely far at 0.
+        // Near points have depth 1, infinitely distant ones 0.
         Mat4::from_cols(
             Vec4::new(2.0 / width, 0.0, 0.0, 0.0),
             Vec4::new(0.0, 2.0 / height, 0.0, 0.0),
@@ -90,7 +90,7 @@ mod tests {
             let actual = seen(&perspective, place);
             assert!(actual.abs_diff_eq(expected, 0.01), "{place} is seen at {actual} instead of {expected}");
         }
-        // The corners of what is drawn are those of the window.
+        // The corners of the frustum are those of the window.
         let [near, .., far] = perspective.get_frustum_corners(-1.0, -8.0);
         assert!(seen(&perspective, near.into()).abs_diff_eq(Vec2::new(1000.0, 600.0), 0.01));
         assert!(seen(&perspective, far.into()).abs_diff_eq(Vec2::new(0.0, 600.0), 0.01));

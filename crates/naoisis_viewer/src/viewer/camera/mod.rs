@@ -48,7 +48,7 @@ impl Plugin for ViewerCameraPlugin {
     fn build(&self, app: &mut App) {
         app.add_message::<ViewPreset>()
             .add_message::<LookAt>()
-            // Cameras that robots look through must not get the panels.
+            // The panels must not be drawn in the images of the robots' cameras.
             .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
             .add_systems(Startup, spawn_camera)
             .add_systems(
@@ -58,7 +58,7 @@ impl Plugin for ViewerCameraPlugin {
                     .after(SelectionSystems)
                     .in_set(CameraSystems),
             )
-            // What is followed is in its place by then.
+            // By then, everything that the camera may follow has its place of this frame.
             .add_systems(
                 PostUpdate,
                 (follow, move_camera, hide_own_body)
@@ -196,7 +196,7 @@ fn choose_view(
             ViewPreset::RobotCamera(side) => (wanted, CameraMode::RobotCamera(*side)),
             ViewPreset::Fly => (wanted, CameraMode::Fly),
         };
-        // The short way round.
+        // The camera turns the short way round.
         let turn = wrap_angle(wanted.azimuth - camera.current.azimuth);
         camera.current.azimuth = wanted.azimuth - turn;
         camera.wanted = wanted;
@@ -287,7 +287,7 @@ fn follow(
     }
 }
 
-/// The camera with this name. If the robot does not have it: its last camera for the NAO's lower one, else its first.
+/// Returns the camera with this name. If the robot does not have it: its last camera for the NAO's lower one, else its first.
 pub fn mount_of(settings: &CameraSettings, name: CameraName) -> Option<&CameraMount> {
     let cameras = settings.mounts.as_slice();
     let other = if name == CameraName::BOTTOM { cameras.last() } else { cameras.first() };
@@ -317,16 +317,16 @@ fn move_camera(
             camera.mode = CameraMode::Orbit;
             return;
         };
-        // A robot that is off the pitch sees nothing new.
+        // The camera of a robot that is off the pitch stays as it was.
         if !penalty.is_off_pitch() {
             let view = CameraView::new(settings.intrinsics(mount), mount, body.neck_m, *head);
             *transform = robot_view::transform(&view, world_from_body(pose_of(place), *posture, body));
         }
-        // What was recognised is drawn where it is seen.
+        // The area is not eased, so that detections are drawn at the right places of the image.
         area = wanted;
         field_of_view = robot_view::field_of_view(settings.intrinsics(mount), area.width() / area.height());
     } else {
-        // It begins where it should be.
+        // In the first frame the camera starts at the wanted viewpoint.
         let share = if eased.is_some() { share } else { 1.0 };
         camera.current = camera.current.eased(camera.wanted, share);
         *transform = camera.current.transform();
@@ -371,7 +371,7 @@ fn hide_own_body(
 }
 
 impl ViewerCamera {
-    /// The robot and camera through which the match is seen, in the mode [`CameraMode::RobotCamera`].
+    /// Returns the robot and camera through which the match is seen, in the mode [`CameraMode::RobotCamera`].
     pub fn robot_camera(&self, selection: &Selection) -> Option<(RobotId, CameraName)> {
         match self.mode {
             CameraMode::RobotCamera(side) => selection.0.map(|id| (id, side)),

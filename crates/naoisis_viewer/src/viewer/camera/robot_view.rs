@@ -4,7 +4,7 @@ use bevy::math::{Affine3A, ops};
 use bevy::prelude::*;
 use naoisis_core::camera_model::{CameraIntrinsics, CameraView};
 
-/// The transform, in the pitch frame, of a Bevy camera that looks like the robot's camera.
+/// Returns the transform, in the pitch frame, of a Bevy camera that looks like the robot's camera.
 pub fn transform(camera: &CameraView, pitch_from_robot: Affine3A) -> Transform {
     // Bevy's cameras look along -z, with y up.
     let axes = Mat3::from_cols(camera.right, -camera.down, -camera.forward);
@@ -12,7 +12,7 @@ pub fn transform(camera: &CameraView, pitch_from_robot: Affine3A) -> Transform {
     Transform::from_translation(pitch_from_robot.transform_point3(camera.lens)).with_rotation(rotation)
 }
 
-/// The vertical field of view, radians, with which the image of a robot just fits into an area of the given `aspect`
+/// Returns the vertical field of view, radians, with which the image of a robot just fits into an area of the given `aspect`
 /// (width by height).
 pub fn field_of_view(intrinsics: CameraIntrinsics, aspect: f32) -> f32 {
     let drawn = intrinsics.drawn();
@@ -20,7 +20,7 @@ pub fn field_of_view(intrinsics: CameraIntrinsics, aspect: f32) -> f32 {
     2.0 * ops::atan(half.y.max(half.x / aspect))
 }
 
-/// The part of an area of the window that the robot's image fills, without the distortion of the lens.
+/// Returns the part of an area of the window that the robot's image fills, without the distortion of the lens.
 pub fn image_in(intrinsics: CameraIntrinsics, area: Rect) -> Rect {
     let size = intrinsics.drawn().size;
     let scale = (area.size() / size).min_element();

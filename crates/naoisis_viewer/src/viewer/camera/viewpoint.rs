@@ -56,12 +56,12 @@ impl Viewpoint {
         Vec3::new(sin_azimuth * cos_elevation, -cos_azimuth * cos_elevation, sin_elevation)
     }
 
-    /// The position of the camera, m, pitch frame.
+    /// Returns the position of the camera, m, pitch frame.
     pub fn eye(&self) -> Vec3 {
         self.focus + self.distance * self.direction()
     }
 
-    /// The transform of the camera in the pitch frame.
+    /// Returns the transform of the camera in the pitch frame.
     pub fn transform(&self) -> Transform {
         Transform::from_translation(self.eye()).looking_at(self.focus, Vec3::Z)
     }
@@ -74,7 +74,7 @@ impl Viewpoint {
             Overview::Broadcast => 0.6,
             Overview::TopDown => STEEPEST,
         };
-        // Half of what is around the lines, and the goals.
+        // Half of the border outside the lines is in view, and the goals.
         let half_length = pitch.half_length() + pitch.goal.depth_m.max(pitch.border_m / 2.0);
         let half_width = pitch.half_width() + pitch.border_m / 2.0;
         let signs = [-1.0, 1.0];
@@ -89,7 +89,7 @@ impl Viewpoint {
         let transform = Transform::default().looking_to(-self.direction(), Vec3::Z);
         let (right, up, ahead) = (*transform.right(), *transform.up(), *transform.forward());
         let tangent = ops::tan(FIELD_OF_VIEW / 2.0);
-        // The camera has to be behind the plane through each edge of the picture and the farthest point at that edge.
+        // The camera has to be behind four planes: each contains an edge of the picture and the point farthest out at that edge.
         let farthest = |side: Vec3, tangent: f32| {
             points.iter().map(|point| (side - tangent * ahead).dot(*point)).fold(f32::NEG_INFINITY, f32::max)
         };
@@ -245,10 +245,10 @@ mod tests {
         let pitch = Pitch::default();
         let far = |aspect| Viewpoint::of_pitch(Overview::TopDown, &pitch, aspect).distance;
         let per_distance = 2.0 * ops::tan(FIELD_OF_VIEW / 2.0);
-        // In a wide area the carpet's width fills the height; robots are nearer than the ground.
+        // In a wide area the width of the carpet fills the height. Robots are nearer to the camera than the ground is.
         let height = pitch.width_m + pitch.border_m;
         assert!((far(5.0) - (height / per_distance + 0.6)).abs() < 0.01, "{}", far(5.0));
-        // In a narrow one its length fills the width.
+        // In a narrow area the length of the carpet fills the width.
         assert!((far(0.5) - 0.6) * per_distance * 0.5 >= pitch.length_m, "{}", far(0.5));
         assert!(far(0.25) > 1.9 * far(0.5));
     }
@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn the_ground_goes_along_with_the_mouse() {
         let view = Viewpoint::of_pitch(Overview::TopDown, &Pitch::default(), 1.6);
-        // A drag to the right by half the window's height: what is looked at is then as far to the left.
+        // A drag to the right by half the window's height moves the focus as far to the left.
         let shifted = view.shifted(Vec2::new(50.0, 0.0), 100.0);
         let expected = -view.distance * ops::tan(FIELD_OF_VIEW / 2.0);
         assert!((shifted.focus.x - expected).abs() < 1e-4);

@@ -139,7 +139,7 @@ pub struct PlayedFile(pub Option<ScenarioFile>);
 /// Starts the match of a file, in place of the current one.
 ///
 /// # Errors
-/// What is wrong with it, in words; the current match then continues.
+/// A message about the scenario if it is invalid. The current match then continues.
 pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), String> {
     start(world, &file.scenario).map_err(|fault| file.source.error(&fault).headline())?;
     world.insert_resource(PlayedFile(Some(file)));
@@ -149,7 +149,7 @@ pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), St
 /// Starts a match, in place of the current one.
 ///
 /// # Errors
-/// What is wrong with the scenario; the current match then continues.
+/// The fault of the scenario if it is invalid. The current match then continues.
 pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     simulation::start_match(world, scenario)?;
     timeline::forget(world);
@@ -192,7 +192,7 @@ fn advance(world: &mut World) -> bool {
     }
     if world.contains_resource::<Simulator>() {
         keyframes::keep_if_due(world);
-        // What is done by hand is not done again by itself when the match is played again.
+        // Interventions of the user are not repeated when the match is played again from a keyframe, so they are noted as a change.
         if !world.resource::<Interventions>().queue.is_empty() {
             world.resource::<Keyframes>().note_change();
         }
@@ -231,11 +231,11 @@ fn find_display_fraction(
     fixed: Res<Time<Fixed>>,
     mut fraction: ResMut<DisplayFraction>,
 ) {
-    // The past has a moment of its own.
+    // The displayed moment of the past has its own fraction.
     if timeline.is_past() {
         return;
     }
-    // While it stands still, what is shown stays.
+    // While the match is paused, the displayed fraction stays as it is.
     if playback.speed == Speed::Unlimited || is_over(&game, &clock, &playback) {
         fraction.0 = 1.0;
     } else if !playback.paused {

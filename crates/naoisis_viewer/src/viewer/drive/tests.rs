@@ -90,7 +90,7 @@ fn another_scenario_can_be_loaded() {
     app.update();
     assert_eq!(app.world().resource::<Scenario>().name, "match3v3");
     assert!(app.robot_pose(RobotId::new(Team::Pink, 3)).is_some());
-    // What cannot be loaded changes nothing, and is said.
+    // A scenario that cannot be loaded changes nothing, and the problem is shown.
     app.world_mut().write_message(ViewerCommand::Load("nothing"));
     app.update();
     assert_eq!(app.world().resource::<Scenario>().name, "match3v3");

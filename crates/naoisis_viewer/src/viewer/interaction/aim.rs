@@ -1,4 +1,4 @@
-//! What the mouse drags, and where it would be put.
+//! The object that the mouse drags, and the place where it would be put.
 
 use bevy::prelude::*;
 
@@ -20,13 +20,13 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// The point at this height, m; `None` if the ray does not reach it.
+    /// Returns the point at this height, m; `None` if the ray does not reach it.
     pub fn at_height(&self, height: f32) -> Option<Vec2> {
         let along = (height - self.origin.z) / self.direction.z;
         (along.is_finite() && along > 0.0).then(|| (self.origin + along * self.direction).truncate())
     }
 
-    /// The height at which the ray passes nearest to a vertical axis, m, at most `highest_m`.
+    /// Returns the height at which the ray passes nearest to a vertical axis, m, at most `highest_m`.
     pub fn height_at(&self, axis: Vec2, highest_m: f32) -> f32 {
         let level = self.direction.truncate();
         let along = (axis - self.origin.truncate()).dot(level) / level.length_squared();
@@ -34,7 +34,7 @@ impl Sight {
     }
 }
 
-/// What the mouse drags.
+/// The object that the mouse drags.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Held {
     /// Moves a robot.
@@ -50,7 +50,7 @@ pub enum Held {
 /// A drag that has started.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Grip {
-    /// What is dragged.
+    /// The object that is dragged.
     pub held: Held,
     /// Its pose, pitch frame.
     pub pose: Pose,
@@ -74,7 +74,7 @@ impl Grip {
         Some(Self { held, pose, height, offset })
     }
 
-    /// The intervention of releasing the mouse at a ray, on a carpet of these half extents, m.
+    /// Returns the intervention of releasing the mouse at a ray, on a carpet of these half extents, m.
     pub fn release(&self, sight: &Sight, carpet: Vec2, rolling: Rolling) -> Option<Intervention> {
         let place = sight.at_height(self.height)? + self.offset;
         let on_carpet = place.clamp(-carpet, carpet);

@@ -74,7 +74,7 @@ pub const KEYS: &[(&str, &str)] = &[
 /// A kick that a key stands for, independent of the robot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum DrivenKick {
-    /// One of the paper's four.
+    /// One of the paper's four kicks.
     OfPaper(KickType),
     /// The kick at this index among the robot's own, sorted by name.
     Own(usize),
@@ -127,7 +127,7 @@ const TAKEN: [KeyCode; 18] = [
 ];
 
 impl Driving {
-    /// Whether the key currently drives a robot.
+    /// Returns whether the key currently drives a robot.
     pub fn takes(&self, key: KeyCode) -> bool {
         self.robot.is_some() && (TAKEN.contains(&key) || key == KeyCode::Escape)
     }
@@ -158,7 +158,7 @@ fn stop(world: &mut World) {
 fn change_robot(world: &mut World) {
     let Some(robot) = world.resource::<Driving>().robot else { return };
     let leaves = world.resource::<ButtonInput<KeyCode>>().just_pressed(KeyCode::Escape);
-    // A click that meets nobody does not take the wheel away.
+    // A click that hits no robot does not end driving.
     let selected = *world.resource_mut::<Selection>().0.get_or_insert(robot);
     if leaves || world.resource::<Roster>().get(selected).is_none() {
         stop(world);
@@ -172,7 +172,7 @@ fn read_driver(keys: Res<ButtonInput<KeyCode>>, panels: Option<Res<EguiWantsInpu
     if driving.robot.is_none() {
         return;
     }
-    // What is typed into a panel is not for the robot: it stands.
+    // Keys typed into a panel are not for the robot: it stands meanwhile.
     if panels.is_some_and(|panels| panels.wants_any_keyboard_input()) {
         driving.wish = Wish::default();
         return;
@@ -219,7 +219,7 @@ fn drive(
 ) {
     let Some(entity) = driving.robot.and_then(|robot| roster.get(robot)) else { return };
     let Ok(mut robot) = robots.get_mut(entity) else { return };
-    // Nobody drives when the match is played again.
+    // When the match is played again, nobody drives the robot, so this is noted as a change.
     keyframes.note_change();
     let wish = driving.wish;
     *robot.walk = walk_command(wish.walk, robot.motion, clock.period());

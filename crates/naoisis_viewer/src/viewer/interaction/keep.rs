@@ -47,7 +47,7 @@ fn keep(world: &mut World) -> Result<PathBuf, String> {
 /// Writes a scenario of the moment after a cycle into a new file in the current folder. Returns its path.
 ///
 /// # Errors
-/// Why it cannot be written.
+/// A message when the file cannot be written.
 pub fn write_scenario(scenario: &Scenario, cycle: u64) -> Result<PathBuf, String> {
     let text = scenario.resolved_json().map_err(|error| error.to_string())?;
     let name = if scenario.name.is_empty() { "situation".to_owned() } else { stem(&scenario.name) };

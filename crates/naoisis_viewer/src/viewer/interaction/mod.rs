@@ -76,7 +76,7 @@ pub struct MouseDrag {
 }
 
 impl MouseDrag {
-    /// Whether the mouse drags something. The camera does not move then.
+    /// Returns whether the mouse drags something. The camera does not move then.
     pub fn is_dragging(&self) -> bool {
         self.grip.is_some()
     }
@@ -176,7 +176,7 @@ fn drag_and_let_go(
             .filter(|_| has_moved)
             .and_then(|sight| grip.release(&sight, pitch.carpet_half_extents(), rolling));
         drag.press = Some((pressed_at, has_moved));
-        // Over the sky the last place counts.
+        // While the mouse is over the sky, the last place on the ground counts.
         drag.intention = intention.or(drag.intention);
     }
     if !buttons.pressed(MouseButton::Left) {

@@ -104,13 +104,13 @@ fn show_notice(
     }
     notice.left_s -= time.delta_secs();
     let context = contexts.ctx_mut()?;
-    // Captions are below.
+    // In the teaching workspace the captions are below, so the notice is above.
     let align = if display.workspace == Workspace::Teach { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
     let widest = layout::free_area(context).width() - NOTICE_MARGIN;
     let shown = layout::floating(context, "notice", align).show(context, |ui| {
         let text = bright(&notice.text).size(text_size::IMPORTANT);
         card(ui).show(ui, |ui| {
-            // On one line, if it has room for it.
+            // The notice is on one line if it fits.
             let long = notice.text.chars().count() as f32 * NOTICE_LETTER > widest;
             if long {
                 ui.set_width(widest);
@@ -119,7 +119,7 @@ fn show_notice(
             ui.add(if long { words.wrap() } else { words.extend() });
         });
     });
-    // Who points at it reads it still.
+    // While the pointer is on the notice, the user is still reading it.
     if shown.response.contains_pointer() {
         notice.left_s = notice.left_s.max(1.0);
     }
@@ -149,7 +149,7 @@ fn show_driver(
             }
             ui.horizontal_wrapped(|ui| {
                 for (keys, what) in driving::KEYS {
-                    // A key stays beside what it does.
+                    // Each key stays on one line with its meaning.
                     ui.add(egui::Label::new(key_and_meaning(ui, keys, what)).extend());
                 }
             });

@@ -66,15 +66,15 @@ fn what_was_done_by_hand_is_taken_back_and_done_again() {
     assert!(app.world().resource::<Notice>().text.starts_with("Redone: blue2"));
     act(&mut app, HandAction::Redo);
     assert!(app.world().resource::<Notice>().text.starts_with("Nothing to redo"));
-    // A penalty, too: the robot stands where it stood.
+    // A penalty can be undone, too: the robot is back where it stood.
     act(&mut app, HandAction::PenaliseOrReturn);
     act(&mut app, HandAction::Undo);
     (0..4).for_each(|_| app.update());
     assert!(!app.robot::<Penalty>(BLUE2).unwrap().is_active());
-    // It has gone on since.
+    // The robot has walked on since.
     let moved = app.robot_pose(BLUE2).unwrap().position.distance(goal.position);
     assert!(moved < 0.15, "{moved}");
-    // A whistle was heard.
+    // A whistle that was heard cannot be undone.
     act(&mut app, HandAction::Whistle);
     act(&mut app, HandAction::Undo);
     assert!(app.world().resource::<Notice>().text.starts_with("Cannot be undone: the whistle"));
@@ -95,7 +95,7 @@ fn what_the_match_has_not_carried_out_yet_is_left_out_of_it() {
     assert_eq!(queue(&app), 0);
     act(&mut app, HandAction::Redo);
     assert_eq!(queue(&app), 1);
-    // Another match has nothing of this one.
+    // In another match nothing of this one can be undone.
     app.world_mut().write_message(crate::viewer::ViewerCommand::Restart);
     app.update();
     act(&mut app, HandAction::Undo);
@@ -144,15 +144,15 @@ fn a_driven_robot_goes_where_the_keys_say() {
     while app.cycle() < begun + 30 {
         app.update();
     }
-    // A second of 90 degrees a second; the first cycles were still the behaviour's.
+    // One second at 90 degrees per second. The first cycles were still controlled by the behaviour.
     let turned = app.robot_pose(BLUE2).unwrap().heading - before.heading;
     assert!((turned.to_degrees() - 90.0).abs() < 15.0, "{}", turned.to_degrees());
-    // Selecting another robot drives that one.
+    // If another robot is selected, that one is driven.
     let blue3 = RobotId::new(Team::Blue, 3);
     app.world_mut().resource_mut::<Selection>().0 = Some(blue3);
     app.update();
     assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
-    // A click that meets nobody changes nothing.
+    // A click that hits no robot changes nothing.
     app.world_mut().resource_mut::<Selection>().0 = None;
     app.update();
     assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));

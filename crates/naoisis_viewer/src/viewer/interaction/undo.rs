@@ -56,7 +56,7 @@ impl Step {
 }
 
 impl Undo {
-    /// The number of steps to undo, and to redo.
+    /// Returns the number of steps to undo, and to redo.
     pub fn counts(&self) -> [usize; 2] {
         [self.done.len(), self.undone.len()]
     }
@@ -177,7 +177,7 @@ pub(super) fn redo(world: &mut World) -> String {
     }
     let step = match step {
         Step::Hand { act, .. } => {
-            // From where things are by now.
+            // The way back starts from the current places.
             let back = way_back(world, act);
             act.apply(world);
             Step::Hand { act, back }
@@ -196,7 +196,7 @@ pub(super) fn redo(world: &mut World) -> String {
     words
 }
 
-/// Why a step cannot be undone or redone now: in the past, only strokes of the pen can be.
+/// Returns the reason if a step cannot be undone or redone now: in the past, only strokes of the pen can be.
 fn why_it_cannot_be(world: &World, step: &Step) -> Option<String> {
     let timeline = world.resource::<Timeline>();
     (matches!(step, Step::Hand { .. }) && !is_live(timeline)).then(|| why_not(timeline).to_owned())
@@ -235,7 +235,7 @@ pub(super) fn note_marks(pen: Option<Res<Pen>>, mut undo: ResMut<Undo>) {
     } else if known.len() == now.len() + 1 && known.starts_with(now) {
         undo.note(Step::Erased(known[now.len()]));
     } else {
-        // A bookmark has marks of its own.
+        // A bookmark brings its own marks, so steps of the pen can no longer be undone.
         undo.done.retain(|step| matches!(step, Step::Hand { .. }));
         undo.undone.retain(|step| matches!(step, Step::Hand { .. }));
     }

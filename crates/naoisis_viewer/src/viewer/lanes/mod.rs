@@ -107,7 +107,7 @@ impl EventKind {
         (EventKind::Mistake, "mistake"),
     ];
 
-    /// The name in the window.
+    /// Returns the name in the window.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
     }
@@ -116,7 +116,7 @@ impl EventKind {
 /// Adds each cycle as it is played.
 fn note_cycle(mut lanes: ResMut<Lanes>, current: Res<CurrentRecord>) {
     let cycle = current.record.cycle;
-    // Where something is missing before it, records are read first.
+    // If earlier cycles are still missing, their records are read first.
     if lanes.tracks.last_cycle().map_or(0, |last| last + 1) == cycle {
         lanes.tracks.note(&current.record);
     }
@@ -202,7 +202,7 @@ fn find_event(
             notice.tell("The match is still being read: please try again");
             continue;
         }
-        // The robot that the user chose, not the one of the last event.
+        // Only a robot that the user chose counts, not the robot of the last event.
         let chosen = selection.0.filter(|id| lanes.followed != Some(*id));
         let cycles = cycles_of(&lanes, &history, chosen, clock.period_s);
         let found = match wanted {
@@ -287,7 +287,7 @@ fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s:
         }
     };
     cycles.sort_unstable();
-    // Of several at once, the first is gone to.
+    // Of several events in one cycle, the first is kept.
     cycles.dedup_by_key(|(cycle, _)| *cycle);
     cycles
 }

@@ -73,7 +73,7 @@ pub(super) fn show(
             }
         });
         let area = rows.inner_rect;
-        // From here on in the window's own place.
+        // From here on, positions are those of the whole window.
         let axis = Axis { left: area.left() + NAMES, ..axis };
         let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
         for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
@@ -86,7 +86,7 @@ pub(super) fn show(
         if let Some(changed) = axis.changed_part(ui, &response, whole) {
             *part = changed;
         }
-        // Which lane, and the cycles that the triangle of a mistake takes to either side.
+        // The lane at a position, and the number of cycles that the triangle of a mistake covers on each side.
         let row = |at: Pos2| (at.y - rows.inner_rect.top()) / LANE + rows.state.offset.y / LANE;
         let reach = (axis.cycle(axis.left + MISTAKE) - axis.cycle(axis.left)).abs().ceil() as u64;
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {

@@ -13,13 +13,13 @@ use naoisis_sim::scenario::Scenario;
 /// The source of a robot's ball estimate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BallSource {
-    /// It sees the ball.
+    /// The robot sees the ball.
     Seen,
-    /// It saw the ball recently.
+    /// The robot saw the ball recently.
     Remembered,
     /// A team-mate reported the ball.
     Told,
-    /// It does not know the ball.
+    /// The robot does not know where the ball is.
     Lost,
 }
 
@@ -78,7 +78,7 @@ impl Tracks {
         Self { finder: Some(MistakeFinder::new(scenario)), ..default() }
     }
 
-    /// The mistakes, in the order of their starts; may lag some cycles behind.
+    /// Returns the mistakes, in the order of their starts; may lag some cycles behind.
     pub fn mistakes(&self) -> &[Mistake] {
         &self.mistakes
     }
@@ -88,22 +88,22 @@ impl Tracks {
         self.mistakes = self.finder.as_ref().map(MistakeFinder::mistakes).unwrap_or_default();
     }
 
-    /// The last cycle that has been read.
+    /// Returns the last cycle that has been read.
     pub fn last_cycle(&self) -> Option<u64> {
         self.cycles.last().copied()
     }
 
-    /// The robots, sorted by id.
+    /// Returns the robots, sorted by id.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &LaneTrack)> {
         self.robots.iter().map(|(id, track)| (*id, track))
     }
 
-    /// The intentions of robots, in the order of their first use.
+    /// Returns the intentions of robots, in the order of their first use.
     pub fn words(&self) -> &[String] {
         &self.words
     }
 
-    /// The lane of a robot, if it is in the match.
+    /// Returns the lane of a robot, if it is in the match.
     pub fn robot(&self, id: RobotId) -> Option<&LaneTrack> {
         self.robots.get(&id)
     }
@@ -148,7 +148,7 @@ impl Tracks {
 fn extend<T: PartialEq>(spans: &mut Vec<Span<T>>, cycle: u64, what: T) {
     match spans.last_mut() {
         Some(span) if span.what == what => span.last = cycle,
-        // Without gaps, where only every so many cycles have a record.
+        // The span has no gaps, even if only every few cycles have a record.
         Some(span) => {
             span.last = cycle;
             spans.push(Span { first: cycle, last: cycle, what });
@@ -204,7 +204,7 @@ mod tests {
         let spans: Vec<_> = track.intentions.iter().map(word).collect();
         assert_eq!(spans, [(0, 20, "support".to_owned()), (20, 30, "attack".to_owned())]);
         assert_eq!(track.ball, [Span { first: 0, last: 30, what: BallSource::Lost }]);
-        // What is known already is not taken in again.
+        // A record that is already known is not added again.
         tracks.note(&record(20, "support", 0.1));
         assert_eq!(tracks.last_cycle(), Some(30));
     }

@@ -83,7 +83,7 @@ impl Outcome {
     pub const ALL: [Outcome; 3] =
         [Outcome::ScoresFirst(Team::Blue), Outcome::ScoresFirst(Team::Pink), Outcome::NobodyScores];
 
-    /// Whether a repetition has this outcome.
+    /// Returns whether a repetition has this outcome.
     pub fn is_of(self, branch: &Continuation) -> bool {
         match self {
             Outcome::ScoresFirst(team) => branch.first_goal.is_some_and(|(scorer, _)| scorer == team),
@@ -156,7 +156,7 @@ impl Run {
         let (sender, said) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
         let cores = thread::available_parallelism().map_or(1, usize::from);
-        // One is left for the window.
+        // One core is left for the window.
         let threads = cores.saturating_sub(1).max(1);
         let branches = Continuations { times, for_s, first_seed: saved_test::FIRST_SEED, threads };
         let (of_thread, stopped) = (moment.clone(), stop.clone());
@@ -189,7 +189,7 @@ fn apply(world: &mut World) {
     for command in commands {
         let result = match command {
             ManyTimesCommand::Begin => {
-                // The moment that is played on must not go by.
+                // The match is paused, so that the moment does not pass.
                 world.resource_mut::<Playback>().paused = true;
                 world.resource_mut::<ManyTimes>().awaited = Some(world.resource::<CycleClock>().cycle);
                 Ok(())

@@ -144,7 +144,7 @@ fn show_test(
         ui.label(format!("of {}", run.rows.len()));
     });
     if expected.pink != before {
-        // Another team has another share.
+        // The share of one team says nothing about the other.
         expected.percent = None;
         return;
     }

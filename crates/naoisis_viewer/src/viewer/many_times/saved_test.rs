@@ -26,7 +26,7 @@ pub(super) fn measured_percent(run: &Run, team: Team) -> Option<(f64, f64)> {
 /// The expectation that a team scores within the duration in at least `percent` of as many repetitions.
 ///
 /// # Errors
-/// When that is no valid expectation.
+/// A message when the numbers make no valid expectation.
 pub(super) fn expectation(team: Team, percent: f64, run: &Run) -> Result<Expectation, String> {
     let text = format!("{team}.goals >= 1 within {} s in {percent} % of {}", run.for_s, run.rows.len());
     text.parse().map_err(|error| format!("{error}"))
@@ -35,14 +35,14 @@ pub(super) fn expectation(team: Team, percent: f64, run: &Run) -> Result<Expecta
 /// Saves the moment and the test into a folder. Returns the path of the test.
 ///
 /// # Errors
-/// Why they cannot be written.
+/// A message when the files cannot be written.
 pub(super) fn save(folder: &Path, team: Team, percent: f64, run: &Run) -> Result<PathBuf, String> {
     let (name, cycle_s) = &run.of;
     let name = if name.is_empty() { "moment" } else { name.as_str() };
     let expectation = expectation(team, percent, run)?;
     let file_name = format!("{}-{:06}", stem(name), run.cycle);
     let moment = write_new(folder, &file_name, EXTENSION, run.moment.bytes()).map_err(|error| error.to_string())?;
-    // As many cycles as were played.
+    // The duration covers as many cycles as were played.
     let duration_s = (run.for_s / cycle_s - 1e-6).ceil() * cycle_s;
     let test = json!({
         "name": format!("{name} test"),

@@ -49,7 +49,7 @@ fn send<M: Message>(app: &mut App, message: M) {
 
 /// Runs frames until a condition holds.
 fn wait(app: &mut App, what: &str, is_so: impl Fn(&App) -> bool) {
-    // Threads have their own pace; they are waited for, but not for ever.
+    // Threads may take any time: the test waits for them, but not for ever.
     for _ in 0..200_000 {
         if is_so(app) {
             return;
@@ -75,12 +75,12 @@ fn a_moment_of_the_past_is_played_on_and_the_match_stays() {
     send(&mut app, TimelineCommand::GoTo(120));
     send(&mut app, BranchCommand::PlayFromHere);
     wait(&mut app, "a branch", |app| shown(app) == 1);
-    // The match stood: so does this one, until it is let go on.
+    // The match was paused, so this branch is paused, too, until it is resumed.
     app.update();
     assert_eq!((app.cycle(), app.world().resource::<Playback>().paused), (120, true));
     send(&mut app, ViewerCommand::TogglePause);
     wait(&mut app, "it goes on", |app| app.cycle() > 150);
-    // Nothing was changed: it goes on as it did.
+    // Without a change the match goes on as it did before.
     while app.cycle() < present.0 {
         app.update();
     }
@@ -89,7 +89,7 @@ fn a_moment_of_the_past_is_played_on_and_the_match_stays() {
     assert_eq!(shown(&app), 0);
     send(&mut app, TimelineCommand::Present);
     assert_eq!((app.cycle(), app.ball()), present);
-    // Another match has one way again.
+    // Another match has a single branch again.
     send(&mut app, ViewerCommand::Restart);
     app.update();
     assert_eq!(app.world().resource::<super::super::branches::Branches>().list().len(), 1);
@@ -113,7 +113,7 @@ fn many_times_come_out_differently_and_one_can_be_watched() {
     send(&mut app, ManyTimesCommand::Watch(outcome));
     wait(&mut app, "the branch", |app| shown(app) == 1);
     wait(&mut app, "its end", |app| app.cycle() >= 120);
-    // Of this way, too, any moment can be had again.
+    // Any moment of this branch can be rebuilt, too.
     send(&mut app, ViewerCommand::TogglePause);
     send(&mut app, TimelineCommand::GoTo(100));
     let is_known = |app: &App| {
@@ -130,7 +130,7 @@ fn a_saved_test_plays_what_was_played_here_with_what_was_done_by_hand() {
         app.update();
     }
     send(&mut app, ViewerCommand::TogglePause);
-    // The ball is put before pink's goal: what happens then is decided in the window alone.
+    // The ball is placed in front of pink's goal. What happens next is decided in the window only.
     let place = Intervention::PlaceBall { position_m: Vec2::new(2.6, 0.0), velocity_mps: Vec2::new(0.6, 0.2) };
     app.world_mut().resource_mut::<Interventions>().queue.push(place);
     let folder = tempfile::tempdir().unwrap();

@@ -23,10 +23,10 @@ pub enum MatchChoice {
 }
 
 impl MatchChoice {
-    /// The scenario after the choice, from the current one and, if known, its text.
+    /// Returns the scenario after the choice, from the current one and, if known, its text.
     ///
     /// # Errors
-    /// What is wrong with the resulting scenario, in words.
+    /// A message about the resulting scenario if it is invalid.
     pub fn applied(&self, present: &Scenario, file: Option<&ScenarioFile>) -> Result<ScenarioFile, String> {
         let in_words = |error: ScenarioError| error.headline();
         let mut chosen = match self {
@@ -86,7 +86,7 @@ pub const REALISMS: [(Realism, &str); 3] = [
     (Realism::Realistic, "The figures of real robots"),
 ];
 
-/// The leagues, with descriptions.
+/// Returns the leagues, with descriptions.
 pub fn leagues() -> &'static [(String, String)] {
     static ENTRIES: OnceLock<Vec<(String, String)>> = OnceLock::new();
     ENTRIES.get_or_init(|| {
@@ -95,7 +95,7 @@ pub fn leagues() -> &'static [(String, String)] {
     })
 }
 
-/// The robot models, with descriptions.
+/// Returns the robot models, with descriptions.
 pub fn models() -> &'static [(String, String)] {
     static ENTRIES: OnceLock<Vec<(String, String)>> = OnceLock::new();
     ENTRIES.get_or_init(|| {

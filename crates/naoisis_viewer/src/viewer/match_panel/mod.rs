@@ -114,7 +114,7 @@ fn watch_file(
     let Some(file) = source.file.clone() else { return };
     let now = modified(&file);
     source.is_gone = now.is_none();
-    // While it is being replaced there is no such file.
+    // While the file is being replaced it may not exist for a moment.
     if now.is_some() && now != source.modified {
         source.modified = now;
         commands.write(MatchCommand::Open(file));
@@ -136,7 +136,7 @@ fn apply(world: &mut World) {
                 simulation::change_settings(world, &scenario).map_err(|fault| fault.to_string())
             }
         };
-        // Other settings do not mend what was wrong before.
+        // A change of settings does not solve an earlier problem.
         if is_start || result.is_err() {
             world.resource_mut::<Playback>().problem = result.err();
         }
@@ -158,7 +158,7 @@ fn open(world: &mut World, path: &Path) -> Result<(), String> {
         let begun = world.resource_mut::<TraceReading>().begin(path);
         return begun.map_err(|error| format!("{}: cannot be read: {error}", path.display()));
     }
-    // Whatever is wrong with it, the file is watched: it may be right the next time.
+    // The file is watched even if it is invalid: it may be valid the next time.
     if path.exists() {
         world.insert_resource(WatchedScenarioFile::of(path));
     }
@@ -186,7 +186,7 @@ fn show_trace(world: &mut World, path: &Path, trace: ReadTrace) -> Result<(), St
 
 /// Remembers a file that was opened.
 fn note_opened(world: &mut World, path: &Path) {
-    // The next time may be in another folder.
+    // The viewer may be started in another folder the next time, so the path is absolute.
     let path = path.canonicalize().ok().and_then(|path| path.to_str().map(str::to_owned));
     if let (Some(path), Some(mut memory)) = (path, world.get_resource_mut::<ViewerMemory>()) {
         memory.note_recent(&path);
@@ -287,7 +287,7 @@ mod tests {
         let mut age = 100;
         let mut write = |text: &str| {
             fs::write(&path, text).unwrap();
-            // Files written within a tick of the file system's clock have the same time.
+            // Files that are written within one tick of the file system's clock have the same time.
             age -= 10;
             let time = SystemTime::now() - Duration::from_secs(age);
             File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
@@ -306,13 +306,13 @@ mod tests {
         frames(&mut app);
         assert!(problem(&app).unwrap().contains("sed"), "{:?}", problem(&app));
         assert!(app.cycle() > cycle);
-        // What is not there at all changes nothing, either: the file is still watched.
+        // A missing file changes nothing, either: the previous file is still watched.
         send(&mut app, MatchCommand::Open(folder.path().join("nothing.json")));
         assert!(problem(&app).unwrap().contains("nothing.json"), "{:?}", problem(&app));
         write(r#"{ "seed": 7, "robots": [{ "number": 1 }] }"#);
         frames(&mut app);
         assert_eq!((seed(&app), problem(&app)), (7, None));
-        // A built-in scenario is not begun again for it.
+        // When the file changes, a built-in scenario is not restarted.
         app.world_mut().write_message(ViewerCommand::Load("match3v3"));
         frames(&mut app);
         write(r#"{ "seed": 8 }"#);

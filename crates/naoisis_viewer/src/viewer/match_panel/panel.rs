@@ -72,7 +72,7 @@ pub(super) fn show(
                 ui.label("");
                 ui.add(egui::Label::new(dim(source.words())).wrap());
                 ui.end_row();
-                // A scenario may have robots, but no teams: choosing one team sets both.
+                // A scenario may have robots but no teams. Choosing one team then sets both.
                 let teams = scenario.teams.clone();
                 let nobody = || TeamsSpec::new(NOBODY, NOBODY);
                 let mut chosen = teams.clone().unwrap_or_else(nobody);

@@ -79,7 +79,7 @@ impl TraceReading {
     /// Waits for the first part, and says that it is shown.
     ///
     /// # Errors
-    /// What is wrong with the trace, and where; `None` if nothing is read.
+    /// The error of the trace; `None` if no trace is being read.
     pub fn wait(&mut self) -> Result<ReadTrace, Option<TraceError>> {
         let reading = self.0.as_mut().ok_or(None)?;
         let part = reading.parts.lock().unwrap_or_else(PoisonError::into_inner).recv();
@@ -99,7 +99,7 @@ impl TraceReading {
     }
 }
 
-/// Reads a trace and sends its parts, until it ends, it cannot be read or nobody wants it any more.
+/// Reads a trace and sends its parts until it ends, cannot be read or is no longer wanted.
 fn read(path: &Path, sender: &Sender<Result<ReadTrace, TraceError>>, progress: &Progress) {
     let mut parts = match TraceParts::open(path) {
         Ok(parts) => parts,
@@ -242,7 +242,7 @@ mod tests {
         let shown = |app: &App| app.world().resource::<Timeline>().trace_scenario().map(|scenario| scenario.seed);
         open(&mut app, &path("one.jsonl"));
         assert_eq!(shown(&app), Some(1));
-        // Who opens another one meanwhile wants that.
+        // If another trace is opened meanwhile, that one is shown.
         app.world_mut().write_message(MatchCommand::Open(path("one.jsonl")));
         open(&mut app, &path("other.jsonl"));
         assert_eq!(shown(&app), Some(2));
@@ -254,20 +254,20 @@ mod tests {
             let problem = app.world().resource::<Playback>().problem.clone().unwrap_or_default();
             assert!(problem.contains(name), "{problem}");
         }
-        // A long one is shown whole.
+        // A long trace is shown completely.
         write_long_trace(&path("long.jsonl"));
         open(&mut app, &path("long.jsonl"));
         assert_eq!(app.world().resource::<History>().cycles(), Some(0..=LONG));
         let last = app.world_mut().resource_mut::<History>().record(LONG).unwrap().unwrap();
         assert_eq!(last.cycle, LONG);
-        // What is wrong at its end is said, and what is right is shown.
+        // If the end of a trace is broken, the problem is reported and the part before it is shown.
         let text = fs::read_to_string(path("long.jsonl")).unwrap();
         fs::write(path("long.jsonl"), text.replace(&format!("\"cycle\":{LONG},"), "\"bicycle\":1,")).unwrap();
         open(&mut app, &path("long.jsonl"));
         let problem = app.world().resource::<Playback>().problem.clone().unwrap_or_default();
         assert!(problem.contains("long.jsonl"), "{problem}");
         assert!(app.world().resource::<History>().last_cycle() >= Some(FIRST_RECORDS as u64 - 1));
-        // A match in its place is not replaced by what was asked for before.
+        // A match that was started meanwhile is not replaced by a trace that was opened before.
         app.world_mut().write_message(MatchCommand::Open(path("one.jsonl")));
         open(&mut app, Path::new("match3v3"));
         (0..10).for_each(|_| app.update());

@@ -62,7 +62,7 @@ pub fn draw_world_of(id: RobotId, body: &Body, belief: &Belief, own_end: End, br
 
 fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush: &mut Brush) {
     let on_pitch = |place: Vec2| point_pitch_from_team(place, own_end);
-    // Half a turn leaves a covariance as it is.
+    // The covariance needs no rotation, because half a turn does not change it.
     let own = belief.pose_in_pitch(own_end);
     let colour = palette::ink(DrawColour::Purple);
     let [xx, xy, yy, ..] = belief.pose_covariance;
@@ -78,7 +78,7 @@ fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush:
         if rolls.length() > 0.05 {
             brush.arrow(at, at + ROLLS_FOR_S * rolls, colour);
         }
-        // What it sees now needs no words.
+        // A ball that the robot sees now needs no text.
         if let Some(from) = believed.heard_from {
             brush.words(at, format!("reported by {from}, {:.1} s ago", believed.age_s), colour);
         } else if believed.age_s > 0.5 {

@@ -86,7 +86,7 @@ pub(super) fn draw_kick_areas(
             };
             let area = corners(geometry.rectangle());
             brush.outline(area.map(|corner| place.transform_point(corner)), palette::ink(ink));
-            // Where the ball would go.
+            // The direction in which the ball would go.
             if let (Some(strike), Some(ball)) = (strike, ball) {
                 let way = place.transform_point(KICK_M * strike.direction) - place.position;
                 brush.arrow(ball, ball + way, palette::ink(DrawColour::Vermilion));
@@ -222,7 +222,7 @@ pub(super) fn draw_drawings(
                 DrawnShape::Line { start_m, end_m } => brush.line(on_pitch(*start_m), on_pitch(*end_m), colour),
                 DrawnShape::Circle { centre_m, radius_m } => brush.circle(on_pitch(*centre_m), *radius_m, colour),
                 DrawnShape::Text { position_m, words } => brush.words(on_pitch(*position_m), words.clone(), colour),
-                // Those have a switch of their own.
+                // Targets have an overlay of their own.
                 DrawnShape::Target { .. } => {}
             }
         }

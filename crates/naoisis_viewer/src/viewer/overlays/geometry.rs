@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use naoisis_core::geometry::unit;
 
-/// The points of an arc between two angles, radians.
+/// Returns the points of an arc between two angles, radians.
 pub fn arc(centre: Vec2, radius: f32, [from, to]: [f32; 2]) -> impl Iterator<Item = Vec2> {
     /// The number of corners of a whole circle.
     const CORNERS: f32 = 64.0;
@@ -12,12 +12,12 @@ pub fn arc(centre: Vec2, radius: f32, [from, to]: [f32; 2]) -> impl Iterator<Ite
     (0..=count).map(move |index| centre + radius * unit(from + (to - from) * index as f32 / count as f32))
 }
 
-/// The outline of a sector of a ring between two angles, radians.
+/// Returns the outline of a sector of a ring between two angles, radians.
 pub fn sector(centre: Vec2, [inner, outer]: [f32; 2], [from, to]: [f32; 2]) -> Vec<Vec2> {
     arc(centre, inner, [from, to]).chain(arc(centre, outer, [to, from])).collect()
 }
 
-/// The corners of a rectangle.
+/// Returns the corners of a rectangle.
 pub fn corners(rectangle: Rect) -> [Vec2; 4] {
     let Rect { min, max } = rectangle;
     [min, Vec2::new(max.x, min.y), max, Vec2::new(min.x, max.y)]

@@ -61,7 +61,7 @@ impl Plugin for OverlaysPlugin {
                     .chain()
                     .in_set(OverlaySystems)
                     .after(PitchFrameSystems)
-                    // The panels write the words.
+                    // The texts are drawn together with the panels.
                     .before(EguiPostUpdateSet::EndPass),
             );
     }
@@ -109,7 +109,7 @@ impl Overlay {
         Overlay::Trails,
     ];
 
-    /// The name in the window.
+    /// Returns the name in the window.
     pub fn name(self) -> &'static str {
         match self {
             Overlay::FieldsOfView => "Fields of view",
@@ -124,7 +124,7 @@ impl Overlay {
         }
     }
 
-    /// The description in the window.
+    /// Returns the description in the window.
     pub fn description(self) -> &'static str {
         match self {
             Overlay::FieldsOfView => "The ground that the upper (yellow) and the lower (orange) camera see",
@@ -188,14 +188,14 @@ impl Default for Overlays {
 }
 
 impl Shows {
-    /// Whether the kind is drawn for the selected robot.
+    /// Returns whether the kind is drawn for the selected robot.
     pub fn of_selected(&self, workspace: Workspace) -> bool {
         if workspace == Workspace::Teach { self.selected_in_teaching } else { self.selected }
     }
 }
 
 impl Overlays {
-    /// Whether a kind is drawn for a robot.
+    /// Returns whether a kind is drawn for a robot.
     pub fn shows(&self, overlay: Overlay, robot: RobotId, selection: &Selection, workspace: Workspace) -> bool {
         self.of_robots.get(&overlay).is_some_and(|shows| {
             let is_selected = selection.0 == Some(robot);
@@ -203,7 +203,7 @@ impl Overlays {
         })
     }
 
-    /// Whether a kind is drawn for any robot.
+    /// Returns whether a kind is drawn for any robot.
     pub fn shows_any(&self, overlay: Overlay, selection: &Selection, workspace: Workspace) -> bool {
         self.of_robots.get(&overlay).is_some_and(|shows| {
             shows.all || (selection.0.is_some() && shows.of_selected(workspace)) || !shows.robots.is_empty()
@@ -280,7 +280,7 @@ pub(super) struct Showing<'w> {
 impl Showing<'_> {
     /// Whether a kind is drawn for any robot.
     fn any(&self, overlay: Overlay) -> bool {
-        // Who watches wants to see the match; in one robot's world there are no others.
+        // The watching workspace shows the match only. In the world of one robot, the other robots are not shown.
         let shows_truth = self.world.as_ref().is_none_or(|world| !world.0);
         let workspace = self.display.workspace;
         shows_truth && workspace != Workspace::Watch && self.overlays.shows_any(overlay, &self.selection, workspace)

@@ -56,7 +56,7 @@ fn show_switches(
                     show_line(ui, overlay, (&shows, display.workspace), &robots, &mut commands);
                 }
             });
-            // In a narrow panel a scroll bar is there.
+            // Space for the scroll bar of a narrow panel.
             ui.add_space(12.0);
         });
         ui.horizontal_wrapped(|ui| {

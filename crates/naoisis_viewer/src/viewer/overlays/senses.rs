@@ -22,7 +22,7 @@ use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 /// The greatest distance of a drawn field of view, m.
 const FURTHEST_M: f32 = 4.0;
 
-/// The colour of a camera's field of view; the lower camera has its own.
+/// Returns the colour of a camera's field of view; the lower camera has its own.
 pub fn camera_ink(camera: CameraName) -> DrawColour {
     if camera == CameraName::BOTTOM { DrawColour::Orange } else { DrawColour::Yellow }
 }
@@ -36,7 +36,7 @@ pub(super) fn draw_fields_of_view(
         return;
     }
     for (id, pose, previous, penalty, posture, head, body, settings) in &robots {
-        // Who lies sees nothing.
+        // A robot that lies on the ground sees nothing.
         if !showing.shows(Overlay::FieldsOfView, *id, penalty) || !posture.is_upright() {
             continue;
         }
@@ -125,7 +125,7 @@ fn draw_percepts_of(place: Pose, percepts: &Percepts, brush: &mut Brush) {
         let colour = palette::team(robot.team);
         sight(brush, at, colour);
         let around = angle_of(place.position - at);
-        // Blue's is a square, pink's is round.
+        // Blue's is a square and pink's a circle.
         let corners = if robot.team == naoisis_core::team::Team::Blue { 4 } else { 24 };
         let turn = core::f32::consts::TAU / corners as f32;
         brush.outline((0..corners).map(|corner| at + 0.16 * unit(around + turn * (corner as f32 + 0.5))), colour);
@@ -138,7 +138,7 @@ fn draw_percepts_of(place: Pose, percepts: &Percepts, brush: &mut Brush) {
     }
 }
 
-/// The letter of a line junction.
+/// Returns the letter of a line junction.
 pub fn junction_letter(shape: JunctionShape) -> &'static str {
     match shape {
         JunctionShape::L => "L",

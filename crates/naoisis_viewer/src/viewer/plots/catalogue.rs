@@ -25,17 +25,17 @@ pub struct FieldList {
 }
 
 impl FieldList {
-    /// All fields, grouped by component.
+    /// Returns all fields, grouped by component.
     pub fn all(&self) -> &[KnownField] {
         &self.fields
     }
 
-    /// The entry of a field.
+    /// Returns the entry of a field.
     pub fn find(&self, field: &Field) -> Option<&KnownField> {
         self.fields.iter().find(|known| known.field == *field)
     }
 
-    /// The fields of robots in a component, below the field `first_name`.
+    /// Returns the fields of robots in a component, below the field `first_name`.
     pub fn within<'a>(&'a self, component: TypeId, first_name: &'a str) -> impl Iterator<Item = &'a KnownField> {
         self.fields.iter().filter(move |known| {
             let is_there = matches!(known.source, Source::Component { type_id, .. } if type_id == component);
@@ -69,14 +69,14 @@ pub(super) fn list_fields(world: &mut World, mut last_s: Local<Option<f32>>) {
         types.filter(|id| field::is_plottable(&registry, *id)).collect()
     };
     let mut components = [of(&robots), of(&ball)];
-    // What behaviours keep in mind is not here in a match that is only shown.
+    // In a match that is only shown, the components of behaviours come from rebuilt moments.
     let of_rebuilt = world.get_resource::<Rebuilt>().into_iter().flat_map(Rebuilt::latest_states);
     let shown = world.get_resource::<ShownState>().and_then(|state| state.0.as_ref().ok());
     let in_mind = |state: &BehaviourState| -> Vec<TypeId> {
         state.components.iter().filter_map(|component| component.type_id).collect()
     };
     components[0].extend(of_rebuilt.chain(shown).flat_map(in_mind));
-    // Those that were known stay: a robot may lose what it had.
+    // Known components stay in the list, because a robot may lose a component.
     let mut list = world.resource::<FieldList>().components.clone();
     for (known, found) in list.iter_mut().zip(&components) {
         known.extend(found);

@@ -11,7 +11,7 @@ const ON_DARK: [[u8; 3]; 7] =
 const ON_LIGHT: [[u8; 3]; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 125, 92], [150, 110, 0], [170, 70, 130], [120, 60, 10], [30, 30, 30]];
 
-/// The colour of the curve at an index of the legend, and whether it is dashed, because there are more curves than
+/// Returns the colour of the curve at an index of the legend, and whether it is dashed, because there are more curves than
 /// colours.
 pub fn ink(index: usize, is_dark: bool) -> (Colour, bool) {
     let colours = if is_dark { ON_DARK } else { ON_LIGHT };
@@ -52,7 +52,7 @@ pub struct Ticks {
 }
 
 impl Chart {
-    /// The title with the unit.
+    /// Returns the title with the unit.
     pub fn heading(&self) -> String {
         match self.unit.symbol() {
             "" => self.title.clone(),
@@ -98,7 +98,7 @@ impl Chart {
         Ticks { range, at: ticks(range, step).map(|time_s| (time_s, time_words(time_s, step))).collect() }
     }
 
-    /// The upward shift of a curve, so that curves of discrete values do not cover each other.
+    /// Returns the upward shift of a curve, so that curves of discrete values do not cover each other.
     pub fn shift(&self, index: usize) -> f64 {
         /// The shift from one curve to the next, and the greatest one.
         const EACH: f64 = 0.035;
@@ -108,11 +108,11 @@ impl Chart {
             return 0.0;
         }
         let each = EACH.min(ALL / (count - 1) as f64);
-        // The first one of the legend is the highest.
+        // The first curve of the legend is the highest.
         each * ((count - 1) as f64 / 2.0 - index as f64)
     }
 
-    /// A value as text.
+    /// Returns a value as text.
     pub fn value_words(&self, value: f32) -> String {
         match self.unit.word(f64::from(value)) {
             Some(word) => word.to_owned(),
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(words(&ticks), ["0.0", "0.1", "0.2", "0.3"]);
         assert!((ticks.range[1] - 0.3).abs() < 1e-9);
         assert_eq!(words(&chart(&[-170.0, 160.0], Unit::In("°")).value_ticks(4)), ["−200", "−100", "0", "100", "200"]);
-        // Far from zero the axis does not start there; a constant has room around it.
+        // Far from zero, the axis does not start at zero. Around a constant, it leaves room.
         assert_eq!(
             words(&chart(&[101.0, 103.0], Unit::Plain).value_ticks(4)),
             ["101.0", "101.5", "102.0", "102.5", "103.0"]

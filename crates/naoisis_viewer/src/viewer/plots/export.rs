@@ -43,7 +43,7 @@ impl FileKind {
     /// All formats.
     pub const ALL: [FileKind; 3] = [FileKind::Png, FileKind::Svg, FileKind::Csv];
 
-    /// The name in the window.
+    /// Returns the name in the window.
     pub fn name(self) -> &'static str {
         match self {
             FileKind::Png => "PNG",
@@ -53,7 +53,7 @@ impl FileKind {
     }
 }
 
-/// The number of columns of an exported curve, in points.
+/// Returns the number of columns of an exported curve, in points.
 pub fn columns() -> usize {
     ((SIZE.x - LEFT - RIGHT) * PIXELS) as usize
 }
@@ -62,7 +62,7 @@ pub fn columns() -> usize {
 /// with all values.
 ///
 /// # Errors
-/// Those of the file system.
+/// When the files cannot be written.
 pub fn save(
     folder: &Path,
     match_name: &str,
@@ -223,7 +223,7 @@ fn draw(chart: &Chart, pen: &mut impl Pen) {
     pen.line(&corners, GREY, 1.2, false);
 }
 
-/// The points of a piece of a curve between two cycles, including the crossings at the ends.
+/// Returns the points of a piece of a curve between two cycles, including the crossings at the ends.
 pub fn clipped(piece: &[[f64; 2]], [first, last]: [f64; 2]) -> impl Iterator<Item = [f64; 2]> + '_ {
     let at = move |cycle: f64, one: [f64; 2], other: [f64; 2]| {
         let share = (cycle - one[0]) / (other[0] - one[0]);

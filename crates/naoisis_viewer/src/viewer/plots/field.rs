@@ -40,7 +40,7 @@ pub struct KnownField {
 }
 
 impl KnownField {
-    /// The name with the group.
+    /// Returns the name with the group.
     pub fn full_name(&self) -> String {
         match &self.source {
             Source::Measured(_) => self.name.clone(),
@@ -70,7 +70,7 @@ pub(super) enum Step {
     Count,
 }
 
-/// The fields of a component, in order; none if it has no numbers or is not registered for reflection.
+/// Returns the fields of a component, in order; none if it has no numbers or is not registered for reflection.
 pub fn fields_of_component(registry: &TypeRegistry, type_id: TypeId, of_ball: bool) -> Vec<KnownField> {
     let Some(registration) = registry.get(type_id).filter(|known| known.data::<ReflectComponent>().is_some()) else {
         return Vec::new();
@@ -100,12 +100,12 @@ pub fn fields_of_component(registry: &TypeRegistry, type_id: TypeId, of_ball: bo
     leaves.0.into_iter().map(of_leaf).collect()
 }
 
-/// Whether a component can be plotted: marked by [`Knowledge`], or defined by the
+/// Returns whether a component can be plotted: marked by [`Knowledge`], or defined by the
 /// user's program.
 pub fn is_plottable(registry: &TypeRegistry, type_id: TypeId) -> bool {
     let Some(info) = registry.get_type_info(type_id) else { return false };
     let path = info.type_path();
-    // Those are measured, say the same as another one, or are taken back before the end of a cycle.
+    // These are measured already, repeat another component, or are removed before the end of a cycle.
     let beside = ["HeadAngles", "SonarReading", "PreviousPose", "RobotId", "WalkCommand", "KickCommand"];
     if is_of_naoisis(path) && beside.contains(&info.type_path_table().short_path()) {
         return false;

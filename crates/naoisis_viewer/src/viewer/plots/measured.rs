@@ -26,7 +26,7 @@ enum Of {
 
 impl PartialEq for Of {
     fn eq(&self, _other: &Self) -> bool {
-        // Each key has one.
+        // Each key has one function, so the key alone decides equality.
         true
     }
 }

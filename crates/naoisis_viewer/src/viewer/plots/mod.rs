@@ -120,12 +120,12 @@ struct Job {
 }
 
 impl Plots {
-    /// The curve of a field, if any values are known.
+    /// Returns the curve of a field, if any values are known.
     pub fn series(&self, field: &Field, subject: Subject) -> Option<&Series> {
         self.data.get(field)?.curves.get(&subject)
     }
 
-    /// The number of plotted fields, and of curves with values.
+    /// Returns the number of plotted fields, and of curves with values.
     pub fn counts(&self) -> [usize; 2] {
         let curves = self.pins.iter().flat_map(|pin| {
             let known = self.data.get(&pin.field).into_iter().flat_map(|known| &known.curves);
@@ -134,7 +134,7 @@ impl Plots {
         [self.pins.len(), curves.count()]
     }
 
-    /// Whether a field is plotted.
+    /// Returns whether a field is plotted.
     pub fn is_pinned(&self, field: &Field) -> bool {
         self.pins.iter().any(|pin| pin.field == *field)
     }
@@ -241,7 +241,7 @@ fn ask(
     if wanted.is_empty() || plots.job.as_ref().is_some_and(is_asked) {
         return;
     }
-    // A trace's match is kept from its start as soon as it is played again.
+    // As soon as the match of a trace is played again, it has a keyframe at its start.
     let is_kept = keyframes.before(cycles[0]).is_some() || keyframes.fault().is_some() || simulator.is_none();
     if !is_kept {
         let failed = rebuilt.and_then(|rebuilt| match &rebuilt.progress {

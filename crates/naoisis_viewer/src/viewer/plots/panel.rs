@@ -96,7 +96,7 @@ pub(super) fn show(
                     *part = changed;
                 }
                 if response.hovered() {
-                    // On curves the wheel comes closer; beside them it goes from plot to plot.
+                    // On curves, the wheel zooms. Beside them, it scrolls the list of plots.
                     ui.input_mut(|input| input.smooth_scroll_delta.y = 0.0);
                 }
                 if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
@@ -137,7 +137,7 @@ impl Plot<'_> {
         if self.known.of_ball {
             return vec![Subject::Ball];
         }
-        // Those of another match have none in this one.
+        // Robots that are not in this match have no curve.
         let robots = self.pin.robots.iter().filter(|id| self.shown.roster.get(**id).is_some());
         robots.map(|id| Subject::Robot(*id)).collect()
     }
@@ -279,7 +279,7 @@ impl Plot<'_> {
         for (value, words) in &values.at {
             let y = curves.bottom() - ((value - low) / (high - low)) as f32 * curves.height();
             ui.painter().hline(curves.x_range(), y, grid);
-            // Long words begin at the edge of the panel.
+            // Long texts begin at the edge of the panel.
             let galley = ui.painter().layout_no_wrap(words.clone(), font.clone(), weak);
             let left = (curves.left() - 5.0 - galley.size().x).max(curves.left() - VALUES);
             ui.painter().galley(Pos2::new(left, y - galley.size().y / 2.0), galley, weak);

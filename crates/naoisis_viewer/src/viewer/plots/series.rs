@@ -15,17 +15,17 @@ pub struct Series {
 }
 
 impl Series {
-    /// The value in a cycle.
+    /// Returns the value in a cycle.
     pub fn value(&self, cycle: u64) -> Option<f32> {
         self.values.get(usize::try_from(cycle).ok()?).copied().filter(|value| !value.is_nan())
     }
 
-    /// The value in a cycle, or the last one at most `longest_gap` cycles before it.
+    /// Returns the value in a cycle, or the last one at most `longest_gap` cycles before it.
     pub fn value_about(&self, cycle: u64, longest_gap: u64) -> Option<f32> {
         (cycle.saturating_sub(longest_gap)..=cycle).rev().find_map(|cycle| self.value(cycle))
     }
 
-    /// Whether there is no value.
+    /// Returns whether there is no value.
     pub fn is_empty(&self) -> bool {
         self.values.iter().all(|value| value.is_nan())
     }
@@ -48,7 +48,7 @@ impl Series {
             index /= GROUP;
             let groups = below.div_ceil(GROUP);
             if self.levels.len() == level {
-                // Of all that was there before there was need for it.
+                // A new level summarises all values so far.
                 let all = (0..groups).map(|group| self.extremes(level, group)).collect();
                 self.levels.push(all);
             } else {
@@ -75,7 +75,7 @@ impl Series {
         }
     }
 
-    /// The curve from `first` to `last` in `columns` columns of pixels: pieces of (cycle, value), split where more than
+    /// Returns the curve from `first` to `last` in `columns` columns of pixels: pieces of (cycle, value), split where more than
     /// `longest_gap` cycles have no value. Each column has at most two points: its least and its greatest value.
     pub fn curve(&self, [first, last]: [f64; 2], columns: usize, longest_gap: u64) -> Vec<Vec<[f64; 2]>> {
         let length = (last - first).max(1e-9);
@@ -86,7 +86,7 @@ impl Series {
             (level, width) = (level + 1, width * GROUP);
         }
         let count = if level == 0 { self.values.len() } else { self.levels[level - 1].len() };
-        // One more at each side, so that the curve goes on to the edge.
+        // One more on each side, so that the curve reaches the edge.
         let from = ((first.max(0.0) / width as f64).floor() as usize).saturating_sub(1);
         let until = ((last.max(0.0) / width as f64).ceil() as usize + 2).min(count);
         let pair = |index: usize| match level.checked_sub(1) {
@@ -97,7 +97,7 @@ impl Series {
             Pieces { longest_gap: longest_gap.max(width as u64) as f64 + width as f64, ..Pieces::default() };
         for index in from..until {
             let [low, high] = pair(index);
-            // Neither where there is none, nor of no values.
+            // Groups without values have no extremes: their `low` is greater than `high`.
             if low <= high {
                 let cycle = (index * width) as f64;
                 let column = if each > 1.0 { ((cycle - first) / each).floor() as i64 } else { index as i64 };
@@ -141,7 +141,7 @@ impl Pieces {
             self.piece.push([first, low]);
             return;
         }
-        // The nearer one first, so that nothing is crossed out.
+        // The nearer extreme comes first, so that the line does not cross itself.
         let is_up = self.piece.last().is_none_or(|[_, before]| (before - low).abs() <= (before - high).abs());
         let [start, end] = if is_up { [low, high] } else { [high, low] };
         self.piece.extend([[first, start], [last, end]]);
@@ -176,7 +176,7 @@ mod tests {
         assert!(pieces[0].iter().any(|[_, value]| *value == 9.0), "a single high value is seen");
         let (low, high) = (|value: f64| value == 0.0, |value: f64| value >= 6.0);
         assert!(pieces[0].iter().any(|[_, value]| low(*value)) && pieces[0].iter().any(|[_, value]| high(*value)));
-        // From near, every value is a point.
+        // At close range, every value is a point.
         let near = series.curve([5_000.0, 5_010.0], 300, 15).concat();
         assert!(near.contains(&[5_003.0, 9.0]) && near.contains(&[5_004.0, 6.0]), "{near:?}");
     }
@@ -207,7 +207,7 @@ mod tests {
         assert_eq!(series.curve([0.0, 400.0], 20, 15).len(), 2);
         assert_eq!((series.value(100), series.value(350)), (None, Some(1.0)));
         assert_eq!((series.value_about(105, 15), series.value_about(150, 15)), (Some(1.0), None));
-        // Values of every few cycles are joined.
+        // Values of every few cycles are joined to one curve.
         let mut sparse = Series::default();
         (0..50).for_each(|index| sparse.set(10 * index, 2.0));
         assert_eq!(sparse.curve([0.0, 500.0], 500, 15).len(), 1);

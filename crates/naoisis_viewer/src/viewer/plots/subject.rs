@@ -12,7 +12,7 @@ pub enum Subject {
 }
 
 impl Subject {
-    /// The name in the window.
+    /// Returns the name in the window.
     pub fn name(self) -> String {
         match self {
             Subject::Robot(id) => id.to_string(),

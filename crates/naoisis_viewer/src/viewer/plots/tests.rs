@@ -132,7 +132,7 @@ fn a_trace_has_the_curves_of_its_match_even_of_what_it_leaves_out() {
     replay.world_mut().resource_mut::<DisplaySettings>().plots = true;
     replay.update();
     replay.world_mut().write_message(TimelineCommand::GoTo(200));
-    // The behaviours' components are known once a moment has been played again.
+    // The components of behaviours are known once a moment has been rebuilt.
     for _ in 0..200_000 {
         replay.update();
         if replay.world().resource::<Rebuilt>().latest_states().next().is_some() {
@@ -140,7 +140,7 @@ fn a_trace_has_the_curves_of_its_match_even_of_what_it_leaves_out() {
         }
         std::thread::yield_now();
     }
-    // They are looked through every few frames.
+    // The components are only searched every few frames.
     (0..5).for_each(|_| replay.update());
     for (name, field) in NAMES.iter().zip(&fields).take(2) {
         let pinned = pin(&mut replay, name);

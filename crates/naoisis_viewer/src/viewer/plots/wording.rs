@@ -14,7 +14,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The symbol of the unit; empty if there is none.
+    /// Returns the symbol of the unit; empty if there is none.
     pub fn symbol(&self) -> &'static str {
         match self {
             Unit::In(symbol) => symbol,
@@ -22,7 +22,7 @@ impl Unit {
         }
     }
 
-    /// The word for a whole number, if numbers stand for words.
+    /// Returns the word for a whole number, if numbers stand for words.
     pub fn word(&self, value: f64) -> Option<&str> {
         match self {
             Unit::YesNo => ["no", "yes"].get(value as usize).copied(),
@@ -31,7 +31,7 @@ impl Unit {
         }
     }
 
-    /// Whether numbers stand for words.
+    /// Returns whether numbers stand for words.
     pub fn is_words(&self) -> bool {
         matches!(self, Unit::YesNo | Unit::OneOf(_))
     }
@@ -60,7 +60,7 @@ const TURNS: [&str; 2] = ["angular", "turn_rate"];
 /// Names of positions in metres.
 const PLACES: [&str; 2] = ["position", "place"];
 
-/// The unit of a number, from the type name of its component and the names along its path, and the factor from the
+/// Returns the unit of a number, from the type name of its component and the names along its path, and the factor from the
 /// program's unit: angles are shown in degrees.
 pub fn unit(component: &str, names: &[String]) -> (Unit, f32) {
     for name in names.iter().rev() {
@@ -87,17 +87,17 @@ pub fn unit(component: &str, names: &[String]) -> (Unit, f32) {
     }
 }
 
-/// The name of a component, from the name of its type.
+/// Returns the name of a component, from the name of its type.
 pub fn component(type_name: &str) -> String {
     snake(type_name.split('<').next().unwrap_or(type_name)).replace('_', " ")
 }
 
-/// The name of a variant, from its identifier.
+/// Returns the name of a variant, from its identifier.
 pub fn variant(name: &str) -> String {
     snake(name).replace('_', " ")
 }
 
-/// The name of a path: without units, with numbers and coordinates directly after the name that they belong to.
+/// Returns the name of a path: without units, with numbers and coordinates directly after the name that they belong to.
 pub fn path(names: &[String]) -> String {
     let mut words = String::new();
     for name in names.iter().flat_map(|name| name.split('.')) {
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(of("Velocity", "linear/x"), "m/s");
         assert_eq!(of("Velocity", "angular"), "°/s");
         assert_eq!(of("PlayerMemory", "attacks"), "");
-        // Radians are shown in degrees, what is in degrees already stays.
+        // Radians are shown in degrees. Values in degrees stay as they are.
         assert!((unit("Pose", &names("heading")).1 - 57.295_78).abs() < 1e-4);
         assert_eq!(unit("Pose", &names("heading_deg")).1, 1.0);
     }

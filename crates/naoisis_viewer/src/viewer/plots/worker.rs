@@ -98,7 +98,7 @@ fn read_records(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) 
     let mut before: Option<(u64, Sensed)> = None;
     let mut next = first;
     while next <= last {
-        // The record of this cycle, or of the next one that has one.
+        // The record of this cycle, or the next record.
         let (_, cycle) = task.history.around(next);
         let record = match task.history.record(cycle) {
             Ok(Some(record)) if record.cycle >= next && record.cycle <= last => record,
@@ -143,7 +143,7 @@ fn play_again(task: &mut Task, fields: Vec<KnownField>, said: &Sender<Reply>) ->
     }
     loop {
         let cycle = app.world().resource::<CycleClock>().cycle;
-        // What was done by hand in a cycle is in what was kept after it.
+        // The result of interventions by hand in a cycle is only in the keyframe after that cycle.
         if let Some((kept, moment)) = task.keyframes.before(cycle)
             && kept == cycle
             && let Err(error) = moment.put_back(app.world_mut())

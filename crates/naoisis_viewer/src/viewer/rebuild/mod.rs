@@ -56,9 +56,9 @@ pub enum RebuildProgress {
     Nothing,
     /// Until the end of this cycle; it is the same match.
     Until(u64),
-    /// It differs from this cycle on.
+    /// The match differs from this cycle on.
     Differs(u64),
-    /// It cannot be replayed, and why.
+    /// The match cannot be replayed, for this reason.
     Failed(String),
 }
 
@@ -92,20 +92,20 @@ pub struct Rebuilt {
 }
 
 impl Rebuilt {
-    /// The state after a cycle of the match that is shown, if it has been rebuilt.
+    /// Returns the state after a cycle of the match that is shown, if it has been rebuilt.
     pub fn moment(&self, cycle: u64, keyframes: &Keyframes) -> Option<&RebuiltMoment> {
         let moment = self.latest.as_ref()?;
         (moment.cycle == cycle && moment.keyframes.is_same(keyframes)).then_some(moment)
     }
 
-    /// The behaviour states of the moment that was rebuilt last.
+    /// Returns the behaviour states of the moment that was rebuilt last.
     pub fn latest_states(&self) -> impl Iterator<Item = &BehaviourState> {
         self.latest.iter().flat_map(|moment| moment.states.values())
     }
 }
 
 impl Rebuilt {
-    /// Why the state after a cycle will not be rebuilt, if so.
+    /// Returns the reason if the state after a cycle will not be rebuilt.
     pub fn why_not(&self, cycle: u64, keyframes: &Keyframes) -> Option<String> {
         if let Some(fault) = keyframes.fault() {
             return Some(format!("Not known: {fault}."));
@@ -271,7 +271,7 @@ fn read_state(world: &mut World) {
         let (rebuilt, keyframes) = (world.resource::<Rebuilt>(), world.resource::<Keyframes>());
         let cycle = world.resource::<CycleClock>().cycle;
         let moment = rebuilt.moment(cycle, keyframes);
-        // While the past plays, that of a moment ago is near enough.
+        // While the past is being played, the last rebuilt moment is near enough.
         let moment = if world.resource::<Playback>().paused { moment } else { moment.or(rebuilt.latest.as_ref()) };
         match moment {
             Some(moment) if moment.is_same => Ok(moment.states.get(&id).cloned().unwrap_or_default()),

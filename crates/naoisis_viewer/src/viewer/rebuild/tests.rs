@@ -40,7 +40,7 @@ fn send<M: Message>(app: &mut App, message: M) {
 
 /// Runs frames until the state of the moment that is shown is known, or cannot be.
 fn shown_state(app: &mut App, is_enough: impl Fn(&ShownState) -> bool) -> ShownState {
-    // The thread has its own pace; it is waited for, but not for ever.
+    // The thread may take any time: the test waits for it, but not for ever.
     for _ in 0..20_000 {
         app.update();
         let shown = app.world().resource::<ShownState>();
@@ -71,7 +71,7 @@ fn what_a_behaviour_kept_in_mind_is_known_of_the_past() {
     let keyframes = app.world().resource::<Keyframes>().clone();
     let moment = app.world().resource::<Rebuilt>().moment(200, &keyframes).unwrap();
     assert!(moment.is_same && moment.situation.is_ok());
-    // A moment that was kept whole does not say why: it is played to, too.
+    // A keyframe has no reasons, so even its moment is rebuilt by playing the cycle before it.
     let kept = keyframes.before(200).expect("kept every few seconds").0;
     assert!(kept > 0);
     send(&mut app, TimelineCommand::GoTo(kept));
@@ -84,7 +84,7 @@ fn trace() -> (ReadTrace, BehaviourState) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("match.jsonl.zst");
     let mut played = app();
-    // From the start.
+    // From the start of the match.
     played.world_mut().write_message(ViewerCommand::Restart);
     recorder::start(played.world_mut(), vec![Box::new(TraceRecorder::create(&path).unwrap())]);
     let mut state = None;
@@ -112,7 +112,7 @@ fn what_a_trace_leaves_out_is_played_again() {
 #[test]
 fn where_behaviours_are_others_than_those_of_the_trace_it_is_said() {
     let (mut trace, _) = trace();
-    // As if pink's robots had learned something since.
+    // As if the behaviour of pink's robots had changed since the match was recorded.
     for robot in trace.scenario.robots.iter_mut().filter(|robot| robot.team == Team::Pink) {
         robot.behaviour = naoisis_sim::scenario::BehaviourSpec::Named("striker".to_owned());
     }

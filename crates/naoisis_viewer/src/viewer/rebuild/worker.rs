@@ -54,7 +54,7 @@ pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &
         if let Some(again) = again.as_mut().filter(|again| !again.is_over) {
             again.go_on(replies);
         }
-        // Of a match that is played again, what has been reached.
+        // If the match is being played again, only the cycles reached so far can be rebuilt.
         let reached = again.as_ref().filter(|again| !again.is_over).map_or(u64::MAX, |again| again.until());
         if let Some(wanted) = wanted.take_if(|wanted| wanted.cycle <= reached) {
             let rebuilt = moments.rebuild(&wanted);
@@ -79,7 +79,7 @@ impl Again {
             let _nobody_listens = replies.send(Reply::Failed(message));
             None
         };
-        // They are not even started.
+        // The programs are not even started.
         if play.scenario.robots.iter().any(|robot| is_from_outside(&robot.behaviour)) {
             return fail("robots of this match were played by programs, whose state is not recorded".to_owned());
         }
@@ -110,7 +110,7 @@ impl Again {
             run_cycle(self.app.world_mut());
             keep_if_due(self.app.world_mut());
         }
-        // Every now and then: a record takes longer to be read than a cycle to be played.
+        // Only some cycles are compared, because reading a record takes longer than playing a cycle.
         let cycle = self.until();
         let record = self.play.records.record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
         let is_other = record.is_some_and(|record| !is_same(&mut self.app, &record, &self.play.fields));
@@ -152,10 +152,10 @@ struct Moments {
 
 impl Moments {
     fn rebuild(&mut self, wanted: &Wanted) -> Result<RebuiltMoment, String> {
-        // What is kept of the very moment does not say why: that takes its last cycle.
+        // A keyframe of this very moment has no reasons. They need the last cycle to be played.
         let played = self.play_from(wanted, wanted.cycle.saturating_sub(1))?;
         match wanted.keyframes.before(wanted.cycle) {
-            // What was done by hand in that cycle is in what was kept after it.
+            // The result of interventions by hand in that cycle is only in the keyframe after it.
             Some((kept, _)) if kept == wanted.cycle && !played.is_same => self.play_from(wanted, wanted.cycle),
             _ => Ok(played),
         }
@@ -172,7 +172,7 @@ impl Moments {
             (app, Keyframes::default())
         });
         let now = app.world().resource::<CycleClock>().cycle;
-        // From the moment before it it is shorter than from the one that was kept.
+        // If the app is at a moment between the keyframe and the wanted one, fewer cycles have to be played from there.
         if !of_match.is_same(&wanted.keyframes) || now > latest || now < kept {
             moment.put_back(app.world_mut()).map_err(|error| error.to_string())?;
         }

@@ -33,7 +33,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// The last kick of a robot until the end of a cycle.
+    /// Returns the last kick of a robot until the end of a cycle.
     pub fn last_kick(
         &mut self,
         (robot, cycle): (RobotId, u64),
@@ -63,7 +63,7 @@ fn read(history: &mut History, robot: RobotId, cycle: u64, game: &Game) -> Optio
     let mut decided = None;
     for earlier in (cycle.saturating_sub(LONGEST_CYCLES)..=cycle).rev() {
         let Ok(Some(record)) = history.record(earlier) else { break };
-        // Kicks that have begun are not wanted again.
+        // A kick under way is not requested again.
         match (wanted(&record, robot), decided) {
             (Some(_), _) => decided = Some(record.cycle),
             (None, Some(_)) => break,

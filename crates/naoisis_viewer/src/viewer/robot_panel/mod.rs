@@ -240,7 +240,7 @@ fn show_head(
     ui.horizontal(|ui| {
         band(ui, id.team, egui::vec2(12.0, 18.0));
         ui.label(bright(id.to_string()).size(text_size::TITLE));
-        // What it means to do now may be another thing than what it was lined up as.
+        // The current intention may differ from what the name of the behaviour says.
         let behaviour = behaviour.unwrap_or("no behaviour");
         let words = match intention {
             Some(intention) => format!("{behaviour}: {intention}"),
@@ -396,7 +396,7 @@ mod tests {
     fn every_option_has_a_bar_and_the_best_the_longest() {
         let of = |values: &[f32]| values.iter().map(|value| bar_length(*value, values)).collect::<Vec<_>>();
         assert_eq!(of(&[1.0, 4.0]), [0.25, 1.0]);
-        // Costs: the dearer one is worse, and has a bar nevertheless.
+        // Costs: the more expensive option is worse, but still has a bar.
         let bars = of(&[-1.2, -6.5]);
         assert!(bars[0] == 1.0 && (0.05..0.2).contains(&bars[1]), "{bars:?}");
         assert_eq!(of(&[-2.0, -2.0]), [1.0, 1.0]);

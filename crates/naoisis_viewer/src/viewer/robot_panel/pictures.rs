@@ -90,7 +90,7 @@ pub(super) fn draw_in_window(
     let mount = mount_of(settings, side);
     let Some(mount) = mount else { return Ok(()) };
     let (side, intrinsics) = (mount.name, settings.intrinsics(mount));
-    // Panels may be larger than the window has them.
+    // The panels may be scaled relative to the window.
     let area = free.within(window.size());
     let zoom = context.zoom_factor();
     let area = Rect { min: area.min / zoom, max: area.max / zoom };

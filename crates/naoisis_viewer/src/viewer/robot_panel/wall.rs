@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn images_are_as_large_as_the_panel_lets_them_be() {
-        // Six robots with two cameras each: in a high panel below each other, in a wide one beside each other.
+        // Six robots with two cameras each: one below the other in a high panel, several per row in a wide one.
         let (in_a_row, width) = arranged(6, 2, egui::vec2(300.0, 900.0));
         assert!(in_a_row == 1 && width > 130.0, "{in_a_row} of {width}");
         let (in_a_row, width) = arranged(6, 2, egui::vec2(900.0, 400.0));

@@ -37,40 +37,40 @@ fn degrees(angle: f32) -> String {
     format!("{:.0}°", to_degrees(angle).round() + 0.0)
 }
 
-/// A position, m.
+/// Returns the text of a position, m.
 pub fn place(place: Vec2) -> String {
     format!("{}, {} m", decimal(place.x), decimal(place.y))
 }
 
-/// A pose in metres and degrees.
+/// Returns the text of a pose in metres and degrees.
 pub fn pose(pose: Pose) -> String {
     format!("{}, {}", place(pose.position), degrees(pose.heading))
 }
 
-/// The angles of a head.
+/// Returns the text of the angles of a head.
 pub fn head(yaw: f32, pitch: f32) -> String {
     let aside = if yaw >= 0.0 { "left" } else { "right" };
     let below = if pitch >= 0.0 { "down" } else { "up" };
     format!("{:.0}° {aside}, {:.0}° {below}", to_degrees(yaw.abs()), to_degrees(pitch.abs()))
 }
 
-/// A velocity.
+/// Returns the text of a velocity.
 pub fn velocity(velocity: Velocity) -> String {
     format!("{:.2} m/s, {}/s", velocity.linear.length(), degrees(velocity.angular))
 }
 
-/// The intention that a robot announces, if any.
+/// Returns the intention that a robot announces, if any.
 pub fn intention(command: Option<&RobotCommand>) -> Option<&str> {
     command?.say.as_ref()?.intention.as_deref().filter(|intention| !intention.is_empty())
 }
 
-/// The readings of the sonars.
+/// Returns the text of the readings of the sonars.
 pub fn sonar(reading: SonarReading) -> String {
     let side = |distance: Option<f32>| distance.map_or("—".to_owned(), |distance| format!("{distance:.2} m"));
     format!("left {}, right {}", side(reading.left), side(reading.right))
 }
 
-/// The condition of a robot.
+/// Returns the text of a robot's condition.
 pub fn condition(posture: &Posture, penalty: &Penalty, clock: &CycleClock) -> String {
     if let Some(active) = penalty.0 {
         let left_s = active.left_s(clock);
@@ -85,7 +85,7 @@ pub fn condition(posture: &Posture, penalty: &Penalty, clock: &CycleClock) -> St
     .to_owned()
 }
 
-/// The detections in numbers.
+/// Returns the text with the numbers of detections.
 pub fn percepts(percepts: &Percepts) -> String {
     let ball = percepts
         .ball
@@ -105,7 +105,7 @@ pub fn percepts(percepts: &Percepts) -> String {
     if parts.is_empty() { "no detections".to_owned() } else { parts.join(", ") }
 }
 
-/// The commands of a behaviour in a cycle of this duration, s.
+/// Returns the entries of a behaviour's commands in a cycle of this duration, s.
 pub fn commands(command: &RobotCommand, period: f32) -> Vec<Entry> {
     let walk = command.walk.map_or("stands".to_owned(), |walk| {
         let way = walk.translation() / period;
@@ -140,7 +140,7 @@ fn kick(request: KickRequest) -> String {
     format!("{}, {:.0} %", request.kick_type.words(), 100.0 * request.speed)
 }
 
-/// The state of the game that a robot received.
+/// Returns the text of the state of the game that a robot received.
 pub fn told(told: &GameStatus) -> String {
     let mut parts = vec![told.state.name().to_owned()];
     parts.extend(told.set_play.map(|set_play| {
@@ -152,7 +152,7 @@ pub fn told(told: &GameStatus) -> String {
     parts.join(", ")
 }
 
-/// The state of a robot's body.
+/// Returns the text of the state of a robot's body.
 pub fn body(body: BodyStatus) -> String {
     match body {
         BodyStatus::Standing => "stands",
@@ -172,7 +172,7 @@ fn spread(covariance: PlaceCovariance) -> String {
     half_axes_95(covariance).map(|[long, _]| format!(" ± {:.2} m", long.length())).unwrap_or_default()
 }
 
-/// The belief of a robot in the pitch frame, with its errors.
+/// Returns the entries of a robot's belief in the pitch frame, with its errors.
 pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec<Entry> {
     let [xx, xy, yy, ..] = belief.pose_covariance;
     let own = format!("{}{}", pose(belief.pose_in_pitch(own_end)), spread([xx, xy, yy]));
@@ -204,7 +204,7 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
     entries
 }
 
-/// A team message on one line.
+/// Returns the text of a team message on one line.
 pub fn message(message: &TeamMessage) -> String {
     let TeamMessage { pose: own, ball_m, robots_m, intention, payload, datagram } = message;
     let robots = (!robots_m.is_empty()).then(|| format!("{} robots", robots_m.len()));

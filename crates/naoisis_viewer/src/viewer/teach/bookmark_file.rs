@@ -124,7 +124,7 @@ impl From<KeptBookmark> for Bookmark {
     }
 }
 
-/// The file for a match: beside its trace, or beside its scenario file, with the seed.
+/// Returns the file of bookmarks for a match: beside its trace, or beside its scenario file, with the seed.
 fn file_of(trace: Option<&Path>, scenario: Option<(&Path, u64)>) -> Option<PathBuf> {
     let (path, ending) = match (trace, scenario) {
         (Some(trace), _) => (trace, ".bookmarks.json".to_owned()),
@@ -139,7 +139,7 @@ fn file_of(trace: Option<&Path>, scenario: Option<(&Path, u64)>) -> Option<PathB
 /// Reads the bookmarks of a file; empty if the file does not exist.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// A message when the file cannot be read or is invalid.
 fn read(path: &Path) -> Result<Vec<Bookmark>, String> {
     let text = match read_file(path, LARGEST_FILE_BYTES) {
         Ok(text) => text,
@@ -169,7 +169,7 @@ pub(super) fn keep(
     mut notice: ResMut<Notice>,
 ) {
     if file.of.as_ref().is_none_or(|(of, _)| !of.is_same(&keyframes)) {
-        // Another way that the match went is kept nowhere.
+        // The bookmarks of other branches are not stored.
         let is_fork = branches.is_some_and(|branches| branches.is_fork(&keyframes));
         let trace = trace.0.as_deref().filter(|_| timeline.is_replay());
         let played = played.as_ref().and_then(|played| played.0.as_ref());

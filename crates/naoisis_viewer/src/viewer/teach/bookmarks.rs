@@ -62,12 +62,12 @@ pub struct Bookmarks {
 }
 
 impl Bookmarks {
-    /// All bookmarks.
+    /// Returns all bookmarks.
     pub fn list(&self) -> &[Bookmark] {
         &self.list
     }
 
-    /// The index of the bookmark that is shown.
+    /// Returns the index of the bookmark that is shown.
     pub fn shown(&self) -> Option<usize> {
         self.shown
     }
@@ -104,7 +104,7 @@ fn forget(keyframes: Res<Keyframes>, clock: Res<CycleClock>, mut bookmarks: ResM
     if !bookmarks.of.is_same(&keyframes) {
         *bookmarks = Bookmarks { of: keyframes.clone(), ..default() };
     }
-    // Who goes elsewhere no longer sees it, once it was there.
+    // Once the bookmark's moment was shown, going to another moment ends it.
     let shown = bookmarks.shown.and_then(|shown| bookmarks.list.get(shown));
     if shown.is_some_and(|shown| shown.cycle.abs_diff(clock.cycle) > 1) && !bookmarks.is_changed() {
         bookmarks.shown = None;
@@ -157,7 +157,7 @@ fn apply(
                 world.0 = bookmark.robots_world;
                 camera.wanted = bookmark.camera.wanted;
                 camera.mode = match bookmark.camera.mode {
-                    // It must not go elsewhere.
+                    // The camera must stay where it is, so it follows nothing.
                     CameraMode::Ball | CameraMode::Play | CameraMode::Robot { .. } => CameraMode::Orbit,
                     mode => mode,
                 };
@@ -223,7 +223,7 @@ mod tests {
         bookmarks.shown = None;
         assert_eq!([bookmarks.neighbour(true, 20), bookmarks.neighbour(false, 20)], [Some(1), Some(0)]);
         assert_eq!([bookmarks.neighbour(true, 91), bookmarks.neighbour(false, 5)], [None, None]);
-        // Made again, a moment keeps its words.
+        // If a bookmark of the same moment is made again, the caption stays.
         bookmarks.add(Bookmark { robots_world: true, ..bookmark(50, "") });
         assert!(bookmarks.list.len() == 3 && bookmarks.list[1].caption == "seen" && bookmarks.list[1].robots_world);
     }

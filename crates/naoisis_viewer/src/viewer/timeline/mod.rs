@@ -67,27 +67,27 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Whether the past is shown.
+    /// Returns whether the past is shown.
     pub fn is_past(&self) -> bool {
         self.cursor.is_some()
     }
 
-    /// The moment that is shown, in cycles since the start; `None` for the present.
+    /// Returns the moment that is shown, in cycles since the start; `None` for the present.
     pub fn cursor(&self) -> Option<f64> {
         self.cursor
     }
 
-    /// Whether a trace is shown and no match is played.
+    /// Returns whether a trace is shown and no match is played.
     pub fn is_replay(&self) -> bool {
         self.trace_scenario.is_some()
     }
 
-    /// The scenario of the trace that is shown, if any.
+    /// Returns the scenario of the trace that is shown, if any.
     pub fn trace_scenario(&self) -> Option<&Scenario> {
         self.trace_scenario.as_deref()
     }
 
-    /// The parts that the records of the match contain.
+    /// Returns the parts that the records of the match contain.
     pub fn fields(&self) -> &Fields {
         &self.fields
     }
@@ -156,7 +156,7 @@ impl BranchData {
         world.insert_resource(Timeline { trace_scenario, fields, ..default() });
     }
 
-    /// The data until the end of a cycle at `time_s`, for a branch that plays on from there.
+    /// Returns the data until the end of a cycle at `time_s`, for a branch that plays on from there.
     ///
     /// # Errors
     /// When the records of that cycle cannot be read.
@@ -182,10 +182,10 @@ pub fn show_trace(world: &mut World, data: BranchData) -> Result<(), ScenarioFau
             robot.behaviour = BehaviourSpec::default();
         }
         scenario.interventions.clear();
-        // Every moment of it is put there by its record.
+        // The record sets every moment of the match, so it needs no start from another match.
         scenario.from = None;
         simulation::start_match(world, &scenario)?;
-        // Nobody decides anything, but who did can be told.
+        // The robots have no behaviours now, but the scenario still tells the original ones.
         world.insert_resource(as_played);
     }
     data.put(world);
@@ -212,7 +212,7 @@ pub fn go_to(world: &mut World, cursor: f64) {
 /// Moves by a number of cycles.
 pub fn step(world: &mut World, cycles: i64) {
     let now = match world.resource::<Timeline>().cursor {
-        // Back from between two cycles is to the nearer one.
+        // A step back from between two cycles goes to the nearer one.
         Some(cursor) if cycles < 0 => cursor.ceil(),
         Some(cursor) => cursor.floor(),
         None => world.resource::<CycleClock>().cycle as f64,
@@ -318,7 +318,7 @@ fn play_past(world: &mut World) {
     go_to(world, cursor + cycles);
     let timeline = world.resource::<Timeline>();
     let last = world.resource::<History>().last_cycle();
-    // At its end a replay stands.
+    // A replay pauses at its end.
     if timeline.is_replay() && timeline.shown == last && timeline.cursor == last.map(|last| last as f64) {
         world.resource_mut::<Playback>().paused = true;
     }

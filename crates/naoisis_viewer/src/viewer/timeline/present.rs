@@ -35,7 +35,7 @@ pub(super) struct Present {
     ball: Option<(Entity, BallBundle)>,
 }
 
-/// The components of a robot of which records contain something, except the belief, which some robots lack.
+/// The components of a robot that records describe, except the belief, which some robots lack.
 #[derive(Bundle, Clone, Debug)]
 struct RobotBundle {
     pose: Pose,
@@ -52,7 +52,7 @@ struct RobotBundle {
     drawings: Drawings,
 }
 
-/// The components of the ball of which records contain something.
+/// The components of the ball that records describe.
 #[derive(Bundle, Clone, Copy, Debug)]
 struct BallBundle {
     pose: Pose,
@@ -184,7 +184,7 @@ pub(super) fn put_record(
         let (belief, mut state) =
             (robot.belief.clone(), state_of(robot, was, Stride { kick, ..stride }, clock.period_s));
         if !fields.has("robots.pose") {
-            // It stays where it was at the start.
+            // Without recorded poses the robot stays where it was at the start.
             let place = world.get::<Pose>(entity).copied().unwrap_or_default();
             (state.pose, state.previous) = (place, PreviousPose(place));
         }

@@ -63,7 +63,7 @@ fn the_past_is_shown_as_it_was_and_the_present_comes_back() {
     send(&mut app, ViewerCommand::TogglePause);
     send(&mut app, TimelineCommand::GoTo(100));
     let (shown, earlier) = (seen(&app), earlier.unwrap());
-    // A record has degrees and decimal places.
+    // A record has degrees and a limited number of decimal places.
     assert!(shown.0.position.abs_diff_eq(earlier.0.position, 1e-5));
     assert!((shown.0.heading - earlier.0.heading).abs() < 1e-5);
     assert_eq!((shown.1.position, shown.3), (earlier.1.position, 100));
@@ -83,7 +83,7 @@ fn the_past_goes_on_into_the_present_and_the_match_with_it() {
         app.update();
     }
     send(&mut app, TimelineCommand::Skip(-1.0));
-    // 30 frames are 15 of the 30 cycles; the match itself stands.
+    // 30 frames are 15 of the 30 cycles. The match itself is paused.
     frames(&mut app, 29);
     assert!((44.0..46.5).contains(&cursor(&app).unwrap()), "{:?}", cursor(&app));
     assert_eq!(app.world().resource::<History>().last_cycle(), Some(60));
@@ -143,12 +143,12 @@ fn a_trace_is_shown_as_the_match_was() {
     assert!(place.abs_diff_eq(played.robot_pose(BLUE2).unwrap().position, 1e-5));
     assert!(replay.robot::<Belief>(BLUE2).is_some());
     let shown = replay.world().resource::<CurrentRecord>().record.robot(BLUE2).unwrap().command.clone();
-    // A trace has as many digits as mean something.
+    // A trace contains only significant digits.
     let [shown, wanted] = [shown, wanted].map(|command| serde_json::to_value(command).unwrap());
     let walks = [&shown, &wanted].map(|command| Vec::<f32>::deserialize(&command["walk"]).unwrap());
     assert!(walks[0].iter().zip(&walks[1]).all(|(shown, wanted)| (shown - wanted).abs() < 1e-4), "{shown} {wanted}");
     assert_eq!(shown["say"]["intention"], wanted["say"]["intention"]);
-    // It stands at its end, and begins again.
+    // The replay pauses at its end, and starts again from there.
     frames(&mut replay, 10);
     assert_eq!((replay.cycle(), replay.world().resource::<Playback>().paused), (150, true));
     send(&mut replay, ViewerCommand::TogglePause);
@@ -157,7 +157,7 @@ fn a_trace_is_shown_as_the_match_was() {
     send(&mut replay, ViewerCommand::SetSpeed(Speed::Times(4.0)));
     frames(&mut replay, 30);
     assert!((74..80).contains(&replay.cycle()), "{}", replay.cycle());
-    // A match can be played in its place.
+    // A match can be started instead of the replay.
     send(&mut replay, ViewerCommand::Load("match3v3"));
     frames(&mut replay, 30);
     assert!(!replay.world().resource::<Timeline>().is_replay());

@@ -56,7 +56,7 @@ struct Shown {
     /// Whether it has started, or for how many frames it has not.
     has_begun: bool,
     waited: u8,
-    /// Where a trace continues after it, cycles.
+    /// The moment at which a trace continues after it, cycles.
     goes_on_at: f64,
     /// The state of the viewer before it.
     speed: Speed,
@@ -64,12 +64,12 @@ struct Shown {
 }
 
 impl GoalReplay {
-    /// The text of the goal that is replayed, if any.
+    /// Returns the text of the goal that is replayed, if any.
     pub fn words(&self) -> Option<&str> {
         self.shown.as_ref().map(|shown| shown.words.as_str())
     }
 
-    /// Whether a goal is replayed or will be.
+    /// Returns whether a goal is replayed or will be.
     pub fn is_busy(&self) -> bool {
         self.shown.is_some() || self.due.is_some()
     }
@@ -100,7 +100,7 @@ fn show_goals(
         if !is_left && is_watching {
             return;
         }
-        // Who goes elsewhere meanwhile stays there.
+        // If the user went to another moment meanwhile, that moment stays.
         let has_ended = timeline.is_past() && (shown.part[1]..shown.part[1] + 30.0).contains(&now);
         let goes_on_at = shown.goes_on_at;
         playback.speed = shown.speed;
@@ -133,7 +133,7 @@ fn show_goals(
         return;
     };
     replay.due = None;
-    // In the cycle of the goal itself the ball may already be back on the centre.
+    // In the cycle of the goal itself, the ball may already be back on the centre.
     let last = goal.cycle.saturating_sub(1) as f64;
     let first = (last - RUN_UP_S * per_second).max(0.0);
     replay.shown = Some(Shown {
@@ -150,7 +150,7 @@ fn show_goals(
     camera.mode = CameraMode::Ball;
     camera.wanted.distance = 2.6;
     camera.wanted.elevation = 0.35;
-    // Towards the goal that the ball goes into.
+    // The camera looks towards the goal that the ball goes into.
     let end = game.own_end(goal.team.unwrap_or_default().opponent());
     camera.wanted.azimuth = if end == End::PositiveX { -FRAC_PI_4 } else { FRAC_PI_4 };
     moments.write(TimelineCommand::GoTo(first as u64));

@@ -21,7 +21,7 @@ use naoisis_core::team::Team;
 const SCORE_SHARE: f32 = 0.06;
 const SCORE_HEIGHTS: [f32; 2] = [26.0, 72.0];
 
-/// What there is to watch besides the match.
+/// Shows the score, goal replays and the final summary.
 pub struct WatchPlugin;
 
 impl Plugin for WatchPlugin {

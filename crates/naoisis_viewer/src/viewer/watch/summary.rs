@@ -53,7 +53,7 @@ pub struct FinalSummary {
 }
 
 impl FinalSummary {
-    /// Whether it is on the screen.
+    /// Returns whether it is on the screen.
     pub fn is_shown(&self) -> bool {
         self.is_shown && !self.is_closed && self.summary.is_some()
     }
@@ -68,7 +68,7 @@ fn sum_up(
     mut shown: ResMut<FinalSummary>,
 ) {
     let (Some(scenario), Some(last)) = (scenario, history.last_cycle()) else { return };
-    // A replay is over at its last cycle, whether the match was or not.
+    // A replay ends at its last cycle, even if the match did not end there.
     let is_at_end = match timeline.cursor() {
         Some(cursor) => timeline.is_replay() && cursor >= last as f64,
         None => is_over(&game, &clock, &playback),
@@ -195,9 +195,9 @@ fn draw_map(ui: &mut egui::Ui, map: &HeatMap, colour: Color32, width: f32) {
     let most_s = map.most_s().max(f32::EPSILON);
     for (index, time_s) in map.time_s.iter().enumerate().filter(|(_, time_s)| **time_s > 0.0) {
         let (column, row) = ((index % CELLS_ALONG) as f32, (index / CELLS_ALONG) as f32);
-        // Rows are from -y upwards.
+        // Rows are counted from -y upwards.
         let least = egui::pos2(area.left() + cell * column, area.bottom() - cell * (row + 1.0));
-        // Short times are seen beside long ones.
+        // The square root keeps short times visible beside long ones.
         let strength = 0.25 + 0.75 * (time_s / most_s).sqrt();
         ui.painter().rect_filled(
             egui::Rect::from_min_size(least, egui::Vec2::splat(cell)),
