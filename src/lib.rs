@@ -1,8 +1,7 @@
-//! naoisis: a behavioural simulator of humanoid robot soccer. Coarse motion, strict perception.
+//! naoisis: a simulator of humanoid robot soccer for testing behaviours, with coarse motion and strict perception.
 //!
-//! Robots walk, turn their heads and kick within the limits of a NAO, and know nothing but what two cameras, two
-//! sonars, odometry and team messages tell them. Behaviours are Bevy systems that read only their own robots' sensors;
-//! the engine refuses others.
+//! Robots walk, turn their heads and kick within the limits of a NAO. They know only what two cameras, two sonars, odometry and team
+//! messages tell them. Behaviours are Bevy systems that read only the sensors of their own robots: the engine refuses others.
 //!
 //! # A match in ten lines
 //!
@@ -22,7 +21,7 @@
 //!
 //! | you want to | read |
 //! |---|---|
-//! | begin | [`guide`] |
+//! | get started | [`guide`] |
 //! | run and look at a match, or test a behaviour | [`simulation`] |
 //! | write a behaviour, or a team | [`behaviour`], and what it may know in [`behaviour::barrier`] |
 //! | know what a robot measures | [`sensing`], [`communication`], [`referee::GameStatus`] |
@@ -30,32 +29,32 @@
 //! | know what a robot can do | [`robot::motion`], [`robot::head`], [`robot::kick`] |
 //! | know what happens to it | [`collision`], [`ball`], [`referee`] |
 //! | describe a situation in a file | [`scenario`] |
-//! | record a match | [`record::trace`]; in a way of your own: [`record::recorder`], [`record::formats`] |
-//! | have a sensor of your own | [`simulation::sensors`] |
-//! | have a rule of your own | [`simulation::rules`] |
+//! | record a match | [`record::trace`]; in your own format: [`record::recorder`], [`record::formats`] |
+//! | add your own sensor | [`simulation::sensors`] |
+//! | add your own rule | [`simulation::rules`] |
 //! | add anything else | [`guide::extending`] |
-//! | test a team in a line | [`expectations`] |
-//! | decide for robots from outside the app | [`agents`] |
-//! | tell robots of the game in the league's own protocol | [`game_controller`] |
-//! | have all commands in a program of your own | [`cli::run`] |
-//! | know what happens, in a system of your own | [`events`], and for observers [`simulation::triggers`] |
-//! | have a match in an app of your own | [`guide::own_app`] |
+//! | test a team from the command line | [`expectations`] |
+//! | control robots from outside the app | [`agents`] |
+//! | send robots the state of the game in the league's protocol | [`game_controller`] |
+//! | have all commands in your own program | [`cli::run`] |
+//! | react in your own systems to what happens | [`events`], and for observers [`simulation::triggers`] |
+//! | run a match in your own app | [`guide::own_app`] |
 //! | play thousands of matches | [`batch`] |
-//! | let something learn | [`environment`], and the Python package |
-//! | save a match and go on from it | [`simulation::snapshot`] |
+//! | train a learner | [`environment`], and the Python package |
+//! | save a match and continue it | [`simulation::snapshot`] |
 //! | add a system at the right place | [`cycle::CycleSystems`] |
 //!
-//! # What may grow
+//! # Compatibility
 //!
-//! Enums that name kinds of things (events, penalties, kicks, noises) and what the simulation hands out (percepts, statuses,
-//! evidence, records) are `#[non_exhaustive]`: a `match` on them has an arm for the rest, a test makes them by `new` or `default`.
-//! What a program builds itself (scenarios, rules, settings) gets new fields, too, each with a default: end a literal with
-//! `..default()`, and it builds with the next version.
+//! Enums of kinds (events, penalties, kicks, noises) and types that the simulation returns (percepts, statuses, evidence, records) are
+//! `#[non_exhaustive]`: a `match` on them needs an arm for the rest, and tests create them by `new` or `default`. Types that programs build
+//! themselves (scenarios, rules, settings) get new fields with defaults: end a literal with `..default()`, and it builds with the next
+//! version.
 //!
 //! # Layers
 //!
-//! This crate is a facade: it has the modules of the crates below. A module uses those of the layers below it and none above,
-//! and so do crates; a test (`tests/it/layers.rs`) reads this table and the imports. A new module gets a place in this table.
+//! This crate is a facade with the modules of the crates below. A module may use those of the layers below it, but none above. The same
+//! holds for crates. The test `tests/it/layers.rs` compares this table with the imports, so a new module needs a place in it.
 //!
 //! | crate | modules, from the lowest to the highest | what is there |
 //! |---|---|---|
@@ -71,10 +70,10 @@
 //!
 //! # Units and frames
 //!
-//! SI units and radians, in `f32`. The pitch frame has its origin at the centre mark, +x towards the yellow goal, +y
-//! to the left of +x, +z up; blue defends -x in the first half. The team frame is the pitch frame turned by half a
-//! turn for the team that defends +x: its own goal is always at -x. A robot's frame has its origin between the feet on
-//! the ground, x to the front, y to the left. Files write angles in degrees, and units into the names of fields.
+//! SI units and radians, in `f32`. The pitch frame has its origin at the centre mark, +x towards the yellow goal, +y to the left of +x, and
+//! +z up; blue defends -x in the first half. The team frame is the pitch frame, turned by half a turn for the team that defends +x, so that
+//! the own goal is always at -x. The frame of a robot has its origin between the feet on the ground, x to the front and y to the left.
+//! Files contain angles in degrees, and their fields' names contain units.
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod guide;
@@ -94,7 +93,7 @@ pub use naoisis_sim::{interface, scenario, simulation, teams};
 #[cfg(feature = "viewer")]
 pub use naoisis_viewer::viewer;
 
-/// What tests, benchmarks and the Python package use beside the public modules. It may change in any version.
+/// Modules for tests, benchmarks and the Python package. They may change in any version.
 #[doc(hidden)]
 pub mod internal {
     pub use naoisis_core::named_values;
@@ -102,7 +101,7 @@ pub mod internal {
     pub use naoisis_sensing::appearance;
 }
 
-/// The README's examples, so that they are tested.
+/// The examples of the README, so that they are tested.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

@@ -1,9 +1,10 @@
-//! The one counter of a match. Batches, expectations, summaries and the viewer read [`MatchCounts`]; found mistakes use the same
-//! [kicks].
+//! Counts the events of a match. Batches, expectations, summaries and the viewer read the same [`MatchCounts`]; the detection of mistakes
+//! uses the same [kicks].
 //!
-//! Definitions are those of football where there are any: [Opta's event definitions](https://www.statsperform.com/opta-event-definitions/)
+//! The definitions are those of football, as far as they exist: [Opta's event
+//! definitions](https://www.statsperform.com/opta-event-definitions/)
 //! and [FIFA's football language](https://www.fifatrainingcentre.com/en/game/performance-analysis/football-language-analysis/the-fifa-football-language.php).
-//! Both judge what a player meant to do. A simulator cannot know that, and takes what became of the ball instead.
+//! Both judge a player's intention. A simulator does not know it, and judges by where the ball goes instead.
 //!
 //! | counted | definition | source |
 //! |---|---|---|
@@ -51,14 +52,14 @@ use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sim::interface::cycle_record::CycleRecord;
 use naoisis_sim::scenario::Scenario;
 
-/// A pose error enters the median every so many cycles: a value a second.
+/// Number of cycles between two pose errors for the median: one value a second.
 const CYCLES_PER_POSE_ERROR: u64 = 30;
-/// A duel begins when robots of both teams are this near to the ball, m.
+/// Distance to the ball within which robots of both teams begin a duel, m.
 const DUEL_BEGINS_M: f32 = 0.5;
-/// A duel ends when one team has no robot this near to the ball, m.
+/// Distance to the ball beyond which a team's nearest robot ends a duel, m.
 const DUEL_ENDS_M: f32 = 0.75;
 
-/// Everything that is counted of a match.
+/// Everything that is counted in a match.
 #[derive(Clone, Debug)]
 pub struct MatchCounts {
     /// Goals that count for the team.
@@ -69,17 +70,17 @@ pub struct MatchCounts {
     pub shoot_out_goals: PerTeam<u32>,
     /// The winner, after the final whistle.
     pub winner: Option<Team>,
-    /// The score when each half ended, or as it is in the half under way.
+    /// The score at the end of each half, or now for the half under way.
     pub score_after_half: BTreeMap<u32, Score>,
-    /// Set plays that the team was given, by kind.
+    /// Set plays awarded to the team, by kind.
     pub set_plays: PerTeam<BTreeMap<SetPlayKind, u32>>,
     /// Balls that left the pitch.
     pub outs: u32,
-    /// Balls that left the pitch and that the team touched last.
+    /// Balls that left the pitch after the team's touch.
     pub outs_of: PerTeam<u32>,
     /// Duels that the team won.
     pub duels_won: PerTeam<u32>,
-    /// The duration of what was counted, s.
+    /// The counted time, s.
     pub duration_s: f64,
     /// The robots' counts.
     pub robots: BTreeMap<RobotId, RobotCounts>,
@@ -87,35 +88,35 @@ pub struct MatchCounts {
     play_cycles: u64,
     /// Cycles in `ready`, `set` and `playing`.
     game_cycles: u64,
-    /// Cycles of robots in these states, and those of them without a penalty.
+    /// Cycles of all robots of a team in these states; below, those without a penalty.
     robot_cycles: PerTeam<u64>,
     active_cycles: PerTeam<u64>,
     possession_cycles: PerTeam<u64>,
     ball_in_half_cycles: PerTeam<u64>,
-    /// Pose errors of each team's robots, m: one a second.
+    /// Pose errors of each team's robots, one a second, m.
     pose_errors_m: PerTeam<Vec<f64>>,
     kicks: KickFollower,
-    /// The robot that touched the ball last since it was put down.
+    /// The last robot that touched the ball since it was put down.
     last_touch: Option<RobotId>,
     duel: Option<Duel>,
     /// The corner of the pitch at +x and +y, m.
     corner_m: Vec2,
     /// The last position of the ball, m, pitch frame.
     ball_m: Option<Vec2>,
-    /// Cycle, time and score where counting began and where it stands.
+    /// Time and score at which counting began.
     began: Option<(f64, Score)>,
     last_cycle: u64,
 }
 
-/// A duel that goes on.
+/// A duel under way.
 #[derive(Clone, Copy, Debug, Default)]
 struct Duel {
-    /// The team that has touched the ball last in it.
+    /// The team that touched the ball last during the duel.
     touched_by: Option<Team>,
 }
 
 impl MatchCounts {
-    /// Creates a counter for matches of `scenario`. The first cycle that it [reads](Self::look) is where counting begins.
+    /// Creates a counter for matches of `scenario`. Counting begins with the first cycle that it [reads](Self::look).
     pub fn new(scenario: &Scenario) -> Self {
         Self {
             goals: default(),
@@ -147,13 +148,13 @@ impl MatchCounts {
         }
     }
 
-    /// Counts the cycle of `record`. Returns the time in play that it stands for, s.
+    /// Counts the cycle of `record`. Returns the time in play that it covers, s.
     pub fn look_at_record(&mut self, record: &CycleRecord) -> f64 {
         self.look(&record.into(), record.robots.iter().map(ObservedRobot::from))
     }
 
-    /// Counts `cycle`, after which `robots` are as given. Returns the time in play that it stands for, s: more than one cycle if
-    /// cycles before it were left out.
+    /// Counts `cycle`, with the `robots` after it. Returns the time in play that it covers, s. If earlier cycles were left out, this is
+    /// more than one cycle.
     pub fn look<'a>(&mut self, cycle: &Observed, robots: impl Iterator<Item = ObservedRobot<'a>>) -> f64 {
         let cycles = cycle.cycle.saturating_sub(self.last_cycle);
         self.last_cycle = cycle.cycle;
@@ -211,7 +212,7 @@ impl MatchCounts {
         cycles as f64 * self.period_s
     }
 
-    /// The distance of the ball, m, from the centre mark and from the left and the right corner at +x.
+    /// Returns the distances of the ball from the centre mark and from the left and the right corner at +x, m.
     pub fn ball_distances_m(&self) -> Option<[f32; 3]> {
         let Vec2 { x, y } = self.corner_m;
         let ball = self.ball_m?;
@@ -280,7 +281,7 @@ impl MatchCounts {
         }
     }
 
-    /// Notes that the ball is dead, or was put down for a restart.
+    /// Notes that the ball is dead or was put down for a restart.
     fn dead_ball(&mut self) {
         self.last_touch = None;
         self.duel = None;
@@ -305,7 +306,7 @@ impl MatchCounts {
         }
     }
 
-    /// Begins or ends a duel: of the teams' robots that are nearest to the ball, the further one is `further_m` away.
+    /// Begins or ends a duel. `further_m` is the distance of each team's nearest robot to the ball, the greater of the two.
     fn count_duel(&mut self, further_m: f32) {
         match self.duel {
             None if further_m <= DUEL_BEGINS_M => self.duel = Some(Duel::default()),
@@ -319,7 +320,7 @@ impl MatchCounts {
         }
     }
 
-    /// The counts of all robots of `team` together.
+    /// Returns the sum of the counts of all robots of `team`.
     pub fn team(&self, team: Team) -> RobotCounts {
         let mut sum = RobotCounts::default();
         for (_, robot) in self.robots.iter().filter(|(id, _)| id.team == team) {
@@ -328,39 +329,39 @@ impl MatchCounts {
         sum
     }
 
-    /// The time in play, s.
+    /// Returns the time in play, s.
     pub fn play_s(&self) -> f64 {
         self.play_cycles as f64 * self.period_s
     }
 
-    /// The time in `ready`, `set` and `playing`, s.
+    /// Returns the time in `ready`, `set` and `playing`, s.
     pub fn game_s(&self) -> f64 {
         self.game_cycles as f64 * self.period_s
     }
 
-    /// The time of the robots of `team` in `ready`, `set` and `playing`, s, and how much of it was without a penalty.
+    /// Returns the time of all robots of `team` in `ready`, `set` and `playing`, and the part of it without a penalty, s.
     pub fn robot_and_active_s(&self, team: Team) -> [f64; 2] {
         [self.robot_cycles[team], self.active_cycles[team]].map(|cycles| cycles as f64 * self.period_s)
     }
 
-    /// The goals of each team in `half`, from 1.
+    /// Returns the goals of each team in `half`, from 1.
     pub fn goals_in_half(&self, half: u32) -> Score {
         let earlier = self.score_after_half.range(..half).next_back().map(|(_, score)| *score).unwrap_or_default();
         let after = self.score_after_half.get(&half).copied().unwrap_or(earlier);
         PerTeam::new(|team| after[team].saturating_sub(earlier[team]))
     }
 
-    /// The share of `team` in the possession, from 0 to 1. `None` if no robot touched the ball.
+    /// Returns the possession of `team`, from 0 to 1. Returns `None` if no robot touched the ball.
     pub fn possession(&self, team: Team) -> Option<f64> {
         share_of_team(self.possession_cycles, team)
     }
 
-    /// The share of the time in play with the ball in the half of `team`, from 0 to 1. `None` without a ball.
+    /// Returns the share of the time in play with the ball in the half of `team`, from 0 to 1. Returns `None` without a ball.
     pub fn ball_in_half(&self, team: Team) -> Option<f64> {
         share_of_team(self.ball_in_half_cycles, team)
     }
 
-    /// The median of the pose errors of `team`, m. `None` without beliefs.
+    /// Returns the median of the pose errors of `team`, m. Returns `None` without beliefs.
     pub fn median_pose_error_m(&self, team: Team) -> Option<f64> {
         median(self.pose_errors_m[team].clone())
     }
