@@ -2,6 +2,7 @@
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use bevy::math::Vec2;
+use core::iter::repeat_n;
 use resize::{Pixel, Type};
 use rgb::FromSlice;
 use std::sync::LazyLock;
@@ -83,9 +84,10 @@ impl Canvas {
 
     /// Draws an image with its top left corner at `at`, enlarged by the factor `scale`.
     pub fn picture(&mut self, image: &Image, at: Vec2, scale: f32) {
-        let size = [image.width, image.height].map(|side| (side as f32 * scale * self.scale).round() as u32);
-        if size == [image.width, image.height] {
-            self.pixels(image, at);
+        let times = scale * self.scale;
+        let size = [image.width, image.height].map(|side| (side as f32 * times).round() as u32);
+        if times >= 1.0 && times.fract() == 0.0 {
+            self.squares(image, at, times as usize);
         } else if let Some(resized) = resized(image, size) {
             self.pixels(&resized, at);
         }
@@ -93,26 +95,36 @@ impl Canvas {
 
     /// Draws an image with its top left corner at `at`, pixel by pixel.
     pub fn pixels(&mut self, image: &Image, at: Vec2) {
+        self.squares(image, at, 1);
+    }
+
+    /// Draws an image with its top left corner at `at`, each pixel as a square of `side` pixels.
+    fn squares(&mut self, image: &Image, at: Vec2, side: usize) {
         let [left, top] = (at * self.scale).round().to_array().map(|pixel| pixel as i64);
         let [width, height] = self.size().map(i64::from);
+        let columns = i64::from(image.width) * side as i64;
         // The part of each row that is on the canvas.
-        let from = (-left).clamp(0, i64::from(image.width));
-        let to = (width - left).clamp(from, i64::from(image.width));
+        let from = (-left).clamp(0, columns);
+        let to = (width - left).clamp(from, columns);
         if from == to {
             return;
         }
-        for (row, colours) in (top..).zip(image.rgb.chunks_exact(3 * image.width as usize)) {
-            if (0..height).contains(&row) {
-                self.put_row(row as usize, (left + from) as usize, &colours[3 * from as usize..3 * to as usize]);
+        let mut widened = Vec::new();
+        for (index, colours) in image.rgb.chunks_exact(3 * image.width as usize).enumerate() {
+            widened.clear();
+            widened.extend(colours.as_chunks::<3>().0.iter().flat_map(|colour| repeat_n(*colour, side)));
+            let first = top + (index * side) as i64;
+            for row in (first..first + side as i64).filter(|row| (0..height).contains(row)) {
+                self.put_row(row as usize, (left + from) as usize, &widened[from as usize..to as usize]);
             }
         }
     }
 
     /// Copies colours into a row of pixels, starting at a column. All of them must be on the canvas.
-    fn put_row(&mut self, row: usize, column: usize, colours: &[u8]) {
+    fn put_row(&mut self, row: usize, column: usize, colours: &[[u8; 3]]) {
         let first = 4 * (row * self.pixmap.width() as usize + column);
         let pixels = self.pixmap.data_mut()[first..].as_chunks_mut::<4>().0;
-        for ([red, green, blue, _], colour) in pixels.iter_mut().zip(colours.as_chunks::<3>().0) {
+        for ([red, green, blue, _], colour) in pixels.iter_mut().zip(colours) {
             [*red, *green, *blue] = *colour;
         }
     }
@@ -354,10 +366,17 @@ mod tests {
         let mut canvas = Canvas::new([20, 20], PAPER);
         canvas.picture(&image, Vec2::new(3.0, 4.0), 1.0);
         canvas.picture(&image, Vec2::new(10.0, 10.0), 4.0);
-        let drawn = canvas.into_image();
+        let drawn = canvas.image();
         assert_eq!([drawn.colour(3, 4), drawn.colour(4, 4)], [Some([255, 0, 0]), Some([0, 0, 255])]);
         assert_eq!([drawn.colour(2, 4), drawn.colour(5, 4)], [Some(PAPER.0); 2]);
-        assert!(drawn.colour(10, 11).unwrap()[0] > 200 && drawn.colour(17, 11).unwrap()[2] > 200);
+        for (u, v, colour) in
+            [(10, 10, [255, 0, 0]), (13, 13, [255, 0, 0]), (14, 10, [0, 0, 255]), (17, 13, [0, 0, 255])]
+        {
+            assert_eq!(drawn.colour(u, v), Some(colour), "{u} {v}");
+        }
+        canvas.picture(&image, Vec2::ZERO, 2.5);
+        let drawn = canvas.into_image();
+        assert!(drawn.colour(0, 0).unwrap()[0] > 200 && drawn.colour(4, 1).unwrap()[2] > 200);
     }
 
     #[test]

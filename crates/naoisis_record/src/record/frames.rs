@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
 use super::match_renderer::{MatchRenderer, newest_image};
-use super::picture::Picture;
+use super::picture::{FIELD_SAMPLES, Picture};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::robot::Roster;
 use naoisis_sensing::sensing::camera::CameraSettings;
@@ -66,7 +66,7 @@ impl FrameRecorder {
             if before.is_some_and(|before| arrived <= before) {
                 continue;
             }
-            if let Some(image) = picture.take(renderer, world) {
+            if let Some(image) = picture.take(renderer, world, FIELD_SAMPLES) {
                 let (name, image) = (folder_name(picture), Arc::new(image));
                 if !image.labels.is_empty() {
                     self.write(&format!("{name}_labels"), cycle, Layer::Labels, &image);

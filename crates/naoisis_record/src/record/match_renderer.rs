@@ -59,9 +59,9 @@ impl MatchRenderer {
         shot.image
     }
 
-    /// Draws the whole field with the overlays, in a size in pixels.
-    pub fn draw_field(&mut self, world: &mut World, size: [u32; 2]) -> Image {
-        let view = view_of_field(&self.scene.pitch, size);
+    /// Draws the whole field with the overlays, in a size in pixels, each of which has `samples` across and down.
+    pub fn draw_field(&mut self, world: &mut World, size: [u32; 2], samples: u32) -> Image {
+        let view = View { supersampling: samples, ..view_of_field(&self.scene.pitch, size) };
         let picture = self.draw(world, &view);
         if self.overlays.is_empty() { picture } else { draw_over(world, &picture, &view, &self.overlays) }
     }

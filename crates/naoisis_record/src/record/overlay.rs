@@ -307,6 +307,7 @@ impl<'a> Brush<'a> {
 mod tests {
     use super::*;
     use crate::record::match_renderer::MatchRenderer;
+    use crate::record::picture::FIELD_SAMPLES;
     use naoisis_sim::scenario::Scenario;
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
 
@@ -318,9 +319,9 @@ mod tests {
         app.run_cycles(60);
         let mut renderer = MatchRenderer::default();
         renderer.look(app.world_mut());
-        let plain = renderer.draw_field(app.world_mut(), [320, 180]);
+        let plain = renderer.draw_field(app.world_mut(), [320, 180], FIELD_SAMPLES);
         renderer.overlays = overlays.iter().map(|words| words.parse().unwrap()).collect();
-        let drawn = renderer.draw_field(app.world_mut(), [320, 180]);
+        let drawn = renderer.draw_field(app.world_mut(), [320, 180], FIELD_SAMPLES);
         plain.rgb.chunks(3).zip(drawn.rgb.chunks(3)).filter(|(one, other)| one != other).count()
     }
 

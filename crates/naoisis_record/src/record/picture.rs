@@ -11,6 +11,8 @@ use naoisis_sensing::sensing::camera::image::Image;
 
 /// Size of a picture of the field, pixels.
 pub const FIELD_SIZE: [u32; 2] = [960, 540];
+/// The samples of a pixel of the field in single pictures, across and down.
+pub const FIELD_SAMPLES: u32 = 3;
 
 /// A picture of a match.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -22,10 +24,11 @@ pub enum Picture {
 }
 
 impl Picture {
-    /// Takes the picture of the match, which the renderer has just observed. Returns `None` for a robot that is not on the pitch.
-    pub fn take(self, renderer: &mut MatchRenderer, world: &mut World) -> Option<Image> {
+    /// Takes the picture of the match, which the renderer has just observed. A pixel of the field has `samples` across and down. Returns
+    /// `None` for a robot that is not on the pitch.
+    pub fn take(self, renderer: &mut MatchRenderer, world: &mut World, samples: u32) -> Option<Image> {
         match self {
-            Picture::Field => Some(renderer.draw_field(world, FIELD_SIZE)),
+            Picture::Field => Some(renderer.draw_field(world, FIELD_SIZE, samples)),
             Picture::Camera(robot, side) => renderer.through_the_eyes_of(world, robot, side),
         }
     }

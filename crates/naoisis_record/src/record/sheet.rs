@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use super::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use super::encoder::{Layer, RecordError, write_png};
 use super::match_renderer::MatchRenderer;
+use super::picture::FIELD_SAMPLES;
 use super::video::check_extension;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::cycle::CycleClock;
@@ -76,7 +77,7 @@ impl SheetRecorder {
         self.moments.push(Moment {
             cycle: clock.cycle,
             caption: format!("{:.1} s   {} : {}", clock.end_time_s(), score.blue, score.pink),
-            field: renderer.draw_field(world, [WIDTH, FIELD_HEIGHT]),
+            field: renderer.draw_field(world, [WIDTH, FIELD_HEIGHT], FIELD_SAMPLES),
             view: renderer.through_the_eyes_of(world, self.robot, self.side),
         });
     }

@@ -19,6 +19,8 @@ use naoisis_sensing::sensing::camera::image::Image;
 pub const EXTENSION: &str = "mp4";
 /// Colour behind the pictures.
 const BACKGROUND: Colour = Colour([24, 26, 30]);
+/// Samples of a pixel of the field, across and down: fewer than in single pictures, as each is seen for a moment only.
+const FILM_SAMPLES: u32 = 2;
 /// Width and height of a camera's tile beside the field. Two tiles are as high as the field.
 const TILE: [u32; 2] = [360, 270];
 
@@ -63,7 +65,7 @@ impl VideoRecorder {
         let score = world.resource::<Game>().score;
         let words = format!("{:.1} s    blue {} : {} pink", clock.end_time_s(), score.blue, score.pink);
         for (picture, place) in &self.pictures {
-            let image = picture.take(renderer, world);
+            let image = picture.take(renderer, world, FILM_SAMPLES);
             let words = if *picture == Picture::Field { words.clone() } else { picture.to_string() };
             put(&mut self.canvas, *place, image.as_ref(), &words);
         }
@@ -125,14 +127,22 @@ fn layout(pictures: &[Picture]) -> (Vec<[u32; 4]>, [u32; 2]) {
     (places, size)
 }
 
+/// Returns how many times as large a picture is shown in a place: as large as fits, but enlarged by whole numbers only, which shows each
+/// of its pixels.
+fn scale_to_fit(picture: Vec2, place: Vec2) -> f32 {
+    let scale = (place / picture).min_element();
+    if scale >= 1.0 { scale.floor() } else { scale }
+}
+
 /// Draws a picture as large as possible in the middle of its place, and words into the corner.
 fn put(canvas: &mut Canvas, [left, top, width, height]: [u32; 4], image: Option<&Image>, words: &str) {
     let corner = Vec2::new(left as f32, top as f32);
     let size = Vec2::new(width as f32, height as f32);
     match image {
         Some(image) if image.width > 0 && image.height > 0 => {
-            let scale = (size.x / image.width as f32).min(size.y / image.height as f32);
-            let drawn = Vec2::new(image.width as f32, image.height as f32) * scale;
+            let picture = Vec2::new(image.width as f32, image.height as f32);
+            let scale = scale_to_fit(picture, size);
+            let drawn = picture * scale;
             if drawn != size {
                 canvas.rectangle(corner, size, BACKGROUND, 1.0);
             }
@@ -151,6 +161,7 @@ fn put(canvas: &mut Canvas, [left, top, width, height]: [u32; 4], image: Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bevy::math::UVec2;
     use naoisis_core::camera_model::CameraName;
     use naoisis_core::team::{RobotId, Team};
 
@@ -175,6 +186,14 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn pictures_fit_and_are_enlarged_by_whole_numbers() {
+        let place = Vec2::new(720.0, 540.0);
+        for (size, expected) in [([640, 480], 1.0), ([320, 240], 2.0), ([1280, 960], 0.5625), ([160, 120], 4.0)] {
+            assert_eq!(scale_to_fit(UVec2::from(size).as_vec2(), place), expected, "{size:?}");
         }
     }
 

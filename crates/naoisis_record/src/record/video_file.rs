@@ -4,7 +4,7 @@ use muxide::codec::h264::{annexb_to_avcc, extract_avc_config, is_h264_keyframe};
 use muxide::fragmented::{FragmentConfig, FragmentedMuxer};
 use pulp::Arch;
 use rusty_h264_common::YuvFrame;
-use rusty_h264_encoder::{Encoder, EncoderConfig};
+use rusty_h264_encoder::{Encoder, EncoderConfig, Preset};
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -45,6 +45,8 @@ impl VideoFile {
         // Every picture is encoded at once, without waiting for later ones.
         settings.mbtree = false;
         settings.scenecut = 0;
+        // Motion in whole pixels takes a quarter less time for a third more bytes.
+        settings.preset = Preset::Fast;
         // These settings are twice as fast for 20 % more bytes: variable-length codes instead of arithmetic ones, and prediction from the
         // previous picture only, without weights for changing light.
         settings.cabac = false;
