@@ -39,6 +39,8 @@ use naoisis_sensing::sensing::latency::LatencyQueues;
 
 /// No size, distance or speed of a match comes near this, m, s, or radians: squares of it can still be added up.
 const LARGEST_NUMBER: f32 = 1e9;
+/// Squares of what is measured can be added up, too; but a pixel of something far beside the image has no other limit.
+const LARGEST_MEASURED: f32 = 1e18;
 /// Parts of a body are within this of the robot's middle, m.
 const LARGEST_BODY_M: f32 = 3.0;
 /// The thickest post: half a goal of a pitch for people, m.
@@ -314,15 +316,17 @@ impl<'a> Values<'a> {
         for value in self.values.iter().filter(|value| is_of_the_program(value.reflect_type_path())) {
             let type_info = value.reflect_type_info();
             // A scenario's numbers are those of its fields, and a script's may be any: what is too much is refused when
-            // it is commanded.
-            if [TypeId::of::<Scenario>(), TypeId::of::<Script>()].contains(&type_info.type_id()) {
+            // it is commanded. A seed is all bits.
+            let unchecked = [TypeId::of::<Scenario>(), TypeId::of::<Script>(), TypeId::of::<RandomStreams>()];
+            if unchecked.contains(&type_info.type_id()) {
                 continue;
             }
             let limits = match Knowledge::of_type_info(type_info) {
                 _ if type_info.type_id() == TypeId::of::<CycleClock>() => {
                     Numbers { counts_go_on: true, ..Numbers::FINITE }
                 }
-                Some(Knowledge::Truth | Knowledge::Sensor) => Numbers { largest: LARGEST_NUMBER, counts_go_on: true },
+                Some(Knowledge::Truth) => Numbers { largest: LARGEST_NUMBER, counts_go_on: true },
+                Some(Knowledge::Sensor) => Numbers { largest: LARGEST_MEASURED, counts_go_on: true },
                 Some(Knowledge::Command | Knowledge::Belief) => Numbers { counts_go_on: true, ..Numbers::FINITE },
                 Some(Knowledge::Public) | None => Numbers::FINITE,
             };
