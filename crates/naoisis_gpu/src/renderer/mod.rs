@@ -66,7 +66,7 @@ impl SceneRenderer for SharedRenderer {
 }
 
 /// Why there are no pictures.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 pub enum GpuError {
     /// There is no graphics card, and nothing that stands in for one.
     #[error("no graphics adapter with Vulkan, Metal or DirectX 12 was found")]
@@ -85,6 +85,8 @@ pub enum GpuError {
     #[error("the graphics adapter failed: {0}")]
     Failed(String),
 }
+
+naoisis_core::debug_as_displayed!(GpuError);
 
 impl From<MeshMergeError> for GpuError {
     fn from(error: MeshMergeError) -> Self {

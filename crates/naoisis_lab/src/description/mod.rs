@@ -75,7 +75,7 @@ pub struct ImportedFigure {
 }
 
 /// What is wrong with a description.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DescriptionError {
     /// A file cannot be read.
@@ -137,6 +137,8 @@ pub enum DescriptionError {
     #[error("{0}: nothing says how large the robot is: it has no legs, and no shapes that can be read")]
     NoSize(String),
 }
+
+naoisis_core::debug_as_displayed!(DescriptionError);
 
 /// Makes a model of the description at `path`, URDF or MJCF.
 ///

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a table cannot be written or gone on with.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum TableError {
     /// It cannot be read or written.
@@ -60,6 +60,8 @@ pub enum TableError {
         expected: String,
     },
 }
+
+naoisis_core::debug_as_displayed!(TableError);
 
 impl TableError {
     /// That a line is of another table.

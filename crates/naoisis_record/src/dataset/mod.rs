@@ -113,7 +113,7 @@ impl DatasetSettings {
 }
 
 /// Why a data set is not made.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetError {
     /// A file is where the folder should be.
@@ -156,6 +156,8 @@ pub enum DatasetError {
     #[error("no robot of the scenario has a camera; expected one that has")]
     NoCameras,
 }
+
+naoisis_core::debug_as_displayed!(DatasetError);
 
 impl DatasetError {
     /// Whether what was asked for is wrong, not what happened on the way.

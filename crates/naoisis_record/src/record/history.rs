@@ -74,9 +74,11 @@ impl Default for History {
 }
 
 /// A record that cannot be encoded or decoded. Records are the program's own, so this does not happen.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[error("a record of the match cannot be kept: {0}")]
 pub struct HistoryError(String);
+
+naoisis_core::debug_as_displayed!(HistoryError);
 
 impl History {
     /// Creates an empty history whose records are at most `every` cycles apart.

@@ -28,9 +28,11 @@ pub struct Fields {
 struct Node(BTreeMap<String, Node>);
 
 /// A name that is no part of a trace.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .0)]
 pub struct NoSuchField(String);
+
+naoisis_core::debug_as_displayed!(NoSuchField);
 
 impl NoSuchField {
     fn in_perception(name: &str) -> Self {

@@ -4,7 +4,7 @@
 //! looked through first; after that, room is made for what is there.
 
 /// What is wrong with the structure of MessagePack.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MessagePackError {
     /// The bytes end in the middle of a value.
@@ -26,6 +26,8 @@ pub enum MessagePackError {
         at: usize,
     },
 }
+
+naoisis_core::debug_as_displayed!(MessagePackError);
 
 /// Walks through the first value of the bytes, and what is in it.
 ///
