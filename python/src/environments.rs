@@ -7,7 +7,7 @@ use naoisis::environment::challenge::CHALLENGES;
 use naoisis::environment::reward::REWARDS;
 use naoisis::environment::{
     self, ActionKind, Arrays, AutoReset, Challenge, EnvironmentError, EnvironmentSettings, ObservationKind,
-    RewardWeights, StartError, action,
+    RewardWeights, SavedWorld, StartError, action,
 };
 use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
@@ -19,7 +19,12 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde::de::DeserializeOwned;
+use std::panic::resume_unwind;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, TryLockError};
+use std::thread;
+use std::time::Duration;
 
 use crate::errors::{match_error, of_snapshot, scenario_error, snapshot_error};
 use crate::simulator::{self, Made, setting};
@@ -120,8 +125,12 @@ fn slice<'a, T: numpy::Element>(
     name: &str,
     length: usize,
 ) -> PyResult<&'a mut [T]> {
-    let slice =
-        array.as_slice_mut().map_err(|_| PyValueError::new_err(format!("{name}: expected a contiguous array")))?;
+    use numpy::PyUntypedArrayMethods;
+
+    // In the order of Fortran, rows would be written along columns.
+    let contiguous = if array.is_c_contiguous() { array.as_slice_mut().ok() } else { None };
+    let expected = || PyValueError::new_err(format!("{name}: expected a contiguous array, row by row"));
+    let slice = contiguous.ok_or_else(expected)?;
     if slice.len() == length {
         return Ok(slice);
     }
@@ -144,7 +153,7 @@ impl Environments {
         &self,
         py: Python<'_>,
         arrays: &Filled<'_>,
-        act: impl FnOnce(&mut environment::Environments, Arrays) -> Result<(), EnvironmentError> + Send,
+        act: impl FnOnce(Python<'_>, &mut environment::Environments, Arrays) -> PyResult<Result<(), EnvironmentError>>,
     ) -> PyResult<()> {
         let image_bytes = self.image.map_or(0, |[height, width]| 3 * (height * width) as usize);
         let has_final = arrays.final_observations.len()? > 0;
@@ -167,10 +176,48 @@ impl Environments {
             final_observations: slice(&mut final_observations, "final_observations", final_rows * self.entries)?,
             final_images: slice(&mut final_images, "final_images", final_rows * image_bytes)?,
         };
-        self.with(py, |worlds| {
-            py.detach(|| act(worlds, arrays)).map_err(|error| environment_error(py, &self.source, &error))
-        })
+        self.with(py, |worlds| act(py, worlds, arrays)?.map_err(|error| environment_error(py, &self.source, &error)))
     }
+}
+
+/// Plays a step. A long one is broken off where Python is interrupted.
+fn step(
+    py: Python<'_>,
+    worlds: &mut environment::Environments,
+    actions: &[f32],
+    arrays: Arrays,
+) -> PyResult<Result<(), EnvironmentError>> {
+    /// From so many cycles on a step takes a good part of a second, and is played on a thread of its own.
+    const LONG: usize = 10_000;
+    /// How often Python may see whether it was interrupted.
+    const BETWEEN_SIGNALS: Duration = Duration::from_millis(50);
+
+    if worlds.worlds().saturating_mul(worlds.settings().cycles_per_step as usize) < LONG {
+        return Ok(py.detach(|| worlds.step(actions, arrays)));
+    }
+    let stop = worlds.stop();
+    let mut interrupted = Ok(());
+    let stepped = py.detach(|| {
+        thread::scope(|scope| {
+            let (over, is_over) = mpsc::channel();
+            let stepping = scope.spawn(move || {
+                let stepped = worlds.step(actions, arrays);
+                // Nobody else waits for it.
+                let _ = over.send(());
+                stepped
+            });
+            while is_over.recv_timeout(BETWEEN_SIGNALS) == Err(RecvTimeoutError::Timeout) {
+                if interrupted.is_ok() {
+                    interrupted = Python::attach(|py| py.check_signals());
+                }
+                if interrupted.is_err() {
+                    stop.store(true, Ordering::Relaxed);
+                }
+            }
+            stepping.join().unwrap_or_else(|panic| resume_unwind(panic))
+        })
+    });
+    interrupted.map(|()| stepped)
 }
 
 #[pymethods]
@@ -317,7 +364,7 @@ impl Environments {
             return Err(PyValueError::new_err(message));
         }
         let start = changes.map(|changes| self.origin.changed(py, &changes)).transpose()?.map(Arc::new);
-        self.fill(py, &arrays, |worlds, arrays| worlds.reset(seed, mask, start.as_ref(), arrays))
+        self.fill(py, &arrays, |py, worlds, arrays| Ok(py.detach(|| worlds.reset(seed, mask, start.as_ref(), arrays))))
     }
 
     fn step(&self, py: Python<'_>, actions: PyReadonlyArrayDyn<'_, f32>, arrays: Filled<'_>) -> PyResult<()> {
@@ -328,7 +375,35 @@ impl Environments {
             let message = format!("actions: the array has {} numbers; expected {expected}", actions.len());
             return Err(PyValueError::new_err(message));
         }
-        self.fill(py, &arrays, |worlds, arrays| worlds.step(actions, arrays))
+        self.fill(py, &arrays, |py, worlds, arrays| step(py, worlds, actions, arrays))
+    }
+
+    /// The state of each world: its match, if there is one, and the rest of its episode.
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Vec<(Option<Bound<'py, PyBytes>>, Bound<'py, PyBytes>)>> {
+        self.with(py, |worlds| {
+            let saved = worlds.save().map_err(|error| of_snapshot(py, &error))?;
+            let bytes = |bytes: &Vec<u8>| PyBytes::new(py, bytes);
+            Ok(saved.iter().map(|world| (world.snapshot.as_ref().map(bytes), bytes(&world.episode))).collect())
+        })
+    }
+
+    /// Goes on from the states of worlds. Those of each mask begin their later episodes from what its reset has changed.
+    fn restore(
+        &self,
+        py: Python<'_>,
+        saved: Vec<(Option<Vec<u8>>, Vec<u8>)>,
+        changed: Vec<(Vec<usize>, Changes<'_>)>,
+    ) -> PyResult<()> {
+        let saved: Vec<SavedWorld> =
+            saved.into_iter().map(|(snapshot, episode)| SavedWorld { snapshot, episode }).collect();
+        self.with(py, |worlds| {
+            worlds.restore(&saved).map_err(|error| of_snapshot(py, &error))?;
+            for (indices, changes) in &changed {
+                let start = Arc::new(self.origin.changed(py, changes)?);
+                worlds.set_start(indices, &start);
+            }
+            Ok(())
+        })
     }
 
     /// What is true in each world, world by world.

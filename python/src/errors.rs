@@ -3,6 +3,7 @@
 use naoisis::cycle::CyclePanic;
 use naoisis::record::read::TraceError;
 use naoisis::scenario::ScenarioError;
+use naoisis::scenario::wording::shortened;
 use naoisis::simulation::SnapshotError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -16,11 +17,9 @@ pub fn scenario_error(py: Python<'_>, error: &ScenarioError) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let field = error.path().map(ToString::to_string).filter(|field| !field.is_empty());
     let (place, expected) = ((error.line(), error.column()), error.expected());
-    made(
-        CLASS
-            .import(py, MODULE, "ScenarioError")
-            .and_then(|class| class.call1((error.to_string(), error.file(), place.0, place.1, field, expected))),
-    )
+    made(CLASS.import(py, MODULE, "ScenarioError").and_then(|class| {
+        class.call1((shortened(&error.to_string()), error.file(), place.0, place.1, field, expected))
+    }))
 }
 
 /// A trace that cannot be read, with the file, line and column.
@@ -33,19 +32,23 @@ pub fn trace_error(py: Python<'_>, error: &TraceError) -> PyErr {
     };
     let (line, column) = (place.map(|place| place.0), place.map(|place| place.1));
     let file = path.map(|path| path.display().to_string());
-    made(CLASS.import(py, MODULE, "TraceError").and_then(|class| class.call1((error.to_string(), file, line, column))))
+    made(
+        CLASS
+            .import(py, MODULE, "TraceError")
+            .and_then(|class| class.call1((shortened(&error.to_string()), file, line, column))),
+    )
 }
 
 /// A snapshot that is none, or cannot be taken.
 pub fn snapshot_error(py: Python<'_>, message: &str) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-    made(CLASS.import(py, MODULE, "SnapshotError").and_then(|class| class.call1((message,))))
+    made(CLASS.import(py, MODULE, "SnapshotError").and_then(|class| class.call1((shortened(message),))))
 }
 
 /// A match that cannot do what it is asked to.
 pub fn match_error(py: Python<'_>, message: &str) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-    made(CLASS.import(py, MODULE, "MatchError").and_then(|class| class.call1((message,))))
+    made(CLASS.import(py, MODULE, "MatchError").and_then(|class| class.call1((shortened(message),))))
 }
 
 /// A snapshot's error as an exception.

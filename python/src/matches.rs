@@ -34,6 +34,9 @@ use crate::values::{Digits, from_python, to_python};
 #[pyclass(frozen, module = "naoisis._naoisis")]
 pub struct Match(Mutex<Played>);
 
+/// Cycles of a step between two looks at whether Python was interrupted.
+const CYCLES_PER_SIGNAL: u64 = 64;
+
 /// Each robot's command.
 fn commands_of(commands: &Bound<'_, PyDict>) -> PyResult<Vec<(RobotId, RobotCommand)>> {
     let command_of = |(robot, command): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
@@ -159,6 +162,9 @@ impl Match {
                 }
                 if py.detach(|| played.play(1)).map_err(|panic| of_panic(py, &panic))? == 0 {
                     break;
+                }
+                if cycle % CYCLES_PER_SIGNAL == CYCLES_PER_SIGNAL - 1 {
+                    py.check_signals()?;
                 }
             }
             py.check_signals()

@@ -1,9 +1,10 @@
 //! Traces, read as columns or line by line.
 
-use naoisis::belief::Belief;
+use naoisis::belief::{Belief, point_pitch_from_team};
 use naoisis::geometry::{Pose, to_degrees};
 use naoisis::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis::interface::fields::Fields;
+use naoisis::pitch::End;
 use naoisis::record::page;
 use naoisis::record::read::{Ending, TraceReader};
 use naoisis::record::tables::{Cells, Column, ColumnValues, TABLES, Tables};
@@ -20,82 +21,104 @@ use crate::values::{Digits, to_python};
 /// Lines between two looks at whether Python was interrupted.
 const LINES_PER_SIGNAL: usize = 1000;
 
-/// A quantity of a robot: its name, the part of a trace that it is, how many numbers it has, and where they are.
+/// A quantity of a robot: its name, the parts of a trace that it needs, how many numbers it has, and where they are. The end is
+/// the one that the robot's team defends.
 struct Quantity {
     name: &'static str,
-    part: &'static str,
+    parts: &'static [&'static str],
     numbers: usize,
-    of: fn(&RobotRecord, &mut Vec<f32>),
+    of: fn(&RobotRecord, End, &mut Vec<f32>),
 }
 
 /// What a robot's columns are. A quantity that is not there is not a number.
-const QUANTITIES: [Quantity; 11] = [
-    Quantity { name: "pose", part: "robots.pose", numbers: 3, of: |robot, row| row.extend(pose(robot.pose)) },
+const QUANTITIES: [Quantity; 14] = [
+    Quantity { name: "pose", parts: &["robots.pose"], numbers: 3, of: |robot, _, row| row.extend(pose(robot.pose)) },
     Quantity {
         name: "velocity",
-        part: "robots.velocity",
+        parts: &["robots.velocity"],
         numbers: 3,
-        of: |robot, row| {
+        of: |robot, _, row| {
             let velocity = robot.velocity;
             row.extend([velocity.linear.x, velocity.linear.y, to_degrees(velocity.angular)]);
         },
     },
     Quantity {
         name: "head_deg",
-        part: "robots.head_deg",
+        parts: &["robots.head_deg"],
         numbers: 2,
-        of: |robot, row| row.extend([robot.head.yaw, robot.head.pitch].map(to_degrees)),
+        of: |robot, _, row| row.extend([robot.head.yaw, robot.head.pitch].map(to_degrees)),
     },
     Quantity {
         name: "odometry",
-        part: "robots.odometry",
+        parts: &["robots.odometry"],
         numbers: 3,
-        of: |robot, row| row.extend(pose(robot.odometry)),
+        of: |robot, _, row| row.extend(pose(robot.odometry)),
     },
     Quantity {
         name: "sonar_m",
-        part: "robots.sonar_m",
+        parts: &["robots.sonar_m"],
         numbers: 2,
-        of: |robot, row| row.extend([robot.sonar_m.left, robot.sonar_m.right].map(|heard| heard.unwrap_or(f32::NAN))),
+        of: |robot, _, row| {
+            row.extend([robot.sonar_m.left, robot.sonar_m.right].map(|heard| heard.unwrap_or(f32::NAN)))
+        },
     },
     Quantity {
         name: "penalised",
-        part: "robots.penalised",
+        parts: &["robots.penalised"],
         numbers: 1,
-        of: |robot, row| row.push(f32::from(u8::from(robot.penalised.is_some()))),
+        of: |robot, _, row| row.push(f32::from(u8::from(robot.penalised.is_some()))),
     },
     Quantity {
         name: "seen_ball_m",
-        part: "robots.percepts",
+        parts: &["robots.percepts"],
         numbers: 2,
-        of: |robot, row| row.extend(place(robot.percepts.ball.map(|ball| ball.position_m))),
+        of: |robot, _, row| row.extend(place(robot.percepts.ball.map(|ball| ball.position_m))),
     },
     Quantity {
         name: "belief_pose",
-        part: "robots.belief",
+        parts: &["robots.belief"],
         numbers: 3,
-        of: |robot, row| row.extend(robot.belief.as_ref().map_or([f32::NAN; 3], |belief| pose(belief.pose))),
+        of: |robot, _, row| row.extend(robot.belief.as_ref().map_or([f32::NAN; 3], |belief| pose(belief.pose))),
     },
     Quantity {
         name: "belief_ball_m",
-        part: "robots.belief",
+        parts: &["robots.belief"],
         numbers: 2,
-        of: |robot, row| row.extend(place(believed_ball(robot.belief.as_ref()))),
+        of: |robot, _, row| row.extend(place(believed_ball(robot.belief.as_ref()))),
+    },
+    Quantity { name: "own_end", parts: &["game.blue_end"], numbers: 1, of: |_, own_end, row| row.push(own_end.sign()) },
+    Quantity {
+        name: "pitch_belief_pose",
+        parts: &["robots.belief", "game.blue_end"],
+        numbers: 3,
+        of: |robot, own_end, row| {
+            let belief = robot.belief.as_ref();
+            row.extend(belief.map_or([f32::NAN; 3], |belief| pose(belief.pose_in_pitch(own_end))));
+        },
+    },
+    Quantity {
+        name: "pitch_belief_ball_m",
+        parts: &["robots.belief", "game.blue_end"],
+        numbers: 2,
+        of: |robot, own_end, row| {
+            let ball = believed_ball(robot.belief.as_ref());
+            row.extend(place(ball.map(|ball| point_pitch_from_team(ball, own_end))));
+        },
     },
     Quantity {
         name: "walk",
-        part: "robots.command",
+        parts: &["robots.command"],
         numbers: 3,
-        of: |robot, row| {
+        of: |robot, _, row| {
             let walk = robot.command.as_ref().map(|command| command.walk.unwrap_or_default());
             row.extend(walk.map_or([f32::NAN; 3], |walk| [walk.dx, walk.dy, to_degrees(walk.dtheta)]));
         },
     },
     Quantity {
         name: "kicks",
-        part: "robots.command",
+        parts: &["robots.command"],
         numbers: 1,
-        of: |robot, row| {
+        of: |robot, _, row| {
             let kicks = robot.command.as_ref().map(|command| command.kick.is_some());
             row.push(kicks.map_or(f32::NAN, |kicks| f32::from(u8::from(kicks))));
         },
@@ -152,7 +175,7 @@ impl Columns {
             let robot = record.robot(*id);
             for (quantity, column) in QUANTITIES.iter().zip(columns) {
                 match robot {
-                    Some(robot) => (quantity.of)(robot, column),
+                    Some(robot) => (quantity.of)(robot, record.game.own_end(id.team), column),
                     None => column.extend(core::iter::repeat_n(f32::NAN, quantity.numbers)),
                 }
             }
@@ -176,7 +199,7 @@ impl Columns {
         }
         for RobotColumns { id, columns } in self.robots {
             for (quantity, column) in QUANTITIES.iter().zip(columns) {
-                if fields.has(quantity.part) {
+                if quantity.parts.iter().all(|part| fields.has(part)) {
                     dictionary.set_item(format!("{id}.{}", quantity.name), table(py, column, quantity.numbers)?)?;
                 }
             }

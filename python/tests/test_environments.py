@@ -1,5 +1,8 @@
 """Environments, as the libraries want them."""
 
+import signal
+import subprocess
+import sys
 import threading
 import warnings
 from pathlib import Path
@@ -22,8 +25,7 @@ def test_gymnasium_accepts_every_task(task, observation):
     env = gymnasium.make(f"naoisis/{task}-v0", observation=observation, render_mode="rgb_array")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        # Not every machine has a display for its windows.
-        check_env(env.unwrapped, skip_render_check=True)
+        check_env(env.unwrapped)
     assert env.unwrapped.render().shape == (540, 960, 3)
 
 
@@ -202,6 +204,14 @@ def test_a_step_fills_the_callers_arrays():
         given[index] = wrong
         with pytest.raises((TypeError, ValueError)):
             env.step_into(actions, *given)
+    # Rows in the order of Fortran would be written along columns.
+    for given, words in (
+        ([np.zeros(shape[::-1], np.float32).T, *arrays[1:]], "observations: expected a contiguous array, row by row"),
+        ([np.zeros(arrays[0].size, np.float32), *arrays[1:]], "observations: an array of shape"),
+        ([arrays[0].astype(float), *arrays[1:]], "observations: float64; expected float32"),
+    ):
+        with pytest.raises((TypeError, ValueError), match=words):
+            env.step_into(actions, *given)
     # An array cannot be two of them.
     with pytest.raises(ValueError, match="truncations"):
         env.step_into(actions, arrays[0], arrays[1], arrays[2], arrays[2])
@@ -334,3 +344,62 @@ def test_the_state_is_named():
     env.reset(seed=1)
     state = env.state()
     assert state.shape == (2, len(env.state_names)) and "pink3.cos" in env.state_names
+
+
+@pytest.mark.parametrize("scorer", ["blue", "pink"])
+def test_success_is_that_of_the_agents_own_team(scorer):
+    sign = 1 if scorer == "blue" else -1
+    goal = {
+        "set": {"ball.velocity_mps": [3.0 * sign, 0.0]},
+        "situation": {"ball": {"x_m": [2.0 * sign] * 2, "y_m": [0.4, 0.4]}},
+    }
+    for control in ("blue", "pink"):
+        envs = naoisis.vector_env("FirstGoal", 2, control=control, autoreset_mode="same_step")
+        envs.reset(seed=1, options=goal)
+        over = False
+        while not over:
+            _, rewards, terminations, truncations, info = envs.step(np.zeros(envs.action_space.shape, np.float32))
+            over = (terminations | truncations).all()
+        success = control == scorer
+        assert terminations.all() and (info["final_info"]["success"] == success).all()
+        assert ((rewards > 0) == success).all()
+    pytest.importorskip("pettingzoo")
+    env = naoisis.parallel_env("FirstGoal", control=["blue", "pink"])
+    env.reset(seed=1, options=goal)
+    while env.agents:
+        *_, infos = env.step(dict.fromkeys(env.agents, np.zeros(8, np.float32)))
+    assert infos == {agent: {"success": agent.startswith(scorer)} for agent in env.possible_agents}
+
+
+INTERRUPTED = """
+import naoisis, numpy as np, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+match = naoisis.Match("match3v3", control="blue", set={"rules.half_s": 1e5})
+envs = naoisis.vector_env("match3v3", 2, control="blue", cycles_per_step=1_000_000, set={"rules.half_s": 1e5})
+envs.reset(seed=1)
+for step in (
+    lambda: match.step({"blue1": {"walk": [0.001, 0, 0]}}, cycles=10_000_000),
+    lambda: envs.step(np.zeros(envs.action_space.shape, np.float32)),
+):
+    print("on", flush=True)
+    try:
+        step()
+    except KeyboardInterrupt:
+        print("off", flush=True)
+try:
+    envs.step(np.zeros(envs.action_space.shape, np.float32))
+except naoisis.MatchError as error:
+    print(error)
+envs.reset()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")
+def test_ctrl_c_breaks_off_a_long_step():
+    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED], stdout=subprocess.PIPE, text=True)
+    for _ in range(2):
+        assert process.stdout.readline() == "on\n"
+        process.send_signal(signal.SIGINT)
+        assert process.stdout.readline() == "off\n"
+    rest, _ = process.communicate(timeout=60)
+    assert "expected a reset before the next step" in rest and process.returncode == 0

@@ -9,6 +9,8 @@ import naoisis
 
 pytest.importorskip("pettingzoo")
 from pettingzoo.test import parallel_api_test, parallel_seed_test
+from pettingzoo.test.state_test import state_test
+from pettingzoo.utils import parallel_to_aec
 
 OPTIONS = {"control": "blue", "opponents": "roles", "set": {"duration_s": 5}}
 
@@ -18,6 +20,18 @@ def test_pettingzoo_accepts_it(observation):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         parallel_api_test(naoisis.parallel_env("match3v3", observation=observation, **OPTIONS), num_cycles=60)
+
+
+@pytest.mark.parametrize("control", ["blue", "pink", ["blue", "pink"]])
+def test_the_state_has_a_space_and_the_frame_of_blue(control):
+    env = naoisis.parallel_env("match3v3", control=control, set={"duration_s": 2})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        state_test(parallel_to_aec(naoisis.parallel_env("match3v3", control=control)), env, 30)
+    env.reset(seed=1)
+    state = dict(zip(env.state_names, env.state()))
+    # Each team stands in its own half.
+    assert state["blue1.x"] < 0 < state["pink1.x"], state
 
 
 def test_the_same_seed_is_the_same_match():

@@ -36,6 +36,16 @@ def test_options_hold_for_all_episodes_that_follow_by_themselves():
         assert truncations.all() == (step % 2 == 1) and (envs.state()[:, x] == 2.0).all()
 
 
+@pytest.mark.parametrize("task", ["FindBall", "TwoOnTwo"])
+def test_a_moment_of_any_seed_is_one_to_begin_from(task):
+    env = naoisis.parallel_env(task)
+    for seed in range(40):
+        env.reset(seed=seed)
+        state = env.state()
+        env.reset(options={"snapshot": env.snapshot()})
+        assert np.array_equal(env.state(), state), seed
+
+
 @pytest.mark.parametrize("perceived", [False, True])
 def test_episodes_begin_from_a_moment_with_other_chance_each_time(perceived):
     match = naoisis.Match("match3v3", seed=3, control=["blue2"])
@@ -183,6 +193,11 @@ def _two():
     return env
 
 
+def _began(env):
+    env.reset(seed=1)
+    return env
+
+
 def _pair():
     env = naoisis.parallel_env("TwoOnTwo")
     env.reset(seed=1)
@@ -204,7 +219,16 @@ def _pair():
         (lambda: naoisis.vector_env("match3v3", 2, control=3), TypeError, "control: expected robots"),
         (lambda: naoisis.vector_env("match3v3", 2, camera=3), TypeError, "camera: expected a text"),
         (lambda: naoisis.vector_env("match3v3", 2, image_size=3), TypeError, "image_size: expected height and width"),
-        (lambda: naoisis.vector_env("match3v3", 2, observations="x"), TypeError, "there is no option 'observations'"),
+        (
+            lambda: naoisis.vector_env("match3v3", 2, observations="x"),
+            TypeError,
+            "unexpected keyword argument 'observations'",
+        ),
+        (lambda: naoisis.read_beliefs(3), TypeError, "not int"),
+        (lambda: naoisis.parallel_env("TwoOnTwo").reset(options="x"), TypeError, "options: expected a dictionary"),
+        (lambda: SelfPlay("TwoOnTwo", 2).step(np.zeros((4, 8))), naoisis.MatchError, "has not begun"),
+        (lambda: _began(_task()).step(np.zeros((2, 4))), ValueError, r"shape \(2, 4\); expected \(1, 8\)"),
+        (lambda: _began(_task(reward=lambda truth, robot: None)).step(STAND), TypeError, "returned None for blue1"),
         (lambda: naoisis.Match("match3v3").run("long"), TypeError, "seconds: expected a number"),
         (lambda: naoisis.Match.restore("file"), TypeError, "snapshot: expected bytes"),
         (lambda: naoisis.batch("match3v3", duration_s="long"), TypeError, "duration_s: expected a number"),

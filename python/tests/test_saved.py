@@ -101,3 +101,13 @@ def test_episodes_begin_in_the_moment_with_other_chance_each_time(folder):
 def test_what_cannot_be_is_said(folder, act, words):
     with pytest.raises(ValueError, match=words):
         act(folder)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2**62 - 1, 2**62, 2**63, 2**64 - 1])
+def test_a_match_of_any_seed_branches(seed):
+    match = naoisis.Match("match3v3", seed=seed)
+    match.run(1)
+    branch = match.branch()
+    match.run(1)
+    branch.run(1)
+    assert branch.truth() == match.truth()

@@ -44,6 +44,26 @@ def test_a_trace_is_columns(recorded):
     assert len(trace.to_pandas()) == len(truth)
 
 
+def test_beliefs_are_beside_the_truth_in_both_halves(tmp_path):
+    path = tmp_path / "match.jsonl.zst"
+    match = naoisis.Match("match3v3", seed=3, set={"rules.half_s": 20, "duration_s": 45})
+    match.record(trace=path)
+    match.run()
+    match.close()
+    trace = naoisis.read_trace(path)
+    for robot in trace.robots:
+        off = np.hypot(*(trace[f"{robot}.pitch_belief_pose"] - trace[f"{robot}.pose"])[:, :2].T)
+        end = trace[f"{robot}.own_end"]
+        assert set(end) == {-1, 1} and end[0] == (-1 if robot.startswith("blue") else 1)
+        # The team's frame is turned where its goal is at +x.
+        turned = trace[f"{robot}.belief_pose"][:, :2] * -end[:, None]
+        assert np.nanmax(np.abs(turned - trace[f"{robot}.pitch_belief_pose"][:, :2])) < 1e-6
+        balls = trace[f"{robot}.belief_ball_m"] * -end[:, None]
+        assert np.nanmax(np.abs(balls - trace[f"{robot}.pitch_belief_ball_m"])) < 1e-6
+        for half in (-1, 1):
+            assert np.nanmedian(off[end == half]) < 0.5, (robot, half)
+
+
 def test_parts_that_a_trace_lacks_have_no_column(tmp_path):
     path = tmp_path / "lean.jsonl"
     command = ["naoisis", "run", "match3v3", "--duration", "1", "--trace", path, "--trace-every", "10", "--quiet"]

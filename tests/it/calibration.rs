@@ -200,3 +200,49 @@ fn kicks_of_which_there_are_too_few_say_nothing() {
     assert!(calibration.lacking.iter().any(|line| line.starts_with("kicks.left_side.max_distance_m: 1 full kicks")));
     assert!(!calibration.lacking.iter().any(|line| line.contains("NaN")));
 }
+
+/// Kicks of each of `names`, and walks that slip to `scale` of their steps.
+fn odd_log(names: &[&str], scale: f64) -> String {
+    let header = "kind,kick,start_forward_m,start_left_m,rest_forward_m,rest_left_m,true_forward_m,true_left_m,true_turn_deg,\
+                  odometry_forward_m,odometry_left_m,odometry_turn_deg,planned_forward_m,planned_left_m,planned_turn_deg\n";
+    let mut log = header.to_owned();
+    for index in 0..12 {
+        let more = 0.01 * f64::from(index % 4);
+        for name in names {
+            writeln!(log, "kick,{name},0.16,-0.05,{},{more},,,,,,,,,", 3.0 + more).unwrap();
+        }
+        writeln!(log, "walk,,,,,,{},0,{more},{},0,{more},1,0,0", scale * (1.0 + more), 1.0 + more).unwrap();
+    }
+    log
+}
+
+#[test]
+fn what_calibrate_writes_is_accepted_whatever_the_log_and_the_name_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs = [
+        ("kick.csv", odd_log(&["left_straight", "power_kick", "right_straigt", "2nd"], 0.9), "power_kick"),
+        ("tiny.csv", odd_log(&["left_straight"], 0.01), "motion.gait.slip.scale: 0.01"),
+        ("none.csv", odd_log(&["left_straight"], 1e-40), "motion.gait.slip.scale"),
+        ("huge.csv", odd_log(&["left_straight"], 1000.0), "motion.gait.slip.scale"),
+    ];
+    for (file, log, not_found) in logs {
+        fs::write(folder.path().join(file), log).unwrap();
+        for name in ["mine", "\u{1b}[31mred\n", "2nd \"best\"", "é"] {
+            let output = naoisis(folder.path(), &["calibrate", file, "--robot", "nao_v6", "--name", name]);
+            let found = text(&output.stderr);
+            assert!(output.status.success(), "{file} {name:?}: {found}");
+            assert!(found.lines().any(|line| line.starts_with("not found: ") && line.contains(not_found)), "{found}");
+            fs::write(folder.path().join("made.ron"), &output.stdout).unwrap();
+            let made = RobotModel::find(&folder.path().join("made.ron").to_string_lossy());
+            assert_eq!(made.unwrap_or_else(|error| panic!("{file} {name:?}: {error}")).name, name);
+        }
+    }
+}
+
+#[test]
+fn a_log_without_end_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = naoisis(folder.path(), &["calibrate", "/dev/zero", "--robot", "nao"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("more than 32 MiB"), "{}", text(&output.stderr));
+}

@@ -12,6 +12,7 @@ fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in [
         ("short.json", r#"{ "duration_s": 0.1, "robots": [{}] }"#),
+        ("many.json", r#"{ "robots": [{}], "duration_s": 5, "expect": ["blue.goals >= 1 in 1 % of 10000"] }"#),
         ("typo.json", r#"{ "sede": 3 }"#),
         ("team.json", r#"{ "teams": { "blue": "dragons" } }"#),
         ("there.jsonl", "there"),
@@ -142,6 +143,7 @@ fn an_interrupt_closes_files_and_is_told_by_the_status() {
             "batch match3v3 --duration 2 --matches 100000 --csv t.csv --quiet",
             "figures --scale 0.1",
             "vision --scenes 1000000",
+            "check --play many.json --junit tests.xml",
         ] {
             let mut child = command(folder.path(), line).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
             while !catches_interrupts(child.id()) {
@@ -156,6 +158,8 @@ fn an_interrupt_closes_files_and_is_told_by_the_status() {
         let end: serde_json::Value = serde_json::from_str(trace.lines().last().unwrap()).unwrap();
         assert_eq!((end["type"].as_str(), end["reason"].as_str()), (Some("end"), Some("interrupted")));
         assert!(fs::read_to_string(folder.path().join("t.csv")).unwrap().ends_with('\n'));
+        let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        assert!(names.into_iter().all(|name| !name.to_string_lossy().ends_with(".part")));
     }
 }
 

@@ -72,8 +72,17 @@ fn scenarios_expect_things_of_themselves_and_a_check_plays_them() {
     let (status, said) = check(&["--play", "good.json", "bad.json", "--junit", "tests.xml"]);
     assert!(status == 1 && said.contains("wrong  blue.goals >= 1: it was 0"), "{said}");
     let junit = fs::read_to_string(folder.path().join("tests.xml")).unwrap();
-    assert!(junit.contains("<testsuites name=\"naoisis\" tests=\"3\" failures=\"1\">"), "{junit}");
-    assert!(junit.contains("<testsuite name=\"bad.json\" tests=\"1\" failures=\"1\">"), "{junit}");
+    assert!(junit.contains("<testsuites name=\"naoisis\" tests=\"3\" failures=\"1\" errors=\"0\">"), "{junit}");
+    assert!(junit.contains("<testsuite name=\"bad.json\" tests=\"1\" failures=\"1\" errors=\"0\">"), "{junit}");
+    // Whoever reads only the report learns of files that are wrong or missing.
+    for (wrong, words) in
+        [("wrong.json", "it compares nothing"), ("absent.json", "there is no robot `blue7`"), ("no.json", "no.json")]
+    {
+        assert_eq!(check(&["--play", wrong, "good.json", "--junit", "tests.xml"]).0, 2);
+        let junit = fs::read_to_string(folder.path().join("tests.xml")).unwrap();
+        assert!(junit.contains("tests=\"3\" failures=\"0\" errors=\"1\""), "{junit}");
+        assert!(junit.lines().any(|line| line.contains("<error message") && line.contains(words)), "{junit}");
+    }
     let (status, said) = check(&["wrong.json"]);
     assert!(status == 2 && said.contains("wrong.json:1:"), "{said}");
     assert!(said.contains("it compares nothing"), "{said}");

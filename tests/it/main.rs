@@ -18,6 +18,7 @@ mod counts;
 mod damaged_saves;
 mod datasets;
 mod determinism;
+mod errors;
 mod event_messages;
 mod exit_status;
 mod expectations;

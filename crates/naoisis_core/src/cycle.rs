@@ -224,12 +224,14 @@ pub fn perceive(world: &mut World) {
 }
 
 /// Error of a cycle in which a system panicked. The match cannot go on.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("a system of the match panicked: {message}")]
 pub struct CyclePanic {
     /// The message of the panic.
     pub message: String,
 }
+
+debug_as_displayed!(CyclePanic);
 
 /// Runs one cycle and catches panics of its systems, such as behaviours. Another match can be started in `world` afterwards.
 ///

@@ -10,6 +10,18 @@
     )
 )]
 
+/// Gives an error type its text as its `Debug` form, as `main` and tests that return an error print that.
+#[macro_export]
+macro_rules! debug_as_displayed {
+    ($error:ty) => {
+        impl core::fmt::Debug for $error {
+            fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                core::fmt::Display::fmt(self, formatter)
+            }
+        }
+    };
+}
+
 pub mod ball;
 pub mod behaviour;
 pub mod camera_model;

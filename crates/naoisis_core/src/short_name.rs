@@ -37,13 +37,15 @@ macro_rules! short_name {
         }
 
         #[doc = concat!("Error of parsing a [`", stringify!($name), "`]: the word cannot be the name of ", $of, ".")]
-        #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+        #[derive(Clone, PartialEq, Eq, thiserror::Error)]
         #[error(
             "{0:?} is no name of {of}: expected a word of 1 to {longest} small letters, digits and `_`",
             of = $of,
             longest = $longest
         )]
         pub struct $error(pub String);
+
+        debug_as_displayed!($error);
 
         impl core::str::FromStr for $name {
             type Err = $error;

@@ -89,9 +89,11 @@ impl fmt::Display for RobotId {
 }
 
 /// Error of parsing a [`RobotId`]: the word names no robot.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a robot: expected a team and a jersey number, such as `blue1` or `pink3`")]
 pub struct NotARobotId(pub String);
+
+debug_as_displayed!(NotARobotId);
 
 impl FromStr for RobotId {
     type Err = NotARobotId;

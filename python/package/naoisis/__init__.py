@@ -12,9 +12,11 @@ interface. The truth is separate, in :meth:`Match.truth`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from naoisis import environments
+from naoisis._arguments import Scenario
 from naoisis._batch import Batch, batch
 from naoisis._match import Match
 from naoisis._naoisis import LABELS, Environments, __version__, challenges
@@ -50,6 +52,9 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from naoisis._worlds import CommonOptions
     from naoisis.parallel import MatchParallelEnv
 
 
@@ -63,7 +68,15 @@ def rewards() -> dict[str, str]:
     return dict(Environments.rewards())
 
 
-def parallel_env(*arguments: Any, **options: Any) -> MatchParallelEnv:
+def parallel_env(
+    scenario: Scenario = "match3v3",
+    control: str | Iterable[str] | None = None,
+    opponents: str | Sequence[str] | None = None,
+    observation: str = "perception",
+    *,
+    render_mode: str | None = None,
+    **options: Unpack[CommonOptions],
+) -> MatchParallelEnv:
     """The robots of a match, or of a task, as an environment of PettingZoo (needs ``naoisis[pettingzoo]``).
 
     >>> env = naoisis.parallel_env("match3v3", control="blue", opponents="roles", observation="belief")
@@ -77,7 +90,7 @@ def parallel_env(*arguments: Any, **options: Any) -> MatchParallelEnv:
     """
     from naoisis import parallel
 
-    return parallel.parallel_env(*arguments, **options)
+    return parallel.parallel_env(scenario, control, opponents, observation, render_mode=render_mode, **options)
 
 
 environments.register()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import os
 from collections.abc import Mapping, Sequence
@@ -25,14 +26,18 @@ class Batch(Columns):
     """
 
     def __init__(self, played: _naoisis.Batch):
-        self._played = played
+        self._played: _naoisis.Batch | None = played
+        self._summaries: list[dict[str, Any]] = []
         self._table = played.table()
         super().__init__(columns_of(io.StringIO(self._table)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_played": None, "_summaries": self.summary()}
 
     @property
     def matches(self) -> int:
         """The number of matches."""
-        return len(self._played)
+        return len(self["seed"])
 
     def to_csv(self) -> str:
         """The table, byte for byte as ``naoisis batch --csv`` writes it."""
@@ -53,6 +58,8 @@ class Batch(Columns):
             possession, each as ``{"value": …, "low": …, "high": …}``, the interval being that of 95 % confidence,
             or None without data.
         """
+        if self._played is None:
+            return copy.deepcopy(self._summaries)
         summaries = self._played.summaries()
         return [{"settings": dict(settings), "realism": realism, **summary} for settings, realism, summary in summaries]
 

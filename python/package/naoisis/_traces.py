@@ -37,6 +37,9 @@ class Trace(Columns):
     ``blue1.seen_ball_m``            (n, 2)          where it saw the ball, in its own frame
     ``blue1.belief_pose``            (n, 3)          where it believed to be, in its team's frame
     ``blue1.belief_ball_m``          (n, 2)          where it believed the ball to be, in its team's frame
+    ``blue1.pitch_belief_pose``      (n, 3)          where it believed to be, in the frame of ``pose``
+    ``blue1.pitch_belief_ball_m``    (n, 2)          where it believed the ball to be, in the frame of ``ball.position_m``
+    ``blue1.own_end``                (n,)            the side of the goal that its team defends: -1 or 1, the sign of x
     ``blue1.walk``                   (n, 3)          the step that it wanted: m, m, deg
     ``blue1.kicks``                  (n,)            1 where it wanted to kick
     ================================ =============== ==================================================================
@@ -118,5 +121,6 @@ def trace_lines(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
 
 def read_beliefs(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     """Reads a table of the errors of beliefs, as written by ``naoisis run --beliefs``: columns by name."""
-    with open(path, newline="", encoding="utf-8") as file:
+    # A number would be taken for an open file, and closed.
+    with open(os.fspath(path), newline="", encoding="utf-8") as file:
         return columns_of(file)

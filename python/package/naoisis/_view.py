@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
+import os
+import sys
 import time
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from naoisis.errors import MatchError
 
@@ -14,6 +17,13 @@ if TYPE_CHECKING:
     from naoisis._worlds import Worlds
 
 SIZE = (360, 640)
+
+
+def modes_here() -> list[str]:
+    """The modes that work on this machine: ``"human"`` needs Tk, and on Linux a display."""
+    has_display = not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY"))
+    has_window = has_display and importlib.util.find_spec("tkinter") is not None
+    return ["rgb_array", "human"] if has_window else ["rgb_array"]
 
 
 def check_render_mode(mode: str | None, modes: Iterable[str]) -> None:
@@ -30,6 +40,10 @@ class View:
         self.mode = mode
         self._window: Window | None = None
         self._shown_at = 0.0
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A copy opens a window of its own.
+        return {"mode": self.mode, "_window": None, "_shown_at": 0.0}
 
     def show(self, worlds: Worlds) -> None:
         """Shows the first world in the window, if the mode has one."""

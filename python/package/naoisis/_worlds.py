@@ -56,9 +56,19 @@ class Worlds:
     ):
         unknown = [name for name in options if name not in WorldOptions.__annotations__]
         if unknown:
+            # In the words of Python, for which libraries look.
             raise TypeError(
-                f"there is no option {unknown[0]!r}; expected one of {', '.join(WorldOptions.__annotations__)}"
+                f"got an unexpected keyword argument {unknown[0]!r}; expected one of "
+                f"{', '.join(WorldOptions.__annotations__)}"
             )
+        self._arguments = {
+            "scenario": scenario,
+            "worlds": worlds,
+            "auto_reset": auto_reset,
+            "threads": threads,
+            "solo": solo,
+            **options,
+        }
         controlled = options.get("control")
         control = None if controlled is None else control_of(controlled)
         observation, action = options.get("observation", "perception"), options.get("action", "continuous")
@@ -97,6 +107,7 @@ class Worlds:
         self.agents = self.inner.control
         self.worlds = int(worlds)
         self.rows = self.worlds * len(self.agents)
+        self._changes: list[dict[str, Any] | None] = [None] * self.worlds
         self.observation_entries = self.inner.entries()
         self.observation_names = [name for name, *_ in self.observation_entries]
         self.action_names = self.inner.action_names()
@@ -135,6 +146,21 @@ class Worlds:
             "final_images": np.zeros((finals if self.image_shape else 0, *image), np.uint8),
         }
 
+    def check_arrays(self, arrays: Mapping[str, Any]) -> None:
+        """Checks that the arrays of a caller are of the type, shape and order that a step fills."""
+        for name, right in self.arrays().items():
+            array = arrays[name]
+            if not isinstance(array, np.ndarray):
+                raise TypeError(f"{name}: expected an array of NumPy, not {type(array).__name__}")
+            if name.startswith("final_"):
+                continue
+            if array.dtype != right.dtype:
+                raise TypeError(f"{name}: {array.dtype}; expected {right.dtype}")
+            if array.shape != right.shape:
+                raise ValueError(f"{name}: an array of shape {array.shape}; expected {right.shape}")
+            if not array.flags.c_contiguous:
+                raise ValueError(f"{name}: expected a contiguous array, row by row, as of np.ascontiguousarray")
+
     def actions(self, actions: Any) -> np.ndarray:
         """The actions in the form of the compiled module."""
         shape = (self.rows, self.numbers_of_action)
@@ -148,7 +174,8 @@ class Worlds:
                 f"actions: expected numbers, {self.rows} rows of {self.numbers_of_action}: {error}"
             ) from None
         # A single robot, and a single choice, need no axis of their own.
-        if array.size != self.rows * self.numbers_of_action or (min(shape) > 1 and array.shape != shape):
+        needed = tuple(length for length in shape if length > 1)
+        if not given.size or tuple(length for length in given.shape if length > 1) != needed:
             raise ValueError(f"actions: an array of shape {array.shape}; expected {shape}")
         return array
 
@@ -172,15 +199,38 @@ class Worlds:
         mask: np.ndarray | None = None,
     ) -> None:
         """Starts episodes, with the changes of :func:`changes_of`."""
-        self.inner.reset(seed_of(seed), mask, changes_of(options or {}), arrays)
+        changes = changes_of(options or {})
+        self.inner.reset(seed_of(seed), mask, changes, arrays)
+        for world in range(self.worlds) if mask is None else np.flatnonzero(mask):
+            self._changes[world] = changes
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"arguments": self._arguments, "changes": self._changes, "saved": self.inner.save()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Makes the same worlds anew, in the middle of the same episodes."""
+        self.__init__(**state["arguments"])  # type: ignore[misc]
+        self._changes = list(state["changes"])
+        changed: dict[int, tuple[list[int], dict[str, Any]]] = {}
+        for world, changes in enumerate(self._changes):
+            if changes is not None:
+                changed.setdefault(id(changes), ([], changes))[0].append(world)
+        self.inner.restore(state["saved"], list(changed.values()))
 
     def step(self, actions: Any, arrays: dict[str, np.ndarray]) -> None:
         """Plays a step, and computes a custom reward if there is one and no world has started its next episode."""
         self.inner.step(self.actions(actions), arrays)
         if self.own_reward is not None:
             truths = [self.inner.truth(world) for world in range(self.worlds)]
-            rewards = [self.own_reward(truth, robot) for truth in truths for robot in self.agents]
+            rewards = [self._reward_of(truth, robot) for truth in truths for robot in self.agents]
             arrays["rewards"][...] = np.asarray(rewards, np.float32)
+
+    def _reward_of(self, truth: Mapping[str, Any], robot: str) -> float:
+        """The custom reward of a robot."""
+        value = self.own_reward(truth, robot) if self.own_reward else None
+        if not isinstance(value, (float, int, np.number, np.bool_)):
+            raise TypeError(f"reward: the function returned {value!r} for {robot}; expected a number")
+        return float(value)
 
     def picture(self, size: tuple[int, int] = (540, 960), world: int = 0) -> np.ndarray:
         """A picture of the field of a world."""

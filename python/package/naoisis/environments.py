@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, count_of
-from naoisis._view import View, check_render_mode
+from naoisis._view import View, check_render_mode, modes_here
 from naoisis._worlds import Worlds, check_options
 from naoisis.errors import MatchError
 
@@ -53,7 +53,7 @@ class MatchEnv(gymnasium.Env):
     :meth:`naoisis.Match.snapshot` or :meth:`snapshot`, each time with other random numbers.
 
     The end of a task, and the final whistle, terminate an episode; its time limit truncates it. ``info["success"]`` says
-    whether a task succeeded. A penalised robot stays an agent, with ``body.penalised`` in its observation.
+    whether the task ended with success for the agent's team, such as with its goal. A penalised robot stays an agent, with ``body.penalised`` in its observation.
 
     Attributes:
         observation_names: The names of the numbers of an observation.
@@ -80,7 +80,7 @@ class MatchEnv(gymnasium.Env):
         self.observation_entries = self._worlds.observation_entries
         self.action_names = self._worlds.action_names
         self.reward_weights = self._worlds.inner.reward
-        self.metadata = {**self.metadata, "render_fps": round(1 / self._worlds.step_s)}
+        self.metadata = {"render_modes": modes_here(), "render_fps": round(1 / self._worlds.step_s)}
         self._has_seed = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -112,14 +112,19 @@ class MatchEnv(gymnasium.Env):
         return self._worlds.inner.snapshot(0)
 
     def state(self) -> np.ndarray:
-        """The true state as an array, for critics; its names are ``state_names``."""
+        """The true state as an array, for critics, in the frame of the blue team; its names are ``state_names``."""
         state: np.ndarray = self._worlds.inner.state()[0]
         return state
 
     @property
     def state_names(self) -> list[str]:
         """The names of the numbers of :meth:`state`."""
-        return [name for name, *_ in self._worlds.inner.state_entries()]
+        return [name for name, *_ in self.state_entries]
+
+    @property
+    def state_entries(self) -> list[tuple[str, float, float, str]]:
+        """For each number of :meth:`state` its name, least and greatest value, and meaning."""
+        return self._worlds.inner.state_entries()
 
     def render(self) -> np.ndarray | None:
         return self._worlds.picture() if self.render_mode == "rgb_array" else None
@@ -250,9 +255,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         }
         if images is not None:
             arrays["images"] = images
-        for name, array in arrays.items():
-            if not isinstance(array, np.ndarray):
-                raise TypeError(f"{name}: expected an array of NumPy, not {type(array).__name__}")
+        self._worlds.check_arrays(arrays)
         return self._step_into(actions, arrays)
 
     def _step_into(self, actions: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
@@ -293,7 +296,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return self._worlds.inner.snapshot(count_of(world, "world", least=0))
 
     def state(self) -> np.ndarray:
-        """The true state of each world: ``float32`` (num_worlds, numbers); their names are ``state_names``."""
+        """The true state of each world, in the frame of the blue team: ``float32`` (num_worlds, numbers), named by ``state_names``."""
         return self._worlds.inner.state()
 
     @property
@@ -308,13 +311,26 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return tuple(self._worlds.picture((270, 480), world) for world in range(min(self.num_worlds, 16)))
 
 
-def vector_env(scenario: Scenario = "match3v3", num_envs: int = 1, **options: Any) -> VectorEnv:
+def vector_env(
+    scenario: Scenario = "match3v3",
+    num_envs: int = 1,
+    *,
+    autoreset_mode: str | AutoresetMode = "next_step",
+    threads: int | None = None,
+    render_mode: str | None = None,
+    **options: Unpack[WorldOptions],
+) -> VectorEnv:
     """Many worlds that are stepped together: see :class:`VectorEnv`."""
-    return VectorEnv(scenario, num_envs, **options)
+    return VectorEnv(
+        scenario, num_envs, autoreset_mode=autoreset_mode, threads=threads, render_mode=render_mode, **options
+    )
 
 
 def register() -> None:
-    """Registers the tasks in Gymnasium, as ``naoisis/NAME-vN``."""
+    """Registers the tasks in Gymnasium, as ``naoisis/NAME-vN``.
+
+    Importing :mod:`naoisis` does it, and so does the name of the module in ``gymnasium.make("naoisis:naoisis/NAME-vN")``.
+    """
     for name, version, _ in _naoisis.challenges():
         gymnasium.register(
             id=f"naoisis/{name}-v{version}",

@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
 from naoisis._arguments import Scenario
-from naoisis._view import View
+from naoisis._view import View, modes_here
 from naoisis._worlds import Worlds, agent_name
 from naoisis.errors import MatchError
 
@@ -32,13 +33,14 @@ class MatchParallelEnv(ParallelEnv):
     Attributes:
         observation_names: The names of the numbers of an observation.
         action_names: The names of the numbers of an action, or of the choices, one list per choice.
+        state_space: The space of :meth:`state`.
     """
 
     def __init__(self, worlds: Worlds, view: View):
         self._worlds, self._view, self.render_mode = worlds, view, view.mode
         self.metadata = {
             "name": "naoisis",
-            "render_modes": list(RENDER_MODES),
+            "render_modes": modes_here(),
             "render_fps": round(1 / worlds.step_s),
             "is_parallelizable": True,
         }
@@ -48,6 +50,8 @@ class MatchParallelEnv(ParallelEnv):
         self.observation_spaces = {agent: worlds.observation_space for agent in self.possible_agents}
         self.action_spaces = {agent: worlds.action_space for agent in self.possible_agents}
         self.observation_names, self.action_names = worlds.observation_names, worlds.action_names
+        low, high = (np.array([entry[side] for entry in worlds.inner.state_entries()], np.float32) for side in (1, 2))
+        self.state_space = spaces.Box(low, high, dtype=np.float32)
         self._has_seed = False
 
     def observation_space(self, agent: str) -> Any:
@@ -62,6 +66,8 @@ class MatchParallelEnv(ParallelEnv):
         options: dict[str, Any] | None = None,
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Starts an episode. Uses the options of :class:`naoisis.MatchEnv`, and ignores others, such as those of wrappers."""
+        if options is not None and not isinstance(options, Mapping):
+            raise TypeError(f"options: expected a dictionary, not {options!r}")
         if seed is None and not self._has_seed:
             seed = int(np.random.default_rng().integers(2**32))
         arrays = self._worlds.arrays()
@@ -94,7 +100,8 @@ class MatchParallelEnv(ParallelEnv):
         terminations = dict(zip(agents, map(bool, arrays["terminations"])))
         truncations = dict(zip(agents, map(bool, arrays["truncations"])))
         is_over = terminations[agents[0]] or truncations[agents[0]]
-        infos = {agent: {"success": bool(arrays["successes"][0])} if is_over else {} for agent in agents}
+        successes = map(bool, arrays["successes"])
+        infos = {agent: {"success": success} if is_over else {} for agent, success in zip(agents, successes)}
         if is_over:
             self.agents = []
         return observations, rewards, terminations, truncations, infos
@@ -103,7 +110,7 @@ class MatchParallelEnv(ParallelEnv):
         return {agent: self._worlds.row(observations, row) for row, agent in enumerate(self.possible_agents)}
 
     def state(self) -> np.ndarray:
-        """The true state as an array, for critics; its names are ``state_names``."""
+        """The true state as an array, for critics, in the frame of the blue team; its names are ``state_names``."""
         state: np.ndarray = self._worlds.inner.state()[0]
         return state
 

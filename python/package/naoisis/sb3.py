@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from stable_baselines3.common import vec_env
@@ -17,18 +17,35 @@ from stable_baselines3.common import vec_env
 from naoisis._arguments import Scenario
 from naoisis.environments import VectorEnv
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from naoisis._worlds import WorldOptions
+
 __all__ = ["VecEnv"]
 
 
 class VecEnv(vec_env.VecEnv):
     """Many worlds that are stepped together: one row for each agent of each world. The arguments are those of :class:`naoisis.VectorEnv`.
 
+    The options of ``set_options`` are those of :class:`naoisis.VectorEnv`; they hold for all episodes until the next reset.
+
     All agents share one policy. A step that ends an episode returns the first observation of the next one; the last one
     is in ``infos[row]["terminal_observation"]``, and ``infos[row]["TimeLimit.truncated"]`` says whether its time limit ended it.
     """
 
-    def __init__(self, scenario: Scenario = "ScoreEmptyGoal", num_envs: int = 1, **options: Any):
-        self.envs = VectorEnv(scenario, num_envs, autoreset_mode="same_step", **options)
+    def __init__(
+        self,
+        scenario: Scenario = "ScoreEmptyGoal",
+        num_envs: int = 1,
+        *,
+        threads: int | None = None,
+        render_mode: str | None = None,
+        **options: Unpack[WorldOptions],
+    ):
+        self.envs = VectorEnv(
+            scenario, num_envs, autoreset_mode="same_step", threads=threads, render_mode=render_mode, **options
+        )
         self._actions: np.ndarray | None = None
         self._seed: int | None = None
         # The base class asks for it.
@@ -40,8 +57,19 @@ class VecEnv(vec_env.VecEnv):
         return [None if seed is None else seed + row // len(self.envs.agents) for row in range(self.num_envs)]
 
     def reset(self) -> Any:
-        observations, _ = self.envs.reset(seed=self._seed)
+        agents = len(self.envs.agents)
+        of_worlds = [self._options[row] for row in range(0, self.num_envs, agents)]
+        if any(options != of_worlds[row // agents] for row, options in enumerate(self._options)):
+            raise ValueError("set_options: agents of one world differ; expected the same for all of them")
+        options = {repr(options): options for options in of_worlds}
+        first, *others = options
+        observations, _ = self.envs.reset(seed=self._seed, options=options[first] or None)
+        for name in others:
+            mask = np.repeat([repr(of_world) == name for of_world in of_worlds], agents)
+            changed = {**options[name], "reset_mask": mask}
+            observations, _ = self.envs.reset(seed=self._seed, options=changed)
         self._seed = None
+        self._reset_options()
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:

@@ -18,6 +18,7 @@ from gymnasium.vector.utils import batch_space, create_empty_array
 
 from naoisis._arguments import Scenario
 from naoisis.environments import VectorEnv
+from naoisis.errors import MatchError
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -104,6 +105,8 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         return self._rows(self._seen, self._learns), info
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        if self._seen is None:
+            raise MatchError("the episode is over, or has not begun; expected a reset before the next step")
         everybody = self._no_actions(len(self._learns))
         everybody[self._learns] = np.asarray(actions).reshape(everybody[self._learns].shape)
         for number in np.unique(self.drawn):
@@ -116,6 +119,10 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         self._draw(over)
         mine = self._learns
         return self._rows(self._seen, mine), rewards[mine], terminations[mine], truncations[mine], self._info(info)
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """Pictures of the fields of the first worlds."""
+        return self.envs.render()
 
     def _draw(self, worlds: np.ndarray) -> None:
         self.drawn[worlds] = self._random.integers(len(self.pool), size=int(worlds.sum()))

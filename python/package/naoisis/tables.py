@@ -11,12 +11,25 @@ from naoisis.environments import MatchEnv
 __all__ = ["page"]
 
 KINDS = {
-    "perception": "Current sensor readings, and the game status that the robot received. Positions are in the robot frame: x ahead, y to the left.",
+    "perception": "Current sensor readings, and the game status that the robot received. Positions are in the robot frame: x ahead, y to the left."
+    "\nOther robots are in the order of their distance, the nearest first, which changes from step to step; goal posts from left to right.",
     "belief": "The belief of the built-in estimator. The own pose is in the team frame: the own goal is at -x. Robots that observe"
     "\ntheir beliefs send their pose and the ball that they see to team-mates, as the built-in teams do (`messages.loss` 1 switches this off).",
     "truth": "The true state: for critics, and to measure the value of perfect knowledge.",
     "image": "Everything except vision, beside the camera image: the part `body` of the observation.",
 }
+
+
+STATE = "What `state()` returns: the true state of the match in the team frame of blue, whoever is controlled."
+
+
+def table(entries: list[tuple[str, float, float, str]]) -> list[str]:
+    """The lines of a table of numbers."""
+    rows = [
+        f"| {index} | `{name}` | {low:.4g} | {high:.4g} | {text} |"
+        for index, (name, low, high, text) in enumerate(entries)
+    ]
+    return ["| index | name | least | greatest | meaning |", "|---|---|---|---|---|", *rows]
 
 
 def page() -> str:
@@ -30,12 +43,9 @@ def page() -> str:
     for kind, says in KINDS.items():
         env = MatchEnv("TwoOnTwo", observation=kind)
         entries = env.observation_entries
-        parts += ["", f"## Observation `{kind}`: {len(entries)} numbers", "", says, ""]
-        parts += ["| index | name | least | greatest | meaning |", "|---|---|---|---|---|"]
-        parts += [
-            f"| {index} | `{name}` | {low:.4g} | {high:.4g} | {text} |"
-            for index, (name, low, high, text) in enumerate(entries)
-        ]
+        parts += ["", f"## Observation `{kind}`: {len(entries)} numbers", "", says, "", *table(entries)]
+    entries = MatchEnv("TwoOnTwo").state_entries
+    parts += ["", f"## State: {len(entries)} numbers", "", STATE, "", *table(entries)]
     parts += [
         "",
         "## Actions `continuous`: 8 numbers from -1 to 1",

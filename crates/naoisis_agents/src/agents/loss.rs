@@ -3,7 +3,7 @@
 use naoisis_core::events::AgentLoss;
 
 /// The reason why a program no longer plays.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct Loss {
     /// The kind of the reason.
@@ -11,6 +11,8 @@ pub struct Loss {
     /// The reason in a sentence.
     pub message: String,
 }
+
+naoisis_core::debug_as_displayed!(Loss);
 
 impl Loss {
     pub(super) fn new(reason: AgentLoss, message: impl Into<String>) -> Self {

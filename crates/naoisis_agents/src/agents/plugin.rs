@@ -42,7 +42,7 @@ impl Plugin for AgentsPlugin {
 pub(super) struct LostAgents(pub Vec<(RobotId, Loss)>);
 
 /// The error that a program cannot be started.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{robot}: {message}")]
 pub struct ProgramStartError {
     /// The robot that it should play.
@@ -50,6 +50,8 @@ pub struct ProgramStartError {
     /// The reason why the program cannot be started.
     pub message: String,
 }
+
+naoisis_core::debug_as_displayed!(ProgramStartError);
 
 /// Starts the programs of all robots that have one and are not played yet, and receives their hellos. Without a call of
 /// this function, programs are started in the first cycle.

@@ -18,7 +18,7 @@ use naoisis_sim::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, w
 use naoisis_sim::simulation::{give_belief, resolved};
 
 /// The error that a robot cannot be controlled from outside.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AgentError {
     /// No robot has this id.
@@ -31,6 +31,8 @@ pub enum AgentError {
     #[error(transparent)]
     UnknownKick(#[from] UnknownKick),
 }
+
+naoisis_core::debug_as_displayed!(AgentError);
 
 /// The robots that are controlled from outside, sorted by id.
 pub fn remote_robots(world: &World) -> Vec<RobotId> {

@@ -44,10 +44,19 @@ pub enum Address {
     Unix(PathBuf),
 }
 
+impl Address {
+    /// Whether other machines can reach it.
+    pub fn is_reachable(&self) -> bool {
+        matches!(self, Address::Tcp(address) if !address.ip().to_canonical().is_loopback())
+    }
+}
+
 /// The error that a text is no address.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected tcp:HOST:PORT, such as tcp:127.0.0.1:10000, or unix:PATH")]
 pub struct NotAnAddress;
+
+naoisis_core::debug_as_displayed!(NotAnAddress);
 
 impl FromStr for Address {
     type Err = NotAnAddress;
@@ -280,6 +289,22 @@ mod tests {
         for word in ["127.0.0.1:80", "tcp:80", "tcp:127.0.0.1", "udp:127.0.0.1:80", "unix:", ""] {
             assert_eq!(word.parse::<Address>(), Err(NotAnAddress), "{word}");
         }
+    }
+
+    #[test]
+    fn only_addresses_of_this_machine_cannot_be_reached() {
+        for (word, is_reachable) in [
+            ("tcp:127.0.0.1:80", false),
+            ("tcp:127.9.9.9:80", false),
+            ("tcp:[::1]:80", false),
+            ("tcp:[::ffff:127.0.0.1]:80", false),
+            ("tcp:0.0.0.0:80", true),
+            ("tcp:[::]:80", true),
+            ("tcp:192.168.1.2:80", true),
+        ] {
+            assert_eq!(word.parse::<Address>().unwrap().is_reachable(), is_reachable, "{word}");
+        }
+        assert!(!Address::Unix("path".into()).is_reachable());
     }
 
     #[test]

@@ -101,7 +101,7 @@ pub const KICKS: [(&str, Option<KickType>); 5] = [
 ];
 
 /// The error that a number is not valid in an action.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error("the action has {value} for {name}; expected {expected}")]
 pub struct NotAnAction {
     /// The name of the number.
@@ -111,6 +111,8 @@ pub struct NotAnAction {
     /// The valid values.
     expected: String,
 }
+
+naoisis_core::debug_as_displayed!(NotAnAction);
 
 impl ActionKind {
     /// The number of values of an action.

@@ -112,7 +112,7 @@ pub fn success_rate(attempts: &[Attempt]) -> SuccessRate {
 }
 
 /// Why a challenge cannot be played.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum AttemptError {
     /// The challenge is invalid.
@@ -132,6 +132,8 @@ pub enum AttemptError {
     #[error(transparent)]
     Start(#[from] StartError),
 }
+
+naoisis_core::debug_as_displayed!(AttemptError);
 
 /// Plays episodes of a challenge and passes their results to the callback in the order of their seeds. When `stop`
 /// turns true, running episodes are finished and no new ones start.

@@ -82,18 +82,13 @@ pub struct EndConditions {
 }
 
 impl EndConditions {
-    /// Whether robots of `team` are rewarded for a success.
-    pub(super) fn is_for(&self, team: Team) -> bool {
-        self.goal_for.or(self.win_for).is_none_or(|of| of == team)
-    }
-
-    /// Whether `events` end the episode: `Some(true)` with success, `Some(false)` with failure.
-    pub(super) fn of_events<'a>(&self, events: impl Iterator<Item = &'a MatchEvent>) -> Option<bool> {
+    /// Whether `events` end the episode: the team that scored, or `None` inside if nobody did.
+    pub(super) fn of_events<'a>(&self, events: impl Iterator<Item = &'a MatchEvent>) -> Option<Option<Team>> {
         let mut ended = None;
         for event in events {
             match (event, self.goal_for) {
-                (MatchEvent::Goal { team, .. }, Some(for_team)) => return Some(*team == for_team),
-                (MatchEvent::BallOut { .. }, _) if self.ball_out => ended = Some(false),
+                (MatchEvent::Goal { team, .. }, Some(_)) => return Some(Some(*team)),
+                (MatchEvent::BallOut { .. }, _) if self.ball_out => ended = Some(None),
                 _ => {}
             }
         }
@@ -171,7 +166,7 @@ impl Situation {
 }
 
 /// Why a challenge cannot be read.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum ChallengeError {
     /// No challenge has this name.
@@ -196,6 +191,8 @@ pub enum ChallengeError {
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
 }
+
+naoisis_core::debug_as_displayed!(ChallengeError);
 
 macro_rules! embedded {
     ($($name:literal)*) => {

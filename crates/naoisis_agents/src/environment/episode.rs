@@ -1,7 +1,9 @@
 //! The episodes of one world of an environment.
 
 use bevy::prelude::*;
+use core::sync::atomic::{AtomicBool, Ordering};
 use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 use super::action::{ActionKind, command};
@@ -18,7 +20,7 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStream;
 use naoisis_core::referee::GameStatus;
 use naoisis_core::robot::Roster;
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraImages;
 use naoisis_sensing::sensing::odometry::Odometry;
@@ -42,7 +44,7 @@ pub enum Start {
 }
 
 /// Why an episode cannot start.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StartError {
     /// Its match cannot be started.
@@ -55,6 +57,8 @@ pub enum StartError {
     #[error("an episode cannot start: {0}")]
     Different(String),
 }
+
+naoisis_core::debug_as_displayed!(StartError);
 
 /// The settings that all worlds of an environment share.
 #[derive(Clone)]
@@ -78,7 +82,7 @@ pub struct EnvironmentSettings {
 }
 
 /// The state of an episode after a step.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct EpisodeProgress {
     /// Whether the task has ended; no reward can follow.
     pub terminated: bool,
@@ -86,6 +90,8 @@ pub struct EpisodeProgress {
     pub truncated: bool,
     /// Whether the task succeeded.
     pub is_success: bool,
+    /// Whether it is a success of each team: of the one that scored the goal, or won the match, that ended the task.
+    pub success_of: PerTeam<bool>,
 }
 
 impl EpisodeProgress {
@@ -101,9 +107,11 @@ pub struct Episode {
     pub world: World,
     /// The start of its episodes, if it differs from that of the settings.
     pub start: Option<Arc<Start>>,
-    seeds: RandomStream,
-    memories: Vec<Memory>,
-    standings: Vec<Standing>,
+    /// Breaks off a step when it becomes true. Its episode cannot go on then.
+    pub stop: Arc<AtomicBool>,
+    pub(super) seeds: RandomStream,
+    pub(super) memories: Vec<Memory>,
+    pub(super) standings: Vec<Standing>,
     /// The state after the last step.
     pub progress: EpisodeProgress,
 }
@@ -112,7 +120,7 @@ impl Episode {
     /// Creates a world without an episode, from a simulator without a match.
     pub fn new(world: World, seed: u64) -> Self {
         let (memories, standings, progress) = (Vec::new(), Vec::new(), EpisodeProgress::default());
-        Self { world, start: None, seeds: seeds(seed), memories, standings, progress }
+        Self { world, start: None, stop: Arc::default(), seeds: seeds(seed), memories, standings, progress }
     }
 
     /// Restarts the sequence of episodes with `seed`.
@@ -169,7 +177,8 @@ impl Episode {
             .collect();
         let mut progress = EpisodeProgress::default();
         let mut cycles = 0;
-        while cycles < settings.cycles_per_step.max(1) && !progress.is_over() {
+        let is_stopped = || self.stop.load(Ordering::Relaxed);
+        while cycles < settings.cycles_per_step.max(1) && !progress.is_over() && !is_stopped() {
             for (id, command) in settings.control.iter().zip(&mut commands) {
                 let given = command.clone();
                 // The walk is commanded in each cycle of the step, everything else only in the first.
@@ -184,8 +193,7 @@ impl Episode {
         let period_s = cycles as f32 * world.resource::<CycleClock>().period();
         for ((id, reward), standing) in settings.control.iter().zip(rewards).zip(&mut self.standings) {
             let now = Standing::of(world, *id);
-            let is_success = progress.is_success && settings.end.is_for(id.team);
-            *reward = standing.reward(&now, period_s, is_success, &settings.reward);
+            *reward = standing.reward(&now, period_s, progress.success_of[id.team], &settings.reward);
             *standing = now;
         }
         self.progress = progress;
@@ -247,24 +255,33 @@ fn seeds(seed: u64) -> RandomStream {
 
 /// Whether the last cycle ended the episode.
 fn progress_of(world: &World, settings: &EnvironmentSettings) -> EpisodeProgress {
-    if let Some(is_success) = settings.end.of_events(world.resource::<CycleEvents>().iter()) {
-        return EpisodeProgress { terminated: true, truncated: false, is_success };
+    let ended = |is_success, of: Option<Team>| EpisodeProgress {
+        terminated: true,
+        truncated: false,
+        is_success,
+        success_of: PerTeam::new(|team| of == Some(team)),
+    };
+    if let Some(scorer) = settings.end.of_events(world.resource::<CycleEvents>().iter()) {
+        return ended(scorer.is_some() && scorer == settings.end.goal_for, scorer);
     }
-    let sees_ball = |id: &RobotId| {
-        let entity = world.resource::<Roster>().get(*id);
+    let sees_ball = |id: &&RobotId| {
+        let entity = world.resource::<Roster>().get(**id);
         entity.and_then(|entity| world.get::<Percepts>(entity)).is_some_and(|percepts| percepts.ball.is_some())
     };
-    if settings.end.ball_seen && settings.control.first().is_some_and(sees_ball) {
-        return EpisodeProgress { terminated: true, truncated: false, is_success: true };
+    if settings.end.ball_seen
+        && let Some(id) = settings.control.first().filter(sees_ball)
+    {
+        return ended(true, Some(id.team));
     }
     let cycle = world.resource::<CycleClock>().cycle;
     let last_cycle = world.get_resource::<Scenario>().and_then(Scenario::last_cycle);
     let game = world.resource::<Game>();
     let terminated = game.state == GameState::Finished;
-    let has_won = |team: Team| game.score[team] > game.score[team.opponent()];
+    let has_won = |team: Team| terminated && game.score[team] > game.score[team.opponent()];
     EpisodeProgress {
         terminated,
         truncated: last_cycle.is_some_and(|last| cycle >= last),
-        is_success: terminated && settings.end.win_for.is_some_and(has_won),
+        is_success: settings.end.win_for.is_some_and(has_won),
+        success_of: PerTeam::new(|team| settings.end.win_for.is_some() && has_won(team)),
     }
 }

@@ -12,6 +12,7 @@ mod episode;
 mod gaze;
 pub mod observation;
 pub mod reward;
+mod saved;
 mod vector;
 
 pub use action::ActionKind;
@@ -20,4 +21,5 @@ pub use entry::ObservationEntry;
 pub use episode::{EnvironmentSettings, Episode, EpisodeProgress, Start, StartError};
 pub use observation::ObservationKind;
 pub use reward::RewardWeights;
+pub use saved::SavedWorld;
 pub use vector::{Arrays, AutoReset, EnvironmentError, Environments};

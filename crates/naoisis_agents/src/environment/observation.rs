@@ -60,7 +60,7 @@ impl Others {
 }
 
 /// The past values of an agent that its observations use.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Memory {
     /// Its odometry at its last observation.
     pub odometry: Pose,

@@ -42,7 +42,7 @@ pub const REWARDS: [(&str, &str); 5] = [
 ];
 
 /// The values from which rewards are computed.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Standing {
     /// Goals of the team minus goals of the opponents.
     lead: f32,

@@ -1,6 +1,7 @@
 //! Many worlds that are stepped together, on several threads.
 
 use bevy::prelude::*;
+use core::sync::atomic::{AtomicBool, Ordering};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread;
@@ -38,7 +39,7 @@ pub struct Arrays<'a> {
     pub terminations: &'a mut [bool],
     /// Whether the time limit has ended the episode.
     pub truncations: &'a mut [bool],
-    /// Whether the task succeeded.
+    /// Whether the task was a success of the agent's team.
     pub successes: &'a mut [bool],
     /// The last observations of finished episodes if the next one starts in the same step; else empty.
     pub final_observations: &'a mut [f32],
@@ -47,7 +48,7 @@ pub struct Arrays<'a> {
 }
 
 /// Why worlds cannot be stepped or reset.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentError {
     /// An episode cannot start.
@@ -67,6 +68,9 @@ pub enum EnvironmentError {
         /// The world, from 0.
         world: usize,
     },
+    /// The step was broken off.
+    #[error("the step was broken off; expected a reset before the next one")]
+    Stopped,
     /// A world panicked; its next reset creates it again.
     #[error("world {world} panicked: {message}; the other worlds were stepped")]
     Panicked {
@@ -77,13 +81,16 @@ pub enum EnvironmentError {
     },
 }
 
+naoisis_core::debug_as_displayed!(EnvironmentError);
+
 /// Worlds that are stepped together. Results do not depend on the number of threads.
 pub struct Environments {
     settings: EnvironmentSettings,
     simulator: fn() -> World,
-    episodes: Vec<Episode>,
+    pub(super) episodes: Vec<Episode>,
     /// Whether each world may be stepped.
-    has_begun: Vec<bool>,
+    pub(super) has_begun: Vec<bool>,
+    stop: Arc<AtomicBool>,
     auto_reset: AutoReset,
     threads: usize,
     entries: Vec<ObservationEntry>,
@@ -114,6 +121,8 @@ impl Environments {
     ) -> Result<Self, StartError> {
         let mut episodes: Vec<Episode> =
             (0..worlds.max(1)).map(|index| Episode::new(simulator(), index as u64)).collect();
+        let stop = Arc::<AtomicBool>::default();
+        episodes.iter_mut().for_each(|episode| episode.stop = Arc::clone(&stop));
         let first = &mut episodes[0];
         first.begin(&settings)?;
         let entries = settings.control.first().map(|id| entries(settings.observation, &first.world, *id));
@@ -121,7 +130,18 @@ impl Environments {
         let image_bytes = if settings.camera.is_some() { image_bytes(&first.world) } else { 0 };
         let has_begun = vec![false; episodes.len()];
         let entries = entries.unwrap_or_default();
-        Ok(Self { settings, simulator, episodes, has_begun, auto_reset, threads, entries, state_entries, image_bytes })
+        Ok(Self {
+            settings,
+            simulator,
+            episodes,
+            has_begun,
+            stop,
+            auto_reset,
+            threads,
+            entries,
+            state_entries,
+            image_bytes,
+        })
     }
 
     /// The settings that all worlds share.
@@ -157,6 +177,11 @@ impl Environments {
     /// The world with this index.
     pub fn world_mut(&mut self, index: usize) -> Option<&mut World> {
         self.episodes.get_mut(index).map(|episode| &mut episode.world)
+    }
+
+    /// A flag that breaks off the step under way when it becomes true. The next step begins with it false.
+    pub fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
     }
 
     /// Fills `array` with the true state of each world, world by world.
@@ -206,7 +231,7 @@ impl Environments {
     ///
     /// # Errors
     /// When an action is invalid or an episode is over; then nothing has happened. When a world panics; then the others
-    /// have been stepped.
+    /// have been stepped. When the step is [broken off](Self::stop); then all worlds need a reset.
     pub fn step(&mut self, actions: &[f32], arrays: Arrays) -> Result<(), EnvironmentError> {
         let settings = &self.settings;
         let (length, agents) = (settings.action.len(), settings.control.len());
@@ -221,8 +246,15 @@ impl Environments {
             return Err(EnvironmentError::Over { world });
         }
         let simulator = self.simulator;
+        self.stop.store(false, Ordering::Relaxed);
         let parts = parts(&mut self.episodes, &mut self.has_begun, actions, arrays, agents, length);
-        each(self.threads, parts, |part| guarded(part, simulator, |part| step(settings, auto_reset, part)))
+        let stepped =
+            each(self.threads, parts, |part| guarded(part, simulator, |part| step(settings, auto_reset, part)));
+        if self.stop.load(Ordering::Relaxed) {
+            self.has_begun.fill(false);
+            return Err(EnvironmentError::Stopped);
+        }
+        stepped
     }
 }
 
@@ -273,7 +305,9 @@ fn step(settings: &EnvironmentSettings, auto_reset: AutoReset, part: &mut Part) 
     let progress = episode.progress;
     arrays.terminations.fill(progress.terminated);
     arrays.truncations.fill(progress.truncated);
-    arrays.successes.fill(progress.is_success);
+    for (success, id) in arrays.successes.iter_mut().zip(&settings.control) {
+        *success = progress.success_of[id.team];
+    }
     if auto_reset == AutoReset::SameStep && progress.is_over() {
         episode.observe(settings, arrays.final_observations, arrays.final_images);
         episode.begin(settings)?;

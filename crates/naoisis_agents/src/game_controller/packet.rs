@@ -352,7 +352,7 @@ pub struct PlayerPacket {
 }
 
 /// Why bytes are no control packet.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PacketError {
     /// The header is wrong.
@@ -378,6 +378,8 @@ pub enum PacketError {
         code: u8,
     },
 }
+
+naoisis_core::debug_as_displayed!(PacketError);
 
 impl ControlPacket {
     /// The bytes of the packet.

@@ -27,9 +27,11 @@ pub struct ReturnPacket {
 }
 
 /// The error that bytes are no return packet.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("expected 32 bytes that begin with RGrt and version 4, fallen 0 or 1, and finite numbers")]
 pub struct NotAReturnPacket;
+
+naoisis_core::debug_as_displayed!(NotAReturnPacket);
 
 impl ReturnPacket {
     /// The bytes of the packet.

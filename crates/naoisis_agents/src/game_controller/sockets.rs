@@ -17,7 +17,7 @@ pub(super) const REQUEST: [u8; 5] = *b"RGTr\0";
 pub const HERE: Ipv4Addr = Ipv4Addr::LOCALHOST;
 
 /// The error that a socket cannot be opened.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[error("{address}: {error}")]
 pub struct NetworkError {
     /// The address.
@@ -25,6 +25,8 @@ pub struct NetworkError {
     /// The error of the system.
     pub error: io::Error,
 }
+
+naoisis_core::debug_as_displayed!(NetworkError);
 
 /// A non-blocking socket.
 pub(super) fn bind(address: SocketAddr) -> Result<UdpSocket, NetworkError> {

@@ -164,13 +164,16 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
             } else if !row.note.is_empty() {
                 progress.suspend(|| report::note(&format!("match {}, seed {}: {}", row.index + 1, row.seed, row.note)));
             }
-            // Mistakes are written before the row: an interrupted batch repeats the matches without a row when it continues.
-            let written = mistakes.as_mut().map_or(Ok(()), |mistakes| mistakes.write(&batch, &row));
-            row.mistakes = Vec::new();
-            if let Err(error) = written.and_then(|()| table.write(&batch, &row)) {
-                interrupt.stop().store(true, Ordering::SeqCst);
-                failed_to_write.get_or_insert(error);
+            // Behind what could not be written nothing else may stand.
+            if failed_to_write.is_none() {
+                // Mistakes are written before the row: an interrupted batch repeats the matches without a row when it continues.
+                let written = mistakes.as_mut().map_or(Ok(()), |mistakes| mistakes.write(&batch, &row));
+                if let Err(error) = written.and_then(|()| table.write(&batch, &row)) {
+                    interrupt.stop().store(true, Ordering::SeqCst);
+                    failed_to_write = Some(error);
+                }
             }
+            row.mistakes = Vec::new();
             progress.inc(1);
             rows.push(row);
         },
@@ -229,7 +232,7 @@ fn open_tables(
             )));
         }
     }
-    let (table, rows) = match &arguments.csv {
+    let (mut table, mut rows) = match &arguments.csv {
         Some(path) => Table::open_part(path, batch, part.clone()).map_err(|error| told("", error))?,
         None => (Table::unwritten(), Vec::new()),
     };
@@ -239,6 +242,15 @@ fn open_tables(
         .map(|path| MistakeTable::open(path, batch, part.start, part.start + rows.len()))
         .transpose()
         .map_err(|error| told("--mistakes: ", error))?;
+    let whole = mistakes.as_ref().map_or(rows.len(), |mistakes| mistakes.next() - part.start);
+    if let Some(path) = &arguments.mistakes
+        && whole < rows.len()
+    {
+        let (path, again) = (path.display(), rows.len() - whole);
+        report::note(&format!("{path} lost its end: {again} of the earlier matches are played again"));
+        table.cut(whole).map_err(|error| told("", error))?;
+        rows.truncate(whole);
+    }
     Ok((table, rows, mistakes))
 }
 
@@ -255,6 +267,12 @@ fn agent_settings(arguments: &BatchArguments) -> AgentSettings {
 
 /// Joins the tables of parts into one table and one summary.
 fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> ExitCode {
+    if let Some(path) = &arguments.csv {
+        let output = [Output { option: "--csv", path: path.clone() }];
+        if let Err(message) = arguments.merge.iter().try_for_each(|part| check_files(part, &output, true)) {
+            return report::usage_error(&message);
+        }
+    }
     let mut rows = match merge(batch, &arguments.merge) {
         Ok(rows) => rows,
         Err(error) => return report::usage_error(&format!("--merge: {error}")),

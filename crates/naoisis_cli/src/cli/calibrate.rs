@@ -56,7 +56,12 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
     let file_name = |path: &PathBuf| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let logs = arguments.logs.iter().map(file_name).collect::<Vec<String>>().join(", ");
     let mut printer = Printer::default();
-    printer.print(model_file(&model, &name, &logs, &calibration));
+    let text = model_file(&model, &name, &logs, &calibration);
+    // What is written must be accepted by the other commands.
+    if let Err(error) = RobotModel::from_ron(&format!("{name}.ron"), &text) {
+        return no_model("the calibrated model: ", &error);
+    }
+    printer.print(text);
     printer.finish(ExitCode::SUCCESS)
 }
 

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use super::agents::AgentArguments;
 use super::check_program::check_program;
 use super::expect::{play_many, print_verdicts, write_junit};
+use super::interrupt::Interrupt;
 use super::notes;
 use super::teams::TeamArguments;
 use super::terminal::Printer;
@@ -41,63 +42,135 @@ pub struct CheckArguments {
 
 /// Checks every file, and prints `ok` or all its errors. Returns exit status 2 if there are any.
 pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
-    let mut status = ExitCode::SUCCESS;
-    let mut printer = Printer::default();
-    let mut app = program.simulator();
-    let mut played = Vec::new();
+    let interrupt = match Interrupt::watch(|| {}) {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
+    };
+    let mut check = Check { program, arguments, interrupt, printer: Printer::default(), app: program.simulator() };
+    let (mut status, mut outcomes) = (0, Vec::new());
     for file in &arguments.files {
+        let outcome = check.file(file);
+        if check.interrupt.is_stopped() {
+            return check.interrupt.finish(check.printer.finish(ExitCode::SUCCESS));
+        }
+        status = status.max(outcome.status());
+        outcomes.extend(outcome.for_junit().map(|outcome| (file.clone(), outcome)));
+    }
+    let mut status = ExitCode::from(status);
+    if let Some(Err(message)) = arguments.junit.as_ref().map(|path| write_junit(path, &outcomes)) {
+        status = report::failure(&message);
+    }
+    check.printer.finish(status)
+}
+
+/// What came of a file.
+enum Outcome {
+    /// It is right, and nothing was played.
+    Checked,
+    /// It was played.
+    Played(Vec<Verdict>),
+    /// It is right, and cannot be played.
+    NotPlayed(String),
+    /// It is wrong.
+    Wrong(String),
+}
+
+impl Outcome {
+    fn status(&self) -> u8 {
+        match self {
+            Outcome::Checked => 0,
+            Outcome::Played(verdicts) => u8::from(verdicts.iter().any(|verdict| !verdict.holds)),
+            Outcome::NotPlayed(_) => 1,
+            Outcome::Wrong(_) => report::USAGE_ERROR,
+        }
+    }
+
+    /// What is in the report; `None` if nothing was to be played.
+    fn for_junit(self) -> Option<Result<Vec<Verdict>, String>> {
+        match self {
+            Outcome::Checked => None,
+            Outcome::Played(verdicts) => Some(Ok(verdicts)),
+            Outcome::NotPlayed(message) | Outcome::Wrong(message) => Some(Err(message)),
+        }
+    }
+}
+
+/// The command while it runs.
+struct Check<'a> {
+    program: Program<'a>,
+    arguments: &'a CheckArguments,
+    interrupt: Interrupt,
+    printer: Printer,
+    app: App,
+}
+
+impl Check<'_> {
+    /// Checks a file, and plays it if that is asked for.
+    fn file(&mut self, file: &str) -> Outcome {
         if file.starts_with(TeamsSpec::EXEC) {
-            printer.print(format_args!("{file}:\n"));
-            if !check_program(program, file, &arguments.agents, &mut printer) {
-                status = ExitCode::from(report::USAGE_ERROR);
-            }
-            continue;
+            self.printer.print(format_args!("{file}:\n"));
+            let plays = check_program(self.program, file, &self.arguments.agents, &mut self.printer);
+            return if plays {
+                Outcome::Checked
+            } else {
+                Outcome::Wrong("the program does not play as it should".to_owned())
+            };
         }
-        let model = RobotModel::check(file);
-        if let Some(Ok(model)) = &model {
-            printer.print(format_args!("{file}: ok, the model of a robot\n"));
-            for words in notes::of_model(model).into_iter().chain(notes::unsourced(model)) {
-                printer.print(format_args!("{file}: note: {words}\n"));
+        let errors = match RobotModel::check(file) {
+            Some(Ok(model)) => {
+                self.printer.print(format_args!("{file}: ok, the model of a robot\n"));
+                self.print_notes(file, notes::of_model(&model).into_iter().chain(notes::unsourced(&model)));
+                return Outcome::Checked;
             }
-        }
-        let is_scenario = model.is_none();
-        let errors = match model {
-            Some(model) => model.err().unwrap_or_default(),
-            None => errors_of(file, &mut app),
+            Some(Err(errors)) => errors,
+            None => errors_of(file, &mut self.app),
         };
-        if is_scenario && errors.is_empty() {
-            printer.print(format_args!("{file}: ok\n"));
-            let notes = ScenarioFile::find(file).map(|file| notes::of_scenario(&file)).unwrap_or_default();
-            for words in notes {
-                printer.print(format_args!("{file}: note: {words}\n"));
-            }
-            if arguments.play {
-                match play(program, file, arguments) {
-                    Ok(verdicts) => {
-                        if !print_verdicts(&mut printer, &verdicts, false) && status == ExitCode::SUCCESS {
-                            status = ExitCode::FAILURE;
-                        }
-                        played.push((file.clone(), verdicts));
-                    }
-                    Err(message) => status = report::failure(&format!("{file}: {message}")),
-                }
-            }
+        if errors.is_empty() {
+            return self.scenario(file);
         }
         for error in &errors {
-            status = report::scenario_error(error);
+            report::scenario_error(error);
         }
         if errors.len() == ScenarioFile::MOST_ERRORS {
             report::note(&format!("{file}: there may be more errors than the first {}", errors.len()));
         }
+        Outcome::Wrong(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
     }
-    if let Some(Err(message)) = arguments.junit.as_ref().map(|path| write_junit(path, &played)) {
-        status = report::failure(&message);
+
+    /// Tells of a scenario that is right, and plays it if that is asked for.
+    fn scenario(&mut self, file: &str) -> Outcome {
+        self.printer.print(format_args!("{file}: ok\n"));
+        let notes = ScenarioFile::find(file).map(|file| notes::of_scenario(&file)).unwrap_or_default();
+        self.print_notes(file, notes);
+        if !self.arguments.play {
+            return Outcome::Checked;
+        }
+        match play(self.program, file, self.arguments, &self.interrupt) {
+            Ok(verdicts) => {
+                print_verdicts(&mut self.printer, &verdicts, false);
+                Outcome::Played(verdicts)
+            }
+            Err(message) => {
+                report::failure(&format!("{file}: {message}"));
+                Outcome::NotPlayed(message)
+            }
+        }
     }
-    printer.finish(status)
+
+    fn print_notes(&mut self, file: &str, notes: impl IntoIterator<Item = String>) {
+        for words in notes {
+            self.printer.print(format_args!("{file}: note: {words}\n"));
+        }
+    }
 }
 
 /// Plays a valid scenario and returns the verdicts on its expectations.
-fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<Verdict>, String> {
+fn play(
+    program: Program,
+    file: &str,
+    arguments: &CheckArguments,
+    interrupt: &Interrupt,
+) -> Result<Vec<Verdict>, String> {
     let file = ScenarioFile::find(file).map_err(|error| error.to_string())?;
     let mut file = file.with(&arguments.set).map_err(|error| error.to_string())?;
     arguments.teams.choose(program.simulator().world(), &mut file)?;
@@ -107,7 +180,7 @@ fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<
         app.insert_resource(settings.clone());
         app
     };
-    play_many(simulator, &file.scenario, &file.scenario.expectations)
+    play_many(simulator, &file.scenario, &file.scenario.expectations, interrupt)
 }
 
 /// Returns the errors of a file: those of its fields, then of the names in it, and finally of starting its match.

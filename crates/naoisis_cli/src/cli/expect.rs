@@ -5,6 +5,7 @@ use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::interrupt::Interrupt;
 use super::outputs::Output;
 use super::terminal::Printer;
 use naoisis_core::replace_file::replace_file;
@@ -51,10 +52,15 @@ impl ExpectArguments {
     }
 
     /// Plays the matches of the expectations about many matches, and returns their verdicts.
-    pub fn judge_many(&self, simulator: impl Fn() -> App + Sync, scenario: &Scenario) -> Result<Vec<Verdict>, String> {
+    pub fn judge_many(
+        &self,
+        simulator: impl Fn() -> App + Sync,
+        scenario: &Scenario,
+        interrupt: &Interrupt,
+    ) -> Result<Vec<Verdict>, String> {
         let many: Vec<Expectation> =
             self.expect.iter().copied().filter(|expectation| expectation.frequency.is_some()).collect();
-        play_many(simulator, scenario, &many)
+        play_many(simulator, scenario, &many, interrupt)
     }
 }
 
@@ -63,9 +69,10 @@ pub fn play_many(
     simulator: impl Fn() -> App + Sync,
     scenario: &Scenario,
     expected: &[Expectation],
+    interrupt: &Interrupt,
 ) -> Result<Vec<Verdict>, String> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    play_all(simulator, scenario, expected, threads)
+    play_all(simulator, scenario, expected, threads, interrupt.stop())
 }
 
 /// Prints the verdicts; with `quiet`, only failed ones. Returns whether all expectations hold.
@@ -77,8 +84,8 @@ pub fn print_verdicts(printer: &mut Printer, verdicts: &[Verdict], quiet: bool) 
     verdicts.iter().all(|verdict| verdict.holds)
 }
 
-/// Writes the verdicts on each scenario as JUnit XML.
-pub fn write_junit(path: &Path, scenarios: &[(String, Vec<Verdict>)]) -> Result<(), String> {
+/// Writes the verdicts on each scenario, or why it could not be played, as JUnit XML.
+pub fn write_junit(path: &Path, scenarios: &[(String, Result<Vec<Verdict>, String>)]) -> Result<(), String> {
     let text = junit(scenarios);
     let written = replace_file(path, |mut file| file.write_all(text.as_bytes()));
     written.map_err(|error| format!("cannot write {}: {error}", path.display()))

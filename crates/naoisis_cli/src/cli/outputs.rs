@@ -66,9 +66,16 @@ fn is_same_inode(one: &Path, _: &Metadata, other: &Path, _: &Metadata) -> bool {
     real(one) == real(other)
 }
 
-/// Returns the path with its links resolved, as far as it exists.
+/// As many links in a row as Linux follows.
+const MOST_LINKS: usize = 40;
+
+/// The path with its links resolved, those to missing files too.
 fn real(path: &Path) -> PathBuf {
-    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    for _ in 0..MOST_LINKS {
+        let Ok(target) = absolute.read_link() else { break };
+        absolute = absolute.parent().unwrap_or(Path::new("/")).join(target);
+    }
     match (path.canonicalize(), absolute.parent().map(Path::canonicalize), absolute.file_name()) {
         (Ok(real), _, _) => real,
         (Err(_), Some(Ok(folder)), Some(name)) => folder.join(name),
@@ -112,6 +119,30 @@ mod tests {
             let message = check(&input, &[("--trace", &new), ("--beliefs", &detour)], force).unwrap_err();
             assert!(message.contains("--trace writes this file already"), "{message}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_to_a_missing_file_are_that_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("inside")).unwrap();
+        for (link, target) in
+            [("one", "inside/new"), ("inside/two", "../one"), ("three", "inside/two"), ("four", "other")]
+        {
+            std::os::unix::fs::symlink(target, path(link)).unwrap();
+        }
+        let input = path("input");
+        for other in ["one", "inside/two", "three"] {
+            for (first, second) in [(other, "inside/new"), ("inside/new", other), ("four", "other")] {
+                let message =
+                    check(&input, &[("--trace", &path(first)), ("--beliefs", &path(second))], true).unwrap_err();
+                assert!(message.contains("--trace writes this file already"), "{message}");
+            }
+            assert_eq!(check(&input, &[("--trace", &path(other)), ("--beliefs", &path("four"))], true), Ok(()));
+        }
+        std::os::unix::fs::symlink("loop", path("loop")).unwrap();
+        assert_eq!(check(&input, &[("--trace", &path("loop")), ("--beliefs", &path("four"))], true), Ok(()));
     }
 
     #[cfg(unix)]

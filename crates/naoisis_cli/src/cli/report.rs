@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use super::visible::{visible, visible_in_place};
 use naoisis_sim::scenario::ScenarioError;
+use naoisis_sim::scenario::wording::shortened;
 
 /// Exit status for errors in arguments or files.
 pub const USAGE_ERROR: u8 = 2;
@@ -44,7 +45,7 @@ pub fn note(message: &str) {
 }
 
 fn print_error(text: &str) {
-    print_rendered(&visible(text));
+    print_rendered(&visible(&shortened(text)));
 }
 
 /// Prints a text that may contain control characters.
@@ -76,7 +77,7 @@ impl Style {
 
 fn rendered(error: &ScenarioError, style: Style) -> String {
     let mut theme = match style {
-        Style::Paragraph => return visible(&format!("error: {error}")).into_owned(),
+        Style::Paragraph => return visible(&shortened(&format!("error: {error}"))).into_owned(),
         Style::Snippet => GraphicalTheme::unicode_nocolor(),
         Style::ColouredSnippet => GraphicalTheme::unicode(),
     };
@@ -99,7 +100,7 @@ struct Report<'a> {
 
 impl fmt::Display for Report<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&visible(&self.error.headline()))
+        formatter.write_str(&visible(&shortened(&self.error.headline())))
     }
 }
 

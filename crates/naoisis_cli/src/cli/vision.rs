@@ -111,7 +111,8 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
     let table = accuracy::measure(arguments.scenes as usize, &conditions, &mut stream);
     match model {
         Some(model) => {
-            let calibration = calibrate_by_images(&table, &conditions.cameras);
+            let mut calibration = calibrate_by_images(&table, &conditions.cameras);
+            calibration.keep_possible(&model);
             report::note(&found(&model, &calibration));
             let basis = format!("images of {}", arguments.scenario);
             printer.print(model_file(&model, &format!("{}_by_images", model.name), &basis, &calibration));

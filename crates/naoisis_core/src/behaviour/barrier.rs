@@ -32,7 +32,6 @@ use bevy::ecs::resource::IsResource;
 use bevy::prelude::*;
 use bevy::time::{Fixed, Real, Virtual};
 use core::any::TypeId;
-use core::fmt;
 
 use super::function::Behaviour;
 use crate::knowledge::{Knowledge, is_of_naoisis};
@@ -50,14 +49,10 @@ pub struct BarrierError {
     pub reason: Breach,
 }
 
-impl fmt::Debug for BarrierError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, formatter)
-    }
-}
+debug_as_displayed!(BarrierError);
 
 /// Why a behaviour is refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Breach {
     /// The system reads all components of an entity, as `EntityRef` or `EntityMut` do.
@@ -132,6 +127,8 @@ pub enum Breach {
         before: String,
     },
 }
+
+debug_as_displayed!(Breach);
 
 /// Checks what the system and the conditions of the behaviour `name` of robots with `Marker` access.
 ///

@@ -212,13 +212,13 @@ pub fn deliver_messages(
         let team = &mut statistics[arrived.message.from.team];
         match roster.get(arrived.to).and_then(|recipient| inboxes.get_mut(recipient).ok()) {
             Some(mut inbox) => {
-                team.delivered += 1;
+                team.delivered = team.delivered.saturating_add(1);
                 let place = inbox.0.partition_point(|message| {
                     (message.from, message.sent_cycle) <= (arrived.message.from, arrived.message.sent_cycle)
                 });
                 inbox.0.insert(place, arrived.message);
             }
-            None => team.lost += 1,
+            None => team.lost = team.lost.saturating_add(1),
         }
     }
 }
@@ -249,14 +249,14 @@ fn send_messages(
         let limits = settings.limits_with(&own_limits.copied().unwrap_or_default());
         if let Some(reason) = limits.refusal(&say, team) {
             let count = if reason == Refusal::BudgetSpent { &mut team.over_budget } else { &mut team.refused };
-            *count += 1;
+            *count = count.saturating_add(1);
             // Once is enough: otherwise a team over its budget would fill the record with the same refusal.
             if reason != Refusal::BudgetSpent || *count == 1 {
                 events.push(MatchEvent::CommandRefused { robot: from, command: CommandKind::Say, reason });
             }
             continue;
         }
-        team.sent += 1;
+        team.sent = team.sent.saturating_add(1);
         team.sent_bytes += say.size_bytes() as u64;
         let place = poses.get(sender).map_or(Vec2::ZERO, |pose| pose.position);
         for (to, recipient) in roster.iter().filter(|(to, _)| to.team == from.team && *to != from) {
@@ -267,8 +267,8 @@ fn send_messages(
                     arrival_cycle: clock.cycle + u64::from(cycles),
                     message: ReceivedMessage { from, sent_cycle: clock.cycle, say: say.clone() },
                 }),
-                Delivery::Lost => team.lost += 1,
-                Delivery::OutOfRange => team.out_of_range += 1,
+                Delivery::Lost => team.lost = team.lost.saturating_add(1),
+                Delivery::OutOfRange => team.out_of_range = team.out_of_range.saturating_add(1),
             }
         }
     }

@@ -209,7 +209,7 @@ impl Pitch {
 }
 
 /// Error of [`Pitch::validate`]: a dimension is out of range.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error("{message}: expected {expected}")]
 pub struct PitchError {
     /// The field of [`Pitch`] that is out of range, as a path such as `goal.width_m`.
@@ -219,6 +219,8 @@ pub struct PitchError {
     /// The valid range.
     pub expected: String,
 }
+
+debug_as_displayed!(PitchError);
 
 impl Pitch {
     /// Checks that the dimensions describe a pitch on which a match can be played.

@@ -77,7 +77,7 @@ impl Referee<'_, '_> {
     /// Counts a goal of `team`. Returns how play continues.
     pub(super) fn count_goal(&mut self, team: Team) -> Stoppage {
         let score = &mut self.decisions.game.score;
-        score[team] += 1;
+        score[team] = score[team].saturating_add(1);
         let decided = self.seen.rules.mercy_goals.is_some_and(|most| score.blue.abs_diff(score.pink) >= most);
         if decided { Stoppage::Mercy } else { Stoppage::KickOff(Some(team.opponent())) }
     }

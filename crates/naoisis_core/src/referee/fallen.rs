@@ -33,7 +33,7 @@ impl GetUp {
             is_trying,
             cycles_lying: if is_trying { 0 } else { self.cycles_lying + 1 },
             is_disturbed: self.is_disturbed || is_trying && snapshot.contacts.iter().any(|pair| pair.contains(&index)),
-            failed: self.failed + u32::from(self.is_trying && !is_trying),
+            failed: self.failed.saturating_add(u32::from(self.is_trying && !is_trying)),
         }
     }
 

@@ -97,7 +97,8 @@ impl Referee<'_, '_> {
                 Some(team) => self.begin_penalty_kick(team),
                 None => {
                     let is_signal = self.decisions.game.state == GameState::Standby;
-                    self.decisions.game.ready_signals += u32::from(is_signal);
+                    self.decisions.game.ready_signals =
+                        self.decisions.game.ready_signals.saturating_add(u32::from(is_signal));
                     self.prepare_kick_off(outside.kicking_team);
                 }
             },

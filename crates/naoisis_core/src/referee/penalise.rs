@@ -78,7 +78,7 @@ impl Referee<'_, '_> {
     fn caution(&mut self, index: usize, evidence: &Evidence) -> bool {
         let Some(most) = self.seen.rules.cautions_to_send_off else { return false };
         let record = &mut self.memory.robots[index];
-        record.cautions += 1;
+        record.cautions = record.cautions.saturating_add(1);
         let (robot, cautions) = (record.id, record.cautions);
         self.decisions.events.push(MatchEvent::Caution { robot, cautions, evidence: evidence.clone() });
         cautions >= most
@@ -91,11 +91,11 @@ impl Referee<'_, '_> {
             return self.illegal_place_cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s), team);
         }
         let is_push = matches!(reason, PenaltyReason::Pushing | PenaltyReason::SentOff);
-        self.memory.pushes[team] += u32::from(is_push);
+        self.memory.pushes[team] = self.memory.pushes[team].saturating_add(u32::from(is_push));
         let for_the_half = is_push && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
         let rest_of_half = self.seen.game.cycles_left;
         if reason == PenaltyReason::SentOff {
-            let later = self.seen.game.half + 1..=rules.halves + rules.extra_time_halves;
+            let later = self.seen.game.half.saturating_add(1)..=rules.halves.saturating_add(rules.extra_time_halves);
             let halves_left: u64 = later.map(|half| rules.half_cycles(half, &self.seen.clock)).sum();
             return rest_of_half.unwrap_or(0) + halves_left;
         }
@@ -118,7 +118,7 @@ impl Referee<'_, '_> {
         let earlier = &mut self.memory.infractions[team];
         let increases = counts || rules.all_penalties_increase;
         let more_s = if increases { rules.penalty_increase_s * *earlier as f32 } else { 0.0 };
-        *earlier += u32::from(counts);
+        *earlier = earlier.saturating_add(u32::from(counts));
         self.seen.cycles(seconds + more_s)
     }
 

@@ -41,7 +41,7 @@ impl Referee<'_, '_> {
         let evidence = snapshot.evidence_against(rule, robot).otherwise("It had to be there before `set` began.");
         let robot = robot.id;
         self.decisions.robots[index].pose = pose;
-        self.memory.robots[index].hand_placements += 1;
+        self.memory.robots[index].hand_placements = self.memory.robots[index].hand_placements.saturating_add(1);
         self.decisions.events.push(MatchEvent::PlacedByHand { robot, position_m: pose.position, evidence });
     }
 

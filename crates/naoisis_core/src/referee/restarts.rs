@@ -23,7 +23,7 @@ const TOUCHING_M: f32 = 5e-4;
 impl Referee<'_, '_> {
     /// Whistles.
     pub(super) fn whistle(&mut self) {
-        self.decisions.game.whistles += 1;
+        self.decisions.game.whistles = self.decisions.game.whistles.saturating_add(1);
     }
 
     pub(super) fn enter(&mut self, state: GameState) {
@@ -86,7 +86,7 @@ impl Referee<'_, '_> {
             self.end_match();
             return;
         }
-        game.half += 1;
+        game.half = game.half.saturating_add(1);
         game.blue_end = game.blue_end.opposite();
         game.cycles_left = Some(rules.half_cycles(game.half, &self.seen.clock));
         let half = game.half;
@@ -179,7 +179,7 @@ impl Referee<'_, '_> {
 
     /// Places ball and robots for a kick-off.
     pub(super) fn place_for_kick_off(&mut self, team: Option<Team>) {
-        self.decisions.game.restarts += 1;
+        self.decisions.game.restarts = self.decisions.game.restarts.saturating_add(1);
         let Self { seen, decisions, memory, .. } = self;
         let ball = seen.ball.map(|ball| Disc { centre: Vec2::ZERO, radius: ball.radius });
         let team_size = seen.rules.team_size;
@@ -187,7 +187,7 @@ impl Referee<'_, '_> {
         for (robot, record) in decisions.robots.iter_mut().zip(&mut memory.robots) {
             if robot.is_present() {
                 robot.pose = line_up.put_down(robot.id, &robot.bounds);
-                record.restarts += 1;
+                record.restarts = record.restarts.saturating_add(1);
             }
         }
         self.put_ball(Vec2::ZERO);
@@ -287,7 +287,7 @@ impl Referee<'_, '_> {
         let pose = Occupied::by_others(&snapshot, Some(index)).free_pose(wanted, &robot.bounds);
         let robot = robot.id;
         self.decisions.robots[index].pose = pose;
-        self.memory.robots[index].hand_placements += 1;
+        self.memory.robots[index].hand_placements = self.memory.robots[index].hand_placements.saturating_add(1);
         self.decisions.events.push(MatchEvent::PlacedByHand { robot, position_m: pose.position, evidence });
     }
 

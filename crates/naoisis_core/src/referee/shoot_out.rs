@@ -191,7 +191,7 @@ impl Referee<'_, '_> {
         for (index, record) in self.memory.robots.iter_mut().enumerate() {
             record.forgive();
             if [attacker, keeper].contains(&Some(index)) {
-                record.hand_placements += 1;
+                record.hand_placements = record.hand_placements.saturating_add(1);
             }
         }
         self.put_ball(penalty_mark(self.seen.pitch, GOAL));
@@ -241,8 +241,8 @@ impl Referee<'_, '_> {
             shoot_out.shot.rank = ShotRank::Goal;
         }
         shoot_out.last[team as usize] = shoot_out.shot;
-        shoot_out.taken[team] += 1;
-        shoot_out.goals[team] += u32::from(scored);
+        shoot_out.taken[team] = shoot_out.taken[team].saturating_add(1);
+        shoot_out.goals[team] = shoot_out.goals[team].saturating_add(u32::from(scored));
         shoot_out.team = team.opponent();
         self.whistle();
         self.decisions.events.push(MatchEvent::Shot { team, scored, goals: shoot_out.goals, evidence });

@@ -37,7 +37,7 @@ impl Referee<'_, '_> {
 
     /// Ends `standby`: the referee raises its arms, and robots may walk to their positions.
     pub(super) fn signal_ready(&mut self) {
-        self.decisions.game.ready_signals += 1;
+        self.decisions.game.ready_signals = self.decisions.game.ready_signals.saturating_add(1);
         self.enter(GameState::Ready);
     }
 }

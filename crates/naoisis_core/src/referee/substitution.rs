@@ -99,7 +99,7 @@ impl Referee<'_, '_> {
         [records[on].cautions, records[out].cautions] = cautions;
         records[out].forgive();
         records[on].forgive();
-        records[on].restarts += u32::from(penalty.0.is_none());
+        records[on].restarts = records[on].restarts.saturating_add(u32::from(penalty.0.is_none()));
         self.decisions.events.push(MatchEvent::Substitution { robot: substitute.id, replaced: player.id });
     }
 }

@@ -53,7 +53,7 @@ pub(super) fn begin_match(
     events.push(MatchEvent::HalfBegins { half: game.half });
     events.push(MatchEvent::StateChanged { state: game.state });
     if game.state == GameState::Playing {
-        game.whistles += 1;
+        game.whistles = game.whistles.saturating_add(1);
         memory.kick_off = Some(KickOffPlay::new(game.kick_off_team));
         memory.plays = Plays::after(SetPlayKind::KickOff, game.kick_off_team);
         let (team, cycles_in) = (game.kick_off_team, |seconds| u64::from(clock.cycles_in(seconds)));

@@ -64,7 +64,7 @@ impl SceneRenderer for SharedRenderer {
 }
 
 /// Reason why there are no images.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 pub enum GpuError {
     /// There is no graphics card and no software adapter.
     #[error("no graphics adapter with Vulkan, Metal or DirectX 12 was found")]
@@ -83,6 +83,8 @@ pub enum GpuError {
     #[error("the graphics adapter failed: {0}")]
     Failed(String),
 }
+
+naoisis_core::debug_as_displayed!(GpuError);
 
 impl From<MeshMergeError> for GpuError {
     fn from(error: MeshMergeError) -> Self {

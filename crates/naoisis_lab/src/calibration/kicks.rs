@@ -44,8 +44,13 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
     let mut types: Vec<KickType> = KickType::ALL.into_iter().chain(kicks.iter().map(|kick| kick.kick_type)).collect();
     types.sort();
     types.dedup();
-    let unknown = types.iter().filter_map(|kick_type| own.check(*kick_type).err());
-    into.lacking.extend(unknown.map(|unknown| format!("kicks: in the model, {unknown}")));
+    types.retain(|kick_type| match own.check(*kick_type) {
+        Ok(()) => true,
+        Err(unknown) => {
+            into.lacking.push(format!("kicks: in the model, {unknown}"));
+            false
+        }
+    });
     for &kick_type in &types {
         let of_type: Vec<Kick> = full.iter().copied().filter(|kick| kick.kick_type == kick_type).collect();
         let path = match kick_type {

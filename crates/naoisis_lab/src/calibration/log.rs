@@ -1,9 +1,10 @@
 //! Logs: CSV tables of the actions of a robot.
 
 use csv::{ReaderBuilder, StringRecord};
-use std::io::Read;
+use std::io::{self, Read};
 
 use naoisis_core::kick_geometry::KickType;
+use naoisis_sim::scenario::wording::quoted;
 
 /// The columns of a log: kind of row, name, meaning, and whether it is required. Other columns are ignored.
 pub const COLUMNS: &[(&str, &str, &str, bool)] = &[
@@ -33,6 +34,9 @@ pub const COLUMNS: &[(&str, &str, &str, bool)] = &[
     ("any", "kind", "what the row is: walk, kick or sighting; as the columns have it without", false),
     ("any", "robot", "which robot it was, by any name", false),
 ];
+
+/// The largest table: half a million rows. In memory it takes ten times its size.
+const MOST_BYTES: u64 = 32 << 20;
 
 /// A position or displacement in m, to the front and to the left.
 pub type Place = [f64; 2];
@@ -133,7 +137,7 @@ pub struct RobotLog {
 }
 
 /// An error of a log.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error("line {line}{}: {kind}", .column.as_ref().map(|column| format!(", column `{column}`")).unwrap_or_default())]
 pub struct LogError {
     /// The line, from 1.
@@ -144,11 +148,13 @@ pub struct LogError {
     pub kind: LogErrorKind,
 }
 
+naoisis_core::debug_as_displayed!(LogError);
+
 /// The kinds of errors of logs.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogErrorKind {
-    /// The file is no CSV table.
+    /// The file is no CSV table, cannot be read, or is too large.
     #[error("this is no CSV: {0}")]
     NotCsv(String),
     /// The columns fit no kind of row.
@@ -158,7 +164,7 @@ pub enum LogErrorKind {
     #[error("nothing is there; expected {0}")]
     Missing(&'static str),
     /// A value is invalid.
-    #[error("`{value}` is not what was expected: {expected}")]
+    #[error("{} is not what was expected: {expected}", quoted(.value))]
     Wrong {
         /// The value.
         value: String,
@@ -167,13 +173,18 @@ pub enum LogErrorKind {
     },
 }
 
+naoisis_core::debug_as_displayed!(LogErrorKind);
+
 impl RobotLog {
     /// Adds the rows of a table, whose first line names the [columns](COLUMNS).
     ///
     /// # Errors
     /// The first row that cannot be read.
     pub fn read(&mut self, table: impl Read) -> Result<(), LogError> {
-        let mut reader = ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(table);
+        let mut reader = ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .from_reader(Limited { table, left: MOST_BYTES });
         let not_csv = |error: &csv::Error| {
             let line = error.position().map_or(1, csv::Position::line);
             LogError { line, column: None, kind: LogErrorKind::NotCsv(error.to_string()) }
@@ -196,6 +207,22 @@ impl RobotLog {
                 self.robots.len() - 1
             }
         }
+    }
+}
+
+/// A reader that fails after so many bytes.
+struct Limited<R> {
+    table: R,
+    left: u64,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let bytes = self.table.read(buffer)?;
+        self.left = self.left.checked_sub(bytes as u64).ok_or_else(|| {
+            io::Error::new(io::ErrorKind::FileTooLarge, format!("the table has more than {} MiB", MOST_BYTES >> 20))
+        })?;
+        Ok(bytes)
     }
 }
 
@@ -352,5 +379,13 @@ mod tests {
         assert!(error("a,b\n1,2\n").contains("a kick lacks kick, start_forward_m"));
         assert!(error("kind\njump\n").contains("line 2, column `kind`: `jump`"));
         assert!(error(&format!("{header}left_straight,0.1\n")).contains("line 2"));
+    }
+
+    #[test]
+    fn a_table_without_end_is_refused() {
+        for byte in [b'0', b'\n', b',', 0] {
+            let error = RobotLog::default().read(io::repeat(byte)).unwrap_err().to_string();
+            assert!(error.contains("the table has more than 32 MiB"), "{byte}: {error}");
+        }
     }
 }

@@ -64,12 +64,13 @@ impl Calibration {
     }
 }
 
-/// Fits figures to `log`. `model` has the figures that a log does not determine.
+/// Fits figures to `log`. `model` has the figures that a log does not determine, and can have all that are found.
 pub fn calibrate(log: &RobotLog, model: &RobotModel) -> Calibration {
     let mut calibration = Calibration::default();
     walks::fit(&log.walks, &mut calibration);
     kicks::fit(&log.kicks, model, &mut calibration);
     sightings::fit(&log.sightings, model, &mut calibration);
+    calibration.keep_possible(model);
     calibration
 }
 

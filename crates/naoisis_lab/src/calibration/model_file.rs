@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::{Calibration, FittedFigure};
-use naoisis_sim::scenario::RobotModel;
+use naoisis_sim::scenario::{ModelError, RobotModel};
 
 /// The text of a model file named `name`: `model` with the fitted figures and their sources.
 pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calibration) -> String {
@@ -26,10 +26,31 @@ pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calib
     text
 }
 
+impl Calibration {
+    /// Moves the figures that `model` cannot have, such as a slip out of the range of slips, to what is lacking.
+    pub fn keep_possible(&mut self, model: &RobotModel) {
+        let refusal = |calibration: &Calibration| -> Option<ModelError> {
+            RobotModel::from_ron("model", &model_file(model, &model.name, "", calibration)).err()
+        };
+        if refusal(self).is_none() {
+            return;
+        }
+        for figure in core::mem::take(&mut self.figures) {
+            self.figures.push(figure);
+            let Some(error) = refusal(self) else { continue };
+            if let Some(FittedFigure { path, estimate, .. }) = self.figures.pop() {
+                let found = rounded(estimate.value, estimate.margin());
+                self.lacking
+                    .push(format!("{path}: {found} was found, which no model may have; expected {}", error.expected()));
+            }
+        }
+    }
+}
+
 /// A model as RON.
 pub(crate) fn ron_text(model: &Value) -> String {
     let mut text = String::new();
-    write(model, 0, false, &mut text);
+    write(model, 0, &mut text);
     text
 }
 
@@ -62,23 +83,24 @@ fn set(fields: &mut Map<String, Value>, path: &str, value: Value) {
     }
 }
 
-/// Writes a value as RON. With `is_map`, keys are strings (the sources, whose names are paths), else field names.
-fn write(value: &Value, depth: usize, is_map: bool, text: &mut String) {
+/// Writes a value as RON. Keys are field names, or strings where one of them is no name: the sources', which are paths.
+fn write(value: &Value, depth: usize, text: &mut String) {
     let indent = |depth: usize| "    ".repeat(depth);
     match value {
         Value::Object(fields) => {
+            let is_map = !fields.keys().all(|name| is_field_name(name));
             let [open, close] = if is_map { ["{", "}"] } else { ["(", ")"] };
             text.push_str(open);
             text.push('\n');
             for (name, value) in fields {
                 text.push_str(&indent(depth + 1));
                 if is_map {
-                    text.push_str(&json!(name).to_string());
+                    text.push_str(&quoted(name));
                 } else {
                     text.push_str(name);
                 }
                 text.push_str(": ");
-                write(value, depth + 1, depth == 0 && name == "sources", text);
+                write(value, depth + 1, text);
                 text.push_str(",\n");
             }
             text.push_str(&indent(depth));
@@ -88,11 +110,37 @@ fn write(value: &Value, depth: usize, is_map: bool, text: &mut String) {
             text.push('[');
             for (index, value) in values.iter().enumerate() {
                 text.push_str(if index == 0 { "" } else { ", " });
-                write(value, depth, false, text);
+                write(value, depth, text);
             }
             text.push(']');
         }
         Value::Null => text.push_str("None"),
+        Value::String(words) => text.push_str(&quoted(words)),
         other => text.push_str(&other.to_string()),
+    }
+}
+
+/// Whether a key can be written without quotation marks.
+fn is_field_name(key: &str) -> bool {
+    key.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && key.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+}
+
+/// A text in quotation marks. RON escapes control characters other than JSON does.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.escape_debug())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_text_and_any_key_is_read_as_it_was() {
+        let texts = ["2nd", "a b", "\u{1b}[31m", "\"\\\n\t\0'", "é\u{301}\u{200b}", "", "r#type"];
+        let fields: Map<String, Value> =
+            texts.iter().map(|text| ((*text).to_owned(), json!([text, 1.5, null]))).collect();
+        let value = json!({ "plain": { "inner_2": 1 }, "others": fields });
+        assert_eq!(ron::from_str::<Value>(&ron_text(&value)), Ok(value));
     }
 }

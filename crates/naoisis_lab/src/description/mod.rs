@@ -76,7 +76,7 @@ pub struct ImportedFigure {
 }
 
 /// Why a description cannot be imported.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DescriptionError {
     /// A file cannot be read.
@@ -138,6 +138,8 @@ pub enum DescriptionError {
     #[error("{0}: nothing says how large the robot is: it has no legs, and no shapes that can be read")]
     NoSize(String),
 }
+
+naoisis_core::debug_as_displayed!(DescriptionError);
 
 /// Makes a model from the URDF or MJCF description at `path`.
 ///

@@ -83,7 +83,8 @@ pub(super) fn text(name: &str, file: &str, figures: &Figures, realistic: &Map<St
         "sources": figures.sources,
     });
     let mut text = format!(
-        "// Made by naoisis from {file}. `sources` says where each figure is from; those that begin with `guess:` are to be measured:\n"
+        "// Made by naoisis from {}. `sources` says where each figure is from; those that begin with `guess:` are to be measured:\n",
+        file.escape_debug()
     );
     for line in TO_MEASURE {
         text.push_str(&format!("// - {line}\n"));

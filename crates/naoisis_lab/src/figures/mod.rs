@@ -24,7 +24,7 @@ mod robots;
 mod sonar;
 
 /// Why a figure cannot be drawn.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 pub enum FigureError {
     /// The scenario of the figure is invalid.
     #[error(transparent)]
@@ -60,6 +60,8 @@ pub enum FigureError {
         missing: &'static str,
     },
 }
+
+naoisis_core::debug_as_displayed!(FigureError);
 
 /// A figure of the paper.
 #[derive(Clone, Copy, Debug)]

@@ -15,7 +15,7 @@ use naoisis_sim::scenario::{Scenario, ScenarioFault};
 use naoisis_sim::simulation::{MatchApp, play_in_order};
 
 /// Why a match has no measures.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum MatchFailure {
     /// The match cannot be started.
@@ -28,6 +28,8 @@ pub enum MatchFailure {
     #[error("it broke an invariant: {0}")]
     InvariantBroken(String),
 }
+
+naoisis_core::debug_as_displayed!(MatchFailure);
 
 /// Plays and measures one match of `scenario`, to its end but without a shoot-out, in an app made by `simulator`.
 ///

@@ -110,7 +110,7 @@ pub struct RealFigures {
 }
 
 /// Why figures of real matches cannot be read.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum RealFiguresError {
     /// The file cannot be read.
@@ -151,6 +151,8 @@ pub enum RealFiguresError {
     #[error("{0}: the folder has no .ron or .json file; expected at least one")]
     Empty(PathBuf),
 }
+
+naoisis_core::debug_as_displayed!(RealFiguresError);
 
 impl RealFigures {
     /// Returns the figures that are embedded in the program.

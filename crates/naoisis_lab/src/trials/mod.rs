@@ -75,7 +75,7 @@ impl MeasuredQuantity {
 }
 
 /// Why a robot cannot be measured.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum TrialError {
     /// Its model makes no valid scenario.
@@ -85,6 +85,8 @@ pub enum TrialError {
     #[error("a trial cannot start: {0}")]
     Start(#[from] ScenarioFault),
 }
+
+naoisis_core::debug_as_displayed!(TrialError);
 
 /// Measures all quantities of a model; random ones from `repetitions` repetitions. Quantities of parts that the robot
 /// does not have are left out: [`not_measured`] lists them.

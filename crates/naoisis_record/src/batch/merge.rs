@@ -15,7 +15,7 @@ use super::{Batch, Variants};
 const MOST_GAPS: usize = 5;
 
 /// Why tables do not make up a batch.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum MergeError {
     /// A table cannot be read, or belongs to another batch.
@@ -42,6 +42,8 @@ pub enum MergeError {
         gaps: String,
     },
 }
+
+naoisis_core::debug_as_displayed!(MergeError);
 
 /// Returns the rows of a batch, in the order of its matches, from the tables of its parts in any order. A last line that is cut off
 /// is ignored.

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use core::fmt::{self, Write as _};
+use core::ops::Range;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom, Write as _};
@@ -87,11 +88,13 @@ pub struct MistakeTable {
     path: PathBuf,
     file: File,
     counts: BTreeMap<(usize, RobotId, MistakeKind), u32>,
+    next: usize,
 }
 
 impl MistakeTable {
-    /// Opens the table of a batch whose matches from index `first` up to `next` were played earlier: the file that was written along with
-    /// them, or a new one if there are none. Rows of later matches, which were not finished, are removed.
+    /// Opens the table of a batch whose matches from index `first` up to `next` were played earlier: a new file if there are none, or
+    /// the one that was written with them. Rows of later matches are removed. Where a row of a match that was played is cut off, as
+    /// after a power cut, so are those of the matches from that one on, which must be played again: see [`Self::next`].
     ///
     /// # Errors
     /// If the file cannot be written or has other contents.
@@ -102,46 +105,24 @@ impl MistakeTable {
         }
         let mut opened = TableFile::open(path)?;
         let header = header(batch);
-        let mut counts = BTreeMap::new();
         let mut lines = Lines { reader: BufReader::new(&opened.file), read_bytes: 0 };
-        let mut whole_bytes = 0;
+        let mut there = Rows { next, whole_bytes: 0, counts: BTreeMap::new() };
         match lines.next_whole().map_err(io_error)? {
-            Line::Whole(line) if line == header => {
-                whole_bytes = lines.read_bytes;
-                let (mut number, mut latest) = (1, first);
-                loop {
-                    number += 1;
-                    let line = match lines.next_whole().map_err(io_error)? {
-                        Line::Whole(line) => line,
-                        Line::Part(part) if is_of_played(&part, next) => {
-                            let message = "the table is cut off, and there is a row of the match already".to_owned();
-                            return Err(TableError::foreign(path, number, message));
-                        }
-                        Line::Part(_) => break,
-                    };
-                    let fault = || TableError::foreign(path, number, "this is no mistake of this batch".to_owned());
-                    let (index, who, kind) = read_row(batch, &line).ok_or_else(fault)?;
-                    // There may be rows of match `next`, which was not finished, but none of later matches.
-                    if index > next || !(first..).contains(&index) || index < latest {
-                        return Err(fault());
-                    }
-                    latest = index;
-                    if index == next {
-                        continue;
-                    }
-                    *counts.entry((batch.job(index).0, who, kind)).or_default() += 1;
-                    whole_bytes = lines.read_bytes;
-                }
-            }
+            Line::Whole(line) if line == header => there = Rows::read(lines, path, batch, first..next)?,
             Line::Part(part) if header.starts_with(&part) && next == first => {}
             _ => return Err(TableError::foreign(path, 1, "this is no table of this batch's mistakes".to_owned())),
         }
-        let cut = opened.file.set_len(whole_bytes).and_then(|()| opened.file.seek(SeekFrom::End(0)));
+        let cut = opened.file.set_len(there.whole_bytes).and_then(|()| opened.file.seek(SeekFrom::End(0)));
         cut.map_err(io_error)?;
-        if whole_bytes == 0 {
+        if there.whole_bytes == 0 {
             opened.write_header(&header)?;
         }
-        Ok(Self { path: path.to_owned(), file: opened.file, counts })
+        Ok(Self { path: path.to_owned(), file: opened.file, counts: there.counts, next: there.next })
+    }
+
+    /// The index of the first match whose mistakes are not in the table that was opened.
+    pub fn next(&self) -> usize {
+        self.next
     }
 
     /// Writes the mistakes of a match. Call it before the match's own row is written.
@@ -160,6 +141,54 @@ impl MistakeTable {
     /// Returns the counts as variant, robot, kind and number of mistakes.
     pub fn counts(&self) -> impl Iterator<Item = (usize, RobotId, MistakeKind, u32)> {
         self.counts.iter().map(|((variant, robot, kind), count)| (*variant, *robot, *kind, *count))
+    }
+}
+
+/// The rows of a table, as far as they are whole.
+struct Rows {
+    /// The index of the first match without them.
+    next: usize,
+    whole_bytes: u64,
+    counts: BTreeMap<(usize, RobotId, MistakeKind), u32>,
+}
+
+impl Rows {
+    /// Reads the rows after the header, of the matches in `played`.
+    fn read<V: Variants>(
+        mut lines: Lines,
+        path: &Path,
+        batch: &Batch<V>,
+        played: Range<usize>,
+    ) -> Result<Self, TableError> {
+        // The index of the match, where its line begins, and what the line says.
+        let mut rows: Vec<(usize, u64, RobotId, MistakeKind)> = Vec::new();
+        let (mut number, mut latest, mut next) = (1, played.start, played.end);
+        let torn = loop {
+            number += 1;
+            let begin = lines.read_bytes;
+            let line = match lines.next_whole().map_err(|error| TableError::Io { path: path.to_owned(), error })? {
+                Line::Whole(line) => line,
+                Line::Part(part) => break part,
+            };
+            let (index, who, kind) = read_row(batch, &line)
+                // Beside a table without matches only one can be under way; else somebody means another file.
+                .filter(|(index, ..)| *index >= latest && (!played.is_empty() || *index == played.end))
+                .ok_or_else(|| TableError::foreign(path, number, "this is no mistake of this batch".to_owned()))?;
+            latest = index;
+            rows.push((index, begin, who, kind));
+        };
+        if !torn.is_empty() {
+            let match_number = torn.split_once(',').and_then(|(number, _)| number.parse::<usize>().ok());
+            let cut_off =
+                match_number.and_then(|number| number.checked_sub(1)).map_or(latest, |index| index.max(latest));
+            next = next.min(cut_off);
+        }
+        let end = rows.iter().find(|(index, ..)| *index >= next).map_or(lines.read_bytes, |(_, begin, ..)| *begin);
+        let mut counts = BTreeMap::new();
+        for (index, _, who, kind) in rows.into_iter().take_while(|(index, ..)| *index < next) {
+            *counts.entry((batch.job(index).0, who, kind)).or_default() += 1;
+        }
+        Ok(Self { next, whole_bytes: end, counts })
     }
 }
 
@@ -193,11 +222,6 @@ fn line<V: Variants>(batch: &Batch<V>, row: &MatchRow, mistake: &Mistake) -> Str
         batch.variants.realism(row.variant),
     ]);
     line_of(cells.iter().map(String::as_str))
-}
-
-/// Returns whether an incomplete line belongs to one of the matches up to index `next`, which have a row already.
-fn is_of_played(part: &str, next: usize) -> bool {
-    part.split_once(',').and_then(|(number, _)| number.parse::<usize>().ok()).is_some_and(|number| number <= next)
 }
 
 /// Returns the match, the robot and the kind of mistake of a line. Returns `None` if the line is not of this batch.
@@ -286,6 +310,47 @@ mod tests {
     }
 
     #[test]
+    fn a_table_that_lost_its_end_goes_on_wherever_it_was_cut() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mistakes.csv");
+        let batch = batch();
+        let rows = rows(&batch);
+        let mut table = MistakeTable::open(&path, &batch, 0, 0).unwrap();
+        rows.iter().for_each(|row| table.write(&batch, row).unwrap());
+        let (whole, counts) = (fs::read(&path).unwrap(), table.counts.clone());
+        drop(table);
+        let header = whole.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+        // A row that is missing as a whole leaves no mark.
+        let marked = (header + 1..whole.len()).filter(|cut| whole[cut - 1] != b'\n');
+        for cut in marked.rev().step_by(7).chain([whole.len() - 1]) {
+            fs::write(&path, &whole[..cut]).unwrap();
+            let mut table = MistakeTable::open(&path, &batch, 0, rows.len()).unwrap();
+            assert!(table.next() < rows.len(), "{cut}");
+            rows[table.next()..].iter().for_each(|row| table.write(&batch, row).unwrap());
+            assert!(fs::read(&path).unwrap() == whole && table.counts == counts, "{cut}");
+        }
+    }
+
+    #[test]
+    fn mistakes_of_matches_whose_rows_were_lost_are_found_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mistakes.csv");
+        let batch = batch();
+        let rows = rows(&batch);
+        let mut table = MistakeTable::open(&path, &batch, 0, 0).unwrap();
+        rows.iter().for_each(|row| table.write(&batch, row).unwrap());
+        let whole = fs::read(&path).unwrap();
+        drop(table);
+        for played in 1..=rows.len() {
+            fs::write(&path, &whole).unwrap();
+            let mut table = MistakeTable::open(&path, &batch, 0, played).unwrap();
+            assert_eq!(table.next(), played);
+            rows[played..].iter().for_each(|row| table.write(&batch, row).unwrap());
+            assert!(fs::read(&path).unwrap() == whole, "{played}");
+        }
+    }
+
+    #[test]
     fn tables_of_something_else_are_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mistakes.csv");
@@ -295,15 +360,17 @@ mod tests {
         let header = fs::read_to_string(&path).unwrap();
         let wrong_seed = format!("{header}1,7,kick_missed,blue1,,1,1,0,0,,,\n");
         let wrong_kind = format!("{header}1,1,yawned,blue1,,1,1,0,0,,,\n");
-        // The first match was not played here, and the matches are not in order.
-        let of_another = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,,\n");
+        // Whose matches are in no order.
         let unordered = format!("{header}2,2,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_missed,blue1,,1,1,0,0,,,\n");
-        // The first match was played, but some of its rows are missing.
-        let cut_off = format!("{header}1,1,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_mis");
-        for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &of_another, &unordered, &cut_off] {
+        for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &unordered] {
             fs::write(&path, text).unwrap();
             assert!(matches!(MistakeTable::open(&path, &batch, 0, 1), Err(TableError::Foreign { .. })), "{text}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
+        // A new table of matches beside an old one of mistakes.
+        let of_later = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,,\n");
+        fs::write(&path, &of_later).unwrap();
+        assert!(matches!(MistakeTable::open(&path, &batch, 0, 0), Err(TableError::Foreign { .. })));
+        assert_eq!(fs::read_to_string(&path).unwrap(), of_later);
     }
 }

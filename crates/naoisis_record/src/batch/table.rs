@@ -78,6 +78,25 @@ impl Table {
         Ok((Table(Some((path.to_owned(), opened.file))), rows))
     }
 
+    /// Removes all rows after the first `rows`.
+    ///
+    /// # Errors
+    /// When the file cannot be read or written.
+    pub fn cut(&mut self, rows: usize) -> Result<(), TableError> {
+        let Some((path, file)) = &mut self.0 else { return Ok(()) };
+        let mut cut = || {
+            file.seek(SeekFrom::Start(0))?;
+            let mut lines = Lines { reader: BufReader::new(&*file), read_bytes: 0 };
+            for _ in 0..=rows {
+                lines.next_whole()?;
+            }
+            let whole_bytes = lines.read_bytes;
+            file.set_len(whole_bytes)?;
+            file.seek(SeekFrom::End(0))
+        };
+        cut().map(drop).map_err(|error| TableError::Io { path: path.clone(), error })
+    }
+
     /// Writes a row of this batch.
     ///
     /// # Errors
@@ -199,6 +218,11 @@ mod tests {
         assert_eq!(rows[1].blue_possession, Some(0.25));
         table.write(&batch(), &row(2)).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), whole);
+        for rows in [2, 1, 0] {
+            table.cut(rows).unwrap();
+            (rows..3).for_each(|index| table.write(&batch(), &row(index)).unwrap());
+            assert_eq!(fs::read_to_string(&path).unwrap(), whole);
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a table cannot be written or continued.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum TableError {
     /// The file cannot be read or written.
@@ -60,6 +60,8 @@ pub enum TableError {
         expected: String,
     },
 }
+
+naoisis_core::debug_as_displayed!(TableError);
 
 impl TableError {
     /// Returns the error for a line of another table.

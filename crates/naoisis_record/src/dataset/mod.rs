@@ -113,7 +113,7 @@ impl DatasetSettings {
 }
 
 /// Why a data set cannot be made.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetError {
     /// The path of the folder is a file.
@@ -156,6 +156,8 @@ pub enum DatasetError {
     #[error("no robot of the scenario has a camera; expected one that has")]
     NoCameras,
 }
+
+naoisis_core::debug_as_displayed!(DatasetError);
 
 impl DatasetError {
     /// Returns whether the request itself is wrong. False for errors of the file system.

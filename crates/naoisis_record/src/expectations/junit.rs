@@ -4,30 +4,44 @@ use core::fmt::Write;
 
 use super::verdict::Verdict;
 
-/// Returns the verdicts on each scenario as a JUnit XML file.
-pub fn junit(scenarios: &[(String, Vec<Verdict>)]) -> String {
-    let all = || scenarios.iter().flat_map(|(_, verdicts)| verdicts);
-    let failures = |verdicts: &[Verdict]| verdicts.iter().filter(|verdict| !verdict.holds).count();
-    let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
-    let failed = all().filter(|verdict| !verdict.holds).count();
-    // Writing to a string cannot fail.
-    let _ = writeln!(text, "<testsuites name=\"naoisis\" tests=\"{}\" failures=\"{failed}\">", all().count());
-    for (scenario, verdicts) in scenarios {
-        let (scenario, tests, failed) = (escaped(scenario), verdicts.len(), failures(verdicts));
-        let _ = writeln!(text, "  <testsuite name=\"{scenario}\" tests=\"{tests}\" failures=\"{failed}\">");
+/// The verdicts on each scenario, or why it could not be played, as a file of JUnit XML.
+pub fn junit(scenarios: &[(String, Result<Vec<Verdict>, String>)]) -> String {
+    let mut suites = String::new();
+    let (mut tests, mut failures, mut errors) = (0, 0, 0);
+    for (scenario, outcome) in scenarios {
+        let verdicts = outcome.as_deref().unwrap_or_default();
+        let failed = verdicts.iter().filter(|verdict| !verdict.holds).count();
+        let of_suite = [verdicts.len() + usize::from(outcome.is_err()), failed, usize::from(outcome.is_err())];
+        [tests, failures, errors] = [tests + of_suite[0], failures + of_suite[1], errors + of_suite[2]];
+        let scenario = escaped(scenario);
+        // Writing to a string cannot fail.
+        let _ = writeln!(suites, "  <testsuite name=\"{scenario}\" {}>", counts(of_suite));
+        if let Err(message) = outcome {
+            let message = escaped(message);
+            let _ = writeln!(
+                suites,
+                "    <testcase classname=\"{scenario}\" name=\"it can be played\"><error message=\"{message}\"/></testcase>"
+            );
+        }
         for verdict in verdicts {
             let name = escaped(&verdict.expectation.to_string());
-            let _ = write!(text, "    <testcase classname=\"{scenario}\" name=\"{name}\"");
+            let _ = write!(suites, "    <testcase classname=\"{scenario}\" name=\"{name}\"");
             let _ = if verdict.holds {
-                writeln!(text, "/>")
+                writeln!(suites, "/>")
             } else {
-                writeln!(text, "><failure message=\"{}\"/></testcase>", escaped(&verdict.found))
+                writeln!(suites, "><failure message=\"{}\"/></testcase>", escaped(&verdict.found))
             };
         }
-        text.push_str("  </testsuite>\n");
+        suites.push_str("  </testsuite>\n");
     }
-    text.push_str("</testsuites>\n");
-    text
+    let counts = counts([tests, failures, errors]);
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"naoisis\" {counts}>\n{suites}</testsuites>\n"
+    )
+}
+
+fn counts([tests, failures, errors]: [usize; 3]) -> String {
+    format!("tests=\"{tests}\" failures=\"{failures}\" errors=\"{errors}\"")
 }
 
 /// Escapes a text for an XML attribute, without control characters, which XML forbids.
@@ -56,12 +70,18 @@ mod tests {
             |text: &str, holds| Verdict { expectation: text.parse().unwrap(), holds, found: "it was 0".to_owned() };
         let verdicts = vec![verdict("blue.goals >= 1", false), verdict("pink.kicks < 3", true)];
         assert_eq!(
-            junit(&[("my \"test\"".to_owned(), verdicts)]),
+            junit(&[
+                ("my \"test\"".to_owned(), Ok(verdicts)),
+                ("wrong".to_owned(), Err("no <field>\nhere".to_owned()))
+            ]),
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-             <testsuites name=\"naoisis\" tests=\"2\" failures=\"1\">\n\
-             \x20 <testsuite name=\"my &quot;test&quot;\" tests=\"2\" failures=\"1\">\n\
+             <testsuites name=\"naoisis\" tests=\"3\" failures=\"1\" errors=\"1\">\n\
+             \x20 <testsuite name=\"my &quot;test&quot;\" tests=\"2\" failures=\"1\" errors=\"0\">\n\
              \x20   <testcase classname=\"my &quot;test&quot;\" name=\"blue.goals &gt;= 1\"><failure message=\"it was 0\"/></testcase>\n\
              \x20   <testcase classname=\"my &quot;test&quot;\" name=\"pink.kicks &lt; 3\"/>\n\
+             \x20 </testsuite>\n\
+             \x20 <testsuite name=\"wrong\" tests=\"1\" failures=\"0\" errors=\"1\">\n\
+             \x20   <testcase classname=\"wrong\" name=\"it can be played\"><error message=\"no &lt;field&gt; here\"/></testcase>\n\
              \x20 </testsuite>\n</testsuites>\n"
         );
     }

@@ -156,12 +156,13 @@ fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expect
 /// match are judged by the match with the scenario's own seed.
 ///
 /// # Errors
-/// The reason why a match cannot be started.
+/// Why one cannot be started, and when `stop` becomes true before all are played.
 pub fn play_all(
     simulator: impl Fn() -> App + Sync,
     scenario: &Scenario,
     expected: &[Expectation],
     threads: usize,
+    stop: &AtomicBool,
 ) -> Result<Vec<Verdict>, String> {
     let of_all = |expectation: &Expectation| expectation.frequency.map_or(1, |frequency| frequency.matches);
     let matches = expected.iter().map(of_all).max().unwrap_or(0);
@@ -176,15 +177,10 @@ pub fn play_all(
         watched(&alone, &scenario, expected).map(|watch| watch.values(expected).collect::<Vec<Option<f64>>>())
     };
     let mut values = Vec::new();
-    let never = AtomicBool::new(false);
-    play_in_order(
-        0..matches as usize,
-        threads,
-        &never,
-        || (),
-        play,
-        |result| result.map(|of_one| values.push(of_one)),
-    )?;
+    play_in_order(0..matches as usize, threads, stop, || (), play, |result| result.map(|of_one| values.push(of_one)))?;
+    if values.len() < matches as usize {
+        return Err(format!("interrupted after {} of {matches} matches", values.len()));
+    }
     let verdict = |(index, expectation): (usize, &Expectation)| {
         let values = values.iter().take(of_all(expectation) as usize).map(|values| values[index]);
         judge_all(expectation, &values.collect::<Vec<_>>())

@@ -8,7 +8,7 @@ use super::recorder::{EndReason, MatchEnd, RecordError, Recorder};
 use super::trace_lines::TraceExtent;
 
 /// Why a trace cannot be converted.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum ConvertError {
     /// The trace cannot be read.
@@ -21,6 +21,8 @@ pub enum ConvertError {
     #[error("the trace has no cycle after its header; expected at least one")]
     Empty,
 }
+
+naoisis_core::debug_as_displayed!(ConvertError);
 
 /// Passes all cycles of the trace to the recorder that `create` makes, and returns its final text. A trace that breaks off ends like an
 /// interrupted match. `told` is called after each cycle with its time, s; if it returns `Break`, the match ends there.

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Why a recording cannot be written.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
     /// The folder is not empty.
@@ -49,6 +49,8 @@ pub enum RecordError {
         message: String,
     },
 }
+
+naoisis_core::debug_as_displayed!(RecordError);
 
 impl RecordError {
     /// Returns whether the reader closed the pipe.

@@ -74,9 +74,11 @@ impl Default for History {
 }
 
 /// A record cannot be encoded or decoded. This does not happen with the program's own records.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[error("a record of the match cannot be kept: {0}")]
 pub struct HistoryError(String);
+
+naoisis_core::debug_as_displayed!(HistoryError);
 
 impl History {
     /// Creates an empty history whose records are at most `every` cycles apart.

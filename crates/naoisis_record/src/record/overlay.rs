@@ -64,11 +64,13 @@ impl fmt::Display for FilmOverlay {
 }
 
 /// Why a word is nothing that can be drawn.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` cannot be drawn: expected `beliefs`, `senses` or `drawings`, or those of one robot, such as `blue2.beliefs`"
 )]
 pub struct NoOverlay(String);
+
+naoisis_core::debug_as_displayed!(NoOverlay);
 
 impl FromStr for FilmOverlay {
     type Err = NoOverlay;

@@ -44,9 +44,11 @@ impl fmt::Display for Picture {
 }
 
 /// The error for a word that names no picture.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no picture `{0}`: expected `field`, or a robot's camera such as `blue1.top` or `pink2.bottom`")]
 pub struct NoPicture(String);
+
+naoisis_core::debug_as_displayed!(NoPicture);
 
 impl FromStr for Picture {
     type Err = NoPicture;

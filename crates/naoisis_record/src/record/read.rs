@@ -29,7 +29,7 @@ const GZIP: &[u8] = b"\x1f\x8b";
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Why a trace cannot be read.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum TraceError {
     /// The file cannot be opened or read.
@@ -55,6 +55,8 @@ pub enum TraceError {
         expected: String,
     },
 }
+
+naoisis_core::debug_as_displayed!(TraceError);
 
 /// How a trace ends.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -8,7 +8,7 @@ use crate::scenario::{FieldPath, read_settings};
 use naoisis_core::communication::MOST_ROBOTS;
 
 /// What is wrong with a command.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandError {
     /// The text is not JSON.
@@ -31,6 +31,8 @@ pub enum CommandError {
     #[error("`say.robots_m` has {0} places; expected at most {MOST_ROBOTS}")]
     TooManyRobots(usize),
 }
+
+naoisis_core::debug_as_displayed!(CommandError);
 
 impl RobotCommand {
     /// Reads a command in the form of a trace.

@@ -28,9 +28,11 @@ pub struct Fields {
 struct Node(BTreeMap<String, Node>);
 
 /// The error for a name that is no field of a trace.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .0)]
 pub struct NoSuchField(String);
+
+naoisis_core::debug_as_displayed!(NoSuchField);
 
 impl NoSuchField {
     fn in_perception(name: &str) -> Self {

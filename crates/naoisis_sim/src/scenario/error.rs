@@ -73,11 +73,7 @@ impl Place {
 #[error("{0}")]
 pub struct ScenarioError(Box<Details>);
 
-impl fmt::Debug for ScenarioError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, formatter)
-    }
-}
+naoisis_core::debug_as_displayed!(ScenarioError);
 
 /// The contents of an error. They are boxed, since errors are large and rare.
 #[derive(Clone, PartialEq, Eq)]

@@ -217,7 +217,7 @@ pub struct Expectation {
 }
 
 /// The error for a line that is no expectation.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{text}` is no expectation: {message}; expected {expected}")]
 pub struct NotAnExpectation {
     /// The line.
@@ -227,6 +227,8 @@ pub struct NotAnExpectation {
     /// What was expected.
     expected: String,
 }
+
+naoisis_core::debug_as_displayed!(NotAnExpectation);
 
 /// The form of an expectation, for error messages.
 const FORM: &str = "QUANTITY OP NUMBER [within S s] [in P % of N], such as `blue.goals >= 1 within 30 s`";

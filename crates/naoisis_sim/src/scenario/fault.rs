@@ -1,7 +1,5 @@
 //! Faults of the values of a scenario, each with its field.
 
-use core::fmt;
-
 use super::field_path::FieldPath;
 use super::outline::FieldPart;
 use super::shape::ShapeFault;
@@ -24,11 +22,7 @@ pub struct ScenarioFault {
     pub(super) part: FieldPart,
 }
 
-impl fmt::Debug for ScenarioFault {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, formatter)
-    }
-}
+naoisis_core::debug_as_displayed!(ScenarioFault);
 
 impl From<RenderingUnavailable> for ScenarioFault {
     fn from(error: RenderingUnavailable) -> Self {

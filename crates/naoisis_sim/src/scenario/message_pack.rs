@@ -4,7 +4,7 @@
 //! first.
 
 /// A fault of the structure of MessagePack.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MessagePackError {
     /// The bytes end in the middle of a value.
@@ -26,6 +26,8 @@ pub enum MessagePackError {
         at: usize,
     },
 }
+
+naoisis_core::debug_as_displayed!(MessagePackError);
 
 /// Checks the first value of the bytes, and all values in it.
 ///

@@ -91,7 +91,15 @@ impl RobotModel {
 
     fn load(path: &str) -> Result<RobotModel, ModelError> {
         let text = text_of(path).map_err(|reason| ModelError::Unreadable { path: path.to_owned(), reason })?;
-        let source = ScenarioSource::of_file(path, Format::Ron, &text);
+        Self::from_ron(path, &text)
+    }
+
+    /// The model of the text of a file. `path` is the file's name, for errors and for scenarios that name it.
+    ///
+    /// # Errors
+    /// All that is wrong with it.
+    pub fn from_ron(path: &str, text: &str) -> Result<RobotModel, ModelError> {
+        let source = ScenarioSource::of_file(path, Format::Ron, text);
         let value =
             read(&source.text, Format::Ron).map_err(|fault| ModelError::Wrong(vec![source.syntax_error(fault)]))?;
         read_model(&source, value).map(|model| model.named_by(path)).map_err(ModelError::Wrong)

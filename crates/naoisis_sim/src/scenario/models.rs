@@ -45,7 +45,7 @@ pub struct RobotModel {
 }
 
 /// Why a model is not available.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
     /// There is no built-in model with this name.
@@ -63,6 +63,8 @@ pub enum ModelError {
     #[error("the model's file is wrong: {}", .0.first().map(ScenarioError::headline).unwrap_or_default())]
     Wrong(Vec<ScenarioError>),
 }
+
+naoisis_core::debug_as_displayed!(ModelError);
 
 impl ModelError {
     /// Returns what was expected instead of the first fault.

@@ -27,7 +27,7 @@ pub const LARGEST_FILE_BYTES: u64 = 256 << 20;
 const PACKING: i32 = 9;
 
 /// Why bytes are no saved match.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SavedMatchError {
     /// The bytes are not MessagePack.
@@ -46,6 +46,8 @@ pub enum SavedMatchError {
     #[error("{0}")]
     Packing(String),
 }
+
+naoisis_core::debug_as_displayed!(SavedMatchError);
 
 /// A saved match in packed form.
 #[derive(Clone, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]

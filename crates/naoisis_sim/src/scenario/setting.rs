@@ -20,9 +20,11 @@ pub struct Setting {
 }
 
 /// The error for a word that is no setting.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{} is no setting: expected a field of the scenario and its value, such as `messages.loss=0.2` or `robots[0].number=7`", quoted(.0))]
 pub struct NotASetting(pub String);
+
+naoisis_core::debug_as_displayed!(NotASetting);
 
 impl Setting {
     /// Returns the path of the field.

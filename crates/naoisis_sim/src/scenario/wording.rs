@@ -1,5 +1,7 @@
 //! Wording of error messages: quotes, lists of names, the nearest name.
 
+use std::borrow::Cow;
+
 /// Quotes a word from a file, on one line and cut to a maximum length.
 pub fn quoted(word: &str) -> String {
     const LONGEST: usize = 60;
@@ -8,6 +10,36 @@ pub fn quoted(word: &str) -> String {
         shown.push('…');
     }
     format!("`{shown}`")
+}
+
+/// A message in which what is quoted has at most 100 letters, and a line at most 4000.
+pub fn shortened(message: &str) -> Cow<'_, str> {
+    const LONGEST_QUOTE: usize = 100;
+    const LONGEST_LINE: usize = 4000;
+
+    if message.len() <= LONGEST_QUOTE {
+        return Cow::Borrowed(message);
+    }
+    let mut shown = String::new();
+    // The quotation mark that the text is within, the letters since it, and those of the line.
+    let (mut mark, mut of_quote, mut of_line) = (None, 0, 0);
+    for letter in message.chars() {
+        match (mark, letter) {
+            (None, '`' | '"') => (mark, of_quote) = (Some(letter), 0),
+            (Some(open), close) if open == close => mark = None,
+            (Some(_), _) => of_quote += 1,
+            (None, _) => {}
+        }
+        of_line = if letter == '\n' { 0 } else { of_line + 1 };
+        if mark.is_some() && of_quote > LONGEST_QUOTE || of_line > LONGEST_LINE {
+            if !shown.ends_with('…') {
+                shown.push('…');
+            }
+            continue;
+        }
+        shown.push(letter);
+    }
+    Cow::Owned(shown)
 }
 
 /// Lists names as `a`, `b` or `c`.
@@ -69,6 +101,21 @@ mod tests {
         assert_eq!(nearest("findball", ["FindBall"]), Some("FindBall"));
         assert_eq!(nearest("colour", names), None);
         assert_eq!(nearest("", names), None);
+    }
+
+    #[test]
+    fn what_is_quoted_and_lines_have_a_longest_length() {
+        let long = "x".repeat(1 << 20);
+        for plain in ["", "`a` is \"b\"\nand `c`", &"word `name` ".repeat(100), &"a line\n".repeat(1000)] {
+            assert_eq!(shortened(plain), plain);
+        }
+        let cut = format!("{}…", "x".repeat(100));
+        assert_eq!(shortened(&format!("`{long}` is wrong")), format!("`{cut}` is wrong"));
+        assert_eq!(shortened(&format!("no \"{long}\": `b`")), format!("no \"{cut}\": `b`"));
+        for text in [long.clone(), format!("`{long}"), "`a".repeat(1 << 19), "…".repeat(1 << 20), format!("\"\n{long}")]
+        {
+            assert!(shortened(&text).chars().count() <= 4002, "{}", &text[..3]);
+        }
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl Plugin for CustomRulesPlugin {
 }
 
 /// Why a rule was refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RuleError {
     /// The name is not valid.
@@ -88,6 +88,8 @@ pub enum RuleError {
     #[error("the rule `{0}` is refused: a program can have {MOST_CUSTOM_RULES} rules of its own")]
     TooMany(RuleName),
 }
+
+naoisis_core::debug_as_displayed!(RuleError);
 
 /// Methods of [`App`] that register rules.
 pub trait RuleApp {

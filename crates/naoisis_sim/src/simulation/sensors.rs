@@ -35,7 +35,7 @@ pub trait SensorReading: Component + Default + Serialize + Reflect + Typed + Get
 impl<T: Component + Default + Serialize + Reflect + Typed + GetTypeRegistration> SensorReading for T {}
 
 /// Why a sensor was refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("sensor `{sensor}` is refused: {reason}")]
 #[non_exhaustive]
 pub struct SensorError {
@@ -45,8 +45,10 @@ pub struct SensorError {
     pub reason: SensorErrorKind,
 }
 
+naoisis_core::debug_as_displayed!(SensorError);
+
 /// The reason why a sensor is refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SensorErrorKind {
     /// The name belongs to another sensor.
@@ -72,6 +74,8 @@ pub enum SensorErrorKind {
     #[error("it is registered while a match is on; register sensors before the match starts")]
     MatchIsOn,
 }
+
+naoisis_core::debug_as_displayed!(SensorErrorKind);
 
 /// Methods of [`App`] that register sensors.
 pub trait SensorApp {

@@ -32,7 +32,7 @@ pub fn as_heard(told: &GameStatus, rules: &Rules, whistles: &mut Whistles) -> Ga
     if told.state != whistles.told {
         // The whistle that began play may have been followed by another one.
         let begins = (whistles.told, told.state) == (GameState::Set, GameState::Playing);
-        let understood = if begins { whistles.understood + 1 } else { told.whistles };
+        let understood = if begins { whistles.understood.saturating_add(1) } else { told.whistles };
         *whistles = Whistles { told: told.state, understood, heard_at_s: None, ..*whistles };
     }
     if told.state != GameState::Standby {

@@ -31,9 +31,11 @@ impl fmt::Display for Pass {
 }
 
 /// A message does not announce a pass.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("expected `pass`, a jersey number, x and y in metres")]
 pub struct NotAPass;
+
+naoisis_core::debug_as_displayed!(NotAPass);
 
 impl FromStr for Pass {
     type Err = NotAPass;

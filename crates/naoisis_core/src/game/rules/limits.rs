@@ -6,7 +6,7 @@ use core::ops::RangeInclusive;
 use super::Rules;
 
 /// Error of [`Rules::validate`]: a field is out of range.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error("{message}: expected {expected}")]
 pub struct RulesError {
     /// The field of [`Rules`].
@@ -16,6 +16,8 @@ pub struct RulesError {
     /// The valid range.
     pub expected: String,
 }
+
+debug_as_displayed!(RulesError);
 
 /// Longest duration in the rules, s.
 const LONGEST_S: f32 = 1e5;

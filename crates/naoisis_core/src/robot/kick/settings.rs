@@ -299,7 +299,7 @@ impl KickSettings {
 }
 
 /// Error of [`KickSettings::check`]: the robot has no kick of this name.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no kick `{wanted}`; expected {}", known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "))]
 pub struct UnknownKick {
     /// The name.
@@ -307,6 +307,8 @@ pub struct UnknownKick {
     /// The names of the robot's kicks.
     pub known: Vec<String>,
 }
+
+debug_as_displayed!(UnknownKick);
 
 #[cfg(test)]
 mod tests {

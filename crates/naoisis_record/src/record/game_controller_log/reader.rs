@@ -43,7 +43,7 @@ pub struct GameControllerLog {
 }
 
 /// Why a log cannot be read.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum GameControllerLogError {
     /// The file cannot be read.
@@ -68,6 +68,8 @@ pub enum GameControllerLogError {
     #[error("{0}: the first entry is not `metadata`; expected the log of a whole match")]
     NoMetadata(PathBuf),
 }
+
+naoisis_core::debug_as_displayed!(GameControllerLogError);
 
 impl GameControllerLog {
     /// Reads the file at `path` and counts its match.

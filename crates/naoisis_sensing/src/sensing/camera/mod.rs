@@ -76,9 +76,11 @@ pub enum CameraRendering {
 }
 
 /// The chosen renderer is not available.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct RenderingUnavailable(pub String);
+
+naoisis_core::debug_as_displayed!(RenderingUnavailable);
 
 /// A renderer of scenes on a graphics card. The crate `naoisis_gpu` has one.
 pub trait SceneRenderer: Send + Sync {

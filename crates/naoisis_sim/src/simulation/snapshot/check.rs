@@ -38,6 +38,8 @@ use naoisis_sensing::sensing::latency::LatencyQueues;
 
 /// Limit of all sizes, distances and speeds of a match, m, s, or radians. Their squares can still be added up.
 const LARGEST_NUMBER: f32 = 1e9;
+/// Squares of what is measured can be added up, too; but a pixel of something far beside the image has no other limit.
+const LARGEST_MEASURED: f32 = 1e18;
 /// Limit of the distance between a part of a body and the robot's centre, m.
 const LARGEST_BODY_M: f32 = 3.0;
 /// Limit of the size of a post, m: half a goal on a pitch for people.
@@ -311,16 +313,18 @@ impl<'a> Values<'a> {
     fn check_numbers(&self, registry: &TypeRegistry) -> Result<(), SnapshotError> {
         for value in self.values.iter().filter(|value| is_of_the_program(value.reflect_type_path())) {
             let type_info = value.reflect_type_info();
-            // The numbers of a scenario are checked as its fields. Those of a script are arbitrary: excessive commands are refused during
-            // the match.
-            if [TypeId::of::<Scenario>(), TypeId::of::<Script>()].contains(&type_info.type_id()) {
+            // A scenario's numbers are those of its fields, and a script's may be any: what is too much is refused when
+            // it is commanded. A seed is all bits.
+            let unchecked = [TypeId::of::<Scenario>(), TypeId::of::<Script>(), TypeId::of::<RandomStreams>()];
+            if unchecked.contains(&type_info.type_id()) {
                 continue;
             }
             let limits = match Knowledge::of_type_info(type_info) {
                 _ if type_info.type_id() == TypeId::of::<CycleClock>() => {
                     Numbers { counts_go_on: true, ..Numbers::FINITE }
                 }
-                Some(Knowledge::Truth | Knowledge::Sensor) => Numbers { largest: LARGEST_NUMBER, counts_go_on: true },
+                Some(Knowledge::Truth) => Numbers { largest: LARGEST_NUMBER, counts_go_on: true },
+                Some(Knowledge::Sensor) => Numbers { largest: LARGEST_MEASURED, counts_go_on: true },
                 Some(Knowledge::Command | Knowledge::Belief) => Numbers { counts_go_on: true, ..Numbers::FINITE },
                 Some(Knowledge::Public) | None => Numbers::FINITE,
             };

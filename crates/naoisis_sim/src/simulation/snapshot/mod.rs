@@ -60,7 +60,7 @@ struct EntityState {
 }
 
 /// Why a snapshot cannot be taken, written, read or restored.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum SnapshotError {
     /// A user's component cannot be saved.
@@ -112,6 +112,8 @@ pub enum SnapshotError {
     #[error("{0}")]
     NotEncoded(String),
 }
+
+naoisis_core::debug_as_displayed!(SnapshotError);
 
 impl Snapshot {
     /// Takes a snapshot of the match in `world`, between two cycles.
