@@ -181,7 +181,8 @@ fn bounce(now: &mut FlyingBall, solid: &Solid, normal: Vec3, share: f32, duratio
         let (middle, _) = solid.outline.bounds();
         now.velocity += ((place - middle).normalize_or(Vec2::X) * ROLL_OFF_MPS).extend(0.0);
     }
-    BallContact { obstacle: solid.obstacle, approach_speed, ball_speed, position: place }
+    let normal = normal.truncate();
+    BallContact { obstacle: solid.obstacle, approach_speed, ball_speed, position: place, normal }
 }
 
 /// The obstacles that a robot is for a flying ball: feet, legs, torso and head of one that stands, else its low body.

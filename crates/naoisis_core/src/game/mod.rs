@@ -30,7 +30,7 @@ pub use shoot_out::{ShootOut, Shot, ShotRank, Standing};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::team::{PerTeam, Team};
+use crate::team::{PerTeam, RobotId, Team};
 
 /// The state of the game (2010 rule book, section 3.2).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema, IntoStaticStr)]

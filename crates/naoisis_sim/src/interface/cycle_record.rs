@@ -36,9 +36,12 @@ pub struct CycleRecord {
     pub cycle: u64,
     /// Time since the start, s.
     pub time_s: f64,
-    /// The ball, if there is one.
+    /// The ball, if there is one; of several, the first.
     #[serde(default)]
     pub ball: Option<BallRecord>,
+    /// All balls, if there are several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub balls: Vec<BallRecord>,
     /// The robots, in the order of their ids: by team, then by number.
     #[serde(default)]
     pub robots: Vec<RobotRecord>,
@@ -52,6 +55,11 @@ pub struct CycleRecord {
 }
 
 impl CycleRecord {
+    /// The balls beside the first.
+    pub fn more_balls(&self) -> &[BallRecord] {
+        self.balls.get(1..).unwrap_or_default()
+    }
+
     /// What there is of a robot.
     pub fn robot(&self, id: RobotId) -> Option<&RobotRecord> {
         self.robots.iter().find(|robot| robot.id == id)

@@ -3,7 +3,6 @@
 use super::attack::{attack, search};
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{has_turn, support_and_defend};
-use naoisis_core::team::RobotId;
 
 /// Decides for a striker or a supporter.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
