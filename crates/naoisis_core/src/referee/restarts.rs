@@ -283,7 +283,8 @@ impl Referee<'_, '_> {
         let snapshot = self.now();
         let robot = &snapshot.robots[index];
         let own_end = snapshot.game.own_end(robot.id.team);
-        let wanted = formation(snapshot.pitch, snapshot.rules.team_size, robot.id.number, own_end, false);
+        let wanted =
+            formation(snapshot.pitch, snapshot.rules.team_size, snapshot.game.role_number(robot.id), own_end, false);
         let pose = Occupied::by_others(&snapshot, Some(index)).free_pose(wanted, &robot.bounds);
         let robot = robot.id;
         self.decisions.robots[index].pose = pose;

@@ -50,6 +50,10 @@ pub struct GameStatus {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlayStatus>,
+    /// The number of its team's goalkeeper, if a substitute has replaced number 1.
+    #[reflect(default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goalkeeper: Option<u8>,
     /// How many time-outs this robot's team may still take.
     pub timeouts_left: u32,
     /// How many messages this robot's team may still send, by the rules and the settings of the scenario; none if unlimited.

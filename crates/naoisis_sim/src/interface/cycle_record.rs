@@ -189,6 +189,10 @@ impl RobotRecord {
     }
 }
 
+fn has_first_goalkeepers(goalkeepers: &PerTeam<Option<u8>>) -> bool {
+    *goalkeepers == PerTeam::default()
+}
+
 fn is_upright(posture: &Posture) -> bool {
     posture.is_upright()
 }
@@ -225,6 +229,9 @@ pub struct GameRecord {
     /// Time left of `ready`, of `set`, of a free kick, of a time-out or of a shot in a shoot-out, s.
     #[serde(default)]
     pub secondary_time_left_s: Option<f64>,
+    /// The numbers of the goalkeepers of `blue` and `pink`, if a substitute has replaced one with number 1.
+    #[serde(default, skip_serializing_if = "has_first_goalkeepers")]
+    pub goalkeepers: PerTeam<Option<u8>>,
     /// How many time-outs `blue` and `pink` may still take.
     #[serde(default)]
     pub timeouts_left: PerTeam<u32>,
@@ -263,6 +270,7 @@ impl GameRecord {
             kicking_team: game.set_play.map(|set_play| set_play.team).or(game.kick_off()),
             set_play: game.set_play.map(|set_play| SetPlayStatus { kind: set_play.kind, team: Some(set_play.team) }),
             secondary_time_left_s: game.secondary_cycles_left(rules, clock).map(seconds),
+            goalkeepers: game.goalkeepers,
             timeouts_left: game.timeouts_left,
             messages_left: game.messages_left,
             whistles: game.whistles,

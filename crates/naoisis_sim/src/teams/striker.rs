@@ -7,6 +7,6 @@ use super::roles::{has_turn, support_and_defend};
 /// Decides for a striker or a supporter.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
-    memory.attacks = has_turn(player, memory, ball, |id| !id.is_some_and(RobotId::is_goalkeeper));
+    memory.attacks = has_turn(player, memory, ball, |id| !id.is_some_and(|id| player.is_goalkeeper(id)));
     if memory.attacks { attack(player, memory) } else { support_and_defend(player, ball) }
 }
