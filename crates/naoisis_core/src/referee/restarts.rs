@@ -336,6 +336,9 @@ impl Referee<'_, '_> {
         self.memory.kick_off = None;
         self.memory.plays = Plays::after(kind, team);
         self.memory.stuck.cycles = 0;
+        for record in &mut self.memory.robots {
+            (record.cycles_encroaching, record.has_kept_away) = (0, false);
+        }
         let cycles = self.seen.cycles(self.seen.rules.free_kick_s);
         self.decisions.game.set_play = Some(SetPlay::new(kind, team, place, cycles));
         self.decisions.events.push(MatchEvent::FreeKick { set_play: kind, team, position_m: place });
