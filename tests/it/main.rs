@@ -60,6 +60,7 @@ mod scenario_files;
 mod schema;
 mod sensing;
 mod sensors;
+mod several_balls;
 mod situation;
 mod snapshot;
 mod support;

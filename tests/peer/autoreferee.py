@@ -347,6 +347,19 @@ def ours(event):
     return None
 
 
+def context_of(verdict, record, peer):
+    """The state of the game at a verdict of naoisis, and what it found."""
+    events = [event for event in record.get("events") or [] if ours(event) == verdict and event.get("evidence")]
+    since_s = record["time_s"] - max(peer.began_s, peer.state_began_s)
+    words = [f"{peer.state}, {peer.set_play}, {since_s:.1f} s"]
+    for event in events[:1]:
+        evidence = event["evidence"]
+        measured = evidence.get("measured")
+        measure = [f"{measured['value']:.2f} {measured['what']} of {measured['limit']:.2f}"] if measured else []
+        words += [evidence["rule"], evidence["otherwise"], *measure]
+    return "; ".join(words)
+
+
 COMPARED = [
     "goal", "kick_in", "goal_kick", "corner_kick", "ball_free", "double_touch", "game_stuck", "local_stuck",
     "leaving_field", "illegal_position", "motion_in_set", "motion_in_stop",
@@ -372,7 +385,7 @@ def compare(records):
     scenario = header["scenario"]
     base = scenario["body"]["base"]
     radius = math.sqrt((base["x_m"][1] - base["x_m"][0]) * 2 * base["half_width_m"] / math.pi)
-    peer, own = Peer(Pitch.of(scenario), radius), []
+    peer, own, before = Peer(Pitch.of(scenario), radius), [], {}
     for record in records:
         if record.get("type") != "cycle" or not record.get("ball"):
             continue
@@ -381,6 +394,11 @@ def compare(records):
             robot["id"]: Robot(*robot["pose"][:2], math.radians(robot["pose"][2]), robot["penalised"] is None)
             for robot in record["robots"]
         }
+        # Who is penalised in this cycle has been taken away already, and is asked about where it was.
+        for event in events:
+            if event["kind"] == "penalty" and before.get(event["robot"]):
+                robots[event["robot"]] = before[event["robot"]]
+        before = {name: robot for name, robot in robots.items() if robot.playing}
         touches = [e["robot"] for e in events if e["kind"] == "kick" and e["result"] != "missed"]
         touches += [e["robot"] for e in events if e["kind"] == "collision" and e["with"] == "ball" and e["robot"]]
         ball = record["ball"]["position_m"]
@@ -393,15 +411,17 @@ def compare(records):
         if any(rule == "local_stuck" for rule, _ in found):
             # The event that play is stuck comes with the penalty of the robot next to the ball.
             found.discard(("game_stuck", "-"))
-        own += [(time_s, *verdict) for verdict in sorted(found)]
+        own += [(time_s, *verdict, context_of(verdict, record, peer)) for verdict in sorted(found)]
     result = {rule: ([], [], []) for rule in COMPARED}
     for time_s, rule, who, context in peer.verdicts:
-        same = [v for v in own if v[1:] == (rule, who) and abs(v[0] - time_s) <= NEAR_S]
+        same = [v for v in own if v[1:3] == (rule, who) and abs(v[0] - time_s) <= NEAR_S]
         if same:
             own.remove(same[0])
         result[rule][0 if same else 1].append((time_s, f"{who} ({context})"))
-    for time_s, rule, who in own:
-        result[rule][2].append((time_s, who))
+    for time_s, rule, who, context in own:
+        earlier = [v[0] for v in peer.verdicts if v[1:3] == (rule, who) and 0 < time_s - v[0] < 30]
+        said = f", said by the other {time_s - earlier[-1]:.1f} s before" if earlier else ""
+        result[rule][2].append((time_s, f"{who} ({context}{said})"))
     return result
 
 

@@ -120,7 +120,18 @@ class Match {
 
   ball(at) {
     if (!this.get("ball.in")[at.index]) return null;
-    const [x, y, z] = ["x", "y", "z"].map((name) => this.between(`ball.${name}`, at, 0.005, 0.6));
+    return this.place("ball", at);
+  }
+
+  /** The balls beside the first, in a training with several. */
+  moreBalls(at) {
+    const places = [];
+    for (let number = 2; this.get(`ball${number}.x`).length; number += 1) places.push(this.place(`ball${number}`, at));
+    return places;
+  }
+
+  place(ball, at) {
+    const [x, y, z] = ["x", "y", "z"].map((name) => this.between(`${ball}.${name}`, at, 0.005, 0.6));
     return { x, y, z };
   }
 

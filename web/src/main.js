@@ -268,7 +268,7 @@ class Page {
   draw(isStill) {
     const { match, stage, view, robot, timeS } = this;
     const at = match.at(timeS);
-    const moment = { ball: match.ball(at), robots: match.robots.map((_, index) => this.walk(match.robot(index, at), index, timeS)) };
+    const moment = { ball: match.ball(at), moreBalls: match.moreBalls(at), robots: match.robots.map((_, index) => this.walk(match.robot(index, at), index, timeS)) };
     const way = [];
     for (let age = 1.5; age >= 0; age -= 0.05) {
       const ball = match.ball(match.at(Math.max(match.startS, timeS - age)));

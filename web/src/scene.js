@@ -45,10 +45,11 @@ export class Stage {
     const radius = match.head.ball_radius_m;
     this.ball = new Mesh(new SphereGeometry(radius, 32, 24), new MeshStandardMaterial({ map: ballSkin(radius < 0.04), roughness: 0.5 }));
     this.ball.castShadow = true;
+    this.moreBalls = match.moreBalls(match.at(match.startS)).map(() => this.ball.clone());
     this.trail = new Line(new BufferGeometry(), new LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
     this.trail.layers.set(PEOPLE);
     this.trail.frustumCulled = false;
-    this.root.add(this.ball, this.trail);
+    this.root.add(this.ball, ...this.moreBalls, this.trail);
   }
 
   lights() {
@@ -137,7 +138,7 @@ export class Stage {
 
   /** Puts ball and robots where they are; what the robot `hidden` looks out of is left out. */
   place(moment, hidden = null) {
-    const { ball, robots } = moment;
+    const { ball, moreBalls, robots } = moment;
     for (const mesh of Object.values(this.parts)) mesh.count = 0;
     robots.forEach((robot, index) => {
       const { body, team } = this.match.robots[index];
@@ -151,11 +152,8 @@ export class Stage {
       mesh.instanceColor.needsUpdate = true;
     }
     this.ball.visible = Boolean(ball);
-    if (!ball) return;
-    const [dx, dy] = [ball.x - this.ball.position.x, ball.y - this.ball.position.y];
-    const way = Math.hypot(dx, dy);
-    if (way > 1e-4 && way < 1) this.ball.quaternion.premultiply(new Quaternion().setFromAxisAngle(new Vector3(-dy / way, dx / way, 0), way / ball.z));
-    this.ball.position.set(ball.x, ball.y, ball.z);
+    if (ball) rollTo(this.ball, ball);
+    this.moreBalls.forEach((mesh, index) => rollTo(mesh, moreBalls[index]));
   }
 
   part({ shape, size, at, turn, colour }, robot) {
@@ -214,4 +212,12 @@ export class Stage {
     this.floor.visible = isEye;
     renderer.render(this.scene, camera);
   }
+}
+
+/** Puts a ball somewhere, turned as if it had rolled there. */
+function rollTo(mesh, ball) {
+  const [dx, dy] = [ball.x - mesh.position.x, ball.y - mesh.position.y];
+  const way = Math.hypot(dx, dy);
+  if (way > 1e-4 && way < 1) mesh.quaternion.premultiply(new Quaternion().setFromAxisAngle(new Vector3(-dy / way, dx / way, 0), way / ball.z));
+  mesh.position.set(ball.x, ball.y, ball.z);
 }

@@ -71,9 +71,19 @@ impl RobotId {
         Self { team, number }
     }
 
-    /// Whether it is its team's goalkeeper.
+    /// Whether it is its team's goalkeeper, unless another has replaced that.
     pub const fn is_goalkeeper(self) -> bool {
         self.number == Self::GOALKEEPER
+    }
+
+    /// The number by which it has its place and its task, if `keeper` is the number of its team's goalkeeper in place of
+    /// [`GOALKEEPER`](Self::GOALKEEPER): these two have changed.
+    pub fn role_number(self, keeper: Option<u8>) -> u8 {
+        match keeper {
+            Some(keeper) if self.number == keeper => Self::GOALKEEPER,
+            Some(keeper) if self.is_goalkeeper() => keeper,
+            _ => self.number,
+        }
     }
 
     /// A number that is different for every robot and the same in every match; never zero.

@@ -110,7 +110,7 @@ impl PacketSource<'_> {
         TeamPacket {
             number: self.team_numbers[team],
             colour: team as u8,
-            goalkeeper: RobotId::GOALKEEPER,
+            goalkeeper: self.game.goalkeepers[team].unwrap_or(RobotId::GOALKEEPER),
             score: u8::try_from(self.game.score[team]).unwrap_or(u8::MAX),
             shots: self.game.shoot_out.map_or(0, |shoot_out| u8::try_from(shoot_out.taken[team]).unwrap_or(u8::MAX)),
             shots_scored: self.shots_scored[team],

@@ -1,4 +1,4 @@
-//! The ball: how it rolls and flies.
+//! The ball: how it rolls and flies. In training there may be several.
 
 pub mod flight;
 
@@ -18,6 +18,7 @@ pub struct BallPlugin;
 impl Plugin for BallPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Ball>()
+            .register_type::<ExtraBall>()
             .register_type::<BallFlight>()
             .register_type::<BallPhysics>()
             .register_type::<BallVelocity>()
@@ -26,10 +27,16 @@ impl Plugin for BallPlugin {
     }
 }
 
-/// Marks the ball. Its [`Pose`] is the position of its centre on the ground plane.
+/// Marks the ball: of several balls, the first. Its [`Pose`] is the position of its centre on the ground plane.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Ball;
+
+/// Marks a further ball of a training, with its number from 1 on. It has all components of the ball but [`Ball`]: the referee and
+/// reports know one ball only.
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct ExtraBall(pub u8);
 
 /// The ball's velocity along the ground, m/s, pitch frame.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]

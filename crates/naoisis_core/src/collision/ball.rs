@@ -36,6 +36,8 @@ pub struct BallContact {
     pub ball_speed: f32,
     /// The ball's centre, m.
     pub position: Vec2,
+    /// The direction away from the obstacle; of a flying ball, its part along the ground.
+    pub normal: Vec2,
 }
 
 /// Rolls the ball for `duration` seconds among the obstacles. Pushes every bounce to `contacts`, and every vertex of the path,
@@ -80,6 +82,7 @@ pub(crate) fn roll_ball(
             approach_speed,
             ball_speed: now.velocity.length(),
             position: now.position,
+            normal,
         });
         let bounce = (1.0 + now.restitution) * approach_speed;
         now.velocity += normal * bounce.max(approach_speed + least_parting_speed(contacts));

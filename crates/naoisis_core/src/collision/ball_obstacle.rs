@@ -34,6 +34,15 @@ pub enum BallObstacle {
         /// The base's box.
         base: BodyBox,
     },
+    /// Another ball, which rolls along a line during the cycle.
+    Ball {
+        /// Its centre at the start of the cycle, m, pitch frame.
+        start: Vec2,
+        /// At its end.
+        end: Vec2,
+        /// Radius, m.
+        radius: f32,
+    },
 }
 
 impl BallObstacle {
@@ -61,12 +70,20 @@ impl BallObstacle {
             BallObstacle::Base { start, end, base } => {
                 base.footprint(Self::pose_at(start, end, share)).signed_distance(point)
             }
+            BallObstacle::Ball { start, end, radius } => {
+                let offset = point - start.lerp(end, share);
+                (offset.length() - radius, offset.normalize_or(Vec2::X))
+            }
         }
     }
 
     /// Velocity of the obstacle's surface at a point, m/s, for a cycle of `duration` seconds.
     pub(super) fn velocity_at(&self, point: Vec2, share: f32, duration: f32) -> Vec2 {
-        let BallObstacle::Base { start, end, .. } = *self else { return Vec2::ZERO };
+        let (start, end) = match *self {
+            BallObstacle::Base { start, end, .. } => (start, end),
+            BallObstacle::Ball { start, end, .. } => return (end - start) / duration,
+            BallObstacle::Cylinder { .. } | BallObstacle::Bar { .. } => return Vec2::ZERO,
+        };
         let angular = wrap_angle(end.heading - start.heading) / duration;
         let arm = point - start.position.lerp(end.position, share);
         (end.position - start.position) / duration + arm.perp() * angular
@@ -74,13 +91,21 @@ impl BallObstacle {
 
     /// A bound on the speed of any point of the surface, m/s.
     pub(super) fn greatest_speed(&self, duration: f32) -> f32 {
-        let BallObstacle::Base { start, end, base } = *self else { return 0.0 };
+        let (start, end, base) = match *self {
+            BallObstacle::Base { start, end, base } => (start, end, base),
+            BallObstacle::Ball { start, end, .. } => return start.distance(end) / duration,
+            BallObstacle::Cylinder { .. } | BallObstacle::Bar { .. } => return 0.0,
+        };
         let turn = wrap_angle(end.heading - start.heading).abs();
         (start.position.distance(end.position) + turn * base.reach()) / duration
     }
 
     pub(super) fn is_moving(&self) -> bool {
-        matches!(self, BallObstacle::Base { start, end, .. } if start != end)
+        match self {
+            BallObstacle::Base { start, end, .. } => start != end,
+            BallObstacle::Ball { start, end, .. } => start != end,
+            BallObstacle::Cylinder { .. } | BallObstacle::Bar { .. } => false,
+        }
     }
 
     /// Whether a ball at `place` could touch the obstacle at any time of the cycle.
@@ -94,7 +119,9 @@ impl BallObstacle {
     pub(super) fn bounds(&self) -> (Vec2, f32) {
         match *self {
             BallObstacle::Cylinder { centre, radius } => (centre, radius),
-            BallObstacle::Bar { start, end, radius } => (start.midpoint(end), start.distance(end) / 2.0 + radius),
+            BallObstacle::Bar { start, end, radius } | BallObstacle::Ball { start, end, radius } => {
+                (start.midpoint(end), start.distance(end) / 2.0 + radius)
+            }
             BallObstacle::Base { start, end, base } => {
                 (start.position.midpoint(end.position), start.position.distance(end.position) / 2.0 + base.reach())
             }

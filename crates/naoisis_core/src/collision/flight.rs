@@ -182,7 +182,8 @@ fn bounce(now: &mut FlyingBall, solid: &Solid, normal: Vec3, share: f32, duratio
         let (middle, _) = solid.outline.bounds();
         now.velocity += ((place - middle).normalize_or(Vec2::X) * ROLL_OFF_MPS).extend(0.0);
     }
-    BallContact { obstacle: solid.obstacle, approach_speed, ball_speed, position: place }
+    let normal = normal.truncate();
+    BallContact { obstacle: solid.obstacle, approach_speed, ball_speed, position: place, normal }
 }
 
 /// The solids of a robot for a flying ball: feet, legs, torso and head of a standing robot, otherwise its low body.

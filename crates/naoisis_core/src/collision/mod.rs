@@ -9,13 +9,14 @@ use bevy::prelude::*;
 
 pub mod ball;
 pub mod ball_obstacle;
+mod balls;
 mod bodies;
 mod flight;
 pub mod footprints;
 pub mod robots;
 
 use crate::ball::flight::BallFlight;
-use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS, RollingBall};
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, ExtraBall, REST_SPEED_MPS, RollingBall};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CollisionPartner, CollisionType, Contacts, CycleEvents, MatchEvent};
 use crate::game::{Penalty, Rules};
@@ -28,6 +29,7 @@ use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::RobotId;
 use ball::{BallContact, roll_ball};
 use ball_obstacle::BallObstacle;
+use balls::MovingBall;
 use flight::{Solid, fly_ball, solids_of_goals, solids_of_robot};
 use robots::{Cylinder, RobotBody, RobotContact, SeparationWorkspace, Touched, hold_back_from_end, resolve_robots};
 
@@ -64,7 +66,12 @@ struct Scratch {
     solids: Vec<Solid>,
     workspace: SeparationWorkspace,
     robot_contacts: Vec<RobotContact>,
+    /// The contacts of all balls with robots and posts, and those of the ball that has just moved.
     ball_contacts: Vec<BallContact>,
+    new_contacts: Vec<BallContact>,
+    balls: Vec<MovingBall>,
+    /// The indices of the balls that are in the way of the one that moves.
+    others: Vec<usize>,
     held: Vec<bool>,
     /// Strips that dives block: the index of the diver's body, the pose of the strip in the robot frame, and its box.
     strips: Vec<(usize, Pose, BodyBox)>,
@@ -84,6 +91,20 @@ struct CollidingRobot {
     velocity: &'static mut Velocity,
 }
 
+/// A ball that may collide.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct CollidingBall {
+    entity: Entity,
+    which: Option<&'static ExtraBall>,
+    pose: &'static mut Pose,
+    previous: &'static PreviousPose,
+    physics: &'static BallPhysics,
+    velocity: &'static mut BallVelocity,
+    flight: &'static mut BallFlight,
+    path: &'static mut BallPath,
+}
+
 fn collide(
     mut scratch: Local<Scratch>,
     roster: Res<Roster>,
@@ -94,36 +115,23 @@ fn collide(
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
     rules: Res<Rules>,
     mut robots: Query<CollidingRobot, With<RobotId>>,
-    mut balls: Query<
-        (&mut Pose, &PreviousPose, &BallPhysics, &mut BallVelocity, &mut BallFlight, &mut BallPath),
-        (With<Ball>, Without<RobotId>),
-    >,
+    mut balls: Query<CollidingBall, (Without<RobotId>, Without<Post>)>,
 ) {
     let scratch = &mut *scratch;
     let duration = clock.period();
     scratch.gather(&roster, &posts, robots.as_readonly(), rules.dive_reach_m, duration);
     resolve_robots(&mut scratch.bodies, &scratch.cylinders, &mut scratch.workspace, &mut scratch.robot_contacts);
-    for (mut pose, previous, physics, mut velocity, mut flight, mut path) in &mut balls {
-        if path.start_flight.is_airborne() {
-            let start = physics.flying_ball(previous.0.position, path.start_velocity, path.start_flight);
-            scratch.set_solids(&pitch, &posts, robots.as_readonly());
-            let BallPath { corners, heights_m, .. } = &mut *path;
-            let end = fly_ball(start, &scratch.solids, duration, &mut scratch.ball_contacts, corners, heights_m);
-            (pose.position, velocity.0) = (end.position.truncate(), end.velocity.truncate());
-            *flight = end.flight();
-            continue;
+    scratch.gather_balls(balls.iter());
+    for index in 0..scratch.balls.len() {
+        if let Ok(ball) = balls.get_mut(scratch.balls[index].entity) {
+            scratch.move_ball(index, ball, &pitch, &posts, robots.as_readonly(), duration);
         }
-        let start = physics.rolling_ball(previous.0.position, path.start_velocity);
-        scratch.set_obstacles(&pitch);
-        let rolled = roll_ball(start, &scratch.obstacles, duration, &mut scratch.ball_contacts, &mut path.corners);
-        let end = rolled.unwrap_or_else(|| {
-            scratch.hold_back_from_wedged_ball(start.position, start.radius);
-            path.corners.clear();
-            path.corners.extend([start.position; 2]);
-            RollingBall { velocity: Vec2::ZERO, ..start }
-        });
-        pose.position = end.position;
-        velocity.0 = end.velocity;
+    }
+    for ball in &mut scratch.balls {
+        let push = ball.take_push();
+        if let (true, Ok(mut ball)) = (push != Vec2::ZERO, balls.get_mut(ball.entity)) {
+            ball.velocity.0 += push;
+        }
     }
     scratch.describe_collisions(duration);
     let began = contacts.update(scratch.collisions.iter().map(|collision| (collision.robot, collision.with)));
@@ -187,9 +195,54 @@ impl Scratch {
         self.cylinders.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x).then(a.centre.y.total_cmp(&b.centre.y)));
     }
 
+    /// Moves a ball among robots, posts and the other balls.
+    fn move_ball(
+        &mut self,
+        index: usize,
+        ball: CollidingBallItem,
+        pitch: &Pitch,
+        posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
+        robots: Query<CollidingRobotReadOnly, With<RobotId>>,
+        duration: f32,
+    ) {
+        let CollidingBallItem { mut pose, previous, physics, mut velocity, mut flight, mut path, .. } = ball;
+        let push = self.balls[index].take_push();
+        if push != Vec2::ZERO {
+            path.start_velocity += push;
+        }
+        let is_flying = path.start_flight.is_airborne();
+        self.set_other_balls(index, is_flying);
+        let first_ball = if is_flying {
+            let start = physics.flying_ball(previous.0.position, path.start_velocity, path.start_flight);
+            let first_ball = self.set_solids(pitch, posts, robots);
+            let BallPath { corners, heights_m, .. } = &mut *path;
+            let end = fly_ball(start, &self.solids, duration, &mut self.new_contacts, corners, heights_m);
+            (pose.position, velocity.0) = (end.position.truncate(), end.velocity.truncate());
+            *flight = end.flight();
+            first_ball
+        } else {
+            let start = physics.rolling_ball(previous.0.position, path.start_velocity);
+            let first_ball = self.set_obstacles(pitch);
+            let rolled = roll_ball(start, &self.obstacles, duration, &mut self.new_contacts, &mut path.corners);
+            let end = rolled.unwrap_or_else(|| {
+                self.hold_back_from_wedged_ball(start.position, start.radius);
+                path.corners.clear();
+                path.corners.extend([start.position; 2]);
+                RollingBall { velocity: Vec2::ZERO, ..start }
+            });
+            (pose.position, velocity.0) = (end.position, end.velocity);
+            first_ball
+        };
+        self.balls[index].end = pose.position;
+        let change = self.share_motion(first_ball, physics.restitution);
+        if change != Vec2::ZERO && velocity.0 != Vec2::ZERO {
+            velocity.0 += change;
+        }
+    }
+
     /// Collects the obstacles of the ball: the robots' bases, in the order of the bodies, then the strips that dives block, then posts
-    /// and bars.
-    fn set_obstacles(&mut self, pitch: &Pitch) {
+    /// and bars, then the other balls. Returns the index of the first of these.
+    fn set_obstacles(&mut self, pitch: &Pitch) -> usize {
         self.obstacles.clear();
         self.obstacles.extend(self.bodies.iter().zip(&self.bases).map(|(body, base)| BallObstacle::Base {
             start: body.start,
@@ -213,15 +266,19 @@ impl Scratch {
                 radius,
             }));
         }
+        let first_ball = self.obstacles.len();
+        self.obstacles.extend(self.others.iter().map(|&other| self.balls[other].outline().0));
+        first_ball
     }
 
-    /// Collects the obstacles of a flying ball: robots, the strips that dives block, posts, crossbars and nets.
+    /// Collects the obstacles of a flying ball: robots, the strips that dives block, posts, crossbars, nets and the other balls. Returns
+    /// the index of the first of these.
     fn set_solids(
         &mut self,
         pitch: &Pitch,
         posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
         robots: Query<CollidingRobotReadOnly, With<RobotId>>,
-    ) {
+    ) -> usize {
         self.solids.clear();
         for (index, (entity, moved)) in self.entities.iter().zip(&self.bodies).enumerate() {
             let Ok(robot) = robots.get(*entity) else { continue };
@@ -246,6 +303,12 @@ impl Scratch {
             a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
         });
         self.solids.extend(solids_of_goals(no_robot, pitch));
+        let first_ball = no_robot + 1;
+        self.solids.extend(self.others.iter().zip(first_ball..).map(|(&other, obstacle)| {
+            let (outline, z_m) = self.balls[other].outline();
+            Solid::prism(obstacle, outline, z_m)
+        }));
+        first_ball
     }
 
     /// The index of the body of an obstacle; `None` for posts and bars.

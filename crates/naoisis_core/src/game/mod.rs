@@ -30,7 +30,7 @@ pub use shoot_out::{ShootOut, Shot, ShotRank, Standing};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::team::{PerTeam, Team};
+use crate::team::{PerTeam, RobotId, Team};
 
 /// The state of the game (2010 rule book, section 3.2).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema, IntoStaticStr)]
@@ -113,6 +113,9 @@ pub struct Game {
     pub drop_ball: bool,
     /// The free kick under way, or the kick-off while the ball belongs to one team.
     pub set_play: Option<SetPlay>,
+    /// The number of each team's goalkeeper, if a substitute has replaced number 1.
+    #[reflect(default)]
+    pub goalkeepers: PerTeam<Option<u8>>,
     /// How many messages each team may still send; none if unlimited.
     pub messages_left: Option<PerTeam<u32>>,
     /// Whether each team has exceeded its message budget: its goals do not count.
@@ -154,6 +157,16 @@ impl Game {
             Team::Blue => self.blue_end,
             Team::Pink => self.blue_end.opposite(),
         }
+    }
+
+    /// The number by which a robot has its place and its task.
+    pub fn role_number(&self, id: RobotId) -> u8 {
+        id.role_number(self.goalkeepers[id.team])
+    }
+
+    /// Whether a robot is its team's goalkeeper.
+    pub fn is_goalkeeper(&self, id: RobotId) -> bool {
+        self.role_number(id) == RobotId::GOALKEEPER
     }
 
     /// The team that defends `end`.

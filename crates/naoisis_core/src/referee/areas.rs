@@ -47,7 +47,7 @@ pub fn penalty_mark(pitch: &Pitch, end: End) -> Vec2 {
 
 /// Whether a robot is a goalkeeper in its own penalty area.
 pub fn is_keeper_at_home(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
-    robot.id.is_goalkeeper()
+    snapshot.game.is_goalkeeper(robot.id)
         && snapshot.pitch.in_penalty_area(snapshot.game.own_end(robot.id.team), robot.pose.position)
 }
 

@@ -43,8 +43,8 @@ fn is_in_hull(bounds: &Body, place: Vec2) -> bool {
 pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let own_end = snapshot.game.own_end(robot.id.team);
     let area = snapshot.pitch.penalty_area;
-    let keeper_at_home =
-        robot.id.is_goalkeeper() && feet(robot).iter().any(|foot| in_area(snapshot.pitch, area, own_end, *foot));
+    let keeper_at_home = snapshot.game.is_goalkeeper(robot.id)
+        && feet(robot).iter().any(|foot| in_area(snapshot.pitch, area, own_end, *foot));
     let limit = if keeper_at_home { snapshot.rules.keeper_ball_holding_s } else { snapshot.rules.ball_holding_s };
     (cycles >= snapshot.cycles(limit) && holds_ball(snapshot, robot)).then(|| {
         snapshot

@@ -170,10 +170,10 @@ impl Referee<'_, '_> {
             record.cycles_obstructing = obstruction::advance(record.cycles_obstructing, self.seen, robot);
             record.cycles_inactive = inactive::advance(record.cycles_inactive, record.head, self.seen, robot);
             record.get_up = record.get_up.advance(self.seen, index, robot);
-            record.cycles_encroaching = match &self.seen.game.set_play {
-                Some(set_play) => set_play::advance_encroachment(record.cycles_encroaching, set_play, self.seen, robot),
-                None => 0,
-            };
+            match &self.seen.game.set_play {
+                Some(set_play) => set_play::note_encroachment(record, set_play, self.seen, robot),
+                None => (record.cycles_encroaching, record.has_kept_away) = (0, false),
+            }
             self.custom_rules.advance(&mut record.own_cycles, self.seen, robot);
         }
         for index in 0..self.decisions.robots.len() {

@@ -48,7 +48,7 @@ pub fn judge(records: &[RobotMemory], snapshot: &MatchSnapshot, index: usize) ->
         )
     };
     match snapshot.rules.defender_limit {
-        DefenderLimit::KeeperOnly => (!robot.id.is_goalkeeper()).then(|| {
+        DefenderLimit::KeeperOnly => (!snapshot.game.is_goalkeeper(robot.id)).then(|| {
             evidence("Only the keeper may have both feet in its own penalty area.")
                 .otherwise("It had to keep a foot outside the area, or leave it at once.")
         }),

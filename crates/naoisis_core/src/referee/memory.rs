@@ -76,6 +76,9 @@ pub struct RobotMemory {
     pub cycles_in_area: u64,
     /// Cycles for which it has encroached in a free kick.
     pub cycles_encroaching: u64,
+    /// Whether it has kept away from the ball in the free kick under way.
+    #[reflect(default)]
+    pub has_kept_away: bool,
     /// Cycles for which it has stepped into an opponent's way to the ball.
     pub cycles_obstructing: u64,
     /// Its progress while the ball does not move.
@@ -109,6 +112,7 @@ impl RobotMemory {
             cycles_in_goal: 0,
             cycles_in_area: 0,
             cycles_encroaching: 0,
+            has_kept_away: false,
             cycles_obstructing: 0,
             progress: None,
             returns: false,

@@ -60,7 +60,7 @@ pub(crate) fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl It
             }
             is_kicker(snapshot, team, robot)
         } else {
-            robot.id.is_goalkeeper()
+            snapshot.game.is_goalkeeper(robot.id)
         };
         (is_in_area(snapshot, team, robot) && !may_be_in_area).then_some(IllegalPosition::InPenaltyAreaAtKick)
     })
@@ -73,7 +73,7 @@ pub(crate) fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &R
         && if robot.id.team == team {
             !is_kicker(snapshot, team, robot) && !blocks(snapshot, set_play.ball_m, robot)
         } else {
-            !(robot.id.is_goalkeeper() && keeps_its_line(snapshot, team, robot))
+            !(snapshot.game.is_goalkeeper(robot.id) && keeps_its_line(snapshot, team, robot))
         }
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn keeper_off_its_line(snapshot: &MatchSnapshot, team: Team) -> Optio
     snapshot.robots.iter().position(|robot| {
         robot.is_present()
             && robot.id.team != team
-            && robot.id.is_goalkeeper()
+            && snapshot.game.is_goalkeeper(robot.id)
             && is_in_area(snapshot, team, robot)
             && !keeps_its_line(snapshot, team, robot)
     })

@@ -190,7 +190,7 @@ impl<'a> LineUp<'a> {
     /// A robot's position in the formation.
     pub fn place_of(&self, id: RobotId) -> Pose {
         let kicks_off = self.kick_off_team == Some(id.team);
-        formation(self.pitch, self.team_size, id.number, self.game.own_end(id.team), kicks_off)
+        formation(self.pitch, self.team_size, self.game.role_number(id), self.game.own_end(id.team), kicks_off)
     }
 
     /// The position of a ball of `radius`, m: the free position nearest to the centre mark.

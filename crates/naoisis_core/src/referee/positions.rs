@@ -142,7 +142,7 @@ fn illegal_in_2010(
         Some(IllegalPosition::OffPitch)
     } else if leaves_own_half(snapshot, robot) {
         Some(IllegalPosition::OutsideOwnHalf)
-    } else if robot.id.is_goalkeeper() {
+    } else if snapshot.game.is_goalkeeper(robot.id) {
         (!feet_at_home.all(|at_home| at_home)).then_some(IllegalPosition::KeeperAway)
     } else if feet_at_home.any(|at_home| at_home) {
         Some(IllegalPosition::InPenaltyArea)
@@ -188,13 +188,17 @@ fn illegal_in_2025(snapshot: &MatchSnapshot, index: usize, is_kick_off_player: b
 /// nearest to the area's border. The keeper never is.
 fn is_excessive_in_goal_area(snapshot: &MatchSnapshot, index: usize, most: u8) -> bool {
     let robot = &snapshot.robots[index];
-    if !super::illegal_defender::is_in_goal_area(snapshot, robot) || robot.id.is_goalkeeper() {
+    if !super::illegal_defender::is_in_goal_area(snapshot, robot) || snapshot.game.is_goalkeeper(robot.id) {
         return false;
     }
     // The depth of a robot in the area; the keeper counts as deepest.
     let depth = |other: &RobotSnapshot| {
         let own_end = snapshot.game.own_end(other.id.team);
-        if other.id.is_goalkeeper() { f32::INFINITY } else { -in_team_frame(own_end, other.pose.position).x }
+        if snapshot.game.is_goalkeeper(other.id) {
+            f32::INFINITY
+        } else {
+            -in_team_frame(own_end, other.pose.position).x
+        }
     };
     let deeper = snapshot
         .robots

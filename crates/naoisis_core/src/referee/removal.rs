@@ -90,7 +90,7 @@ pub(crate) fn stuck_keeper_pose(snapshot: &MatchSnapshot, robot: &RobotSnapshot)
     let at_home = feet(robot).iter().all(|foot| in_area(snapshot.pitch, area, own_end, *foot));
     let heading = if own_end == End::PositiveX { 0.0 } else { PI };
     let position = penalty_mark(snapshot.pitch, own_end);
-    (robot.id.is_goalkeeper() && at_home).then_some(Pose { position, heading })
+    (snapshot.game.is_goalkeeper(robot.id) && at_home).then_some(Pose { position, heading })
 }
 
 /// The side of the pitch as the sign of y: -1 or +1.

@@ -283,7 +283,8 @@ impl Referee<'_, '_> {
         let snapshot = self.now();
         let robot = &snapshot.robots[index];
         let own_end = snapshot.game.own_end(robot.id.team);
-        let wanted = formation(snapshot.pitch, snapshot.rules.team_size, robot.id.number, own_end, false);
+        let wanted =
+            formation(snapshot.pitch, snapshot.rules.team_size, snapshot.game.role_number(robot.id), own_end, false);
         let pose = Occupied::by_others(&snapshot, Some(index)).free_pose(wanted, &robot.bounds);
         let robot = robot.id;
         self.decisions.robots[index].pose = pose;
@@ -335,6 +336,9 @@ impl Referee<'_, '_> {
         self.memory.kick_off = None;
         self.memory.plays = Plays::after(kind, team);
         self.memory.stuck.cycles = 0;
+        for record in &mut self.memory.robots {
+            (record.cycles_encroaching, record.has_kept_away) = (0, false);
+        }
         let cycles = self.seen.cycles(self.seen.rules.free_kick_s);
         self.decisions.game.set_play = Some(SetPlay::new(kind, team, place, cycles));
         self.decisions.events.push(MatchEvent::FreeKick { set_play: kind, team, position_m: place });

@@ -8,6 +8,7 @@ use bevy::prelude::*;
 
 use super::areas::{in_team_frame, touches_area, touches_goal_line};
 use super::ball_out::BallOut;
+use super::memory::RobotMemory;
 use super::penalty_kick;
 use super::positions::kick_off_player;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
@@ -93,20 +94,22 @@ pub(crate) fn indirect_free_kick_place(snapshot: &MatchSnapshot, team: Team, pla
     Vec2::new(end.sign() * (pitch.half_length() - pitch.penalty_area.depth_m), place.y.clamp(-half_width, half_width))
 }
 
-/// The number of cycles for which a robot of the other team has been at an illegal position in a free kick, including this one. Cycles in
-/// the time for leaving do not count.
-pub(crate) fn advance_encroachment(
-    cycles: u64,
+/// Notes whether a robot of the other team is at an illegal position in a free kick. During the time to leave that does not count, unless it
+/// has been outside: who comes back is not on its way out.
+pub(crate) fn note_encroachment(
+    record: &mut RobotMemory,
     set_play: &SetPlay,
     snapshot: &MatchSnapshot,
     robot: &RobotSnapshot,
-) -> u64 {
+) {
     let leave_s = match set_play.kind {
         SetPlayKind::KickOff | SetPlayKind::PenaltyKick => 0.0,
         _ => snapshot.rules.free_kick_leave_s,
     };
-    let counts = set_play.cycles >= snapshot.cycles(leave_s) && encroaches(set_play, snapshot, robot);
-    if counts { cycles + 1 } else { 0 }
+    let encroaches = encroaches(set_play, snapshot, robot);
+    record.has_kept_away |= !encroaches;
+    let counts = encroaches && (record.has_kept_away || set_play.cycles >= snapshot.cycles(leave_s));
+    record.cycles_encroaching = if counts { record.cycles_encroaching + 1 } else { 0 };
 }
 
 /// Whether a robot is at an illegal position. At a kick-off only the taker may be in the other half, no farther than within the circle; the
@@ -128,10 +131,10 @@ fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapsho
             }
         }
         _ if is_theirs => false,
-        SetPlayKind::GoalKick if snapshot.rules.goal_kick_clears_area => {
-            let end = snapshot.game.own_end(set_play.team);
-            touches_area(snapshot.pitch, snapshot.pitch.penalty_area, end, robot)
-                || is_too_near(set_play, snapshot, robot)
+        _ if snapshot.rules.goal_kick_clears_area => {
+            let (pitch, end) = (snapshot.pitch, snapshot.game.own_end(set_play.team));
+            let is_in_area = || touches_area(pitch, pitch.penalty_area, end, robot);
+            (pitch.in_penalty_area(end, set_play.ball_m) && is_in_area()) || is_too_near(set_play, snapshot, robot)
         }
         _ => is_too_near(set_play, snapshot, robot),
     }
@@ -153,7 +156,9 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
     if is_theirs && !matches!(set_play.kind, SetPlayKind::PenaltyKick | SetPlayKind::KickOff) {
         return None;
     }
-    let touched = !is_theirs && snapshot.touches.iter().any(|(toucher, _)| *toucher == robot.id);
+    // Who was at the ball when the free kick was called cannot have left it at once.
+    let may_know = set_play.kind == SetPlayKind::KickOff || set_play.cycles >= snapshot.cycles(TOLERANCE_S);
+    let touched = !is_theirs && may_know && snapshot.touches.iter().any(|(toucher, _)| *toucher == robot.id);
     let too_long = cycles > snapshot.cycles(TOLERANCE_S);
     (touched || too_long).then(|| {
         let rule = match set_play.kind {

@@ -49,6 +49,10 @@ pub struct GameStatus {
     pub drop_ball: bool,
     /// The free kick under way, or the kick-off while the ball belongs to one team.
     pub set_play: Option<SetPlayStatus>,
+    /// The number of its team's goalkeeper, if a substitute has replaced number 1.
+    #[reflect(default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goalkeeper: Option<u8>,
     /// How many time-outs this robot's team may still take.
     pub timeouts_left: u32,
     /// Number of messages that this robot's team may still send, by the rules and the settings of the scenario; `None` if unlimited.

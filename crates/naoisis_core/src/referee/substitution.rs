@@ -1,6 +1,6 @@
 //! Substitutions (2025 rule book, section 3.12; HSL 2026, 3.4). In a time-out and at half time the substitute takes the player's place at once.
 //! In other stoppages it enters where penalised robots return; by the rules of 2025 it waits there as a robot that is picked up does. The
-//! penalty of the player and its cautions pass to the substitute.
+//! penalty of the player and its cautions pass to the substitute, and so does the task of the goalkeeper.
 
 use super::decide::Referee;
 use super::formation;
@@ -41,9 +41,6 @@ impl Referee<'_, '_> {
         match reason(indices[0]) {
             Some(PenaltyReason::Substitute) => Err(format!("{robot} is a substitute itself")),
             Some(PenaltyReason::SentOff) => Err(format!("{robot} is sent off")),
-            _ if robot.is_goalkeeper() && !by.is_goalkeeper() => {
-                Err(format!("{robot} is the goalkeeper, which has number {}", RobotId::GOALKEEPER))
-            }
             _ => Ok(indices),
         }
     }
@@ -77,6 +74,7 @@ impl Referee<'_, '_> {
         let (rules, pitch) = (snapshot.rules, snapshot.pitch);
         let [player, substitute] = [snapshot.robots[out], snapshot.robots[on]];
         let own_end = snapshot.game.own_end(player.id.team);
+        let is_keeper = snapshot.game.is_goalkeeper(player.id);
         let waiting = Occupied::by_waiting(&snapshot);
         let beside = waiting_pose(pitch, rules.return_place, own_end, player.pose.position, &player.bounds, &waiting);
         let picked_up = |cycles_left| Penalty(Some(ActivePenalty { reason: PenaltyReason::PickUp, cycles_left }));
@@ -84,7 +82,8 @@ impl Referee<'_, '_> {
             (false, _) => (player.pose, player.penalty),
             (true, _) if is_break => {
                 let kicks_off = snapshot.game.has_kick_off(player.id.team);
-                let place = formation(pitch, rules.team_size, substitute.id.number, own_end, kicks_off);
+                let number = if is_keeper { RobotId::GOALKEEPER } else { snapshot.game.role_number(substitute.id) };
+                let place = formation(pitch, rules.team_size, number, own_end, kicks_off);
                 (Occupied::by_others(&snapshot, Some(out)).free_pose(place, &substitute.bounds), Penalty(None))
             }
             // It waits where it stands beside the pitch, if that is not away from there.
@@ -95,6 +94,10 @@ impl Referee<'_, '_> {
         let (robots, records) = (&mut self.decisions.robots, &mut self.memory.robots);
         (robots[out].pose, robots[out].penalty) = (substitute.pose, Penalty::SUBSTITUTE);
         (robots[on].pose, robots[on].penalty) = (pose, penalty);
+        if is_keeper {
+            let number = substitute.id.number;
+            self.decisions.game.goalkeepers[player.id.team] = (!substitute.id.is_goalkeeper()).then_some(number);
+        }
         let cautions = [records[out].cautions, records[on].cautions];
         [records[on].cautions, records[out].cautions] = cautions;
         records[out].forgive();
@@ -190,6 +193,39 @@ mod tests {
     }
 
     #[test]
+    fn who_replaces_the_goalkeeper_is_the_goalkeeper_until_it_is_replaced() {
+        let mut situation = with_substitute(SubstitutionProcedure::InTimeouts);
+        let blue1 = RobotId::new(Team::Blue, 1);
+        let timeout = Intervention::Timeout { team: None, duration_s: Some(1.0) };
+        let resume = Intervention::Resume;
+        let keepers = |situation: &MatchFixture| [blue1, BLUE2, BLUE3].map(|id| situation.game.is_goalkeeper(id));
+        let replace = |situation: &mut MatchFixture, robot, by| {
+            situation.interventions = vec![Intervention::Substitute { robot, by }, timeout];
+            (0..2).for_each(|_| _ = situation.pass());
+        };
+        assert_eq!(keepers(&situation), [true, false, false]);
+        replace(&mut situation, blue1, BLUE3);
+        assert_eq!(keepers(&situation), [false, false, true]);
+        // It stands where the goalkeeper does.
+        let goal_line = situation.game.own_end(Team::Blue).sign() * situation.pitch.half_length();
+        assert!((situation.robots[2].pose.position.x - goal_line).abs() < 0.5, "{}", situation.robots[2].pose.position);
+        assert_eq!([blue1, BLUE2, BLUE3].map(|id| situation.game.role_number(id)), [3, 2, 1]);
+        situation.interventions = vec![resume];
+        situation.pass();
+        replace(&mut situation, BLUE2, blue1);
+        assert_eq!(keepers(&situation), [false, false, true]);
+        situation.interventions = vec![resume];
+        situation.pass();
+        replace(&mut situation, BLUE3, BLUE2);
+        assert_eq!(keepers(&situation), [false, true, false]);
+        situation.interventions = vec![resume];
+        situation.pass();
+        replace(&mut situation, blue1, BLUE3);
+        replace(&mut situation, BLUE2, blue1);
+        assert_eq!((keepers(&situation), situation.game.goalkeepers[Team::Blue]), ([true, false, false], None));
+    }
+
+    #[test]
     fn who_cannot_be_replaced_is_refused() {
         let refused = |robot, by, change: fn(&mut MatchFixture)| {
             let mut situation = with_substitute(SubstitutionProcedure::AsPickUp);
@@ -205,7 +241,6 @@ mod tests {
         let words = |robot, by| refused(robot, by, |_| {}).unwrap_or_default();
         assert_eq!(words(pink2, BLUE3), "blue3 is of the other team");
         assert_eq!(words(BLUE2, blue1), "blue1 is no substitute");
-        assert_eq!(words(blue1, BLUE3), "blue1 is the goalkeeper, which has number 1");
         let sent_off = |situation: &mut MatchFixture| {
             let reason = PenaltyReason::SentOff;
             situation.robot_mut(BLUE2).penalty = Penalty(Some(ActivePenalty { reason, cycles_left: 9 }));

@@ -276,6 +276,7 @@ pub(super) fn update_status(
             kick_off_team: announced.kick_off_team,
             drop_ball: announced.drop_ball,
             set_play,
+            goalkeeper: game.goalkeepers[id.team],
             timeouts_left: game.timeouts_left[id.team],
             messages_left: messages_left(id.team, own_limits),
             shoot_out: announced.shoot_out.map(|shoot_out| shoot_out.team),

@@ -53,7 +53,7 @@ const LAYERS_PER_ROBOT: usize = 6;
 /// An entity that moves with the ball or with a limb of a robot.
 struct PlacedEntity {
     entity: Entity,
-    /// Index of the limb; 0 for the ball.
+    /// The limb of a robot that it is of, or the number of the ball.
     limb: usize,
     is_shadow: bool,
 }
@@ -76,7 +76,8 @@ pub(super) struct RenderScene {
     posts: Vec<ScenePost>,
     /// Entities that do not move.
     fixed: Vec<Entity>,
-    ball: Vec<PlacedEntity>,
+    balls: Vec<PlacedEntity>,
+    ball_count: usize,
     ball_radius_m: f32,
     robots: BTreeMap<RobotId, RobotEntities>,
     has_shadows: bool,
@@ -97,14 +98,15 @@ impl RenderScene {
         let is_other = self.pitch.as_ref() != Some(&scene.pitch)
             || self.posts != scene.posts
             || (shadows, depth) != (self.has_shadows, self.has_depth)
+            || scene.balls().count() > self.ball_count
             || scene.ball.is_some_and(|ball| ball.radius != self.ball_radius_m);
         let mut is_new = is_other;
         if is_other {
             (self.has_shadows, self.has_depth) = (shadows, depth);
             self.lay_out(world, scene)?;
         }
-        for part in &self.ball {
-            let place = scene.ball.map(|ball| Affine3A::from_translation(ball.centre()));
+        for part in &self.balls {
+            let place = scene.balls().nth(part.limb).map(|ball| Affine3A::from_translation(ball.centre()));
             put(world, part, place);
         }
         for robot in &scene.robots {
@@ -145,9 +147,9 @@ impl RenderScene {
         RenderLayers::from_layers(&layers)
     }
 
-    /// Replaces the ball and the entities that stay in place as long as the pitch and the posts do.
+    /// What stays where it is as long as the pitch and the posts are the same, and the balls.
     fn lay_out(&mut self, world: &mut World, scene: &Scene) -> Result<(), MeshMergeError> {
-        let gone = self.fixed.drain(..).chain(self.ball.drain(..).map(|part| part.entity));
+        let gone = self.fixed.drain(..).chain(self.balls.drain(..).map(|part| part.entity));
         for entity in gone.collect::<Vec<_>>() {
             world.despawn(entity);
         }
@@ -174,11 +176,14 @@ impl RenderScene {
         let ball = scene.ball.map_or(self.ball_radius_m, |ball| ball.radius).max(1e-3);
         let part = Part::at((), Label::Ball, colours::BALL, Shape::sphere(ball), Vec3::ZERO);
         let ball_mesh = labelled_mesh([&part])?;
+        let ball_count = scene.balls().count().max(1);
         for (surface, layer) in surfaces {
             let entity = spawn(standing.clone(), surface, layer);
             self.fixed.push(entity);
-            let entity = spawn(ball_mesh.clone(), surface, layer);
-            self.ball.push(PlacedEntity { entity, limb: 0, is_shadow: surface == Surface::Shadow });
+            for limb in 0..ball_count {
+                let entity = spawn(ball_mesh.clone(), surface, layer);
+                self.balls.push(PlacedEntity { entity, limb, is_shadow: surface == Surface::Shadow });
+            }
         }
         // Shadows of bodies that do not move stay in place, too.
         for entity in &self.fixed {
@@ -188,7 +193,8 @@ impl RenderScene {
             let place = if is_shadow { on_ground() } else { Affine3A::IDENTITY };
             world.entity_mut(*entity).insert(GlobalTransform::from(place));
         }
-        (self.pitch, self.posts, self.ball_radius_m) = (Some(scene.pitch.clone()), scene.posts.clone(), ball);
+        (self.pitch, self.posts) = (Some(scene.pitch.clone()), scene.posts.clone());
+        (self.ball_count, self.ball_radius_m) = (ball_count, ball);
         Ok(())
     }
 

@@ -186,7 +186,7 @@ fn draw_percepts(pose: Pose, percepts: &Percepts, brush: &mut Brush) {
     for robot in &percepts.robots {
         brush.circle(on_pitch(robot.position_m), ROBOT_RADIUS_M, colour(robot_ink(robot.team)));
     }
-    if let Some(ball) = &percepts.ball {
+    for ball in percepts.all_balls() {
         brush.circle(on_pitch(ball.position_m), BALL_RADIUS_M, colour(DrawColour::Orange));
     }
 }

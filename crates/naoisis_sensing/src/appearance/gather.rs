@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use super::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use super::stride::Stride;
 use naoisis_core::ball::flight::BallFlight;
-use naoisis_core::ball::{Ball, BallPhysics};
+use naoisis_core::ball::{BallPhysics, ExtraBall};
 use naoisis_core::game::Penalty;
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::{Pitch, Post};
@@ -33,7 +33,8 @@ pub struct MatchScene<'w, 's> {
         ),
     >,
     posts: Query<'w, 's, (&'static Post, &'static Pose)>,
-    balls: Query<'w, 's, (&'static Pose, &'static BallPhysics, Option<&'static BallFlight>), With<Ball>>,
+    balls:
+        Query<'w, 's, (Option<&'static ExtraBall>, &'static Pose, &'static BallPhysics, Option<&'static BallFlight>)>,
 }
 
 impl MatchScene<'_, '_> {
@@ -55,12 +56,15 @@ impl MatchScene<'_, '_> {
         scene.posts.sort_unstable_by(|ScenePost { position: a, .. }, ScenePost { position: b, .. }| {
             a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
         });
-        let ball = self.balls.iter().next();
-        scene.ball = ball.map(|(pose, physics, flight)| SceneBall {
-            position: pose.position,
-            radius: physics.radius_m,
-            height: flight.map_or(0.0, |flight| flight.height_m),
-        });
+        let ball_of = |number: Option<ExtraBall>| {
+            let mut balls = self.balls.iter();
+            let (_, pose, physics, flight) = balls.find(|(which, ..)| which.copied() == number)?;
+            let height = flight.map_or(0.0, |flight| flight.height_m);
+            Some(SceneBall { position: pose.position, radius: physics.radius_m, height })
+        };
+        scene.ball = ball_of(None);
+        scene.more_balls.clear();
+        scene.more_balls.extend((1..=u8::MAX).map_while(|number| ball_of(Some(ExtraBall(number)))));
     }
 }
 

@@ -30,6 +30,10 @@ pub struct Scene {
     pub posts: Vec<ScenePost>,
     /// The ball, if there is one.
     pub ball: Option<SceneBall>,
+    /// Further balls of a training.
+    #[reflect(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub more_balls: Vec<SceneBall>,
 }
 
 /// A robot on the pitch.
@@ -91,7 +95,8 @@ impl Default for Scene {
     /// The default pitch without goals, robots and ball.
     fn default() -> Self {
         let pitch = Pitch::default();
-        Self { markings: Markings::new(&pitch), pitch, robots: Vec::new(), posts: Vec::new(), ball: None }
+        let markings = Markings::new(&pitch);
+        Self { markings, pitch, robots: Vec::new(), posts: Vec::new(), ball: None, more_balls: Vec::new() }
     }
 }
 
@@ -99,7 +104,12 @@ impl Scene {
     /// A pitch with its goals, without robots and ball.
     pub fn empty(pitch: Pitch) -> Self {
         let posts = pitch.goal_posts().map(|post| ScenePost { position: post.position, post: post.into() });
-        Self { markings: Markings::new(&pitch), pitch, robots: Vec::new(), posts: posts.to_vec(), ball: None }
+        Self { markings: Markings::new(&pitch), pitch, posts: posts.to_vec(), ..Self::default() }
+    }
+
+    /// All balls, the first first.
+    pub fn balls(&self) -> impl Iterator<Item = &SceneBall> {
+        self.ball.iter().chain(&self.more_balls)
     }
 
     /// The robot with this id, if it is on the pitch.

@@ -144,7 +144,8 @@ fn estimate(
         let view = FieldOfView::of(camera);
         let settings = &robot.settings.with_known(robot.steps, &view, robot.vision.noise.gaze);
         let id = *robot.id;
-        let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
+        let number = id.role_number(status.goalkeeper);
+        let place = |kicking_off| formation(&pitch, rules.team_size, number, End::NegativeX, kicking_off);
         let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
         let shot = status.shoot_out.map(|team| places_for_shot(&pitch, rules.shoot_out_procedure, team == id.team));
         let start = || Localiser::placed(settings.localisation, id, belief.pose);

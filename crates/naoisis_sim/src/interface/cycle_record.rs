@@ -35,9 +35,12 @@ pub struct CycleRecord {
     pub cycle: u64,
     /// Time since the start, s.
     pub time_s: f64,
-    /// The ball, if there is one.
+    /// The ball, if there is one; of several, the first.
     #[serde(default)]
     pub ball: Option<BallRecord>,
+    /// All balls, if there are several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub balls: Vec<BallRecord>,
     /// The robots, in the order of their ids: by team, then by number.
     #[serde(default)]
     pub robots: Vec<RobotRecord>,
@@ -51,6 +54,11 @@ pub struct CycleRecord {
 }
 
 impl CycleRecord {
+    /// The balls beside the first.
+    pub fn more_balls(&self) -> &[BallRecord] {
+        self.balls.get(1..).unwrap_or_default()
+    }
+
     /// Returns the record of a robot, if it is there.
     pub fn robot(&self, id: RobotId) -> Option<&RobotRecord> {
         self.robots.iter().find(|robot| robot.id == id)
@@ -180,6 +188,10 @@ impl RobotRecord {
     }
 }
 
+fn has_first_goalkeepers(goalkeepers: &PerTeam<Option<u8>>) -> bool {
+    *goalkeepers == PerTeam::default()
+}
+
 fn is_upright(posture: &Posture) -> bool {
     posture.is_upright()
 }
@@ -216,6 +228,9 @@ pub struct GameRecord {
     /// Time left of `ready`, of `set`, of a free kick, of a time-out or of a shot in a shoot-out, s.
     #[serde(default)]
     pub secondary_time_left_s: Option<f64>,
+    /// The numbers of the goalkeepers of `blue` and `pink`, if a substitute has replaced one with number 1.
+    #[serde(default, skip_serializing_if = "has_first_goalkeepers")]
+    pub goalkeepers: PerTeam<Option<u8>>,
     /// How many time-outs `blue` and `pink` may still take.
     #[serde(default)]
     pub timeouts_left: PerTeam<u32>,
@@ -254,6 +269,7 @@ impl GameRecord {
             kicking_team: game.set_play.map(|set_play| set_play.team).or(game.kick_off()),
             set_play: game.set_play.map(|set_play| SetPlayStatus { kind: set_play.kind, team: Some(set_play.team) }),
             secondary_time_left_s: game.secondary_cycles_left(rules, clock).map(seconds),
+            goalkeepers: game.goalkeepers,
             timeouts_left: game.timeouts_left,
             messages_left: game.messages_left,
             whistles: game.whistles,

@@ -10,7 +10,7 @@ use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, Ro
 use super::vocabulary::{Commanded, Perceived, RobotCommand};
 use crate::simulation::sensors::ReadingsAreRecorded;
 use naoisis_core::ball::flight::BallFlight;
-use naoisis_core::ball::{Ball, BallPhysics, BallVelocity};
+use naoisis_core::ball::{BallPhysics, BallVelocity, ExtraBall};
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::behaviour::reasons::Reasons;
 use naoisis_core::communication::StatusReport;
@@ -83,6 +83,16 @@ struct RecordedRobot {
     perceived: Perceived,
 }
 
+/// What is recorded of a ball.
+#[derive(QueryData)]
+struct RecordedBall {
+    which: Option<&'static ExtraBall>,
+    pose: &'static Pose,
+    velocity: &'static BallVelocity,
+    flight: &'static BallFlight,
+    physics: &'static BallPhysics,
+}
+
 /// The resources and components that a record is made of.
 #[derive(SystemParam)]
 pub struct RecordedMatch<'w, 's> {
@@ -91,7 +101,7 @@ pub struct RecordedMatch<'w, 's> {
     roster: Res<'w, Roster>,
     game: Res<'w, Game>,
     rules: Res<'w, Rules>,
-    balls: Query<'w, 's, (&'static Pose, &'static BallVelocity, &'static BallFlight, &'static BallPhysics), With<Ball>>,
+    balls: Query<'w, 's, RecordedBall>,
     robots: Query<'w, 's, RecordedRobot>,
     ticks: SystemChangeTick,
 }
@@ -112,20 +122,33 @@ impl RecordedMatch<'_, '_> {
                 refused.refuse(*command, *reason);
             }
         }
-        let ball = self.balls.iter().next().map(|(pose, velocity, flight, physics)| BallRecord {
-            position_m: pose.position.extend(physics.radius_m + flight.height_m),
-            velocity_mps: velocity.0.extend(flight.climb_mps),
-        });
+        let (ball, balls) = self.balls();
         let robot = |(id, entity)| self.robot(id, entity, commands.remove(&id));
         current.record = CycleRecord {
             cycle: self.clock.cycle,
             time_s: self.clock.end_time_s(),
             ball,
+            balls,
             robots: self.roster.iter().filter_map(robot).collect(),
             game: GameRecord::of(&self.game, &self.rules, &self.clock),
             events: self.events.0.clone(),
         };
         current.gathered = self.ticks.this_run();
+    }
+
+    /// The first ball, and all if there are several.
+    fn balls(&self) -> (Option<BallRecord>, Vec<BallRecord>) {
+        let record = |ball: RecordedBallItem| BallRecord {
+            position_m: ball.pose.position.extend(ball.physics.radius_m + ball.flight.height_m),
+            velocity_mps: ball.velocity.0.extend(ball.flight.climb_mps),
+        };
+        if self.balls.iter().len() < 2 {
+            return (self.balls.iter().next().map(record), Vec::new());
+        }
+        let mut balls: Vec<RecordedBallItem> = self.balls.iter().collect();
+        balls.sort_by_key(|ball| ball.which);
+        let balls: Vec<BallRecord> = balls.into_iter().map(record).collect();
+        (balls.first().copied(), balls)
     }
 
     fn robot(&self, id: RobotId, entity: Entity, command: Option<RobotCommand>) -> Option<RobotRecord> {

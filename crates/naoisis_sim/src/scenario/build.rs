@@ -57,7 +57,7 @@ pub(super) fn scenario_of(
     mut value: Value,
     names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
 ) -> Result<Scenario, Vec<Finding>> {
-    let gives_ball_place = value.pointer("/ball/position_m").is_some();
+    let gives_ball_place = value.pointer("/ball/position_m").or(value.pointer("/balls/0/position_m")).is_some();
     let mut findings: Vec<Finding> = Vec::new();
     if let Value::Object(root) = &mut value {
         let faults = cut_lists(root).into_iter().chain(presets::resolve(root));

@@ -80,5 +80,5 @@ pub use saved_match::{SavedMatch, SavedMatchError};
 pub use setting::{NotASetting, Setting};
 pub use source::{ScenarioFile, ScenarioSource};
 pub use teams_spec::{TeamRobots, TeamsSpec};
-pub use types::{BallSpec, PostSpec, Scenario};
+pub use types::{BallSpec, BallStart, PostSpec, Scenario};
 pub use validate::{MOST_POSTS, Numbers};

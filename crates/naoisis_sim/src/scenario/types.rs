@@ -49,8 +49,11 @@ pub struct Scenario {
     pub field: Pitch,
     /// The rules of the match.
     pub rules: Rules,
-    /// The ball. `None` (`null` in files) without a ball.
+    /// The ball; none with `null`. Of several, the first.
     pub ball: Option<BallSpec>,
+    /// Further balls of a training, like the first in all but place and velocity. In files `balls` has the starts of all.
+    #[reflect(default)]
+    pub more_balls: Vec<BallStart>,
     /// The settings of robots, unless they have their own.
     pub settings: RobotSettings,
     /// How messages travel.
@@ -82,6 +85,7 @@ impl Default for Scenario {
             field: Pitch::default(),
             rules: Rules::default(),
             ball: Some(BallSpec::default()),
+            more_balls: Vec::new(),
             settings: RobotSettings::default(),
             messages: MessageSettings::default(),
             robots: Vec::new(),
@@ -143,6 +147,30 @@ impl Scenario {
         self.messages.limits_with(&robot.own.messages.unwrap_or(self.settings.messages))
     }
 
+    /// All balls at the start, the first first.
+    pub fn balls(&self) -> impl Iterator<Item = BallSpec> {
+        let like_first = |start: &BallStart| {
+            let BallStart { position_m, velocity_mps } = *start;
+            self.ball.map(|ball| BallSpec { position_m, velocity_mps, ..ball })
+        };
+        self.ball.into_iter().chain(self.more_balls.iter().filter_map(like_first))
+    }
+
+    /// From a list of all balls, the first gives the ball its start.
+    fn take_first_ball(&mut self) {
+        if !self.more_balls.is_empty() {
+            let BallStart { position_m, velocity_mps } = self.more_balls.remove(0);
+            self.ball = Some(BallSpec { position_m, velocity_mps, ..self.ball.unwrap_or_default() });
+        }
+    }
+
+    /// Makes a list of all balls, if there are several.
+    fn put_first_ball_back(&mut self) {
+        if let (Some(BallSpec { position_m, velocity_mps, .. }), false) = (self.ball, self.more_balls.is_empty()) {
+            self.more_balls.insert(0, BallStart { position_m, velocity_mps });
+        }
+    }
+
     /// Returns the cycle after which the match ends at the latest. Returns `None` if it ends with the final whistle.
     pub fn last_cycle(&self) -> Option<u64> {
         let longest_s = self.longest_s()?;
@@ -177,12 +205,15 @@ macro_rules! scenario_form {
                 let settings = RobotSettings {
                     $($exact: form.$exact,)* $($real: form.$real,)* messages: limits, $($program: form.$program,)*
                 };
-                Self { $($field: form.$field,)* settings, messages }
+                let mut scenario = Self { $($field: form.$field,)* settings, messages };
+                scenario.take_first_ball();
+                scenario
             }
         }
 
         impl From<Scenario> for ScenarioForm {
-            fn from(scenario: Scenario) -> Self {
+            fn from(mut scenario: Scenario) -> Self {
+                scenario.put_first_ball_back();
                 let settings = scenario.settings;
                 Self {
                     $($field: scenario.$field,)*
@@ -223,6 +254,9 @@ robot_settings! { scenario_form {
     rules: Rules,
     /// The ball; `null` for none.
     ball: Option<BallSpec>,
+    /// Where balls start, if there are several: with the rules `free`. The first is `ball`, and the others are like it.
+    #[serde(rename = "balls", skip_serializing_if = "Vec::is_empty")]
+    more_balls: Vec<BallStart>,
     /// The robots, each with its place and its behaviour.
     robots: Vec<RobotSpec>,
     /// Two built-in teams lined up for a kick-off, instead of `robots`.
@@ -298,6 +332,20 @@ impl BallSpec {
         let BallPhysics { radius_m, rolling, restitution, flight } = physics;
         BallSpec { radius_m, rolling, restitution, flight, ..self }
     }
+}
+
+/// Where one of several balls starts.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BallStart {
+    /// Centre, m, pitch frame, as in [`BallSpec::position_m`].
+    #[serde(with = "super::plane_or_space")]
+    #[schemars(with = "Vec<f32>", extend("minItems" = 2, "maxItems" = 3))]
+    pub position_m: Vec3,
+    /// Velocity, m/s, pitch frame, as in [`BallSpec::velocity_mps`].
+    #[serde(with = "super::plane_or_space")]
+    #[schemars(with = "Vec<f32>", extend("minItems" = 2, "maxItems" = 3))]
+    pub velocity_mps: Vec3,
 }
 
 /// An extra post: a vertical cylinder.

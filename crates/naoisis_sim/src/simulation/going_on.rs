@@ -140,6 +140,7 @@ fn check_beginning(before: &Scenario, scenario: &Scenario) -> Result<(), Scenari
         ("interventions", before.interventions == scenario.interventions),
         ("robots", before.robots.iter().all(stands_where_it_did)),
         ("ball", ball(before) == ball(scenario)),
+        ("balls", before.more_balls == scenario.more_balls),
     ];
     match same.iter().find(|(_, same)| !same) {
         Some((field, _)) => {

@@ -6,7 +6,7 @@ use bevy::log::warn;
 use bevy::prelude::*;
 
 use naoisis_core::ball::flight::BallFlight;
-use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use naoisis_core::ball::{BallPath, BallPhysics, BallVelocity};
 use naoisis_core::communication::Inbox;
 use naoisis_core::cycle::{Cycle, CycleClock, CycleSystems};
 use naoisis_core::events::{CycleEvents, MatchEvent, PublishEvents};
@@ -80,14 +80,18 @@ pub struct BallState {
 }
 
 fn check_invariants(
-    (mut robots_now, mut posts_now): (Local<Vec<RobotState>>, Local<Vec<(Vec2, f32)>>),
+    (mut robots_now, mut posts_now, mut balls_now): (
+        Local<Vec<RobotState>>,
+        Local<Vec<(Vec2, f32)>>,
+        Local<Vec<BallState>>,
+    ),
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
     robots: Query<(&Pose, &PreviousPose, &Velocity, &Body, &Penalty)>,
     minds: Query<Mind>,
     posts: Query<(&Pose, &Post)>,
-    balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics, &BallFlight, &BallPath), With<Ball>>,
+    balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics, &BallFlight, &BallPath)>,
 ) {
     robots_now.clear();
     robots_now.extend(roster.iter().filter_map(|(id, entity)| {
@@ -101,20 +105,21 @@ fn check_invariants(
             base: body.base,
         })
     }));
-    let ball = balls.iter().next().map(|(pose, previous, velocity, physics, flight, path)| BallState {
+    balls_now.clear();
+    balls_now.extend(balls.iter().map(|(pose, previous, velocity, physics, flight, path)| BallState {
         position: pose.position,
         previous: previous.0.position,
         velocity: velocity.0,
         radius: physics.radius_m,
         is_on_ground: !flight.is_airborne() && !path.start_flight.is_airborne(),
-    });
+    }));
     posts_now.clear();
     posts_now.extend(posts.iter().map(|(pose, post)| (pose.position, post.radius)));
     let mut report = |message| {
         warn!("cycle {}: {message}", clock.cycle);
         events.push(MatchEvent::InvariantBroken { message });
     };
-    broken_invariants(&robots_now, &posts_now, ball, &mut report);
+    broken_invariants(&robots_now, &posts_now, &balls_now, &mut report);
     for (id, entity) in roster.iter() {
         if let Some(what) = minds.get(entity).ok().and_then(|mind| mind.first_not_finite()) {
             report(format!("{id}: a number in its {what} is not finite"));
@@ -142,7 +147,7 @@ impl MindItem<'_, '_> {
 pub fn broken_invariants(
     robots: &[RobotState],
     posts: &[(Vec2, f32)],
-    ball: Option<BallState>,
+    balls: &[BallState],
     mut report: impl FnMut(String),
 ) {
     for (index, robot) in robots.iter().enumerate() {
@@ -172,8 +177,10 @@ pub fn broken_invariants(
                 report(format!("{} overlaps the post at {centre} by {} m", robot.id, overlap.depth));
             }
         }
-        let Some(ball) = ball.filter(|ball| ball.is_on_ground) else { continue };
-        if is_within(robot.pose.position, ball.position, robot.base.reach() + ball.radius) {
+        let in_reach = |ball: &&BallState| {
+            ball.is_on_ground && is_within(robot.pose.position, ball.position, robot.base.reach() + ball.radius)
+        };
+        for ball in balls.iter().filter(in_reach) {
             let now = robot.base.footprint(robot.pose).signed_distance(ball.position).0;
             let before = robot.base.footprint(robot.previous).signed_distance(ball.previous).0;
             if now < before.min(ball.radius) - BALL_TOLERANCE {
@@ -181,14 +188,15 @@ pub fn broken_invariants(
             }
         }
     }
-    let Some(ball) = ball else { return };
-    if !(ball.position.is_finite() && ball.velocity.is_finite()) {
-        report("the ball's position or velocity is not finite".to_owned());
-    }
-    for &(centre, radius) in posts {
-        let [now, before] = [ball.position, ball.previous].map(|place| place.distance(centre) - radius);
-        if now < before.min(ball.radius) - BALL_TOLERANCE {
-            report(format!("the ball got {} m into the post at {centre}", ball.radius - now));
+    for ball in balls {
+        if !(ball.position.is_finite() && ball.velocity.is_finite()) {
+            report("the ball's position or velocity is not finite".to_owned());
+        }
+        for &(centre, radius) in posts {
+            let [now, before] = [ball.position, ball.previous].map(|place| place.distance(centre) - radius);
+            if now < before.min(ball.radius) - BALL_TOLERANCE {
+                report(format!("the ball got {} m into the post at {centre}", ball.radius - now));
+            }
         }
     }
 }

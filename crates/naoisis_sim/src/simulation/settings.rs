@@ -92,6 +92,7 @@ pub(super) fn check_same_match(old: &Scenario, scenario: &Scenario) -> Result<()
         ("teams", team_names(old) == team_names(scenario)),
         ("robots", same_robots(old, scenario)),
         ("ball", old.ball.is_some() == scenario.ball.is_some()),
+        ("balls", old.more_balls.len() == scenario.more_balls.len()),
         ("posts", old.posts == scenario.posts),
         ("body", old.settings.body == scenario.settings.body),
     ];

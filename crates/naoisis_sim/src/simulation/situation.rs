@@ -3,9 +3,9 @@
 use bevy::prelude::*;
 
 use super::spawn::resolved;
-use crate::scenario::{Scenario, ScenarioFault};
+use crate::scenario::{BallStart, Scenario, ScenarioFault};
 use naoisis_core::ball::flight::BallFlight;
-use naoisis_core::ball::{Ball, BallVelocity};
+use naoisis_core::ball::{BallVelocity, ExtraBall};
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, Intervention, Interventions, Penalty, Score, TimedIntervention};
 use naoisis_core::geometry::Pose;
@@ -45,18 +45,31 @@ pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
     }
     scenario.interventions =
         interventions.into_iter().map(|intervention| TimedIntervention { at_s: 0.0, intervention }).collect();
-    let mut balls = world.query_filtered::<(&Pose, &BallVelocity, &BallFlight), With<Ball>>();
-    if let (Some(ball), Some((pose, velocity, flight))) = (&mut scenario.ball, balls.iter(world).next()) {
-        let sign = if is_turned { -1.0 } else { 1.0 };
-        let height_m = if flight.is_airborne() { ball.radius_m + flight.height_m } else { 0.0 };
-        ball.position_m = (sign * pose.position).extend(height_m);
-        ball.velocity_mps = (sign * velocity.0).extend(flight.climb_mps);
-    }
+    put_balls(world, &mut scenario, if is_turned { -1.0 } else { 1.0 });
     for &asked in &world.resource::<Interventions>().queue {
         carry_out(&mut scenario, if is_turned { turned(asked) } else { asked });
     }
     scenario.validate()?;
     Ok(scenario)
+}
+
+/// Lets the balls start where they are now, turned by half a turn with the `sign` -1.
+fn put_balls(world: &mut World, scenario: &mut Scenario, sign: f32) {
+    let Some(first) = &mut scenario.ball else { return };
+    let mut balls = world.query::<(Option<&ExtraBall>, &Pose, &BallVelocity, &BallFlight)>();
+    for (which, pose, velocity, flight) in balls.iter(world) {
+        let height_m = if flight.is_airborne() { first.radius_m + flight.height_m } else { 0.0 };
+        let position_m = (sign * pose.position).extend(height_m);
+        let velocity_mps = (sign * velocity.0).extend(flight.climb_mps);
+        match which {
+            None => (first.position_m, first.velocity_mps) = (position_m, velocity_mps),
+            Some(ExtraBall(number)) => {
+                if let Some(ball) = scenario.more_balls.get_mut(usize::from(*number).wrapping_sub(1)) {
+                    *ball = BallStart { position_m, velocity_mps };
+                }
+            }
+        }
+    }
 }
 
 /// Applies an intervention that would happen at the end of the next cycle to the beginning of the scenario.

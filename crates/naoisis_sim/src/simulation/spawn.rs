@@ -6,7 +6,7 @@ use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
 use crate::scenario::wording::one_of;
 use crate::scenario::{BallSpec, BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault, TeamsSpec};
-use naoisis_core::ball::{Ball, BallPath, BallVelocity};
+use naoisis_core::ball::{Ball, BallPath, BallVelocity, ExtraBall};
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::behaviour::script::Script;
 use naoisis_core::behaviour::{BehaviourRegistry, Program, REMOTE};
@@ -77,7 +77,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.resource_mut::<Messages<StampedEvent>>().clear();
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
-    spawn_ball(world, scenario);
+    spawn_balls(world, scenario);
     world.resource_scope(|world, sensors: Mut<SensorRegistry>| {
         for robot in &robots {
             let mut entity = spawn_robot(world, scenario, robot);
@@ -188,19 +188,24 @@ fn spawn_posts(world: &mut World, scenario: &Scenario) {
     }
 }
 
-fn spawn_ball(world: &mut World, scenario: &Scenario) {
-    let Some(ball) = scenario.ball else { return };
-    let pose = Pose { position: ball.place_m(), heading: 0.0 };
-    world.spawn((
-        MatchEntity,
-        Ball,
-        pose,
-        PreviousPose(pose),
-        BallVelocity(ball.velocity_mps.truncate()),
-        ball.start_flight(),
-        ball.physics(),
-        BallPath::default(),
-    ));
+fn spawn_balls(world: &mut World, scenario: &Scenario) {
+    for (number, ball) in (0..).zip(scenario.balls()) {
+        let pose = Pose { position: ball.place_m(), heading: 0.0 };
+        let parts = (
+            MatchEntity,
+            pose,
+            PreviousPose(pose),
+            BallVelocity(ball.velocity_mps.truncate()),
+            ball.start_flight(),
+            ball.physics(),
+            BallPath::default(),
+        );
+        if number == 0 {
+            world.spawn((Ball, parts))
+        } else {
+            world.spawn((ExtraBall(number), parts))
+        };
+    }
 }
 
 fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec) -> EntityWorldMut<'w> {

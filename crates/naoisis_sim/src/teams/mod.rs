@@ -74,12 +74,15 @@ impl Plugin for BuiltInTeamsPlugin {
             return;
         }
         app.register_type::<PlayerMemory>();
-        add_role::<Chaser>(app, "chaser", chaser::decide, roles::reasons);
-        add_role::<Keeper>(app, "keeper", keeper::decide, keeper::reasons);
-        add_role::<Striker>(app, "striker", striker::decide, roles::reasons);
-        add_role::<Supporter>(app, "supporter", striker::decide, roles::reasons);
-        add_role::<Passer>(app, "passer", passer::decide, passer::reasons);
-        add_role::<PassingKeeper>(app, "passing_keeper", passer::keep, keeper::reasons);
+        let chaser = Task(chaser::decide, roles::reasons);
+        let [striker, keeper] = [Task(striker::decide, roles::reasons), Task(keeper::decide, keeper::reasons)];
+        let [passer, passing_keeper] = [Task(passer::decide, passer::reasons), Task(passer::keep, keeper::reasons)];
+        add_role::<Chaser>(app, "chaser", chaser, [chaser, chaser]);
+        add_role::<Keeper>(app, "keeper", keeper, [striker, keeper]);
+        add_role::<Striker>(app, "striker", striker, [striker, keeper]);
+        add_role::<Supporter>(app, "supporter", striker, [striker, keeper]);
+        add_role::<Passer>(app, "passer", passer, [passer, passing_keeper]);
+        add_role::<PassingKeeper>(app, "passing_keeper", passing_keeper, [passer, passing_keeper]);
         app.add_team("chasers", "Everybody goes for the ball.", |_, _| "chaser")
             .add_team(
                 "roles",
@@ -104,17 +107,22 @@ type Decide = fn(&Player, &mut PlayerMemory) -> Decision;
 /// Explains the decision of a player that had this memory before.
 type Explain = fn(&Player, PlayerMemory, &Decision) -> Reasons;
 
-/// Registers a behaviour of this name for the robots with the marker `Role`.
+/// How a player decides, and how it explains that.
+#[derive(Clone, Copy)]
+struct Task(Decide, Explain);
+
+/// Registers a behaviour of this name for the robots with the marker `Role`: its `own` task, and those of a player and of the goalkeeper
+/// of its team, for two that have changed places by a substitution.
 fn add_role<Role: Component + Default + bevy::reflect::GetTypeRegistration>(
     app: &mut App,
     name: &str,
-    decide: Decide,
-    explain: Explain,
+    own: Task,
+    changed: [Task; 2],
 ) {
     app.register_type::<Role>().add_behaviour::<Role, _>(
         name,
         move |clock: Res<CycleClock>, pitch: Res<Pitch>, rules: Res<Rules>, robots: Query<PlayerQuery, With<Role>>| {
-            play(&clock, &pitch, &rules, robots, decide, explain);
+            play(&clock, &pitch, &rules, robots, own, changed);
         },
     );
 }
@@ -179,8 +187,8 @@ fn play<Role: Component>(
     pitch: &Pitch,
     rules: &Rules,
     mut robots: Query<PlayerQuery, With<Role>>,
-    decide: Decide,
-    explain: Explain,
+    own: Task,
+    [field_player, goalkeeper]: [Task; 2],
 ) {
     for mut robot in &mut robots {
         let status = hearing::as_heard(robot.status, rules, &mut robot.memory.whistles);
@@ -203,6 +211,11 @@ fn play<Role: Component>(
             rules,
             period: clock.period(),
             forward: robot.belief.pose.forward(),
+        };
+        let Task(decide, explain) = match status.goalkeeper {
+            Some(_) if player.is_goalkeeper(player.id) => goalkeeper,
+            Some(_) if player.id.is_goalkeeper() => field_player,
+            _ => own,
         };
         let memory = &mut *robot.memory;
         if player.limits.gait.is_some() {

@@ -114,14 +114,14 @@ fn with_reported_opponents(player: &Player, memory: &PlayerMemory) -> Belief {
 
 /// Whether the player goes for the ball: no field player of its team is there sooner.
 fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
-    let is_field_player = |id: Option<RobotId>| !id.is_some_and(RobotId::is_goalkeeper);
+    let is_field_player = |id: Option<RobotId>| !id.is_some_and(|id| player.is_goalkeeper(id));
     is_soonest(player, memory, FRESH_TEAM_MATE_S, is_field_player, |place| time_to_ball_s(player, ball, place))
 }
 
 /// The known field players of the own team: jersey numbers and places, m, team frame.
 fn mates(player: &Player) -> Vec<(u8, Vec2)> {
     let fresh = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
-    fresh.filter_map(|mate| Some((mate.id.filter(|id| !id.is_goalkeeper())?.number, mate.position_m))).collect()
+    fresh.filter_map(|mate| Some((mate.id.filter(|id| !player.is_goalkeeper(*id))?.number, mate.position_m))).collect()
 }
 
 /// Whether the own team has a kick-off that is not over yet.

@@ -36,9 +36,9 @@ fn is_kicker(player: &Player) -> bool {
     let mark = mark(player, true);
     let own = player.position().distance(mark);
     let mates = player.belief.team_mates.iter().filter_map(|mate| Some((mate.id?, mate.position_m.distance(mark))));
-    let is_keeper = player.id.is_goalkeeper() && player.rules.team_size > 1;
+    let is_keeper = player.is_goalkeeper(player.id) && player.rules.team_size > 1;
     !is_keeper
-        && mates.filter(|(mate, _)| !mate.is_goalkeeper()).all(|(mate, distance)| {
+        && mates.filter(|(mate, _)| !player.is_goalkeeper(*mate)).all(|(mate, distance)| {
             if (own - distance).abs() < ABOUT_AS_NEAR_M { player.id.number < mate.number } else { own < distance }
         })
 }
@@ -49,10 +49,10 @@ pub fn place(player: &Player) -> Option<Pose> {
     let is_ours = team == Some(player.id.team);
     Some(if is_ours && is_kicker(player) {
         Pose { position: mark(player, true) - Vec2::new(BEHIND_BALL_M, 0.0), heading: 0.0 }
-    } else if player.id.is_goalkeeper() {
+    } else if player.is_goalkeeper(player.id) {
         Pose { position: player.own_goal(), heading: 0.0 }
     } else {
-        formation(player.pitch, player.rules.team_size, player.id.number, End::NegativeX, false)
+        formation(player.pitch, player.rules.team_size, player.role_number(player.id), End::NegativeX, false)
     })
 }
 
@@ -67,7 +67,7 @@ pub fn apply(player: &Player, decision: Decision) -> Decision {
     if !lies || (kick.is_none() && !in_shoot_out) {
         return decision;
     }
-    if player.id.is_goalkeeper() && !is_ours || in_shoot_out {
+    if player.is_goalkeeper(player.id) && !is_ours || in_shoot_out {
         return Decision { walk: WalkCommand::default(), kick: None, posture: None, ..decision };
     }
     let from_line_m = |place: Vec2| player.pitch.half_length() - if is_ours { place.x } else { -place.x };

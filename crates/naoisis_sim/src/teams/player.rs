@@ -233,6 +233,16 @@ impl<'a> Player<'a> {
         brake_mps2 * ((delay_s * delay_s + 2.0 * distance_m / brake_mps2).sqrt() - delay_s)
     }
 
+    /// The number by which a player of its team has its place and its task.
+    pub fn role_number(&self, id: RobotId) -> u8 {
+        id.role_number(self.status.goalkeeper)
+    }
+
+    /// Whether a player of its team is the goalkeeper.
+    pub fn is_goalkeeper(&self, id: RobotId) -> bool {
+        self.role_number(id) == RobotId::GOALKEEPER
+    }
+
     /// Returns the goal posts, m, team frame: the own ones first.
     pub fn goal_posts(&self) -> [Vec2; 4] {
         let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);

@@ -62,7 +62,7 @@ pub fn take_place(player: &Player) -> Decision {
 /// The player's place for the kick-off, team frame.
 fn kick_off_place(player: &Player) -> Pose {
     let kicking_off = player.status.kick_off_team == player.id.team && !player.status.drop_ball;
-    formation(player.pitch, player.rules.team_size, player.id.number, End::NegativeX, kicking_off)
+    formation(player.pitch, player.rules.team_size, player.role_number(player.id), End::NegativeX, kicking_off)
 }
 
 /// Records in `memory` when a kick-off begins and ends: it ends when the ball has left the mark, or after a time.
@@ -173,7 +173,7 @@ fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
 
 /// Whether the rules forbid `place` (team frame) to the player: it is in its own penalty area, or nearer to it than `margin` m.
 fn is_forbidden_area(player: &Player, place: Vec2, margin: f32) -> bool {
-    if player.id.is_goalkeeper() || !player.is_own_area_for_keeper_only() {
+    if player.is_goalkeeper(player.id) || !player.is_own_area_for_keeper_only() {
         return false;
     }
     let area = player.pitch.penalty_area;

@@ -3,11 +3,10 @@
 use super::attack::{attack, search};
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{has_turn, support_and_defend};
-use naoisis_core::team::RobotId;
 
 /// Decides for a striker or a supporter.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
-    memory.attacks = has_turn(player, memory, ball, |id| !id.is_some_and(RobotId::is_goalkeeper));
+    memory.attacks = has_turn(player, memory, ball, |id| !id.is_some_and(|id| player.is_goalkeeper(id)));
     if memory.attacks { attack(player, memory) } else { support_and_defend(player, ball) }
 }

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::palette;
 use super::part_mesh::{mesh_of_parts, part_material};
-use naoisis_core::ball::{Ball, BallPhysics};
+use naoisis_core::ball::BallPhysics;
 use naoisis_core::pitch::Post;
 use naoisis_sensing::appearance::{colours, field};
 
@@ -18,7 +18,7 @@ impl Plugin for BallAndPostsPlugin {
 }
 
 fn show_ball(
-    added: On<Add, Ball>,
+    added: On<Add, BallPhysics>,
     balls: Query<&BallPhysics>,
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,

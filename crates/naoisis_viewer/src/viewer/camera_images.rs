@@ -25,7 +25,7 @@ use naoisis_sensing::sensing::camera::software::{Detail, PreparedScene, Renderer
 use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings};
 use naoisis_sensing::sensing::jobs::{self, SensingThreads};
 use naoisis_sensing::sensing::scene::SensingSystems;
-use naoisis_sim::interface::cycle_record::CycleRecord;
+use naoisis_sim::interface::cycle_record::{BallRecord, CycleRecord};
 use naoisis_sim::scenario::Scenario;
 
 /// Draws images of the robots' cameras for the panels.
@@ -156,10 +156,13 @@ impl SensedScene {
             SceneRobot { head: robot.head, stride: *stride, ..standing.in_posture(robot.posture) }
         }));
         let known_m = self.scene.ball.map(|ball| ball.radius);
-        self.scene.ball = record.ball.map(|ball| {
+        let scene_ball = |ball: &BallRecord| {
             let radius = known_m.unwrap_or(ball.position_m.z);
             SceneBall { position: ball.position_m.truncate(), radius, height: ball.position_m.z - radius }
-        });
+        };
+        self.scene.ball = record.ball.as_ref().map(scene_ball);
+        self.scene.more_balls.clear();
+        self.scene.more_balls.extend(record.more_balls().iter().map(scene_ball));
     }
 }
 

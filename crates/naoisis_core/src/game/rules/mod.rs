@@ -103,7 +103,7 @@ pub struct Rules {
     /// Distance that defenders must keep from the ball in a free kick, m (2025: 0.75). If absent, the radius of the centre circle; but
     /// defenders may be nearer on their own goal line between the posts (HSL 2026, 13.3.2).
     pub free_kick_distance_m: Option<f32>,
-    /// Whether opponents must keep out of the whole penalty area at a goal kick (HSL 2026, 15.2).
+    /// Whether at a goal kick, and at a free kick in the own penalty area, opponents keep out of the whole area (HSL 2026, 13.3.2 and 15.2).
     pub goal_kick_clears_area: bool,
     /// Whether an indirect free kick for an offence in the offenders' own penalty area is taken from the line of that area that is parallel
     /// to the goal line (HSL 2026, 13.3.1).

@@ -103,7 +103,7 @@ fn take_posture_commands(
     contacts: Res<Contacts>,
     mut events: ResMut<CycleEvents>,
     mut robots: Query<PosturedRobot, Without<Ball>>,
-    balls: Query<(&Pose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
+    balls: Query<(&Pose, &BallPhysics), Without<RobotId>>,
 ) {
     let cycles = |seconds: f32| u64::from(clock.cycles_in(seconds));
     for entity in roster.entities() {

@@ -4,12 +4,13 @@ mod settings;
 
 pub use settings::{CustomKicks, KickModel, KickSettings, UnknownKick};
 
+use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ball::flight::{BallFlight, launch};
-use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
+use crate::ball::{BallPhysics, BallVelocity, ExtraBall, Rolling};
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
 use crate::game::{Game, GameState, Penalty};
@@ -171,15 +172,27 @@ fn take_kick_commands(
     }
 }
 
+/// A ball that may be kicked.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct KickedBall {
+    entity: Entity,
+    which: Option<&'static ExtraBall>,
+    pose: &'static Pose,
+    physics: &'static BallPhysics,
+    velocity: &'static mut BallVelocity,
+    flight: &'static mut BallFlight,
+}
+
 fn swing_legs(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
     mut robots: Query<(&RobotId, &Pose, &KickSettings, &mut KickPhase, &mut RandomStreams)>,
-    mut ball: Query<(&Pose, &BallPhysics, &mut BallVelocity, &mut BallFlight), (With<Ball>, Without<RobotId>)>,
+    mut balls: Query<KickedBall, Without<RobotId>>,
 ) {
-    // Several robots may strike the ball in the same cycle: it then gets the sum of what each would have given it.
-    let mut struck: Option<Vec3> = None;
+    // Several robots may strike a ball in the same cycle: it then gets the sum of what each would have given it.
+    let mut struck: Vec<(Entity, Vec3)> = Vec::new();
     for entity in roster.entities() {
         let Ok((id, pose, settings, mut phase, mut streams)) = robots.get_mut(entity) else { continue };
         let KickPhase::WindUp { request, cycles_left, in_walk } = *phase else {
@@ -193,16 +206,19 @@ fn swing_legs(
         if cycles_left > 0 && !is_extended {
             continue;
         }
-        let ball_in_robot = ball.single().ok().map(|(place, ..)| pose.inverse_transform_point(place.position));
-        let is_low = ball.single().is_ok_and(|(.., flight)| flight.height_m <= HIGHEST_BALL_M);
-        let strike = ball_in_robot
-            .filter(|_| is_low)
-            .and_then(|ball| settings.strike(request.kick_type, ball, request.direction));
-        // On the wrong side it is the extending foot that strikes, and not the one that moves aside.
-        let strike = strike.filter(|strike| if strike.reduced { is_extended } else { cycles_left == 0 });
-        let (Some(strike), Ok((_, physics, ..))) = (strike, ball.single()) else {
+        let strike = |ball: &KickedBallReadOnlyItem| {
+            let place = pose.inverse_transform_point(ball.pose.position);
+            let strike = settings.strike(request.kick_type, place, request.direction)?;
+            // On the wrong side it is the extending foot that strikes, and not the one that moves aside.
+            let meets = if strike.reduced { is_extended } else { cycles_left == 0 };
+            meets.then_some((place.length_squared(), ball.which.copied(), ball.entity, strike, ball.physics.rolling))
+        };
+        let low = balls.iter().filter(|ball| ball.flight.height_m <= HIGHEST_BALL_M);
+        // Of several balls, the nearest.
+        let nearest = low.filter_map(|ball| strike(&ball)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let Some((.., ball, strike, rolling)) = nearest else {
             if cycles_left == 0 {
-                let reason = if ball_in_robot.is_some() { KickMiss::OutOfReach } else { KickMiss::NoBall };
+                let reason = if balls.is_empty() { KickMiss::NoBall } else { KickMiss::OutOfReach };
                 events.push(missed(*id, request, reason));
             }
             continue;
@@ -211,14 +227,18 @@ fn swing_legs(
             // The foot met the ball on its way to the front: the side motion goes on without striking anything.
             *phase = recovering((cycles_left + recovery_cycles).saturating_sub(1), in_walk);
         }
-        let speed = launch_speed(strike, request.speed, settings, physics.rolling, &mut streams.kick);
+        let speed = launch_speed(strike, request.speed, settings, rolling, &mut streams.kick);
         let direction = wrap_angle(
             pose.heading
                 + angle_of(strike.direction)
                 + streams.kick.gaussian(settings.direction_sd_of(strike.range_of)),
         );
         let (along, up) = launch(speed, settings.elevation_of(strike.range_of));
-        *struck.get_or_insert_default() += (unit(direction) * along).extend(up);
+        let given = (unit(direction) * along).extend(up);
+        match struck.iter_mut().find(|(other, _)| *other == ball) {
+            Some((_, sum)) => *sum += given,
+            None => struck.push((ball, Vec3::ZERO + given)),
+        }
         events.push(MatchEvent::Kick {
             robot: *id,
             kick_type: request.kick_type,
@@ -229,9 +249,11 @@ fn swing_legs(
             launch_speed_mps: Some(speed),
         });
     }
-    if let (Some(velocity), Ok((.., mut ball_velocity, mut flight))) = (struck, ball.single_mut()) {
-        ball_velocity.0 = velocity.truncate();
-        flight.climb_mps = velocity.z;
+    for (ball, velocity) in struck {
+        if let Ok(mut ball) = balls.get_mut(ball) {
+            ball.velocity.0 = velocity.truncate();
+            ball.flight.climb_mps = velocity.z;
+        }
     }
 }
 

@@ -121,7 +121,7 @@ impl GameControllerLogRecorder {
         }
         let shoot_out = record.game.shoot_out;
         TeamState {
-            goalkeeper: Some(RobotId::GOALKEEPER),
+            goalkeeper: Some(record.game.goalkeepers[team].unwrap_or(RobotId::GOALKEEPER)),
             score: record.game.score[team],
             penalty_counter: self.penalties[team as usize],
             timeout_budget: u8::try_from(record.game.timeouts_left[team]).unwrap_or(u8::MAX),

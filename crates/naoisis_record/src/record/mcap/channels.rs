@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use super::file::McapFile;
 use super::nanoseconds;
 use super::pitch::pitch;
-use super::robots::{BALL, Robot, calibration, frames};
+use super::robots::{Robot, ball_frame, calibration, frames};
 use super::senses::{ErrorOfBelief, annotations, belief_scene, percepts_scene};
 use super::shapes::{Entity, colour, scene, timestamp};
 use crate::record::beliefs::{Sensed, truth};
@@ -34,8 +34,8 @@ pub(super) struct Channels {
     cycle_s: f64,
     /// The cycle from which on the next messages of robots are due.
     due: u64,
-    /// What was drawn last: the penalised robots, and whether there was a ball.
-    drawn: Option<(Vec<RobotId>, bool)>,
+    /// The robots that were drawn as penalised, and how many balls were drawn.
+    drawn: Option<(Vec<RobotId>, usize)>,
     /// The truth at the end of the previous cycle, when the robots sensed.
     sensed: Sensed,
     /// The cycle from which on the next message between two robots is written.
@@ -101,7 +101,7 @@ impl Channels {
     /// Draws robots and ball, if their looks have changed. They move with their frames.
     fn draw(&mut self, record: &CycleRecord, time_ns: u64, file: &mut McapFile) {
         let penalised = record.robots.iter().filter(|robot| robot.penalised.is_some()).map(|robot| robot.id);
-        let now = (penalised.collect::<Vec<_>>(), record.ball.is_some());
+        let now = (penalised.collect::<Vec<_>>(), record.ball.iter().chain(record.more_balls()).count());
         let before = self.drawn.replace(now.clone());
         for robot in &self.robots {
             let is_penalised = now.0.contains(&robot.id);
@@ -109,15 +109,18 @@ impl Channels {
                 file.log(&format!("/{}/body", robot.id), time_ns, &robot.drawn(is_penalised, time_ns));
             }
         }
-        if before.is_none_or(|(_, had_ball)| had_ball != now.1) {
-            file.log("/ball", time_ns, &self.ball(now.1, time_ns));
+        if before.is_none_or(|(_, balls)| balls != now.1) {
+            file.log("/ball", time_ns, &self.balls(now.1, time_ns));
         }
     }
 
-    fn ball(&self, is_there: bool, time_ns: u64) -> SceneUpdate {
-        let mut entity = Entity::new(BALL, BALL, time_ns).locked();
-        entity.sphere(Vec3::ZERO, self.ball_radius_m, colour(colours::BALL, 1.0));
-        scene(is_there.then_some(entity))
+    fn balls(&self, count: usize, time_ns: u64) -> SceneUpdate {
+        scene((1..=count).map(|number| {
+            let frame = ball_frame(number);
+            let mut entity = Entity::new(&frame, &frame, time_ns).locked();
+            entity.sphere(Vec3::ZERO, self.ball_radius_m, colour(colours::BALL, 1.0));
+            entity
+        }))
     }
 
     fn write_senses(&self, record: &CycleRecord, robot: &RobotRecord, time_ns: u64, file: &mut McapFile) {

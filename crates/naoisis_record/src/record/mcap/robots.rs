@@ -17,7 +17,7 @@ use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
 /// Name of the ball's frame.
-pub(super) const BALL: &str = "ball";
+const BALL: &str = "ball";
 /// Opacity of penalised robots.
 const PENALISED_OPACITY: f64 = 0.3;
 /// Height of a robot's name, and its distance above the robot, m.
@@ -89,9 +89,18 @@ impl Robot {
 pub(super) fn frames(robots: &[Robot], record: &CycleRecord, time_ns: u64) -> FrameTransforms {
     let of_robot = |robot: &Robot| record.robot(robot.id).map(|there| robot.frames(there, time_ns));
     let mut transforms: Vec<FrameTransform> = robots.iter().filter_map(of_robot).flatten().collect();
-    let ball = record.ball.map(|ball| frame(time_ns, PITCH, BALL, Affine3A::from_translation(ball.position_m)));
-    transforms.extend(ball);
+    let balls = record.ball.iter().chain(record.more_balls()).zip(1..);
+    transforms.extend(
+        balls.map(|(ball, number)| {
+            frame(time_ns, PITCH, &ball_frame(number), Affine3A::from_translation(ball.position_m))
+        }),
+    );
     FrameTransforms { transforms }
+}
+
+/// The frame of a ball, from 1.
+pub(super) fn ball_frame(number: usize) -> String {
+    if number == 1 { BALL.to_owned() } else { format!("{BALL}_{number}") }
 }
 
 fn frame(time_ns: u64, parent: &str, child: &str, parent_from_child: Affine3A) -> FrameTransform {

@@ -42,10 +42,10 @@ const CIRCLE_PIXELS: f64 = 12.0;
 
 /// Draws the percepts of a robot, relative to its pose at the time of the images.
 pub(super) fn percepts_scene(id: RobotId, percepts: &Percepts) -> SceneUpdate {
-    let Percepts { time_s, ball, goal_posts, robots, landmarks, .. } = percepts;
+    let Percepts { time_s, goal_posts, robots, landmarks, .. } = percepts;
     let mut entity = Entity::new("percepts", &id.to_string(), super::nanoseconds(*time_s));
     let chalk = colour(colours::CHALK, 1.0);
-    if let Some(ball) = ball {
+    for ball in percepts.all_balls() {
         entity.sphere(ball.position_m.extend(BALL_M), BALL_M, colour(colours::BALL, 1.0));
     }
     for post in goal_posts {
@@ -110,9 +110,7 @@ pub(super) fn annotations(camera: CameraName, percepts: &Percepts) -> ImageAnnot
             });
         }
     };
-    if let Some(ball) = percepts.ball {
-        circle(ball.camera, ball.pixel, colours::BALL);
-    }
+    percepts.all_balls().for_each(|ball| circle(ball.camera, ball.pixel, colours::BALL));
     percepts.goal_posts.iter().for_each(|post| circle(post.camera, post.pixel, colours::goal(post.colour)));
     percepts.robots.iter().for_each(|robot| circle(robot.camera, robot.pixel, colours::team(robot.team)));
     let mut lines = Vec::new();

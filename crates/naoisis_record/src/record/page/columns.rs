@@ -10,6 +10,8 @@ use naoisis_core::team::RobotId;
 pub(super) enum About {
     Match,
     Ball,
+    /// A further ball of a training, from 2.
+    MoreBall(u8),
     Robot(RobotId),
 }
 
@@ -70,6 +72,7 @@ impl Columns {
             let name = match about {
                 About::Match => (*quantity).to_owned(),
                 About::Ball => format!("ball.{quantity}"),
+                About::MoreBall(number) => format!("ball{number}.{quantity}"),
                 About::Robot(id) => format!("{id}.{quantity}"),
             };
             (name, column.bytes.len(), u8::from(is_plain(quantity)))

@@ -161,8 +161,11 @@ impl PageWriter {
         whole("blue_end", i32::from(game.blue_end == End::PositiveX));
         let place = ball.map(|ball| ball.position_m).unwrap_or_default();
         columns.push(About::Ball, "in", i32::from(ball.is_some()));
-        for (quantity, value) in ["x", "y", "z"].into_iter().zip(place.to_array()) {
-            columns.add(About::Ball, quantity, f64::from(value), POSE_M);
+        let more_balls = (2..).map(About::MoreBall).zip(record.more_balls().iter().map(|ball| ball.position_m));
+        for (about, place) in core::iter::once((About::Ball, place)).chain(more_balls) {
+            for (quantity, value) in ["x", "y", "z"].into_iter().zip(place.to_array()) {
+                columns.add(about, quantity, f64::from(value), POSE_M);
+            }
         }
         for id in &self.robots {
             add_truth(&mut self.columns, &robot_in(record, *id));

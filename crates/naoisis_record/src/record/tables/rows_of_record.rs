@@ -130,8 +130,9 @@ impl PerceptRow {
             end_y_m: None,
             detail,
         };
-        let balls = percepts.ball.iter();
-        let balls = balls.map(move |seen| row("ball", seen.camera.to_string(), seen.pixel, seen.position_m, None));
+        let balls = percepts
+            .all_balls()
+            .map(move |seen| row("ball", seen.camera.to_string(), seen.pixel, seen.position_m, None));
         let posts = percepts.goal_posts.iter().map(move |seen| {
             row("goal_post", seen.camera.to_string(), seen.pixel, seen.position_m, word(&seen.colour))
         });

@@ -38,7 +38,7 @@ impl Observer<'_> {
         if self.actual.is_empty() {
             return;
         }
-        percepts.ball = scene.ball.and_then(|ball| self.see_ball(ball));
+        percepts.set_balls(scene.balls().filter_map(|ball| self.see_ball(*ball)));
         for (index, post) in scene.posts.iter().enumerate() {
             percepts.goal_posts.extend(self.see_goal_post(index, post));
         }

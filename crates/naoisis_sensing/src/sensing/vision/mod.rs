@@ -16,7 +16,7 @@
 //!
 //! A visible point is in the image, and no robot or post is in front of it. An object that two cameras see is one percept, from the camera
 //! that sees its foot, or otherwise has it nearer to the middle of the image; of a line, each camera reports its own segment. Percepts are
-//! ordered from left to right in the image, so that their order carries no other information.
+//! ordered from left to right in the image, so that their order carries no other information. Of several balls the nearest is the ball.
 //!
 //! **Units and rate.** Pixels and metres, the robot frame; once a cycle, both cameras.
 //!
@@ -216,8 +216,12 @@ pub struct Percepts {
     /// The time of the exposure of the images, s since the start of the match.
     #[serde(default)]
     pub time_s: f64,
-    /// The ball.
+    /// The ball; of several, the nearest.
     pub ball: Option<BallPercept>,
+    /// All balls, the nearest first, if it sees more than one.
+    #[reflect(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub balls: Vec<BallPercept>,
     /// Goal posts.
     pub goal_posts: Vec<GoalPostPercept>,
     /// Other robots.
@@ -227,10 +231,26 @@ pub struct Percepts {
 }
 
 impl Percepts {
+    /// All balls: the one, or the several.
+    pub fn all_balls(&self) -> impl Iterator<Item = &BallPercept> {
+        self.ball.iter().filter(|_| self.balls.is_empty()).chain(&self.balls)
+    }
+
+    /// Fills in the balls that it sees.
+    fn set_balls(&mut self, seen: impl Iterator<Item = BallPercept>) {
+        self.balls.extend(seen);
+        self.balls.sort_by(|a, b| a.position_m.length_squared().total_cmp(&b.position_m.length_squared()));
+        self.ball = self.balls.first().copied();
+        if self.balls.len() == 1 {
+            self.balls.clear();
+        }
+    }
+
     /// Removes all percepts, and keeps the memory.
     pub fn clear(&mut self) {
-        let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
+        let Percepts { time_s: _, ball, balls, goal_posts, robots, landmarks } = self;
         *ball = None;
+        balls.clear();
         goal_posts.clear();
         robots.clear();
         landmarks.clear();
@@ -238,7 +258,7 @@ impl Percepts {
 
     /// Whether every number in the percepts is finite.
     pub fn is_finite(&self) -> bool {
-        let Percepts { time_s, ball, goal_posts, robots, landmarks } = self;
+        let Percepts { time_s, ball, balls, goal_posts, robots, landmarks } = self;
         let is_finite = |pixel: Vec2, place: Vec2| pixel.is_finite() && place.is_finite();
         let is_kind_finite = |kind: &LandmarkKind| match *kind {
             LandmarkKind::Line { end_pixel, end_position_m } => is_finite(end_pixel, end_position_m),
@@ -248,7 +268,7 @@ impl Percepts {
             | LandmarkKind::CornerArc => true,
         };
         time_s.is_finite()
-            && ball.is_none_or(|seen| is_finite(seen.pixel, seen.position_m))
+            && ball.iter().chain(balls).all(|seen| is_finite(seen.pixel, seen.position_m))
             && goal_posts.iter().all(|seen| is_finite(seen.pixel, seen.position_m))
             && robots.iter().all(|seen| is_finite(seen.pixel, seen.position_m))
             && landmarks.iter().all(|seen| is_finite(seen.pixel, seen.position_m) && is_kind_finite(&seen.kind))
@@ -256,8 +276,9 @@ impl Percepts {
 
     /// Copies `other`, reusing the memory.
     pub fn copy_from(&mut self, other: &Percepts) {
-        let Percepts { time_s, ball, goal_posts, robots, landmarks } = self;
+        let Percepts { time_s, ball, balls, goal_posts, robots, landmarks } = self;
         (*time_s, *ball) = (other.time_s, other.ball);
+        balls.clone_from(&other.balls);
         goal_posts.clone_from(&other.goal_posts);
         robots.clone_from(&other.robots);
         landmarks.clone_from(&other.landmarks);
@@ -265,10 +286,10 @@ impl Percepts {
 
     /// Transforms the positions into another robot frame, whose pose in the current one is `now`.
     pub fn move_to(&mut self, now: Pose) {
-        let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
+        let Percepts { time_s: _, ball, balls, goal_posts, robots, landmarks } = self;
         let forward = now.forward();
         let shift = |place: &mut Vec2| *place = unrotate(forward, *place - now.position);
-        ball.iter_mut().for_each(|seen| shift(&mut seen.position_m));
+        ball.iter_mut().chain(balls).for_each(|seen| shift(&mut seen.position_m));
         goal_posts.iter_mut().for_each(|seen| shift(&mut seen.position_m));
         robots.iter_mut().for_each(|seen| shift(&mut seen.position_m));
         for seen in landmarks {

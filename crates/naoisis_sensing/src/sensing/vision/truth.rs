@@ -30,11 +30,11 @@ pub(super) fn know_everything(
         let (name, pixel) = pixel_of(position_m.extend(0.0));
         (name, pixel, position_m)
     };
-    percepts.ball = scene.ball.map(|ball| {
+    percepts.set_balls(scene.balls().map(|ball| {
         let position_m = pose.inverse_transform_point(ball.position);
         let (camera, pixel) = pixel_of(position_m.extend(ball.radius + ball.height));
         BallPercept { camera, pixel, position_m }
-    });
+    }));
     percepts.goal_posts.extend(scene.posts.iter().filter_map(|post| {
         let colour = post.post.colour?;
         let (camera, pixel, position_m) = look_at(post.position);

@@ -52,7 +52,8 @@ impl Scenario {
 
     /// Returns the faults of single values: numbers that are not finite or out of range, and lists that are too long.
     pub(super) fn faults_of_values(&self) -> Vec<ScenarioFault> {
-        let lengths = [self.robots.len(), self.posts.len(), self.interventions.len(), self.expectations.len()];
+        let [robots, posts] = [self.robots.len(), self.posts.len()];
+        let lengths = [robots, posts, self.interventions.len(), self.expectations.len(), self.balls().count()];
         let longer = LONGEST_LISTS.into_iter().zip(lengths).find(|((_, most), length)| length > most);
         if let Some(((field, most), length)) = longer {
             return vec![too_long(field, length, most)];
@@ -95,9 +96,15 @@ fn checked(check: impl FnOnce(&mut Checks)) -> Vec<ScenarioFault> {
 
 /// Number of posts in a scenario at most, besides those of the goals.
 pub const MOST_POSTS: usize = 1000;
-/// Lengths of the lists of a scenario at most. Longer lists would only take memory and time.
-pub(super) const LONGEST_LISTS: [(&str, usize); 4] =
-    [("robots", 2 * u8::MAX as usize), ("posts", MOST_POSTS), ("interventions", 10_000), ("expect", 1000)];
+/// The most robots, posts, balls and interventions that a scenario may have: more would take a program's memory and time for
+/// nothing.
+pub(super) const LONGEST_LISTS: [(&str, usize); 5] = [
+    ("robots", 2 * u8::MAX as usize),
+    ("posts", MOST_POSTS),
+    ("interventions", 10_000),
+    ("expect", 1000),
+    ("balls", 100),
+];
 
 /// Returns the fault of a list that is too long.
 pub(super) fn too_long(field: &str, length: usize, most: usize) -> ScenarioFault {
@@ -182,8 +189,8 @@ impl Checks {
     /// Checks each part of the scenario together with the settings of all robots.
     fn parts(&mut self, scenario: &Scenario) {
         let root = FieldPath::default();
-        if let Some(ball) = &scenario.ball {
-            self.ball_speed(root.field("ball.velocity_mps"), ball.velocity_mps);
+        for (index, ball) in scenario.balls().enumerate() {
+            self.ball_speed(scenario.path_of_ball(index).field("velocity_mps"), ball.velocity_mps);
         }
         self.settings(&root, &scenario.settings);
         self.turn(&root.field("motion"), &scenario.settings.motion, scenario.cycle_s);
@@ -211,6 +218,7 @@ impl Checks {
     fn whole(&mut self, scenario: &Scenario) {
         let root = FieldPath::default();
         self.image_source(scenario);
+        self.one_ball(scenario);
         self.numbers(&scenario.robots);
         if scenario.teams.is_some() && !scenario.robots.is_empty() {
             self.fault(root.field("teams"), "both `teams` and `robots` are given", "one of the two");

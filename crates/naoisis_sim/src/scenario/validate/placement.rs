@@ -63,28 +63,69 @@ impl Checks {
                 }
             }
         }
-        let Some(ball) = &scenario.ball else { return };
-        let path = root.field("ball.position_m");
-        let place_m = ball.place_m();
-        if outside(place_m) {
-            let message = format!("the ball at {} is outside the carpet", words(place_m));
-            self.fault(path.clone(), message, on_carpet.as_str());
-        }
-        for (index, robot) in players() {
-            if holds_ball(scenario, robot, ball) {
-                let message = format!("the ball at {} is inside {}", words(place_m), robot.id());
-                let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
-                let fault = ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index));
-                self.push(fault);
+        let balls: Vec<BallSpec> = scenario.balls().collect();
+        for (index, ball) in balls.iter().enumerate() {
+            let path = scenario.path_of_ball(index).field("position_m");
+            let place_m = ball.place_m();
+            let fault = |message: String, expected: &str| ScenarioFault::new(path.clone(), message, expected);
+            if outside(place_m) {
+                self.push(fault(format!("the ball at {} is outside the carpet", words(place_m)), &on_carpet));
             }
-        }
-        for (position, post_radius) in posts(scenario) {
-            if position.distance(place_m) < post_radius + ball.radius_m - TOLERANCE_M {
-                let message = format!("the ball at {} is inside the post at {}", words(place_m), words(position));
-                self.fault(path.clone(), message, "a place clear of posts");
+            for (index, robot) in players() {
+                if holds_ball(scenario, robot, ball) {
+                    let message = format!("the ball at {} is inside {}", words(place_m), robot.id());
+                    let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
+                    self.push(fault(message, expected).related_to(pose_path(index)));
+                }
+            }
+            for (position, post_radius) in posts(scenario) {
+                if position.distance(place_m) < post_radius + ball.radius_m - TOLERANCE_M {
+                    let message = format!("the ball at {} is inside the post at {}", words(place_m), words(position));
+                    self.push(fault(message, "a place clear of posts"));
+                }
+            }
+            for other in &balls[..index] {
+                let centres = [ball, other].map(|ball| place_m_of_centre(ball));
+                if centres[0].distance(centres[1]) < 2.0 * ball.radius_m - TOLERANCE_M {
+                    let message = format!("two balls lie at {}", words(place_m));
+                    self.push(fault(message, "a place clear of other balls"));
+                }
             }
         }
     }
+
+    /// That only what has no referee of a ball has several balls.
+    pub(super) fn one_ball(&mut self, scenario: &Scenario) {
+        let count = scenario.balls().count();
+        let rules = &scenario.rules;
+        let judged = [
+            ("clock", rules.clock),
+            ("goals", rules.goals),
+            ("ball_out", rules.ball_out),
+            ("stalling", rules.stalling),
+            ("ball_holding", rules.ball_holding),
+            ("obstruction", rules.obstruction),
+            ("game_stuck", rules.game_stuck),
+        ];
+        if let (2.., Some((rule, _))) = (count, judged.iter().find(|(_, is_judged)| *is_judged)) {
+            let message =
+                format!("there are {count} balls, and the rules `{}` (`{rule}`) need exactly one", rules.name);
+            self.fault(FieldPath::from("balls"), message, "the rules `free`, for training, or one ball");
+        }
+    }
+}
+
+impl Scenario {
+    /// The path of a ball in a file.
+    pub(super) fn path_of_ball(&self, index: usize) -> FieldPath {
+        let root = FieldPath::default();
+        if self.more_balls.is_empty() { root.field("ball") } else { root.field("balls").index(index) }
+    }
+}
+
+/// The centre of a ball, m.
+fn place_m_of_centre(ball: &BallSpec) -> Vec3 {
+    ball.position_m.with_z(ball.start_flight().height_m)
 }
 
 impl Checks {

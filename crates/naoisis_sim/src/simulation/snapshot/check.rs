@@ -14,7 +14,7 @@ use crate::scenario::{BallSpec, BehaviourSpec, Numbers, RobotSpec, Scenario, Sce
 use crate::simulation::invariants::{BallState, RobotState, broken_invariants};
 use crate::simulation::spawn::MatchEntity;
 use naoisis_core::ball::flight::BallFlight;
-use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use naoisis_core::ball::{Ball, BallPath, BallPhysics, BallVelocity, ExtraBall};
 use naoisis_core::behaviour::script::Script;
 use naoisis_core::communication::{MessageSettings, MessageStatistics, MessagesInFlight};
 use naoisis_core::cycle::CycleClock;
@@ -99,7 +99,8 @@ fn check_entity(
 ) -> Result<(), SnapshotError> {
     let parts = Values { what: "an entity", values: &entity.components };
     parts.need::<MatchEntity>()?;
-    match (parts.get::<RobotId>(), parts.has::<Ball>(), parts.get::<Post>()) {
+    let is_ball = parts.has::<Ball>() || parts.has::<ExtraBall>();
+    match (parts.get::<RobotId>(), is_ball, parts.get::<Post>()) {
         (Some(id), false, None) => check_robot(*id, &parts, settings, registry, seen),
         (None, true, None) => check_ball(&parts, settings, registry, seen),
         (None, false, Some(post)) => check_post(*post, &parts, registry, seen),
@@ -184,9 +185,11 @@ fn check_ball(
 ) -> Result<(), SnapshotError> {
     let parts = &Values { what: "the ball", ..*parts };
     parts.check_numbers(registry)?;
-    if seen.ball.is_some() {
+    let number = parts.get::<ExtraBall>().map_or(0, |ExtraBall(number)| *number);
+    if seen.ball_numbers.contains(&number) {
         return Err(parts.impossible("it is there twice"));
     }
+    seen.ball_numbers.push(number);
     let physics = *parts.need::<BallPhysics>()?;
     let ball = Some(BallSpec::default().with_physics(physics));
     parts.check_settings(&Scenario { ball, ..settings.clone() })?;
@@ -197,7 +200,7 @@ fn check_ball(
         return Err(parts.wrong::<BallFlight>("it is below the ground"));
     }
     let (position, velocity) = (parts.need::<Pose>()?.position, parts.need::<BallVelocity>()?.0);
-    seen.ball = Some(BallState {
+    seen.balls.push(BallState {
         position,
         previous: position,
         velocity,
@@ -223,7 +226,8 @@ struct Seen {
     ids: Vec<RobotId>,
     robots: Vec<RobotState>,
     posts: Vec<(Vec2, f32)>,
-    ball: Option<BallState>,
+    ball_numbers: Vec<u8>,
+    balls: Vec<BallState>,
 }
 
 impl Seen {
@@ -245,16 +249,21 @@ impl Seen {
         if let Some(id) = self.ids.iter().find(|id| !expected.contains(id)) {
             return wrong(format!("it has a {id}, and its scenario has none"));
         }
-        match (self.ball.is_some(), scenario.ball.is_some()) {
-            (false, true) => wrong("it has no ball, and its scenario has one".to_owned()),
-            (true, false) => wrong("it has a ball, and its scenario has none".to_owned()),
+        let mut numbers = self.ball_numbers.clone();
+        numbers.sort_unstable();
+        match (numbers.len(), scenario.balls().count()) {
+            (0, 1) => wrong("it has no ball, and its scenario has one".to_owned()),
+            (1, 0) => wrong("it has a ball, and its scenario has none".to_owned()),
+            (there, expected) if there != expected || !numbers.into_iter().eq((0..).take(expected)) => {
+                wrong(format!("it has {there} balls, and its scenario has {expected}"))
+            }
             _ => Ok(()),
         }
     }
 
     fn nobody_is_in_anything(&self) -> Result<(), SnapshotError> {
         let mut first = None;
-        broken_invariants(&self.robots, &self.posts, self.ball, |message| {
+        broken_invariants(&self.robots, &self.posts, &self.balls, |message| {
             first.get_or_insert(message);
         });
         first.map_or(Ok(()), |message| Err(impossible("the match", message)))

@@ -33,7 +33,7 @@ const JUMP_M: f32 = 0.4;
 pub(super) fn draw_bounds(
     showing: Showing,
     robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Body)>,
-    balls: Query<(&Pose, &PreviousPose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
+    balls: Query<(&Pose, &PreviousPose, &BallPhysics), Without<RobotId>>,
     mut brush: Brush,
 ) {
     if !showing.any(Overlay::Bounds) {

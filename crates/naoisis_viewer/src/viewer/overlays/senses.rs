@@ -130,7 +130,7 @@ fn draw_percepts_of(place: Pose, percepts: &Percepts, brush: &mut Brush) {
         let turn = core::f32::consts::TAU / corners as f32;
         brush.outline((0..corners).map(|corner| at + 0.16 * unit(around + turn * (corner as f32 + 0.5))), colour);
     }
-    if let Some(ball) = &percepts.ball {
+    for ball in percepts.all_balls() {
         let at = on_pitch(ball.position_m);
         let colour = palette::ink(DrawColour::Orange);
         sight(brush, at, colour);

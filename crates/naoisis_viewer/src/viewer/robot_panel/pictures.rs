@@ -193,7 +193,7 @@ fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName,
         painter.rect_stroke(top, rounding, stroke(colour), egui::StrokeKind::Middle);
         write(at + egui::vec2(0.0, 12.0), robot.team.name(), palette::ink(DrawColour::White));
     }
-    if let Some(ball) = percepts.ball.filter(|ball| ball.camera == side) {
+    for ball in percepts.all_balls().filter(|ball| ball.camera == side) {
         let at = place(ball.pixel);
         painter.circle_stroke(at, 7.0, stroke(palette::ink(DrawColour::Yellow)));
         write(at - egui::vec2(0.0, 7.0), "ball", palette::ink(DrawColour::Yellow));

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use crate::viewer::overlays::{Brush, draw_world_of};
 use crate::viewer::palette;
 use crate::viewer::shared::{Notice, RobotsWorld, Selection, SelectionCommand, TeachAction};
-use naoisis_core::ball::Ball;
+use naoisis_core::ball::BallPhysics;
 use naoisis_core::behaviour::drawings::DrawColour;
 use naoisis_core::game::Game;
 use naoisis_core::robot::Roster;
@@ -34,8 +34,8 @@ pub(super) fn apply(
     }
 }
 
-/// Hides or shows the true ball. Robots are hidden by the same system as the robot whose camera is used.
-pub(super) fn hide_ball(world: Res<RobotsWorld>, mut balls: Query<&mut Visibility, With<Ball>>) {
+/// Hides or shows the true balls. Robots are hidden by the same system as the robot whose camera is used.
+pub(super) fn hide_ball(world: Res<RobotsWorld>, mut balls: Query<&mut Visibility, With<BallPhysics>>) {
     let wanted = if world.0 { Visibility::Hidden } else { Visibility::Inherited };
     for mut visibility in &mut balls {
         visibility.set_if_neq(wanted);

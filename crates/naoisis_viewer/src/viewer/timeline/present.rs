@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use naoisis_core::ball::flight::BallFlight;
-use naoisis_core::ball::{Ball, BallPhysics, BallVelocity};
+use naoisis_core::ball::{BallPhysics, BallVelocity, ExtraBall};
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::communication::Inbox;
 use naoisis_core::cycle::CycleClock;
@@ -20,7 +20,7 @@ use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::sonar::SonarReading;
 use naoisis_sensing::sensing::vision::Percepts;
-use naoisis_sim::interface::cycle_record::{CycleRecord, GameRecord, RobotRecord};
+use naoisis_sim::interface::cycle_record::{BallRecord, CycleRecord, GameRecord, RobotRecord};
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::gather::CurrentRecord;
 
@@ -32,7 +32,7 @@ pub(super) struct Present {
     events: CycleEvents,
     record: CycleRecord,
     robots: Vec<(Entity, RobotBundle, Option<Belief>)>,
-    ball: Option<(Entity, BallBundle)>,
+    balls: Vec<(Entity, BallBundle)>,
 }
 
 /// The components of a robot that records describe, except the belief, which some robots lack.
@@ -68,24 +68,24 @@ impl Present {
         let robots = roster.into_iter();
         let robots =
             robots.map(|robot| (robot, robot_state(world, robot), world.get::<Belief>(robot).cloned())).collect();
-        let mut balls =
-            world.query_filtered::<(Entity, &Pose, &PreviousPose, &BallVelocity, &BallFlight), With<Ball>>();
-        let ball = balls.iter(world).next().map(|(entity, pose, previous, velocity, flight)| {
-            (entity, BallBundle { pose: *pose, previous: *previous, velocity: *velocity, flight: *flight })
+        let mut balls = world.query::<(Entity, &Pose, &PreviousPose, &BallVelocity, &BallFlight)>();
+        let balls = balls.iter(world).map(|(entity, &pose, &previous, &velocity, &flight)| {
+            (entity, BallBundle { pose, previous, velocity, flight })
         });
+        let balls = balls.collect();
         Present {
             clock: *world.resource(),
             game: world.resource::<Game>().clone(),
             events: world.resource::<CycleEvents>().clone(),
             record: world.resource::<CurrentRecord>().record.clone(),
             robots,
-            ball,
+            balls,
         }
     }
 
     /// Restores the present.
     pub fn put_back(self, world: &mut World) {
-        let Present { clock, game, events, record, robots, ball } = self;
+        let Present { clock, game, events, record, robots, balls } = self;
         world.insert_resource(clock);
         world.insert_resource(game);
         world.insert_resource(events);
@@ -93,7 +93,7 @@ impl Present {
         for (entity, state, belief) in robots {
             put_robot(world, entity, state, belief);
         }
-        if let Some((entity, state)) = ball {
+        for (entity, state) in balls {
             put(world, entity, state);
         }
     }
@@ -156,24 +156,7 @@ pub(super) fn put_record(
         put_game(world, &record.game, &clock);
     }
     world.insert_resource(CycleEvents(record.events));
-    type Parts = (
-        &'static mut Pose,
-        &'static mut PreviousPose,
-        &'static mut BallVelocity,
-        &'static mut BallFlight,
-        &'static BallPhysics,
-    );
-    let mut balls = world.query_filtered::<Parts, With<Ball>>();
-    if let (Some(ball), Some((mut pose, mut was, mut velocity, mut flight, physics))) =
-        (record.ball, balls.iter_mut(world).next())
-    {
-        pose.position = ball.position_m.truncate();
-        let earlier = previous.and_then(|previous| previous.ball);
-        was.0 = Pose { position: earlier.unwrap_or(ball).position_m.truncate(), heading: pose.heading };
-        velocity.0 = ball.velocity_mps.truncate();
-        let height_m = (ball.position_m.z - physics.radius_m).max(0.0);
-        *flight = BallFlight { height_m, climb_mps: ball.velocity_mps.z };
-    }
+    put_balls(world, (record.ball, &record.balls), previous);
     for robot in record.robots {
         let Some(entity) = world.resource::<Roster>().get(robot.id) else { continue };
         let was = previous.and_then(|previous| previous.robots.iter().find(|earlier| earlier.id == robot.id));
@@ -189,6 +172,32 @@ pub(super) fn put_record(
             (state.pose, state.previous) = (place, PreviousPose(place));
         }
         put_robot(world, entity, state, belief);
+    }
+}
+
+/// Puts the balls of a record into the world: the first, and all if there are several.
+fn put_balls(world: &mut World, (first, all): (Option<BallRecord>, &[BallRecord]), previous: Option<&CycleRecord>) {
+    type Parts = (
+        Option<&'static ExtraBall>,
+        &'static mut Pose,
+        &'static mut PreviousPose,
+        &'static mut BallVelocity,
+        &'static mut BallFlight,
+        &'static BallPhysics,
+    );
+    let mut balls = world.query::<Parts>();
+    for (number, mut pose, mut was, mut velocity, mut flight, physics) in balls.iter_mut(world) {
+        let of = |first: Option<BallRecord>, all: &[BallRecord]| match number {
+            None => first,
+            Some(ExtraBall(number)) => all.get(usize::from(*number)).copied(),
+        };
+        let Some(ball) = of(first, all) else { continue };
+        let earlier = previous.and_then(|previous| of(previous.ball, &previous.balls));
+        pose.position = ball.position_m.truncate();
+        was.0 = Pose { position: earlier.unwrap_or(ball).position_m.truncate(), heading: pose.heading };
+        velocity.0 = ball.velocity_mps.truncate();
+        let height_m = (ball.position_m.z - physics.radius_m).max(0.0);
+        *flight = BallFlight { height_m, climb_mps: ball.velocity_mps.z };
     }
 }
 

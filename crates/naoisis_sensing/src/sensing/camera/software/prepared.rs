@@ -209,7 +209,7 @@ impl PreparedScene {
         self.robots = robots;
         self.robots.append(&mut unknown);
 
-        if let Some(ball) = scene.ball {
+        for ball in scene.balls() {
             let (centre, reach) = (ball.centre(), ball.radius);
             let (face, round) = (self.faces.len(), self.rounds.len());
             self.rounds.push(Round {
