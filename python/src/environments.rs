@@ -14,21 +14,17 @@ use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
 use naoisis::scenario::{ScenarioSource, Setting};
 use naoisis::sensing::camera::CameraRendering;
 use naoisis::simulation::Snapshot;
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde::de::DeserializeOwned;
-use std::panic::resume_unwind;
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, TryLockError};
-use std::thread;
-use std::time::Duration;
 
 use crate::errors::{match_error, of_snapshot, scenario_error, snapshot_error};
 use crate::simulator::{self, Made, setting};
 use crate::starts::{Changes, Origin, scenario_of};
+use crate::steps::{Filled, slice, step, written};
 use crate::values::{Digits, from_python, to_python};
 
 /// The names of the challenges and their versions.
@@ -75,20 +71,6 @@ pub struct Shape<'py> {
     threads: usize,
 }
 
-/// The arrays that a step fills: a dictionary with these keys.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub struct Filled<'py> {
-    observations: Bound<'py, PyArrayDyn<f32>>,
-    images: Bound<'py, PyArrayDyn<u8>>,
-    rewards: Bound<'py, PyArrayDyn<f32>>,
-    terminations: Bound<'py, PyArrayDyn<bool>>,
-    truncations: Bound<'py, PyArrayDyn<bool>>,
-    successes: Bound<'py, PyArrayDyn<bool>>,
-    final_observations: Bound<'py, PyArrayDyn<f32>>,
-    final_images: Bound<'py, PyArrayDyn<u8>>,
-}
-
 /// A word out of a list of them.
 fn word<T: DeserializeOwned>(word: &str, name: &str, expected: &str) -> PyResult<T> {
     serde_json::from_value(word.into())
@@ -109,32 +91,6 @@ fn start_error(py: Python<'_>, source: &ScenarioSource, error: &StartError) -> P
         StartError::Moment(message) => snapshot_error(py, message),
         _ => PyValueError::new_err(error.to_string()),
     }
-}
-
-/// Writes to an array while nobody else does.
-fn written<'py, T: numpy::Element>(
-    array: &Bound<'py, PyArrayDyn<T>>,
-    name: &str,
-) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
-    array.try_readwrite().map_err(|error| PyValueError::new_err(format!("{name}: {error}")))
-}
-
-/// The memory of an array of so many numbers.
-fn slice<'a, T: numpy::Element>(
-    array: &'a mut PyReadwriteArrayDyn<'_, T>,
-    name: &str,
-    length: usize,
-) -> PyResult<&'a mut [T]> {
-    use numpy::PyUntypedArrayMethods;
-
-    // In the order of Fortran, rows would be written along columns.
-    let contiguous = if array.is_c_contiguous() { array.as_slice_mut().ok() } else { None };
-    let expected = || PyValueError::new_err(format!("{name}: expected a contiguous array, row by row"));
-    let slice = contiguous.ok_or_else(expected)?;
-    if slice.len() == length {
-        return Ok(slice);
-    }
-    Err(PyValueError::new_err(format!("{name}: the array has {} numbers; expected {length}", slice.len())))
 }
 
 impl Environments {
@@ -178,46 +134,6 @@ impl Environments {
         };
         self.with(py, |worlds| act(py, worlds, arrays)?.map_err(|error| environment_error(py, &self.source, &error)))
     }
-}
-
-/// Plays a step. A long one is broken off where Python is interrupted.
-fn step(
-    py: Python<'_>,
-    worlds: &mut environment::Environments,
-    actions: &[f32],
-    arrays: Arrays,
-) -> PyResult<Result<(), EnvironmentError>> {
-    /// From so many cycles on a step takes a good part of a second, and is played on a thread of its own.
-    const LONG: usize = 10_000;
-    /// How often Python may see whether it was interrupted.
-    const BETWEEN_SIGNALS: Duration = Duration::from_millis(50);
-
-    if worlds.worlds().saturating_mul(worlds.settings().cycles_per_step as usize) < LONG {
-        return Ok(py.detach(|| worlds.step(actions, arrays)));
-    }
-    let stop = worlds.stop();
-    let mut interrupted = Ok(());
-    let stepped = py.detach(|| {
-        thread::scope(|scope| {
-            let (over, is_over) = mpsc::channel();
-            let stepping = scope.spawn(move || {
-                let stepped = worlds.step(actions, arrays);
-                // Nobody else waits for it.
-                let _ = over.send(());
-                stepped
-            });
-            while is_over.recv_timeout(BETWEEN_SIGNALS) == Err(RecvTimeoutError::Timeout) {
-                if interrupted.is_ok() {
-                    interrupted = Python::attach(|py| py.check_signals());
-                }
-                if interrupted.is_err() {
-                    stop.store(true, Ordering::Relaxed);
-                }
-            }
-            stepping.join().unwrap_or_else(|panic| resume_unwind(panic))
-        })
-    });
-    interrupted.map(|()| stepped)
 }
 
 #[pymethods]

@@ -12,6 +12,7 @@ mod matches;
 mod played;
 mod simulator;
 mod starts;
+mod steps;
 mod traces;
 mod values;
 

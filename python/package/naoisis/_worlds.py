@@ -129,6 +129,8 @@ class Worlds:
         else:
             self.action_space = spaces.MultiDiscrete(counts)
         self.numbers_of_action = counts[0] if action == "continuous" else len(counts)
+        filled = {name: array for name, array in self.arrays().items() if not name.startswith("final_")}
+        self._right_arrays = {name: (array.dtype, array.shape) for name, array in filled.items()}
 
     def arrays(self, with_final: bool = False) -> dict[str, np.ndarray]:
         """New arrays for a step to fill."""
@@ -148,16 +150,14 @@ class Worlds:
 
     def check_arrays(self, arrays: Mapping[str, Any]) -> None:
         """Checks that the arrays of a caller are of the type, shape and order that a step fills."""
-        for name, right in self.arrays().items():
+        for name, (dtype, shape) in self._right_arrays.items():
             array = arrays[name]
             if not isinstance(array, np.ndarray):
                 raise TypeError(f"{name}: expected an array of NumPy, not {type(array).__name__}")
-            if name.startswith("final_"):
-                continue
-            if array.dtype != right.dtype:
-                raise TypeError(f"{name}: {array.dtype}; expected {right.dtype}")
-            if array.shape != right.shape:
-                raise ValueError(f"{name}: an array of shape {array.shape}; expected {right.shape}")
+            if array.dtype != dtype:
+                raise TypeError(f"{name}: {array.dtype}; expected {dtype}")
+            if array.shape != shape:
+                raise ValueError(f"{name}: an array of shape {array.shape}; expected {shape}")
             if not array.flags.c_contiguous:
                 raise ValueError(f"{name}: expected a contiguous array, row by row, as of np.ascontiguousarray")
 

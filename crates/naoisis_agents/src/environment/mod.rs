@@ -12,6 +12,7 @@ mod episode;
 mod gaze;
 pub mod observation;
 pub mod reward;
+mod same;
 mod saved;
 mod vector;
 

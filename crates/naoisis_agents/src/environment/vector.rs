@@ -10,9 +10,7 @@ use super::action::NotAnAction;
 use super::entry::ObservationEntry;
 use super::episode::{EnvironmentSettings, Episode, Start, StartError};
 use super::observation::{entries, state, state_entries};
-use crate::agents::remote_robots;
-use naoisis_sensing::sensing::camera::CameraRendering;
-use naoisis_sim::scenario::Scenario;
+use super::same::{check_same, image_bytes};
 
 /// When a world starts the next episode after the end of one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -256,40 +254,6 @@ impl Environments {
         }
         stepped
     }
-}
-
-/// The number of bytes of an image of the robots of a match.
-fn image_bytes(world: &World) -> usize {
-    let cameras = world.get_resource::<Scenario>().map(|scenario| scenario.settings.cameras);
-    let cameras = cameras.filter(|cameras| !matches!(cameras.render, CameraRendering::Auto | CameraRendering::Off));
-    cameras.map_or(0, |cameras| 3 * (cameras.width * cameras.height) as usize)
-}
-
-/// Checks that a match has the agents that the environment was made for, and the same observations.
-fn check_same(
-    settings: &EnvironmentSettings,
-    world: &World,
-    expected: &[ObservationEntry],
-    expected_state: &[ObservationEntry],
-    expected_bytes: usize,
-) -> Result<(), StartError> {
-    let remote = remote_robots(world);
-    if let Some(id) = settings.control.iter().find(|id| !remote.contains(id)) {
-        return Err(StartError::Different(format!(
-            "`{id}` is not decided for from outside in it; expected a match in which it is controlled"
-        )));
-    }
-    let found = settings.control.first().map(|id| entries(settings.observation, world, *id)).unwrap_or_default();
-    if found != expected || state_entries(world) != expected_state {
-        let message =
-            format!("its {} numbers to observe are not the {} of this environment", found.len(), expected.len());
-        return Err(StartError::Different(format!("{message}; expected as many robots of the same models")));
-    }
-    let bytes = image_bytes(world);
-    if settings.camera.is_some() && bytes != expected_bytes {
-        return Err(StartError::Different(format!("its images have {bytes} bytes; expected {expected_bytes}")));
-    }
-    Ok(())
 }
 
 /// Plays a step of one world.

@@ -2,7 +2,6 @@
 
 use clap::Args;
 use core::ops::Range;
-use core::str::FromStr;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,6 +12,7 @@ use super::agents::AgentArguments;
 use super::batch_summary::{print_summaries, what_was_played};
 use super::interrupt::Interrupt;
 use super::outputs::{Output, STANDARD_OUTPUT, check_files};
+use super::shard::Shard;
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
@@ -75,27 +75,6 @@ pub struct BatchArguments {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
-}
-
-/// One of several parts of a batch.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Shard {
-    /// The number of this part, from 1.
-    part: usize,
-    /// The number of parts.
-    parts: usize,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(word: &str) -> Result<Self, String> {
-        let numbers = word.split_once('/').and_then(|(part, parts)| Some((part.parse().ok()?, parts.parse().ok()?)));
-        match numbers {
-            Some((part, parts)) if (1..=parts).contains(&part) => Ok(Self { part, parts }),
-            _ => Err("expected a part and the number of parts, from 1/4 to 4/4".to_owned()),
-        }
-    }
 }
 
 /// The values of a setting.

@@ -74,6 +74,7 @@ mod run;
 mod run_arguments;
 mod schema;
 mod serve;
+mod shard;
 mod teams;
 mod terminal;
 mod traces;

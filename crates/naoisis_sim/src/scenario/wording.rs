@@ -30,13 +30,17 @@ pub fn shortened(message: &str) -> Cow<'_, str> {
             (Some(_), _) => of_quote += 1,
             (None, _) => {}
         }
-        of_line = if letter == '\n' { 0 } else { of_line + 1 };
-        if mark.is_some() && of_quote > LONGEST_QUOTE || of_line > LONGEST_LINE {
+        let is_long_quote = mark.is_some() && of_quote > LONGEST_QUOTE;
+        if letter == '\n' && !is_long_quote {
+            of_line = 0;
+        }
+        if is_long_quote || of_line > LONGEST_LINE {
             if !shown.ends_with('…') {
                 shown.push('…');
             }
             continue;
         }
+        of_line += 1;
         shown.push(letter);
     }
     Cow::Owned(shown)
