@@ -218,7 +218,8 @@ class Peer:
         if self.state == "set" and outside and name not in self.returning:
             return True
         kicking = game["kicking_team"] == team
-        kick_off = self.set_play is None and (self.state == "set" or game.get("secondary_time_left_s") is not None)
+        is_timed = self.state == "set" or game.get("secondary_time_left_s") is not None
+        kick_off = is_timed if self.set_play is None else self.set_play[0] == "kick_off"
         if kick_off:
             to_centre = math.hypot(robot.x, robot.y)
             in_half = x > -(pitch.line / 2 + radius)

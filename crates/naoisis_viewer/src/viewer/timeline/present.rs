@@ -156,7 +156,7 @@ pub(super) fn put_record(
         put_game(world, &record.game, &clock);
     }
     world.insert_resource(CycleEvents(record.events));
-    put_balls(world, (record.ball, &record.balls), previous);
+    put_balls(world, (record.ball, record.balls.as_slice()), previous);
     for robot in record.robots {
         let Some(entity) = world.resource::<Roster>().get(robot.id) else { continue };
         let was = previous.and_then(|previous| previous.robots.iter().find(|earlier| earlier.id == robot.id));
