@@ -113,7 +113,7 @@ mod tests {
                 ball: Some(BallRecord { position_m: Vec3::ZERO, velocity_mps: Vec3::ZERO }),
                 robots: [BLUE2, PINK2].map(RobotRecord::new).into(),
                 game: GameRecord { state: GameState::Playing, half: 1, ..default() },
-                events: Vec::new(),
+                ..default()
             };
             record.robots[0].pose = Pose::new(-3.0, 0.0, 0.0);
             record.robots[1].pose = Pose::new(3.0, 0.0, 0.0);

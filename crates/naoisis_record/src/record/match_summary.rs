@@ -150,7 +150,7 @@ mod tests {
                 ball: Some(BallRecord { position_m: Vec3::ZERO, velocity_mps: Vec3::ZERO }),
                 robots: robots.map(RobotRecord::new).into(),
                 game: GameRecord { state: GameState::Playing, ..default() },
-                events: Vec::new(),
+                ..default()
             });
         }
         assert!((summary.ball.most_s() - 0.1).abs() < 1e-6);

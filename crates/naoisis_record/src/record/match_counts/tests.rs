@@ -25,6 +25,7 @@ fn record(cycle: u64, events: Vec<MatchEvent>) -> CycleRecord {
         robots,
         game: GameRecord { state: GameState::Playing, ..default() },
         events,
+        ..default()
     }
 }
 

@@ -24,7 +24,7 @@ fn cycle(number: u64) -> CycleRecord {
         ball: Some(BallRecord { position_m: Vec3::ZERO, velocity_mps: Vec3::ZERO }),
         robots,
         game: GameRecord { state: GameState::Playing, ..default() },
-        events: Vec::new(),
+        ..default()
     }
 }
 
