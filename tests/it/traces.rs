@@ -308,7 +308,8 @@ fn fields_are_named_as_traces_have_them() {
         ("robots.", "`robots.` in a trace: did you mean `robots`?"),
     ] {
         let error = list.parse::<Fields>().unwrap_err().to_string();
-        let expected = "expected `ball`, `events`, `game` or `robots`, or a part of one, such as `robots.pose`";
+        let expected =
+            "expected `ball`, `balls`, `events`, `game` or `robots`, or a part of one, such as `robots.pose`";
         assert_eq!(error, format!("there is no field {words} {expected}"));
     }
     for always in ["type", "cycle", "time_s", "robots.id", "time_s,ball"] {

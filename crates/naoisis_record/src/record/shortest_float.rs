@@ -14,7 +14,7 @@ const PLACES: usize = 5;
 const DIGITS: usize = 6;
 /// Digits of a small number, at least.
 const LEAST_DIGITS: usize = 3;
-/// Size from which on numbers are formatted with serde_json's default.
+/// Size from which on numbers are formatted with `serde_json`'s default.
 const LARGEST: f64 = 1e10;
 /// Decimal places of a small number at most. Smaller numbers are written as 0.
 const MOST_PLACES: usize = 12;

@@ -85,7 +85,7 @@ impl Checks {
                 }
             }
             for other in &balls[..index] {
-                let centres = [ball, other].map(|ball| place_m_of_centre(ball));
+                let centres = [ball, other].map(place_m_of_centre);
                 if centres[0].distance(centres[1]) < 2.0 * ball.radius_m - TOLERANCE_M {
                     let message = format!("two balls lie at {}", words(place_m));
                     self.push(fault(message, "a place clear of other balls"));
