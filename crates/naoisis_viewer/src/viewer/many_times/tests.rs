@@ -148,7 +148,7 @@ fn a_saved_test_plays_what_was_played_here_with_what_was_done_by_hand() {
     let test = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
     let test = test.into_iter().find(|path| path.extension().is_some_and(|ending| ending == "json")).unwrap();
     let test = Scenario::load(&test).unwrap();
-    let never = core::sync::atomic::AtomicBool::new(false);
+    let never = AtomicBool::new(false);
     let verdicts = naoisis_record::expectations::play_all(simulator, &test, &test.expectations, 2, &never).unwrap();
     assert!(verdicts[0].holds);
     assert!(verdicts[0].found.contains(&format!("({scored} of 12)")), "{}: {scored}", verdicts[0]);
