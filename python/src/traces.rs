@@ -59,7 +59,7 @@ const QUANTITIES: [Quantity; 14] = [
         parts: &["robots.sonar_m"],
         numbers: 2,
         of: |robot, _, row| {
-            row.extend([robot.sonar_m.left, robot.sonar_m.right].map(|heard| heard.unwrap_or(f32::NAN)))
+            row.extend([robot.sonar_m.left, robot.sonar_m.right].map(|heard| heard.unwrap_or(f32::NAN)));
         },
     },
     Quantity {
