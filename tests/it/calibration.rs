@@ -220,7 +220,7 @@ fn odd_log(names: &[&str], scale: f64) -> String {
 fn what_calibrate_writes_is_accepted_whatever_the_log_and_the_name_are() {
     let folder = tempfile::tempdir().unwrap();
     let logs = [
-        ("kick.csv", odd_log(&["left_straight", "power_kick", "right_straigt", "2nd"], 0.9), "power_kick"),
+        ("kick.csv", odd_log(&["left_straight", "power_kick", "right_strait", "2nd"], 0.9), "power_kick"),
         ("tiny.csv", odd_log(&["left_straight"], 0.01), "motion.gait.slip.scale: 0.01"),
         ("none.csv", odd_log(&["left_straight"], 1e-40), "motion.gait.slip.scale"),
         ("huge.csv", odd_log(&["left_straight"], 1000.0), "motion.gait.slip.scale"),
