@@ -41,13 +41,13 @@ impl MovingBall {
         }
     }
 
-    /// Its outline from above, and its lower and upper edge, m.
+    /// Returns the outline of the ball from above, and the heights of its lower and upper edge, m.
     pub(super) fn outline(&self) -> (BallObstacle, [f32; 2]) {
         let outline = BallObstacle::Ball { start: self.start, end: self.end, radius: self.radius };
         (outline, [self.height_m, self.height_m + 2.0 * self.radius])
     }
 
-    /// Takes what balls that met it have added to its velocity, m/s.
+    /// Returns the velocity that other balls have given to this one since the last call, m/s, and sets it to zero.
     pub(super) fn take_push(&mut self) -> Vec2 {
         core::mem::take(&mut self.push)
     }

@@ -94,8 +94,8 @@ pub(crate) fn indirect_free_kick_place(snapshot: &MatchSnapshot, team: Team, pla
     Vec2::new(end.sign() * (pitch.half_length() - pitch.penalty_area.depth_m), place.y.clamp(-half_width, half_width))
 }
 
-/// Notes whether a robot of the other team is at an illegal position in a free kick. During the time to leave that does not count, unless it
-/// has been outside: who comes back is not on its way out.
+/// Counts the cycles for which a robot of the other team has been at an illegal position in a free kick. The time to leave does not count,
+/// unless the robot has been at a legal position since the call: a robot that comes back is not leaving.
 pub(crate) fn note_encroachment(
     record: &mut RobotMemory,
     set_play: &SetPlay,

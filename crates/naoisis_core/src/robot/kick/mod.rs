@@ -237,6 +237,7 @@ fn swing_legs(
         let given = (unit(direction) * along).extend(up);
         match struck.iter_mut().find(|(other, _)| *other == ball) {
             Some((_, sum)) => *sum += given,
+            // The sum of zero has no negative zeros, which traces would show.
             None => struck.push((ball, Vec3::ZERO + given)),
         }
         events.push(MatchEvent::Kick {
