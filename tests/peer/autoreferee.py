@@ -10,10 +10,12 @@ asked at the same moments by both. A verdict within `NEAR_S` of one of the other
 
 import argparse
 import collections
+import itertools
 import json
 import math
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 
 # Times, s, and distances, m, of the automatic referee at ad1cc83.
@@ -426,6 +428,11 @@ def compare(records):
     return result
 
 
+def match(options, seed):
+    """The verdicts of both sides in the match with this seed."""
+    return compare(play(options.program, options.scenario, seed, options.set))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("program", help="the naoisis program")
@@ -436,11 +443,14 @@ def main():
     parser.add_argument("--set", action="append", default=[], help="a setting of the scenario, as of `naoisis run`")
     options = parser.parse_args()
     total = {rule: ([], [], []) for rule in COMPARED}
-    for seed in range(options.seed, options.seed + options.matches):
-        for rule, lists in compare(play(options.program, options.scenario, seed, options.set)).items():
-            for part, found in zip(total[rule], lists):
-                part += [(seed, *verdict) for verdict in found]
-        print(f"match {seed} of {options.seed + options.matches - 1}", file=sys.stderr)
+    seeds = range(options.seed, options.seed + options.matches)
+    with ProcessPoolExecutor() as pool:
+        matches = pool.map(match, itertools.repeat(options), seeds)
+        for seed, of_match in zip(seeds, matches):
+            for rule, lists in of_match.items():
+                for part, found in zip(total[rule], lists):
+                    part += [(seed, *verdict) for verdict in found]
+            print(f"match {seed} of {seeds[-1]}", file=sys.stderr)
     print(f"| verdict | both | automatic referee only | naoisis only |\n|---|---|---|---|")
     for rule, (both, theirs, own) in total.items():
         print(f"| {rule} | {len(both)} | {len(theirs)} | {len(own)} |")

@@ -3,22 +3,24 @@
 use clap::Args;
 use core::fmt::Write;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::realism::no_model;
 use super::report;
 use super::terminal::Printer;
-use naoisis_lab::calibration::{COLUMNS, Calibration, RobotLog, calibrate as find_figures, model_file};
+use naoisis_lab::calibration::{COLUMNS, Calibration, OdometryTrack, RobotLog, calibrate as find_figures, model_file};
+use naoisis_record::record::mcap_records::is_mcap;
 use naoisis_sim::scenario::RobotModel;
 
 /// Arguments of `naoisis calibrate`.
 #[derive(Args, Debug, Clone)]
 #[command(after_long_help = columns())]
 pub struct CalibrateArguments {
-    /// CSV tables of walks, kicks and sightings; their columns are listed below
-    #[arg(required = true, value_name = "LOG.csv")]
+    /// CSV tables of walks, kicks and sightings, whose columns are listed below, and MCAP files with the odometry of walks
+    /// (topic `/odometer_state`)
+    #[arg(required = true, value_name = "LOG.csv|LOG.mcap")]
     logs: Vec<PathBuf>,
     /// The model to start from, for figures that the logs do not determine: a name (see `naoisis list robots`), or a
     /// .ron file
@@ -36,17 +38,10 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
         Ok(model) => model,
         Err(error) => return no_model("--robot: ", &error),
     };
-    let mut log = RobotLog::default();
-    for path in &arguments.logs {
-        let name = path.display();
-        let file = match File::open(path) {
-            Ok(file) => file,
-            Err(problem) => return report::usage_error(&format!("{name} cannot be read: {problem}")),
-        };
-        if let Err(error) = log.read(BufReader::new(file)) {
-            return report::usage_error(&format!("{name}, {error}"));
-        }
-    }
+    let log = match read(&arguments.logs) {
+        Ok(log) => log,
+        Err(words) => return report::usage_error(&words),
+    };
     let calibration = find_figures(&log, &model);
     report::note(&found(&model, &calibration));
     if calibration.figures.is_empty() {
@@ -63,6 +58,26 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
     }
     printer.print(text);
     printer.finish(ExitCode::SUCCESS)
+}
+
+/// Reads recordings, and then the tables that refer to them.
+fn read(paths: &[PathBuf]) -> Result<RobotLog, String> {
+    let mut log = RobotLog::default();
+    let mut tables = Vec::new();
+    for path in paths {
+        let unreadable = |problem: io::Error| format!("{} cannot be read: {problem}", path.display());
+        let mut file = BufReader::new(File::open(path).map_err(unreadable)?);
+        if is_mcap(file.fill_buf().map_err(unreadable)?) {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            log.odometry.extend(OdometryTrack::read_all(&name, file).map_err(unreadable)?);
+        } else {
+            tables.push((path, file));
+        }
+    }
+    for (path, file) in tables {
+        log.read(file).map_err(|error| format!("{}, {error}", path.display()))?;
+    }
+    Ok(log)
 }
 
 /// Returns a table of the figures that were found, with those of the model for comparison, and of those that could not be found.

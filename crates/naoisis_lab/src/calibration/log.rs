@@ -3,6 +3,7 @@
 use csv::{ReaderBuilder, StringRecord};
 use std::io::{self, Read};
 
+use super::odometry::OdometryTrack;
 use naoisis_core::kick_geometry::KickType;
 use naoisis_sim::scenario::wording::quoted;
 
@@ -14,6 +15,13 @@ pub const COLUMNS: &[(&str, &str, &str, bool)] = &[
     ("walk", "odometry_forward_m", "where its odometry says that it got to, m", true),
     ("walk", "odometry_left_m", "the same to the left, m", true),
     ("walk", "odometry_turn_deg", "by how much its odometry says that it turned, degrees", true),
+    (
+        "walk",
+        "start_s",
+        "instead of `odometry_…`: when it began, s after the first message of an MCAP file's odometry",
+        false,
+    ),
+    ("walk", "end_s", "when it ended, s", false),
     ("walk", "planned_forward_m", "where its steps, as they were planned, lead to, m", false),
     ("walk", "planned_left_m", "the same to the left, m", false),
     ("walk", "planned_turn_deg", "by how much they turn, degrees", false),
@@ -134,6 +142,8 @@ pub struct RobotLog {
     pub sightings: Vec<LoggedSighting>,
     /// The names of the robots, in the order of the log.
     pub robots: Vec<String>,
+    /// The recorded odometry of robots, for walks of tables that are read after it.
+    pub odometry: Vec<OdometryTrack>,
 }
 
 /// An error of a log.
@@ -230,7 +240,9 @@ impl<R: Read> Read for Limited<R> {
 fn kind_of(header: &StringRecord) -> Result<&'static str, LogError> {
     let lacking = |kind: &str| {
         let needed = COLUMNS.iter().filter(|(of, .., needed)| *of == kind && *needed);
-        needed.map(|(_, name, ..)| *name).filter(|name| header.iter().all(|column| column != *name)).collect::<Vec<_>>()
+        let has = |name: &str| header.iter().any(|column| column == name);
+        let is_recorded = |name: &str| name.starts_with("odometry_") && has("start_s") && has("end_s");
+        needed.map(|(_, name, ..)| *name).filter(|name| !has(name) && !is_recorded(name)).collect::<Vec<_>>()
     };
     let kinds = ["walk", "kick", "sighting"].map(|kind| (kind, lacking(kind)));
     if let Some((kind, _)) = kinds.iter().find(|(_, lacking)| lacking.is_empty()) {
@@ -251,7 +263,10 @@ impl Row<'_> {
     fn add_to(&self, log: &mut RobotLog, kind: Option<&str>) -> Result<(), LogError> {
         let robot = log.robot(self.cell("robot").unwrap_or_default());
         match kind.or_else(|| self.cell("kind")) {
-            Some("walk") => log.walks.push(self.walk(robot)?),
+            Some("walk") => {
+                let walk = self.walk(robot, &log.odometry)?;
+                log.walks.push(walk);
+            }
             Some("kick") => log.kicks.push(self.kick(robot)?),
             Some("sighting") => log.sightings.push(self.sighting(robot)?),
             Some(other) => return Err(self.wrong("kind", other, "`walk`, `kick` or `sighting`")),
@@ -260,12 +275,41 @@ impl Row<'_> {
         Ok(())
     }
 
-    fn walk(&self, robot: usize) -> Result<Walk, LogError> {
+    fn walk(&self, robot: usize, recorded: &[OdometryTrack]) -> Result<Walk, LogError> {
         let planned = match self.optional("planned_forward_m")? {
             Some(_) => Some(self.motion("planned")?),
             None => None,
         };
-        Ok(Walk { robot, real: self.motion("true")?, odometry: self.motion("odometry")?, planned })
+        let odometry = match self.optional("start_s")? {
+            Some(start_s) => self.recorded_motion(start_s, recorded)?,
+            None => self.motion("odometry")?,
+        };
+        Ok(Walk { robot, real: self.motion("true")?, odometry, planned })
+    }
+
+    /// The motion by the recorded odometry of the row's robot. A single recording is that of all rows without a robot.
+    fn recorded_motion(&self, start_s: f64, recorded: &[OdometryTrack]) -> Result<(Place, f64), LogError> {
+        let end_s = self.number("end_s")?;
+        let name = self.cell("robot");
+        let track = match (name, recorded) {
+            (None, [track]) => track,
+            (Some(name), _) if let Some(track) = recorded.iter().find(|track| track.robot == name) => track,
+            _ => {
+                let names = recorded.iter().map(|track| format!("`{}`", track.robot)).collect::<Vec<_>>();
+                let expected = match &names[..] {
+                    [] => "an MCAP file with the odometry of the walk beside the table".to_owned(),
+                    _ => format!("a robot whose odometry was recorded: {}", names.join(", ")),
+                };
+                return Err(self.wrong("robot", name.unwrap_or_default(), &expected));
+            }
+        };
+        if end_s <= start_s {
+            return Err(self.wrong("end_s", &end_s.to_string(), "a time after `start_s`"));
+        }
+        for (column, time_s) in [("start_s", start_s), ("end_s", end_s)] {
+            track.motion(time_s, time_s).map_err(|expected| self.wrong(column, &time_s.to_string(), &expected))?;
+        }
+        track.motion(start_s, end_s).map_err(|expected| self.wrong("end_s", &end_s.to_string(), &expected))
     }
 
     fn motion(&self, of: &str) -> Result<(Place, f64), LogError> {
@@ -366,6 +410,13 @@ mod tests {
         assert_eq!((log.sightings[0].seen, log.sightings[0].motion), (None, Motion::Walking));
         assert_eq!((log.walks[0].planned, log.walks[0].robot), (None, 0));
         assert_eq!(log.robots, ["anna", "bert"]);
+    }
+
+    #[test]
+    fn walks_without_recorded_odometry_say_what_is_missing() {
+        let table = "robot,start_s,end_s,true_forward_m,true_left_m,true_turn_deg\nanna,0,1,1,0,0\n";
+        let error = RobotLog::default().read(table.as_bytes()).unwrap_err().to_string();
+        assert!(error.contains("line 2, column `robot`: `anna`") && error.contains("an MCAP file"), "{error}");
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod images;
 mod kicks;
 mod log;
 mod model_file;
+mod odometry;
 mod sightings;
 mod walks;
 
@@ -24,6 +25,7 @@ pub use images::calibrate_by_images;
 pub use log::{COLUMNS, Kick, LogError, LogErrorKind, LoggedSighting, Motion, RobotLog, Thing, Walk};
 pub use model_file::model_file;
 pub(crate) use model_file::ron_text;
+pub use odometry::OdometryTrack;
 
 /// A fitted figure of a model.
 #[derive(Clone, PartialEq, Debug)]

@@ -23,6 +23,7 @@ pub mod match_marks;
 pub mod match_renderer;
 pub mod match_summary;
 pub mod mcap;
+pub mod mcap_records;
 mod mcap_trace;
 pub mod mistake_recorder;
 pub mod mistakes;

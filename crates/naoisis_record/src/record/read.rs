@@ -3,13 +3,13 @@
 //! Errors are [`TraceError`]s with file, line and column, and what was expected. If the writing program was killed, the last line is
 //! missing or incomplete. Such a trace is read up to there, and [`TraceReader::ending`] says so.
 
-use ::mcap::MAGIC;
 use serde::Deserialize;
 use serde_json::Value;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use super::mcap_records::is_mcap;
 use super::mcap_trace::McapTrace;
 use super::recorder::{EndReason, MatchEnd};
 use super::trace::{FORMAT, VERSION};
@@ -121,7 +121,7 @@ impl TraceReader {
                 io::Error::other(format!("it is packed by gzip, which is not read; unpack it: gunzip -c {name}"));
             return Err(io_error(error));
         }
-        if start.starts_with(MAGIC) {
+        if is_mcap(start) {
             return Self::new(path, McapTrace::new(file, LONGEST_LINE_BYTES as usize));
         }
         if let Some(kind) = foreign_file(start) {

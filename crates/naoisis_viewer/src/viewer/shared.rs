@@ -6,7 +6,7 @@ use super::display_settings::{Switch, Workspace};
 use super::speed::Speed;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::{Game, GameState};
+use naoisis_core::game::{Game, GameState, Intervention};
 use naoisis_core::team::{RobotId, Team};
 
 /// The systems that perform the actions of keys.
@@ -140,6 +140,8 @@ pub enum HandAction {
     PenaliseOrReturn,
     /// Puts the ball on the centre mark, in play.
     DropBall,
+    /// Makes another call of the referee.
+    Intervene(Intervention),
     /// Starts or stops driving the selected robot by the keyboard.
     Drive,
     /// Saves the current situation as a scenario file.

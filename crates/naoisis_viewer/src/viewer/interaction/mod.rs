@@ -12,6 +12,7 @@ pub mod aim;
 pub mod driving;
 pub mod keep;
 mod panel;
+mod referee_menu;
 pub mod undo;
 
 use super::camera::{CameraMouse, ViewerCamera};
@@ -207,6 +208,7 @@ fn apply(world: &mut World) {
         match action {
             HandAction::Whistle => undo::act(world, Intervention::Whistle),
             HandAction::DropBall => undo::act(world, Intervention::DropBall { position_m: Vec2::ZERO }),
+            HandAction::Intervene(intervention) => undo::act(world, intervention),
             HandAction::PenaliseOrReturn => penalise_or_return(world),
             HandAction::Drive => driving::toggle(world),
             HandAction::KeepSituation => keep::keep_situation(world),

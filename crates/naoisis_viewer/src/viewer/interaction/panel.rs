@@ -6,6 +6,7 @@ use bevy_egui::egui::{self, Align2, RichText, TextFormat, TextStyle};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::driving::{self, Driving};
+use super::referee_menu::RefereeMenu;
 use super::undo::Undo;
 use crate::viewer::display_settings::Workspace;
 use crate::viewer::display_settings::{DisplaySettings, Switch};
@@ -41,7 +42,7 @@ fn show_buttons(
     selection: Res<Selection>,
     roster: Res<Roster>,
     penalties: Query<&Penalty>,
-    (driving, undo): (Res<Driving>, Res<Undo>),
+    (driving, undo, referee): (Res<Driving>, Res<Undo>, RefereeMenu),
     timeline: Res<Timeline>,
     filming: Res<Filming>,
     mut display: ResMut<DisplaySettings>,
@@ -63,26 +64,29 @@ fn show_buttons(
             if timeline.is_replay() {
                 return;
             }
-            let mut button = |enabled: bool, text: &str, hint: &str, action: HandAction| {
+            let mut clicked = None;
+            let mut button = |ui: &mut egui::Ui, enabled: bool, text: &str, hint: &str, action: HandAction| {
                 if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
-                    actions.write(Action::Hand(action));
+                    clicked = Some(action);
                 }
             };
-            button(true, "Whistle", "W", HandAction::Whistle);
-            button(true, "Drop ball", "B: puts the ball on the centre, in play", HandAction::DropBall);
+            button(ui, true, "Whistle", "W", HandAction::Whistle);
+            button(ui, true, "Drop ball", "B: puts the ball on the centre, in play", HandAction::DropBall);
             let whom = selection.0.map_or_else(|| "robot".to_owned(), |id| id.to_string());
             let what = if serves { "Return" } else { "Penalise" };
-            button(selection.0.is_some(), &format!("{what} {whom}"), "P", HandAction::PenaliseOrReturn);
+            button(ui, selection.0.is_some(), &format!("{what} {whom}"), "P", HandAction::PenaliseOrReturn);
+            let call = referee.show(ui, selection.0).map(HandAction::Intervene);
             let text = match (driving.robot, selection.0) {
                 (Some(id), _) => format!("Leave {id}"),
                 (None, Some(id)) => format!("Drive {id}"),
                 (None, None) => "Drive a robot".to_owned(),
             };
-            button(true, &text, "D: by the keyboard, through its camera", HandAction::Drive);
+            button(ui, true, &text, "D: by the keyboard, through its camera", HandAction::Drive);
             let [undo, redo] = undo.counts().map(|count| count > 0);
-            button(undo, "Undo", "Ctrl Z: undoes the last action", HandAction::Undo);
-            button(redo, "Redo", "Ctrl Shift Z: redoes it", HandAction::Redo);
-            button(true, "Save situation", "F9: saves a scenario file", HandAction::KeepSituation);
+            button(ui, undo, "Undo", "Ctrl Z: undoes the last action", HandAction::Undo);
+            button(ui, redo, "Redo", "Ctrl Shift Z: redoes it", HandAction::Redo);
+            button(ui, true, "Save situation", "F9: saves a scenario file", HandAction::KeepSituation);
+            actions.write_batch(clicked.or(call).map(Action::Hand));
         });
     });
     Ok(())
