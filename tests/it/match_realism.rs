@@ -25,7 +25,9 @@ fn matches_are_compared_with_the_figures_of_ones_own_first() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let words = text(&output.stdout);
     assert!(
-        words.starts_with("spl2025, passers (blue) against roles (pink), realistic: 2 matches, seeds 1 to 2\n"),
+        words.starts_with(
+            "spl2025, passers (blue) against roles (pink), realistic, handicaps up to 0.6: 2 matches, seeds 1 to 2\n"
+        ),
         "{words}"
     );
     assert!(words.contains("2026, 3 matches: my own count") && words.contains("RoboCup-SPL/Ratings"), "{words}");
@@ -60,6 +62,7 @@ fn what_cannot_be_compared_is_refused() {
         (&["--logs", "no_log.yaml"], "no_log.yaml:1: "),
         (&["--logs", "."], "no_log.yaml:1: "),
         (&["--write-real", "a.ron"], "--logs"),
+        (&["--match", "--spread", "1"], "expected a number from 0 to 0.9"),
         (&["--blue", "roles"], "expected --match beside them"),
     ] {
         let output = naoisis(folder.path(), &[&["realism"], arguments].concat());
@@ -114,6 +117,9 @@ fn the_log_of_a_match_is_counted_as_the_match_was() {
     assert_eq!(figures[0].figures["goals"].value, f64::from(counted.all_goals()));
 }
 
+/// The greatest handicap, as of `naoisis realism --match`.
+const SPREAD: f32 = 0.6;
+
 /// The rows that are off, in words.
 fn off(scenario: &str, matches: usize) -> Vec<String> {
     const HELD: [&str; 4] = ["goals", "draws", "goalless", "falls_per_km"];
@@ -121,7 +127,7 @@ fn off(scenario: &str, matches: usize) -> Vec<String> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut played = Vec::new();
     let keep = |_, measures: Result<MatchMeasures, _>| played.push(measures.unwrap());
-    play_matches(&scenario, matches, 1, threads, headless_app, &AtomicBool::new(false), keep);
+    play_matches(&scenario, SPREAD, matches, 1, threads, headless_app, &AtomicBool::new(false), keep);
     let comparison = Comparison::of(&played, &RealFigures::built_in(), &scenario.name);
     let is_off = |key: &&str| comparison.row(key).and_then(|row| row.is_off()).unwrap_or(true);
     let words = |key: &str| {

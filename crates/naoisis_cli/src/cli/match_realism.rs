@@ -37,6 +37,10 @@ pub struct MatchRealismArguments {
     seed: u64,
     #[command(flatten)]
     teams: TeamArguments,
+    /// Differences in strength, as between teams of a tournament: in each match, each team has a handicap between 0 and this
+    /// (at most 0.9), drawn from the seed; 0 for teams as strong as they are
+    #[arg(long, value_name = "SHARE", default_value_t = 0.6, value_parser = spread, requires = "scenario")]
+    spread: f32,
     /// Set a field of the scenario: messages.loss=0.2
     #[arg(long, value_name = "PATH=VALUE", requires = "scenario")]
     set: Vec<Setting>,
@@ -67,6 +71,12 @@ pub struct MatchRealismArguments {
     /// Print nothing but errors
     #[arg(long)]
     quiet: bool,
+}
+
+/// Reads the value of `--spread`.
+fn spread(word: &str) -> Result<f32, &'static str> {
+    let spread = word.parse().ok().filter(|spread| (0.0..=0.9).contains(spread));
+    spread.ok_or("expected a number from 0 to 0.9")
 }
 
 impl MatchRealismArguments {
@@ -157,6 +167,7 @@ fn play_and_compare(
         "scenario": file.scenario.name,
         "teams": file.scenario.teams,
         "realism": file.scenario.realism_in_words(),
+        "spread": arguments.spread,
         "matches": played.len(),
         "first_seed": arguments.seed,
     });
@@ -213,6 +224,7 @@ fn play(
     let (mut played, mut failed) = (Vec::new(), false);
     play_matches(
         &file.scenario,
+        arguments.spread,
         arguments.matches as usize,
         arguments.seed,
         arguments.threads.map_or(cores, usize::from),
@@ -239,7 +251,11 @@ fn what_was_played(arguments: &MatchRealismArguments, file: &ScenarioFile, playe
     if let Some(teams) = &scenario.teams {
         let _ = write!(text, "{} (blue) against {} (pink), ", teams.name(Team::Blue), teams.name(Team::Pink));
     }
-    let _ = write!(text, "{}: ", scenario.realism_in_words());
+    let _ = write!(text, "{}", scenario.realism_in_words());
+    if arguments.spread > 0.0 && scenario.teams.is_some() {
+        let _ = write!(text, ", handicaps up to {}", arguments.spread);
+    }
+    text.push_str(": ");
     let last = arguments.seed.wrapping_add(played.saturating_sub(1) as u64);
     let _ = match played {
         1 => write!(text, "1 match, seed {}", arguments.seed),

@@ -131,13 +131,16 @@ fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapsho
             }
         }
         _ if is_theirs => false,
-        _ if snapshot.rules.goal_kick_clears_area => {
-            let (pitch, end) = (snapshot.pitch, snapshot.game.own_end(set_play.team));
-            let is_in_area = || touches_area(pitch, pitch.penalty_area, end, robot);
-            (pitch.in_penalty_area(end, set_play.ball_m) && is_in_area()) || is_too_near(set_play, snapshot, robot)
-        }
-        _ => is_too_near(set_play, snapshot, robot),
+        _ => is_too_near(set_play, snapshot, robot) || is_in_cleared_area(set_play, snapshot, robot),
     }
+}
+
+/// Whether a robot is in the penalty area that it has to leave, as a free kick is taken from there.
+fn is_in_cleared_area(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let (pitch, end) = (snapshot.pitch, snapshot.game.own_end(set_play.team));
+    snapshot.rules.goal_kick_clears_area
+        && pitch.in_penalty_area(end, set_play.ball_m)
+        && touches_area(pitch, pitch.penalty_area, end, robot)
 }
 
 /// Whether a robot is nearer to the ball of a free kick than it may be.
@@ -150,6 +153,16 @@ fn is_too_near(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapsh
     !on_own_line && place.distance(set_play.ball_m) < rules.free_kick_radius_m(pitch)
 }
 
+/// Returns how far a place is inside the penalty area of the team that takes a free kick, m; 0 outside.
+fn metres_inside_area(set_play: &SetPlay, snapshot: &MatchSnapshot, place: Vec2) -> f32 {
+    let (pitch, end) = (snapshot.pitch, snapshot.game.own_end(set_play.team));
+    let along = end.sign() * place.x - (pitch.half_length() - pitch.penalty_area.depth_m);
+    along.min(pitch.penalty_area.width_m / 2.0 - place.y.abs()).max(0.0)
+}
+
+const KEEP_AWAY: &str =
+    "During a free kick and before the ball is in play at a kick-off, the other team keeps away from it.";
+
 /// The evidence against a robot that was at an illegal position for too long, or that touched the other team's ball.
 pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let is_theirs = robot.id.team == set_play.team;
@@ -160,6 +173,8 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
     let may_know = set_play.kind == SetPlayKind::KickOff || set_play.cycles >= snapshot.cycles(TOLERANCE_S);
     let touched = !is_theirs && may_know && snapshot.touches.iter().any(|(toucher, _)| *toucher == robot.id);
     let too_long = cycles > snapshot.cycles(TOLERANCE_S);
+    // The last place counts: a robot that is far enough from the ball was penalised for being in the area.
+    let of_area = !touched && !is_too_near(set_play, snapshot, robot) && is_in_cleared_area(set_play, snapshot, robot);
     (touched || too_long).then(|| {
         let rule = match set_play.kind {
             SetPlayKind::PenaltyKick => {
@@ -168,7 +183,9 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
             SetPlayKind::KickOff if is_theirs => {
                 "Before the ball is in play at a kick-off, the team that takes it stays in its own half; one robot may be in the circle."
             }
-            _ => "During a free kick and before the ball is in play at a kick-off, the other team keeps away from it.",
+            SetPlayKind::KickOff => KEEP_AWAY,
+            _ if of_area => "During a free kick from inside a penalty area, the other team stays outside this area.",
+            _ => KEEP_AWAY,
         };
         let place = robot.pose.position;
         let radius = snapshot.pitch.centre_circle_diameter_m / 2.0;
@@ -176,6 +193,7 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
         let (quantity, value, limit) = match set_play.kind {
             SetPlayKind::KickOff if place.length() >= radius && ahead > 0.0 => ("m into the other half", ahead, 0.0),
             SetPlayKind::KickOff => ("m from the centre mark", place.length(), radius),
+            _ if of_area => ("m inside the penalty area", metres_inside_area(set_play, snapshot, place), 0.0),
             _ => ("m from the ball", place.distance(set_play.ball_m), snapshot.rules.free_kick_radius_m(snapshot.pitch)),
         };
         snapshot.evidence_against(rule, robot).with_measurement(quantity, value, limit).otherwise(if touched {
@@ -186,4 +204,33 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
             "It had to stay away, or leave in time."
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::referee::testing::MatchFixture;
+    use crate::team::RobotId;
+
+    #[test]
+    fn the_evidence_measures_what_the_robot_did() {
+        let [x, y] = [-2.6, 0.9];
+        let mut situation = MatchFixture::three_a_side();
+        situation.rules.goal_kick_clears_area = true;
+        situation.rules.free_kick_distance_m = Some(0.75);
+        let mut set_play = SetPlay::new(SetPlayKind::GoalKick, Team::Blue, Vec2::new(x, y), 900);
+        set_play.cycles = 1000;
+        let pink = RobotId::new(Team::Pink, 2);
+        for (place, what, value) in
+            [([x + 0.5, y], "m from the ball", 0.5), ([-2.7, -0.8], "m inside the penalty area", 0.3)]
+        {
+            situation = situation.robot_at(pink, Pose::new(place[0], place[1], 0.0));
+            let robot = situation.robot_mut(pink).clone();
+            let evidence = judge(1000, &set_play, &situation.snapshot(), &robot).unwrap();
+            let measured = evidence.measured.unwrap();
+            assert_eq!(measured.what, what);
+            assert!((measured.value - value).abs() < 1e-4, "{measured:?}");
+        }
+    }
 }

@@ -9,6 +9,8 @@ use super::meter::MatchMeter;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::game::{Game, GameState};
+use naoisis_core::random::RandomStream;
+use naoisis_core::team::Team;
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::interface::gather::{CurrentRecord, GatherPlugin, gather_start};
 use naoisis_sim::scenario::{Scenario, ScenarioFault};
@@ -74,10 +76,28 @@ fn play_to_the_end(world: &mut World, scenario: &Scenario) -> Result<MatchMeasur
     }
 }
 
+/// Returns the match of `scenario` with `seed` as in a tournament of unequal teams: a team without a handicap gets one between 0 and
+/// `spread` (0 to 0.9), drawn from the seed.
+fn with_drawn_handicaps(scenario: &Scenario, seed: u64, spread: f32) -> Scenario {
+    let mut scenario = Scenario { seed, ..scenario.clone() };
+    let mut draws = RandomStream::for_match(seed, "handicaps");
+    for team in Team::BOTH {
+        let drawn = spread * draws.uniform();
+        if let Some(teams) = &mut scenario.teams
+            && teams.robots[team].handicap == 0.0
+        {
+            teams.robots[team].handicap = drawn;
+        }
+    }
+    scenario
+}
+
 /// Plays `matches` matches of `scenario` on `threads` threads with seeds from `first_seed` on, and passes each seed with its measures to
-/// `finished`, in the order of the seeds. When `stop` becomes true, the matches under way are finished and no others begin.
+/// `finished`, in the order of the seeds. In each match, teams have handicaps between 0 and `spread` (0 to 0.9), drawn from the seed. When
+/// `stop` becomes true, the matches under way are finished and no others begin.
 pub fn play_matches(
     scenario: &Scenario,
+    spread: f32,
     matches: usize,
     first_seed: u64,
     threads: usize,
@@ -87,7 +107,7 @@ pub fn play_matches(
 ) {
     let play = |(): &mut (), index: usize| {
         let seed = first_seed.wrapping_add(index as u64);
-        (seed, play_match(&simulator, &Scenario { seed, ..scenario.clone() }))
+        (seed, play_match(&simulator, &with_drawn_handicaps(scenario, seed, spread)))
     };
     let Ok(()) = play_in_order(
         0..matches,
@@ -117,7 +137,7 @@ mod tests {
         let scenario = Scenario { duration_s: Some(30.0), ..Scenario::named("match3v3").unwrap() };
         let mut played = Vec::new();
         let keep = |seed, measures: Result<MatchMeasures, _>| played.push((seed, measures.unwrap()));
-        play_matches(&scenario, 3, 5, threads, simulator, &AtomicBool::new(false), keep);
+        play_matches(&scenario, 0.5, 3, 5, threads, simulator, &AtomicBool::new(false), keep);
         played
     }
 
@@ -128,6 +148,21 @@ mod tests {
         let field = played[0].1.field.as_ref().unwrap();
         assert!(field.walked_m > 5.0 && field.robot_play_s > 60.0 && field.ball_seen.is_some(), "{field:?}");
         assert_eq!(measured(3), played);
+    }
+
+    #[test]
+    fn handicaps_are_drawn_for_teams_that_have_none() {
+        let teams = r#"{ "teams": { "blue": { "team": "roles", "handicap": 0.2 }, "pink": "roles" } }"#;
+        let scenario = Scenario::from_json(teams).unwrap();
+        let handicap = |seed, spread, team: Team| {
+            with_drawn_handicaps(&scenario, seed, spread).teams.unwrap().robots[team].handicap
+        };
+        let drawn: Vec<f32> = (0..1000).map(|seed| handicap(seed, 0.6, Team::Pink)).collect();
+        assert!(drawn.iter().all(|drawn| (0.0..0.6).contains(drawn)));
+        // The mean of 1000 draws has a standard error of 0.0055.
+        assert!((drawn.iter().sum::<f32>() / 1000.0 - 0.3).abs() < 0.022);
+        assert_eq!((handicap(7, 0.6, Team::Pink), handicap(7, 0.6, Team::Blue)), (drawn[7], 0.2));
+        assert_eq!(handicap(7, 0.0, Team::Pink), 0.0);
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use bevy::math::Vec2;
-use core::iter::repeat_n;
 use resize::{Pixel, Type};
 use rgb::FromSlice;
 use std::sync::LazyLock;
@@ -109,10 +108,11 @@ impl Canvas {
         if from == to {
             return;
         }
-        let mut widened = Vec::new();
+        let mut widened = vec![[0; 3]; columns as usize];
         for (index, colours) in image.rgb.chunks_exact(3 * image.width as usize).enumerate() {
-            widened.clear();
-            widened.extend(colours.as_chunks::<3>().0.iter().flat_map(|colour| repeat_n(*colour, side)));
+            for (square, colour) in widened.chunks_exact_mut(side).zip(colours.as_chunks::<3>().0) {
+                square.fill(*colour);
+            }
             let first = top + (index * side) as i64;
             for row in (first..first + side as i64).filter(|row| (0..height).contains(row)) {
                 self.put_row(row as usize, (left + from) as usize, &widened[from as usize..to as usize]);
@@ -124,8 +124,8 @@ impl Canvas {
     fn put_row(&mut self, row: usize, column: usize, colours: &[[u8; 3]]) {
         let first = 4 * (row * self.pixmap.width() as usize + column);
         let pixels = self.pixmap.data_mut()[first..].as_chunks_mut::<4>().0;
-        for ([red, green, blue, _], colour) in pixels.iter_mut().zip(colours) {
-            [*red, *green, *blue] = *colour;
+        for (pixel, [red, green, blue]) in pixels.iter_mut().zip(colours) {
+            *pixel = [*red, *green, *blue, u8::MAX];
         }
     }
 
