@@ -1,4 +1,4 @@
-"""Trains a small detector of balls and robots on images of ``naoisis dataset``, on the processor, in some minutes.
+"""Trains a small detector of balls and robots on images of ``naoisis dataset``, on the processor, in about a quarter of an hour.
 
 Two data sets: one to train on, and one in other light, on another field, of another league::
 
@@ -7,7 +7,7 @@ Two data sets: one to train on, and one in other light, on another field, of ano
     python train_detector.py train_set test_set
 
 It needs PyTorch and Pillow. The network is a heat map of centres for each class with the size of the box at each (Zhou et al., Objects as
-Points, arXiv 1904.07850), with 55,000 parameters. What it finds in the second set is transfer between looks of this simulator, and says
+Points, arXiv 1904.07850), with 83,000 parameters. What it finds in the second set is transfer between looks of this simulator, and says
 nothing of real images.
 """
 
@@ -225,7 +225,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("train", type=Path, help="a data set in COCO's layout")
     parser.add_argument("test", type=Path, help="another, with images of the same size")
-    parser.add_argument("--epochs", type=int, default=10)
+    parser.add_argument("--epochs", type=int, default=6)
     arguments = parser.parse_args()
     images, boxes = load(arguments.train)
     unseen = load(arguments.test)
