@@ -1,4 +1,4 @@
-"""Trains a small detector of balls and robots on images of ``naoisis dataset``, on the processor, in about a quarter of an hour.
+"""Trains a small detector of balls and robots on images of ``naoisis dataset``, on the processor, in a quarter of an hour.
 
 Two data sets: one to train on, and one in other light, on another field, of another league::
 
