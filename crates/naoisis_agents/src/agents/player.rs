@@ -39,6 +39,11 @@ impl AgentPlayer {
     pub fn hello(&self) -> Option<&Hello> {
         self.0.as_ref()?.hello.as_ref()
     }
+
+    /// The process group of the program, if the match has started it and it plays.
+    pub fn process_group(&self) -> Option<u32> {
+        Some(self.0.as_ref()?.process.as_ref()?.group())
+    }
 }
 
 /// A program that plays a robot.

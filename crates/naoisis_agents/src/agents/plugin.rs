@@ -9,7 +9,7 @@ use super::player::{Agent, AgentPlayer, FAREWELL};
 use super::process::Process;
 use super::protocol::Hello;
 use super::remote::{CommandComponents, believe};
-use super::settings::AgentSettings;
+use super::settings::{AgentSettings, LeagueNumbers};
 
 use naoisis_core::behaviour::{DecideSystems, Program};
 use naoisis_core::cycle::{Cycle, CycleClock};
@@ -66,10 +66,12 @@ pub fn start_programs(world: &mut World) -> Result<(), ProgramStartError> {
     let mut programs: Vec<(Entity, RobotId, Vec<String>)> =
         waiting.iter(world).map(|(entity, id, program)| (entity, *id, program.0.clone())).collect();
     programs.sort_by_key(|(_, id, _)| *id);
+    let league = world.get_resource::<LeagueNumbers>().copied();
     let mut agents = Vec::new();
     for (entity, robot, words) in programs {
         let folder = settings.folders[robot.team].as_deref();
-        let (process, stream) = Process::start(&words, folder, robot, settings.error_lines.clone())
+        let environment = league.map(|league| league.environment(robot.team)).unwrap_or_default();
+        let (process, stream) = Process::start(&words, folder, robot, environment, settings.error_lines.clone())
             .map_err(|message| ProgramStartError { robot, message })?;
         let connection = Connection::new(stream, settings.longest_message, settings.break_off.clone());
         agents.push((entity, robot, Agent::new(connection, Some(process))));

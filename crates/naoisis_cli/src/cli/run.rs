@@ -64,6 +64,9 @@ pub(super) fn run_match(
     if let Err(message) = arguments.check_time_of_saving(app.world(), &scenario) {
         return report::usage_error(&message);
     }
+    if let Err(message) = arguments.network_of_many() {
+        return report::usage_error(&message);
+    }
     let interrupt = match Interrupt::watch(|| {}) {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
@@ -157,9 +160,13 @@ fn judge(
     }
     let mut verdicts = expectations::judge(&outcome.watch, &expectations.of_match());
     let settings = app.world().get_resource::<AgentSettings>().cloned().unwrap_or_default();
+    let network = arguments.network_of_many().map_err(|message| report::usage_error(&message))?;
     let simulator = || {
         let mut app = program.simulator();
         app.insert_resource(settings.clone());
+        if let Some(network) = &network {
+            app.insert_resource(network.clone());
+        }
         app
     };
     verdicts.extend(expectations.judge_many(simulator, scenario, interrupt).map_err(|message| {

@@ -5,6 +5,7 @@ use core::fmt;
 use core::sync::atomic::AtomicBool;
 
 use super::measure;
+use crate::batch::begin_programs;
 use crate::record::match_counts::MatchCounter;
 use crate::record::mistakes::{Mistake, MistakeFinder, MistakeKind};
 use naoisis_agents::agents;
@@ -137,9 +138,7 @@ fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expect
     let mut app = simulator();
     app.start_match(scenario).map_err(|fault| fault.to_string())?;
     let world = app.world_mut();
-    if world.contains_resource::<agents::AgentSettings>() {
-        agents::start_programs(world).map_err(|error| error.to_string())?;
-    }
+    begin_programs(world)?;
     let mut watch = Watch::begin(world, expected);
     let last_cycle = scenario.last_cycle();
     while world.resource::<Game>().state != GameState::Finished
