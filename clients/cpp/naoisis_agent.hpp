@@ -1,4 +1,4 @@
-// Plays a robot of a naoisis match: needs C++17 and the standard library.
+// Plays a robot of a naoisis match: needs C++17 and the standard library, and POSIX sockets for `naoisis serve`.
 //
 //     #include "naoisis_agent.hpp"
 //     using naoisis::Json;
@@ -14,12 +14,23 @@
 //     $ g++ -std=c++17 -O2 my_team.cpp -o my_team && naoisis run match3v3 --blue "exec:./my_team"
 //
 // `decide` receives the perception of the robot in a cycle, as in a trace, and returns a command with the names of a
-// trace's `command`. Standard output belongs to the match: print to std::cerr.
+// trace's `command`, or a whole answer, which has a `command` and what the program thinks: `belief`, `intention`, `reasons`,
+// `drawings` and `values`. Standard output belongs to the match: print to std::cerr.
+//
+// Programs that want more than perceptions use an Agent:
+//
+//     naoisis::Hello hello;
+//     hello.belief = true;                       // the belief of the built-in estimator
+//     naoisis::Agent agent(hello);
+//     std::cerr << agent.robot() << '\n';       // also agent.welcome()["model"]["kicks"], ["field"], ["pose"], ...
+//     while (const Json* turn = agent.next()) agent.answer(decide((*turn)["perception"], (*turn)["belief"]));
 #pragma once
 
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <initializer_list>
 #include <iostream>
@@ -27,9 +38,20 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
+
+#if defined(__unix__) || defined(__APPLE__)
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+#define NAOISIS_HAS_SOCKETS
+#endif
 
 namespace naoisis {
 
@@ -42,8 +64,8 @@ public:
 
     Json() = default;
     Json(bool value) : value_(value) {}
-    Json(int value) : value_(static_cast<double>(value)) {}
-    Json(double value) : value_(value) {}
+    template <class Number, class = std::enable_if_t<std::is_arithmetic_v<Number> && !std::is_same_v<Number, bool>>>
+    Json(Number value) : value_(static_cast<double>(value)) {}
     Json(const char* text) : value_(std::string(text)) {}
     Json(std::string text) : value_(std::move(text)) {}
     Json(std::initializer_list<double> numbers) : value_(List(numbers.begin(), numbers.end())) {}
@@ -100,6 +122,8 @@ public:
         if (const auto* truth = std::get_if<bool>(&value_)) {
             out += *truth ? "true" : "false";
         } else if (const auto* number = std::get_if<double>(&value_)) {
+            // JSON has no such numbers, and the match would give up the program.
+            if (!std::isfinite(*number)) throw std::runtime_error("a number to send is not finite");
             char digits[32];
             out.append(digits, std::to_chars(digits, digits + sizeof digits, *number).ptr);
         } else if (const auto* text = std::get_if<std::string>(&value_)) {
@@ -235,29 +259,187 @@ private:
     }
 };
 
-// Plays a robot until the match is over. How it ended, with its score; null if the match was broken off. Of what the robot
-// perceives `decide` gets the fields that are named, such as "percepts.ball" or "game.state", and all if none is.
-inline Json play(const std::function<Json(const Json&)>& decide, const std::string& name = "", const std::vector<std::string>& fields = {}) {
-    std::ios::sync_with_stdio(false);
-    Json hello = Json::object({{"protocol", 1}, {"name", name}});
-    if (!fields.empty()) hello.set("fields", Json(Json::List(fields.begin(), fields.end())));
-    std::cout << Json::object({{"hello", hello}}).dump() << '\n' << std::flush;
-    std::string answer;
-    for (std::string line; std::getline(std::cin, line);) {
-        const Json message = Json::parse(line);
-        if (!message["end"].is_null()) return message["end"];
-        if (!message["refused"].is_null()) throw std::runtime_error(message["refused"]["reason"].text());
-        if (message["cycle"].is_null()) continue;
-        const Json command = decide(message["perception"]);
-        answer = "{\"cycle\":";
-        message["cycle"].write(answer);
-        answer += ",\"command\":";
-        if (command.is_null()) answer += "{}";
-        else command.write(answer);
-        answer += "}\n";
-        std::cout.write(answer.data(), static_cast<std::streamsize>(answer.size())) << std::flush;
+// How a program introduces itself.
+struct Hello {
+    std::string name;
+    // The parts of perceptions that it gets, such as "percepts.ball" or "game.state"; all, if none are named.
+    std::vector<std::string> fields;
+    // Whether it gets the belief of the built-in estimator.
+    bool belief = false;
+    // The cameras whose images it gets, in base64.
+    std::vector<std::string> images;
+    // Where `naoisis serve` listens: "tcp:HOST:PORT" or "unix:PATH"; empty for standard input and output.
+    std::string address;
+    // The robot that it wants, such as "blue2", by default that of NAOISIS_ROBOT; and the token of the match.
+    std::string robot;
+    std::string token;
+};
+
+// The lines to and from the match.
+class Lines {
+public:
+    explicit Lines(const std::string& address) {
+        if (!address.empty()) socket_ = connected(address);
+        else std::ios::sync_with_stdio(false);
     }
-    return Json();
+    Lines(const Lines&) = delete;
+    Lines& operator=(const Lines&) = delete;
+#ifdef NAOISIS_HAS_SOCKETS
+    ~Lines() {
+        if (socket_ >= 0) ::close(socket_);
+    }
+#endif
+
+    bool read(std::string& line) {
+        if (socket_ < 0) return static_cast<bool>(std::getline(std::cin, line));
+#ifdef NAOISIS_HAS_SOCKETS
+        for (;;) {
+            const auto end = received_.find('\n');
+            if (end != std::string::npos) {
+                line.assign(received_, 0, end);
+                received_.erase(0, end + 1);
+                return true;
+            }
+            char bytes[4096];
+            const auto count = ::recv(socket_, bytes, sizeof bytes, 0);
+            if (count <= 0) return false;
+            received_.append(bytes, static_cast<std::size_t>(count));
+        }
+#else
+        return false;
+#endif
+    }
+    void write(std::string line) {
+        line += '\n';
+        if (socket_ < 0) {
+            std::cout.write(line.data(), static_cast<std::streamsize>(line.size())) << std::flush;
+            return;
+        }
+#ifdef NAOISIS_HAS_SOCKETS
+        for (std::size_t sent = 0; sent < line.size();) {
+            const auto count = ::send(socket_, line.data() + sent, line.size() - sent, 0);
+            if (count <= 0) return;  // The end is noticed in reading.
+            sent += static_cast<std::size_t>(count);
+        }
+#endif
+    }
+
+private:
+    int socket_ = -1;
+    std::string received_;
+
+    static int connected(const std::string& address) {
+#ifdef NAOISIS_HAS_SOCKETS
+        const auto port = address.rfind(':');
+        if (address.compare(0, 5, "unix:") == 0) {
+            sockaddr_un place{};
+            place.sun_family = AF_UNIX;
+            std::strncpy(place.sun_path, address.c_str() + 5, sizeof place.sun_path - 1);
+            const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+            if (::connect(socket, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0) return socket;
+        } else if (address.compare(0, 4, "tcp:") == 0 && port > 3) {
+            addrinfo wanted{}, *places = nullptr;
+            wanted.ai_socktype = SOCK_STREAM;
+            const std::string host = address.substr(4, port - 4);
+            if (::getaddrinfo(host.c_str(), address.c_str() + port + 1, &wanted, &places) == 0) {
+                for (const addrinfo* place = places; place; place = place->ai_next) {
+                    const int socket = ::socket(place->ai_family, place->ai_socktype, place->ai_protocol);
+                    if (::connect(socket, place->ai_addr, place->ai_addrlen) == 0) {
+                        const int yes = 1;
+                        ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+                        ::freeaddrinfo(places);
+                        return socket;
+                    }
+                    ::close(socket);
+                }
+                ::freeaddrinfo(places);
+            }
+        }
+#endif
+        throw std::runtime_error("cannot connect to `" + address + "`; expected tcp:HOST:PORT or unix:PATH of a match");
+    }
+};
+
+// The connection to the match.
+class Agent {
+public:
+    // Introduces the program. Throws if the match refuses it.
+    explicit Agent(const Hello& hello) : lines_(hello.address) {
+        const char* of_environment = std::getenv("NAOISIS_ROBOT");
+        const std::string robot = hello.robot.empty() && of_environment ? of_environment : hello.robot;
+        Json said = Json::object({{"protocol", 1}, {"name", hello.name}});
+        if (!hello.fields.empty()) said.set("fields", Json(Json::List(hello.fields.begin(), hello.fields.end())));
+        if (!hello.images.empty()) said.set("images", Json(Json::List(hello.images.begin(), hello.images.end())));
+        if (hello.belief) said.set("belief", true);
+        if (!robot.empty()) said.set("robot", robot);
+        if (!hello.token.empty()) said.set("token", hello.token);
+        lines_.write(Json::object({{"hello", said}}).dump());
+        const Json answer = receive() ? message_ : Json();
+        if (!answer["refused"].is_null()) throw std::runtime_error(answer["refused"]["reason"].text());
+        if (answer["welcome"].is_null()) throw std::runtime_error("the match has hung up");
+        welcome_ = answer["welcome"];
+    }
+
+    // What the match tells at the beginning: robot, pose, cycle_s, field, rules, model.
+    const Json& welcome() const { return welcome_; }
+    // The robot that the program plays, such as "blue2".
+    const std::string& robot() const { return welcome_["robot"].text(); }
+    // How the match ended, with its score; null before the end, or if it was broken off.
+    const Json& end() const { return end_; }
+
+    // The next cycle, with its "time_s", "perception", and "belief", "images" and "refused" commands if there are any. It must
+    // be answered. Null after the end.
+    const Json* next() {
+        while (receive()) {
+            end_ = message_["end"];
+            if (!end_.is_null()) return nullptr;
+            if (!message_["cycle"].is_null()) return &message_;
+        }
+        return nullptr;
+    }
+    // Answers the cycle with a command, or with a whole answer, which has a "command".
+    void answer(const Json& command) {
+        std::string line = "{\"cycle\":";
+        message_["cycle"].write(line);
+        if (command["command"].is_null()) {
+            line += ",\"command\":";
+            if (command.is_null()) line += "{}";
+            else command.write(line);
+            line += '}';
+        } else {
+            // Its fields follow the cycle.
+            const std::string rest = command.dump();
+            line += ',';
+            line.append(rest, 1, std::string::npos);
+        }
+        lines_.write(std::move(line));
+    }
+
+private:
+    Lines lines_;
+    Json welcome_, message_, end_;
+
+    bool receive() {
+        std::string line;
+        if (!lines_.read(line)) return false;
+        message_ = Json::parse(line);
+        return true;
+    }
+};
+
+// Plays a robot until the match is over. How it ended, with its score; null if the match was broken off.
+inline Json play(const std::function<Json(const Json&)>& decide, const Hello& hello) {
+    Agent agent(hello);
+    while (const Json* turn = agent.next()) agent.answer(decide((*turn)["perception"]));
+    return agent.end();
+}
+
+// The same over standard input and output, with a name and the fields that `decide` gets.
+inline Json play(const std::function<Json(const Json&)>& decide, const std::string& name = "", const std::vector<std::string>& fields = {}) {
+    Hello hello;
+    hello.name = name;
+    hello.fields = fields;
+    return play(decide, hello);
 }
 
 }  // namespace naoisis

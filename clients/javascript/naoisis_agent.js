@@ -6,7 +6,8 @@
 //     $ naoisis run match3v3 --blue "exec:node my_team.js"
 //
 // `decide` receives the perception of the robot in a cycle, as in a trace, and returns a command with the names of a
-// trace's `command`. Standard output belongs to the match: console.log writes to standard error here.
+// trace's `command`, or a whole answer, which has a `command` and what the program thinks: `belief`, `intention`, `reasons`,
+// `drawings` and `values`. Standard output belongs to the match: console.log writes to standard error here.
 "use strict";
 
 const { Console } = require("console");
@@ -22,7 +23,9 @@ async function play(decide, name = "", fields = []) {
     const message = JSON.parse(line);
     if (message.end) return message.end;
     if (message.refused) throw new Error(message.refused.reason);
-    if (message.cycle !== undefined) send({ cycle: message.cycle, command: decide(message.perception) ?? {} });
+    if (message.cycle === undefined) continue;
+    const answer = decide(message.perception) ?? {};
+    send({ cycle: message.cycle, ...(answer.command ? answer : { command: answer }) });
   }
   return undefined;
 }

@@ -14,7 +14,8 @@
     $ naoisis run match3v3 --blue "exec:python3 my_team.py" --trace match.jsonl
 
 `decide` receives the perception of the robot in a cycle, a dictionary as in a trace, and returns a command with the names
-of a trace's `command`, or None to stand still. Prints go to standard error, because standard output belongs to the match.
+of a trace's `command`, or None to stand still. To say what it thinks, it returns a whole answer instead:
+`{"command": {...}, "belief": {...}, "intention": "...", "reasons": {...}, "drawings": [...], "values": {...}}`. Prints go to standard error, because standard output belongs to the match.
 `play(decide, fields=["percepts.ball", "game.state"])` receives only these parts, which takes less time.
 `encoding="msgpack"` uses MessagePack, by `naoisis_message_pack.py` beside this file. It is faster for images,
 and if the package `msgpack` is installed; without it Python reads JSON several times as fast.
@@ -35,7 +36,7 @@ class Refused(Exception):
 
 
 class Agent:
-    """The connection to the match. `welcome` describes the match: robot, cycle_s, field, rules, model."""
+    """The connection to the match. `welcome` describes the match: robot, pose, cycle_s, field, rules, model."""
 
     def __init__(self, name="", images=(), belief=False, address=None, robot=None, token=None, encoding="json", fields=()):
         """Connects over standard input and output, or to `naoisis serve` at `address`: "tcp:HOST:PORT" or "unix:PATH", with its
@@ -70,7 +71,8 @@ class Agent:
         self.end = None
 
     def turns(self):
-        """The cycles of the match until its end, each with "cycle", "time_s" and "perception". Each must be answered."""
+        """The cycles of the match until its end, each with "cycle", "time_s" and "perception", and "refused" if commands of the
+        last cycle were refused. Each must be answered."""
         while True:
             turn = self._receive()
             if turn is None:
@@ -84,8 +86,9 @@ class Agent:
             yield turn
 
     def answer(self, turn, command=None):
-        """Sends the command for this cycle."""
-        self._send({"cycle": turn["cycle"], "command": command or {}})
+        """Sends the command for this cycle, or a whole answer, which has a "command"."""
+        answer = command or {}
+        self._send({"cycle": turn["cycle"], **(answer if "command" in answer else {"command": answer})})
 
     def _send(self, message):
         if self._message_pack is None:

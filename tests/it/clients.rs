@@ -2,16 +2,18 @@
 //! behaviour.
 
 use bevy::prelude::*;
-use naoisis::agents::RobotCommand;
+use naoisis::agents::{self, AgentSettings, AgentsPlugin, RobotCommand, Server};
 use naoisis::game::GameState;
+use naoisis::interface::gather::{CurrentRecord, gather_start};
 use naoisis::pitch::{End, GoalColour};
 use naoisis::prelude::*;
+use naoisis::record::RecordPlugin;
 use naoisis::robot::posture::PostureCommand;
 use naoisis::sensing::status::BodyStatus;
 use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use crate::support::{begin_trace, headless_app, naoisis, text};
 
@@ -201,4 +203,74 @@ fn the_python_team_plays_the_same_match_in_message_pack() {
         &["run", "match3v3", "--duration", "0.1", "--cameras", "off", "--agent-start-timeout", "60", "--blue", &team],
     );
     assert!(text(&output.stderr).contains("Refused: it wants camera images, but none"), "{}", text(&output.stderr));
+}
+
+/// A program that asks for everything that the header offers, over a socket.
+const CURIOUS: &str = r#"
+#include "naoisis_agent.hpp"
+#include <limits>
+using naoisis::Json;
+
+int main(int, char** arguments) {
+    naoisis::Hello hello;
+    hello.name = "curious";
+    hello.address = arguments[1];
+    hello.robot = "blue2";
+    hello.token = "secret";
+    hello.belief = true;
+    hello.images = {"top"};
+    hello.fields = {"body"};
+    naoisis::Agent agent(hello);
+    std::cerr << agent.robot() << ' ' << agent.welcome()["pose"].dump() << ' ' << Json(1L).dump() << '\n';
+    while (const Json* turn = agent.next()) {
+        if ((*turn)["cycle"].number() == 2) {
+            std::cerr << "refused " << (*turn)["refused"][0]["command"].text() << ", "
+                      << (*turn)["images"]["top"]["width"].number() << '\n';
+        }
+        try {
+            agent.answer(Json::object({{"walk", {0.0, std::numeric_limits<double>::quiet_NaN(), 0.0}}}));
+        } catch (const std::runtime_error& error) {
+            if ((*turn)["cycle"].number() == 1) std::cerr << error.what() << '\n';
+        }
+        const Json posture = Json::object({{"dive", "left"}});
+        const Json pose = (*turn)["belief"]["pose"];
+        const Json belief = Json::object({{"pose", {pose[0].number(), pose[1].number() + 0.5, 0.0}}});
+        agent.answer(Json::object({{"command", Json::object({{"posture", posture}})}, {"belief", belief}, {"intention", "dive"}}));
+    }
+    std::cerr << agent.end()["reason"].text() << '\n';
+}
+"#;
+
+#[test]
+fn the_header_for_cpp_has_the_whole_protocol_over_sockets() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("curious.cpp"), CURIOUS).unwrap();
+    let mut compiler = Command::new("c++");
+    compiler.args(["-std=c++17", "-Wall", "-Wextra", "-Werror", "-I", &client("cpp"), "curious.cpp", "-o", "curious"]);
+    assert!(compiler.current_dir(folder.path()).status().unwrap().success());
+    let socket = format!("unix:{}", folder.path().join("socket").display());
+    for address in ["tcp:127.0.0.1:0", &socket] {
+        let mut server = Server::listen(&address.parse().unwrap()).unwrap();
+        let mut app = App::new();
+        app.add_plugins((NaoisisPlugins, RecordPlugin, AgentsPlugin));
+        app.insert_resource(AgentSettings { answer_timeout: None, token: Some("secret".to_owned()), ..default() });
+        let scenario = r#"{ "robots": [{ "number": 2, "pose": [-1, 0.5, 0], "behaviour": "remote" }] }"#;
+        app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
+        let program = Command::new("./curious")
+            .arg(server.address().to_string())
+            .current_dir(folder.path())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        server.let_in(app.world_mut(), || false, |_| {});
+        gather_start(app.world_mut());
+        app.run_cycles(5);
+        let record = app.world().resource::<CurrentRecord>().record.robots[0].clone();
+        let believed = record.belief.unwrap().pose.position;
+        assert!((believed.y - 1.0).abs() < 0.2, "{believed}");
+        assert_eq!(record.intention.as_deref(), Some("dive"));
+        agents::dismiss(app.world_mut(), "enough");
+        let said = text(&program.wait_with_output().unwrap().stderr);
+        assert_eq!(said, "blue2 [-1,0.5,0] 1\na number to send is not finite\nrefused posture, 320\nenough\n");
+    }
 }

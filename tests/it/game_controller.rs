@@ -13,6 +13,7 @@ use naoisis::game_controller::{
 };
 use naoisis::prelude::*;
 use naoisis::team::PerTeam;
+use std::collections::BTreeSet;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
 use std::sync::atomic::{AtomicU16, Ordering};
@@ -243,7 +244,10 @@ fn a_port_in_use_is_a_mistake_of_the_command_line_and_so_are_numbers_that_are_no
     let _other = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3939 + offset)).unwrap();
     let offset = offset.to_string();
     for (arguments, said) in [
-        (&["--game-controller", "v18", "--game-controller-port-offset", &offset][..], "in use"),
+        (
+            &["--game-controller", "v18", "--game-controller-port-offset", &offset][..],
+            "expected a free port, as with --game-controller-port-offset",
+        ),
         (&["--game-controller", "v17"], "v18"),
         (&["--game-controller", "v18", "--team-numbers", "5"], "two different numbers"),
         (&["--game-controller", "v18", "--team-numbers", "5,5"], "two different numbers"),
@@ -546,6 +550,8 @@ fn what_programs_say_over_udp_is_a_message_of_the_match() {
     UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().send_to(b"nobody", here).unwrap();
     app.run_cycles(1);
     assert_eq!(refusals(&app), []);
+    let is_told = |event: &MatchEvent| matches!(event, MatchEvent::GameController { message } if message.contains("are from no robot"));
+    assert!(app.world().resource::<CycleEvents>().iter().any(is_told));
     perceive(app.world_mut());
     assert_eq!(heard(&team_mate).len(), 0);
     app.run_cycles(1);
@@ -576,7 +582,7 @@ import os, sys
 from naoisis_agent import play
 from team_messages import TeamMessages
 robot = int(os.environ["NAOISIS_ROBOT"][-1])
-messages = TeamMessages(5, robot, int(sys.argv[1]))
+messages = TeamMessages()
 last = b""
 def decide(perception):
     global last
@@ -595,7 +601,7 @@ fn programs_that_talk_over_udp_play_the_same_match_each_time() {
     let (offset, _control) = free_ports();
     let offset = offset.to_string();
     let play = |trace: &str| {
-        let program = format!("exec:env PYTHONPATH={} python3 talking.py {offset}", clients.display());
+        let program = format!("exec:env PYTHONPATH={} python3 talking.py", clients.display());
         let common = ["run", "match3v3", "--duration", "2", "--agent-timeout", "60", "--set", "messages.loss=0.3"];
         let messages = ["--team-messages", "--team-numbers", "5,12", "--game-controller-port-offset", &offset];
         let rest = ["--trace", trace, "--blue", &program];
@@ -605,4 +611,66 @@ fn programs_that_talk_over_udp_play_the_same_match_each_time() {
         std::fs::read(folder.path().join(trace)).unwrap()
     };
     assert!(play("one.jsonl") == play("other.jsonl"));
+}
+
+/// Sends from a socket that is bound to no address, or, with a port, to it at any address, and prints what it hears.
+const UNBOUND: &str = r#"
+import os, socket, sys
+from naoisis_agent import play
+robot, offset = os.environ["NAOISIS_ROBOT"], int(os.environ["NAOISIS_PORT_OFFSET"])
+port = 10000 + int(os.environ["NAOISIS_TEAM_NUMBER"]) + offset
+messages = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+if robot in sys.argv[1:]:
+    messages.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    messages.bind(("", port))
+messages.setblocking(False)
+def decide(perception):
+    messages.sendto(robot.encode(), ("127.0.0.1", port))
+    try: print("heard", messages.recv(1024).decode(), file=sys.stderr)
+    except BlockingIOError: pass
+play(decide, fields=["body"])
+"#;
+
+#[test]
+#[cfg(target_os = "linux")]
+fn datagrams_of_programs_at_any_address_arrive_or_are_told_to_be_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("unbound.py"), UNBOUND).unwrap();
+    let clients = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python");
+    let (offset, _control) = free_ports();
+    let offset = offset.to_string();
+    let play = |bound: &str| {
+        let program = format!("exec:env PYTHONPATH={} python3 unbound.py {bound}", clients.display());
+        let common =
+            ["run", "match3v3", "--duration", "1", "--agent-timeout", "60", "--quiet", "--trace", "t.jsonl", "--force"];
+        let messages = ["--team-messages", "--team-numbers", "5,12", "--game-controller-port-offset", &offset];
+        let output = naoisis(folder.path(), &[&common[..], &messages, &["--blue", &program]].concat());
+        let (said, trace) = (text(&output.stderr), std::fs::read_to_string(folder.path().join("t.jsonl")).unwrap());
+        assert!(output.status.success(), "{said}");
+        let mut sent = BTreeSet::new();
+        for line in trace.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap()) {
+            let robots = line["robots"].as_array().into_iter().flatten();
+            let heard = robots.flat_map(|robot| robot["inbox"].as_array().cloned().unwrap_or_default());
+            let datagrams =
+                heard.filter(|message| message["datagram"].is_string() || message["say"]["datagram"].is_string());
+            sent.extend(datagrams.map(|message| message["from"].as_str().unwrap().to_owned()));
+        }
+        (sent, said, trace)
+    };
+    // Each by its process; the one that listens hears its team-mates.
+    let (sent, said, trace) = play("blue2");
+    assert!(sent.len() == 3 && !trace.contains("game_controller"), "{sent:?} {said}");
+    let heard: Vec<&str> = said.lines().filter_map(|line| line.split("heard ").nth(1)).collect();
+    assert!(heard.len() > 10 && heard.iter().all(|from| ["blue1", "blue3"].contains(from)), "{said}");
+    // Those that share an address cannot be told apart.
+    let (sent, said, trace) = play("blue1 blue3");
+    assert_eq!(sent.into_iter().collect::<Vec<_>>(), ["blue2"], "{said}");
+    for told in [&said, &trace] {
+        assert!(
+            told.contains(
+                "are lost, because the programs of blue1, blue3 share this address; expected the address 127.1.5.N"
+            ),
+            "{said}"
+        );
+    }
 }

@@ -397,3 +397,53 @@ fn a_measure_of_the_naos_that_does_not_fit_a_robot_is_told_as_such() {
     let words = "the waistband of (0.056, 0.074) m is inside the trunk, where no camera sees it (the NAO's, as the file does not say it)";
     assert!(errors.iter().all(|error| error.message() == words), "{errors:?}");
 }
+
+#[test]
+fn a_model_may_start_from_another_and_say_what_differs() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path.to_string_lossy().into_owned()
+    };
+    let k1 = RobotModel::named("booster_k1").unwrap();
+    let ours = file(
+        "ours.ron",
+        r#"(name: "our_k1", like: "booster_k1",
+            settings: (motion: (max_linear_mps: 0.9), cameras: (mounts: [(name: "wide", position_m: (0.05, 0.0, 0.85), tilt_deg: 10.0)])),
+            sources: { "motion.max_linear_mps": "our measurement" })"#,
+    );
+    let model = RobotModel::check(&ours).unwrap().unwrap_or_else(|errors| panic!("{errors:?}"));
+    let (own, base) = (model.all_settings(), k1.all_settings());
+    assert_eq!((&own["kicks"], &own["body"], &model.description), (&base["kicks"], &base["body"], &k1.description));
+    assert_eq!(own["motion"]["max_linear_mps"], 0.9);
+    assert_eq!(own["cameras"]["width"], base["cameras"]["width"]);
+    // Changed figures have their own sources, or none.
+    assert_eq!(model.source("motion.max_linear_mps"), Some("our measurement"));
+    assert_eq!(model.source("kicks.wind_up_s"), k1.source("kicks.wind_up_s"));
+    let of_camera = model.source("cameras.mounts.0.tilt_deg").unwrap();
+    assert_eq!(of_camera, "guess: changed from booster_k1, without a source");
+    // A file beside it, of which a scenario is played; what differs holds in every realism.
+    let theirs = file("theirs.ron", r#"(name: "their_k1", like: "ours.ron", realistic: (kicks: (wind_up_s: 0.7)))"#);
+    for realism in ["ideal", "realistic"] {
+        let text = json!({ "model": theirs, "realism": realism }).to_string();
+        let settings = Scenario::from_json(&text).unwrap().settings;
+        assert_eq!((settings.motion.max_linear_mps, settings.cameras.mounts.as_slice().len()), (0.9, 1));
+        assert_eq!(settings.kicks.wind_up_s == 0.7, realism == "realistic");
+    }
+    let output = naoisis(folder.path(), &["robot", "show", "theirs.ron"]);
+    let shown = text(&output.stdout);
+    assert!(
+        shown.contains("our measurement") && shown.lines().any(|line| line.starts_with("body.height_m")),
+        "{shown}"
+    );
+    for (name, like, said) in [
+        ("unknown.ron", "booster_k2", "2:11: there is no model `booster_k2`: did you mean `booster_k1`?"),
+        ("itself.ron", "itself.ron", "2:11: the model's file is wrong: "),
+        ("missing.ron", "nowhere.ron", "cannot be read"),
+    ] {
+        let path = file(name, &format!("(name: \"x\",\n    like: \"{like}\")"));
+        let errors = RobotModel::check(&path).unwrap().unwrap_err();
+        assert!(errors.len() == 1 && errors[0].to_string().contains(said), "{errors:?}");
+    }
+}

@@ -400,7 +400,7 @@ fn told(mut stream: UnixStream) -> String {
 #[test]
 fn who_connects_and_says_nothing_keeps_nobody_waiting() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut app, server, path) = served_match(folder.path(), 1);
+    let (mut app, mut server, path) = served_match(folder.path(), 1);
     let silent: Vec<UnixStream> =
         ["", "{\"hello\": "].iter().cycle().take(40).map(|said| connected(&path, said)).collect();
     let wrong = connected(&path, "Hello!\n");
@@ -422,7 +422,7 @@ fn who_connects_and_says_nothing_keeps_nobody_waiting() {
 #[test]
 fn a_robot_whose_program_hangs_up_before_the_match_is_free_again() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut app, server, path) = served_match(folder.path(), 2);
+    let (mut app, mut server, path) = served_match(folder.path(), 2);
     let hello = |robot: &str| format!("{{\"hello\": {{\"name\": \"x\", \"protocol\": 1, \"robot\": \"{robot}\"}}}}\n");
     let programs = std::thread::spawn(move || {
         let welcomed = |robot: &str| {
@@ -452,7 +452,7 @@ fn both_encodings_say_the_same_with_beliefs_and_images() {
     let play = |encoding: &'static str, fields: &'static [&str]| {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("socket");
-        let server = Server::listen(&Address::Unix(path.clone())).unwrap();
+        let mut server = Server::listen(&Address::Unix(path.clone())).unwrap();
         let program = std::thread::spawn(move || play_over(UnixStream::connect(path).unwrap(), encoding, fields));
         let mut app = App::new();
         app.add_plugins((NaoisisPlugins, AgentsPlugin));
@@ -494,4 +494,201 @@ fn both_encodings_say_the_same_with_beliefs_and_images() {
     let expected: Vec<Value> = json.0.iter().map(parts_of).collect();
     assert_eq!(json_parts.0, expected);
     assert!(expected.iter().any(|turn| turn["perception"]["percepts"]["goal_posts"][0]["colour"].is_string()));
+}
+
+/// Knows where it is by its steps from where it stood at the start, says what it thinks, and asks for a dive that its robot cannot do.
+const THINKING: &str = r#"
+import math, sys
+from naoisis_agent import Agent
+agent = Agent(name="thinking", fields=["odometry", "percepts.ball"])
+x, y, heading = agent.welcome["pose"]
+print("I stand at", round(x, 3), round(y, 3), round(heading, 3), file=sys.stderr)
+for turn in agent.turns():
+    for refused in turn.get("refused", []):
+        if turn["cycle"] == 2: print("refused:", refused["command"], refused["reason"], file=sys.stderr)
+    dx, dy, turned = turn["perception"]["odometry"]
+    turn_rad = math.radians(heading)
+    pose = [x + dx * math.cos(turn_rad) - dy * math.sin(turn_rad),
+            y + dx * math.sin(turn_rad) + dy * math.cos(turn_rad), heading + turned]
+    answer = {"command": {"walk": [0.004, 0.0, 0.5], "posture": {"dive": "left"}}}
+    if turn["cycle"] != 20:
+        answer.update({
+            "belief": {"pose": pose, "pose_covariance": [0.01, 0, 0.01, 0, 0, 0.01],
+                       "ball": {"position_m": [0.0, 0.0], "position_covariance": [0.01, 0, 0.01]}},
+            "intention": "walk", "values": {"speed": 0.12},
+            "reasons": {"options": [{"name": "walk", "value": 2}, {"name": "wait", "why": "no"}], "chosen": 0},
+            "drawings": [{"frame": "robot", "ink": "sky", "circle": {"centre_m": [0, 0], "radius_m": 0.5}},
+                         {"text": {"position_m": [1, 1], "words": "here"}}]})
+    agent.answer(turn, answer)
+"#;
+
+#[test]
+fn what_a_program_thinks_is_in_the_trace_and_measured_like_the_built_in_beliefs() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("thinking.py"), THINKING).unwrap();
+    let scenario = r#"{ "realism": "ideal", "rules": "free", "duration_s": 2, "ball": { "position_m": [0, 0] }, "robots": [
+        { "team": "pink", "number": 2, "pose": [1.5, 0.5, 150], "behaviour": { "program": ["python3", "thinking.py"] } },
+        { "team": "blue", "number": 1, "pose": [-1.5, 0.5, 0], "behaviour": "chaser" } ] }"#;
+    fs::write(folder.path().join("match.json"), scenario).unwrap();
+    let program = format!("PYTHONPATH={}", path_of("clients/python").display());
+    let words = [
+        "run",
+        "match.json",
+        "--agent-timeout",
+        "60",
+        "--trace",
+        "t.jsonl",
+        "--trace-fields",
+        "robots,robots.reasons,events",
+    ];
+    let measures = ["--beliefs", "b.csv", "--mistakes", "m.json", "--expect", "pink2.pose_error_m < 0.02"];
+    let output = Command::new("env")
+        .arg(program)
+        .arg(env!("CARGO_BIN_EXE_naoisis"))
+        .args(words)
+        .args(measures)
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let (said, report) = (text(&output.stderr), text(&output.stdout));
+    assert!(output.status.success(), "{said}{report}");
+    // In the frame of its team, which defends +x.
+    assert!(said.contains("[pink2] I stand at -1.5 -0.5 -30.0"), "{said}");
+    assert!(said.contains("[pink2] refused: posture not_allowed"), "{said}");
+    assert!(report.contains("refused commands of pink2: 60 x posture: not allowed"), "{report}");
+    let lines = lines(&folder.path().join("t.jsonl"));
+    let robot = |cycle: usize| {
+        lines[1 + cycle]["robots"].as_array().unwrap().iter().find(|robot| robot["id"] == "pink2").unwrap()
+    };
+    let told = robot(30);
+    assert_eq!((&told["intention"], &told["values"]), (&json!("walk"), &json!({ "speed": 0.12 })));
+    assert_eq!((&told["reasons"]["chosen"], &told["reasons"]["options"][0]["name"]), (&json!(0), &json!("walk")));
+    assert_eq!(told["drawings"][0]["ink"], "sky");
+    assert_eq!(
+        told["drawings"][1],
+        json!({ "frame": "team", "ink": "white", "text": { "position_m": [1.0, 1.0], "words": "here" } })
+    );
+    // A belief holds for the cycle in which it is told.
+    assert!(told["belief"]["ball"].is_object() && robot(20)["belief"].is_null() && robot(20)["intention"].is_null());
+    let table = fs::read_to_string(folder.path().join("b.csv")).unwrap();
+    assert!(["pink2", "blue1"].iter().all(|id| table.contains(&format!(",{id},"))), "{table}");
+}
+
+/// Hears of the game at the ports of its match, and ends with an error if it has not.
+const LISTENING_TO_THE_GAME: &str = r#"
+import os, socket, sys
+from naoisis_agent import play
+offset, team = int(os.environ["NAOISIS_PORT_OFFSET"]), int(os.environ["NAOISIS_TEAM_NUMBER"])
+robot = int(os.environ["NAOISIS_ROBOT"][-1])
+game = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+game.bind(("127.0.0.1", 3838 + offset))
+messages = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+messages.bind((f"127.1.{team}.{robot}", 10000 + team + offset))
+for each in (game, messages): each.setblocking(False)
+print("team", team, "at", offset, file=sys.stderr)
+cycles, heard = 0, 0
+def decide(perception):
+    global cycles, heard
+    cycles += 1
+    try: heard += game.recv(1024).startswith(b"RGme")
+    except BlockingIOError: pass
+    assert cycles < 28 or heard
+    messages.sendto(b"hello", ("127.0.0.1", 10000 + team + offset))
+    return {}
+play(decide, name="listening", fields=["game.state"])
+"#;
+
+#[test]
+fn each_match_of_many_has_ports_of_its_own_and_tells_its_programs() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("listening.py"), LISTENING_TO_THE_GAME).unwrap();
+    let scenario = r#"{ "duration_s": 1, "rules": "naoisis", "robots": [
+        { "number": 3, "pose": [-1, 0, 0], "behaviour": { "program": ["python3", "listening.py"] } } ],
+        "expect": ["blue.programs_lost == 0 in 100 % of 3"] }"#;
+    fs::write(folder.path().join("match.json"), scenario).unwrap();
+    let first = 20_000 + (std::process::id() % 9_000) as u16;
+    let first = first.to_string();
+    let network = [
+        "--game-controller",
+        "v18",
+        "--team-messages",
+        "--team-numbers",
+        "5,12",
+        "--game-controller-port-offset",
+        &first,
+    ];
+    let play = |words: &[&str]| {
+        let path = format!("PYTHONPATH={}", path_of("clients/python").display());
+        let mut command = Command::new("env");
+        command.arg(path).arg(env!("CARGO_BIN_EXE_naoisis")).args(words).args(network).args(["--agent-timeout", "60"]);
+        let output = command.current_dir(folder.path()).output().unwrap();
+        let (said, report) = (text(&output.stderr), text(&output.stdout));
+        assert!(output.status.success(), "{said}{report}");
+        (said, report)
+    };
+    let (said, _) = play(&["run", "match.json", "--expect", "blue.programs_lost == 0 in 100 % of 3"]);
+    let told: Vec<&str> = said.lines().filter(|line| line.contains("team 5 at ")).collect();
+    assert!(
+        told.len() == 4 && told[0].ends_with(&first) && told[1..].iter().all(|line| !line.ends_with(&first)),
+        "{said}"
+    );
+    let (_, report) = play(&["check", "--play", "match.json"]);
+    assert!(report.contains("100 % (3 of 3)"), "{report}");
+    let rows = |threads: &str, csv: &str| {
+        play(&["batch", "match.json", "--matches", "4", "--threads", threads, "--csv", csv]);
+        fs::read_to_string(folder.path().join(csv)).unwrap()
+    };
+    let rows_of_one = rows("1", "one.csv");
+    assert!(
+        rows_of_one.lines().skip(1).all(|row| row.contains(",,paper,")) && rows_of_one == rows("3", "three.csv"),
+        "{rows_of_one}"
+    );
+    let refused = |words: &[&str], why: &str| {
+        let output = naoisis(folder.path(), words);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        assert!(text(&output.stderr).contains(why), "{words:?}: {}", text(&output.stderr));
+    };
+    let expect = ["--expect", "blue.goals >= 0 in 1 % of 2"];
+    refused(&[&["run", "match.json", "--listen-game-controller"], &expect[..]].concat(), "decides about one match");
+    refused(&["batch", "match.json", "--matches", "2", "--listen-game-controller"], "decides about one match");
+    refused(&["batch", "match.json", "--matches", "2", "--team-messages", "--threads", "99"], "--threads");
+    refused(&["check", "match.json", "--team-messages"], "--play");
+}
+
+#[test]
+fn a_program_that_was_lost_may_come_back_and_one_too_many_is_refused_in_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut app, mut server, path) = served_match(folder.path(), 1);
+    const HELLO: &str = "{\"hello\": {\"name\": \"x\", \"protocol\": 1}}\n";
+    let first = connected(&path, HELLO);
+    server.let_in(app.world_mut(), || false, |_| {});
+    let mut look = |app: &mut App| {
+        let mut notes = Vec::new();
+        server.look(app.world_mut(), |note| notes.push(note.to_owned()));
+        notes
+    };
+    let one_too_many = connected(&path, HELLO);
+    let notes = look(&mut app);
+    assert_eq!(notes, ["a program was refused: all remote robots of the match are taken"]);
+    assert!(told(one_too_many).contains("are taken"));
+    drop(first);
+    app.run_cycles(1);
+    let lost = app.events().iter().any(|event| matches!(event, MatchEvent::AgentLost { .. }));
+    assert!(lost, "{:?}", app.events());
+    let again = connected(&path, HELLO);
+    assert_eq!(look(&mut app), ["blue1 is played by `x`"]);
+    let program = std::thread::spawn(move || {
+        let mut lines = BufReader::new(again.try_clone().unwrap()).lines();
+        let welcome = lines.next().unwrap().unwrap();
+        let turn: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
+        // Numbers as some languages write them, and an empty line.
+        (&again).write_all(format!("\n{{\"cycle\": {}.0}}\n", turn["cycle"]).as_bytes()).unwrap();
+        (welcome, turn["cycle"].as_u64())
+    });
+    app.run_cycles(1);
+    assert!(app.events().iter().all(|event| !matches!(event, MatchEvent::AgentLost { .. })));
+    let (welcome, cycle) = program.join().unwrap();
+    // In the middle of a match nobody tells it where it stands.
+    assert!(!welcome.contains("\"pose\""), "{welcome}");
+    assert_eq!(cycle, Some(2));
 }

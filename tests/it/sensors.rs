@@ -223,3 +223,40 @@ fn a_behaviour_reads_a_reading_and_cannot_write_it() {
     let error = app.try_add_behaviour::<Timid, _>("timid", imagine).err().unwrap().to_string();
     assert!(error.contains("BallNoise`, which is a sensor"), "{error}");
 }
+
+#[test]
+fn robots_have_an_imu_where_a_scenario_asks_for_it_in_traces_and_for_programs_alike() {
+    let scenario = |sensors: &str| {
+        let text = format!(
+            r#"{{ "realism": "realistic", "rules": "free", {sensors} "robots": [
+                {{ "number": 1, "behaviour": {{ "script": [{{ "from_s": 0, "until_s": 60, "walk": [0.005, 0, 2] }}] }} }},
+                {{ "number": 2, "pose": [1, 1, 0], "lies_on": "back", "behaviour": "idle" }} ] }}"#
+        );
+        Scenario::from_json(&text).unwrap()
+    };
+    let mut app = headless_app();
+    app.start_match(&scenario(r#""sensors": { "imu": {} },"#)).unwrap();
+    let bytes = begin_trace(&mut app);
+    app.run_cycles(60);
+    let written = bytes.written();
+    let last = written.split(|byte| *byte == b'\n').rfind(|line| !line.is_empty()).unwrap();
+    let last: serde_json::Value = serde_json::from_slice(last).unwrap();
+    let measured = |robot: usize| &last["robots"][robot]["sensors"]["imu"];
+    // It turns by 2° a cycle and rocks; the other one looks at the sky.
+    let turn = measured(0)["turn_degps"][2].as_f64().unwrap();
+    assert!((40.0..75.0).contains(&turn) && measured(0)["ground_contact"] == true, "{}", measured(0));
+    assert!(measured(0)["tilt_deg"][1].as_f64().unwrap() != 0.0);
+    let up = measured(1)["acceleration_mps2"][0].as_f64().unwrap();
+    assert!((up - 9.81).abs() < 0.5 && measured(1)["lies_on"] == "back", "{}", measured(1));
+    let perceived = naoisis::agents::perception(app.world_mut(), blue(2)).unwrap();
+    assert_eq!(perceived.sensors["imu"]["lies_on"], "back");
+    // It is part of a saved match.
+    let saved = Snapshot::take(app.world_mut()).unwrap();
+    let reading = |app: &mut App| naoisis::agents::perception(app.run_cycles(5).world_mut(), blue(1)).unwrap().sensors;
+    let expected = reading(&mut app);
+    saved.restore(app.world_mut()).unwrap();
+    assert_eq!(reading(&mut app), expected);
+    // Nobody else has it.
+    app.start_match(&scenario("")).unwrap().run_cycles(1);
+    assert!(naoisis::agents::perception(app.world_mut(), blue(1)).unwrap().sensors.is_empty());
+}

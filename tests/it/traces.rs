@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use bevy::reflect::enums::{Enum, VariantInfo};
 use bevy::reflect::{TypeInfo, Typed};
 use naoisis::behaviour::reasons::ask_for_reasons;
+use naoisis::behaviour::remarks::Remarks;
 use naoisis::communication::StatusReport;
 use naoisis::events::*;
 use naoisis::interface::cycle_record::CycleRecord;
@@ -321,13 +322,14 @@ fn fields_are_named_as_traces_have_them() {
 
 /// The names of all fields in a value, but for those within parts that have their own description.
 fn names_in(value: &Value, path: &str, names: &mut BTreeSet<String>) {
-    const DESCRIBED_ELSEWHERE: [&str; 7] = [
+    const DESCRIBED_ELSEWHERE: [&str; 8] = [
         "events",
         "robots.inbox.say",
         "robots.command.say",
         "robots.command.posture",
         "robots.drawings",
         "robots.sensors",
+        "robots.values",
         "robots.posture",
     ];
     let of_teams = ["blue", "pink"];
@@ -377,9 +379,11 @@ fn the_guide_describes_every_field_of_a_trace() {
           "posture": { "dive": "left" }, "request": "pick_up", "say": { "intention": "dive" } }] } }] }"#;
     app.start_match(&Scenario::from_json(commanding).unwrap()).unwrap();
     let bytes = begin_trace(&mut app);
-    // What a robot reports to a GameController comes from outside.
+    // What a robot reports to a GameController, and what its program says about itself, come from outside.
     let robot = app.world().resource::<Roster>().get(blue(1)).unwrap();
-    app.world_mut().entity_mut(robot).insert(StatusReport::default());
+    let values = [("speed".to_owned(), 0.5)].into();
+    let remarks = Remarks { intention: Some("wait".to_owned()), values };
+    app.world_mut().entity_mut(robot).insert((StatusReport::default(), remarks));
     app.run_cycles(5);
     look_at(&bytes.written());
     // Reasons are for who asks for them.

@@ -90,8 +90,8 @@ pub struct Connection {
     received: Vec<u8>,
     /// The length of the part of `received` that is known to have no end of line.
     searched: usize,
-    /// Whether a message was received.
-    has_begun: bool,
+    /// Whether a byte order mark may still come.
+    may_be_marked: bool,
     outgoing: Vec<u8>,
     /// Whether reads and writes return regularly, so that the clock can be checked.
     looks: bool,
@@ -103,7 +103,17 @@ impl Connection {
     /// off.
     pub fn new(stream: Stream, longest: usize, break_off: Option<BreakOff>) -> Self {
         let (encoding, received, outgoing) = (Encoding::Json, Vec::new(), Vec::new());
-        Self { stream, encoding, longest, received, searched: 0, has_begun: false, outgoing, looks: false, break_off }
+        Self {
+            stream,
+            encoding,
+            longest,
+            received,
+            searched: 0,
+            may_be_marked: true,
+            outgoing,
+            looks: false,
+            break_off,
+        }
     }
 
     /// Sets the encoding of all further messages.
@@ -146,7 +156,7 @@ impl Connection {
                 let message = read_message(self.encoding, bytes);
                 self.received.drain(..next);
                 self.searched = 0;
-                self.has_begun = true;
+                self.may_be_marked = false;
                 return message;
             }
             // A program that sends a few bytes now and then has no more time than others.
@@ -193,9 +203,10 @@ impl Connection {
         }
     }
 
-    /// Drops a byte order mark and empty lines before the first message, as some languages and consoles write them.
-    fn drop_what_is_before_the_first_message(&mut self) {
-        let mark = if self.received.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    /// Drops a byte order mark before the first message, and empty lines before any, as some languages and consoles write them.
+    fn drop_what_is_before_a_line(&mut self) {
+        let is_marked = self.may_be_marked && self.received.starts_with(BYTE_ORDER_MARK);
+        let mark = if is_marked { BYTE_ORDER_MARK.len() } else { 0 };
         let empty = self.received[mark..].iter().take_while(|byte| byte.is_ascii_whitespace()).count();
         if mark + empty > 0 {
             self.received.drain(..mark + empty);
@@ -209,11 +220,9 @@ impl Connection {
         let longest = self.longest;
         let too_long =
             || Loss::new(AgentLoss::TooLong, format!("it sent a message of more than {longest} bytes; expected fewer"));
-        if !self.has_begun && self.encoding == Encoding::Json {
-            self.drop_what_is_before_the_first_message();
-        }
         match self.encoding {
             Encoding::Json => {
+                self.drop_what_is_before_a_line();
                 let end = self.received[self.searched..].iter().position(|&byte| byte == b'\n');
                 match end.map(|end| self.searched + end) {
                     Some(end) if end <= longest => Ok(Some((0, end, end + 1))),
@@ -338,18 +347,23 @@ mod tests {
     }
 
     #[test]
-    fn a_first_message_may_have_a_mark_and_empty_lines_before_it_and_windows_ends() {
+    fn empty_lines_a_mark_at_the_beginning_and_windows_ends_are_no_messages() {
         let (mut here, mut program) = pair();
         let writer = std::thread::spawn(move || {
-            for byte in b"\xef\xbb\xbf\r\n\n \n{\"cycle\":3}\r\n{\"cycle\":4}\r\n\r\n" {
+            for byte in b"\xef\xbb\xbf\r\n\n \n{\"cycle\":3}\r\n\r\n \n{\"cycle\":4}\r\n\r\n" {
                 program.write_all(&[*byte]).unwrap();
             }
         });
         let cycles = [here.receive::<Answer>(None), here.receive::<Answer>(None)].map(|answer| answer.unwrap().cycle);
         assert_eq!(cycles, [3, 4]);
-        // Between answers, an empty line is not a message.
-        assert_eq!(here.receive::<Answer>(None).unwrap_err().reason, AgentLoss::Malformed);
         writer.join().unwrap();
+        assert_eq!(here.receive::<Answer>(None).unwrap_err().reason, AgentLoss::Closed);
+        // A mark is not expected later.
+        let late = b"{\"cycle\":3}\n\xef\xbb\xbf{\"cycle\":4}\n";
+        let (mut here, mut program) = pair();
+        program.write_all(late).unwrap();
+        assert_eq!(here.receive::<Answer>(None).unwrap().cycle, 3);
+        assert_eq!(here.receive::<Answer>(None).unwrap_err().reason, AgentLoss::Malformed);
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub use player::AgentPlayer;
 pub use plugin::{AgentsPlugin, ProgramStartError, dismiss, start_programs};
 pub use remote::{AgentError, belief, believe, command, perception, remote_robots, with_remote_robots};
 pub use server::Server;
-pub use settings::{AgentSettings, BreakOff, ErrorLines};
+pub use settings::{AgentSettings, BreakOff, ErrorLines, LeagueNumbers};
 
 /// A stub for other systems than Unix, where programs cannot be started.
 #[cfg(not(unix))]
@@ -76,9 +76,14 @@ mod process {
             _: &[String],
             _: Option<&Path>,
             _: RobotId,
+            _: Vec<(&'static str, String)>,
             _: Option<ErrorLines>,
         ) -> Result<(Self, Stream), String> {
             Err("programs can be started on Unix only".to_owned())
+        }
+
+        pub fn group(&self) -> u32 {
+            0
         }
 
         pub fn exit_status(&mut self, _: Instant) -> Option<ExitStatus> {

@@ -12,19 +12,21 @@ use super::loss::Loss;
 use super::message::malformed;
 use super::process::{self, Process};
 use super::protocol::{
-    Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, PerceptionParts, Turn, Welcome,
+    Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, PerceptionParts, RefusedCommand, Turn,
+    Welcome,
 };
 use super::settings::AgentSettings;
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::events::AgentLoss;
 use naoisis_core::game::Score;
+use naoisis_core::geometry::Pose;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraImages;
 use naoisis_sim::interface::command::read_value;
 use naoisis_sim::interface::fields::Fields;
-use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
+use naoisis_sim::interface::vocabulary::Perception;
 use naoisis_sim::scenario::Scenario;
 
 /// The time that a program has to end after its match.
@@ -39,6 +41,16 @@ impl AgentPlayer {
     pub fn hello(&self) -> Option<&Hello> {
         self.0.as_ref()?.hello.as_ref()
     }
+
+    /// Whether a program plays the robot, or the program may still come.
+    pub(super) fn has_program(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// The process group of the program, if the match has started it and it plays.
+    pub fn process_group(&self) -> Option<u32> {
+        Some(self.0.as_ref()?.process.as_ref()?.group())
+    }
 }
 
 /// A program that plays a robot.
@@ -51,6 +63,8 @@ pub struct Agent {
     hello: Option<Hello>,
     /// The parts of perceptions that the program wants.
     fields: Fields,
+    /// The commands that were refused in the last cycle.
+    pub(super) refused: Vec<RefusedCommand>,
     /// The time at which the answer is due.
     deadline: Option<Instant>,
 }
@@ -58,7 +72,7 @@ pub struct Agent {
 impl Agent {
     /// A program that has not said hello yet.
     pub(super) fn new(connection: Connection, process: Option<Process>) -> Self {
-        Self { connection, process, hello: None, fields: Fields::default(), deadline: None }
+        Self { connection, process, hello: None, fields: Fields::default(), refused: Vec::new(), deadline: None }
     }
 
     /// Whether the program has said hello, or has closed the connection.
@@ -98,11 +112,11 @@ impl Agent {
         Ok(hello.hello)
     }
 
-    /// Lets the program play a robot. Refuses the program if it asks for something that does not exist.
+    /// Lets the program play a robot, which stands at `pose` in the team frame if it may know. Refuses the program if it asks for something that does not exist.
     pub(super) fn welcome(
         &mut self,
         hello: &Hello,
-        robot: RobotId,
+        (robot, pose): (RobotId, Option<Pose>),
         scenario: &Scenario,
         renders_images: bool,
         deadline: Option<Instant>,
@@ -127,7 +141,7 @@ impl Agent {
             Err(error) => return Err(self.refuse(error.to_string(), deadline)),
         };
         self.hello = Some(hello.clone());
-        let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot)));
+        let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot, pose)));
         self.connection.send(&welcome, deadline).map_err(|loss| self.with_exit_status(loss))
     }
 
@@ -152,10 +166,16 @@ impl Agent {
             cycle: clock.cycle,
             time_s: clock.start_time_s(),
             perception: PerceptionParts { perception, fields: &self.fields },
-            belief: belief.filter(|_| self.hello.as_ref().is_some_and(|hello| hello.belief)),
+            refused: &self.refused,
+            belief: belief.filter(|_| self.wants_belief()),
             images: self.images_of(clock, images),
         };
         self.connection.send(&turn, self.deadline).map_err(|loss| self.with_exit_status(loss))
+    }
+
+    /// Whether the program wants the belief of the built-in estimator.
+    pub(super) fn wants_belief(&self) -> bool {
+        self.hello.as_ref().is_some_and(|hello| hello.belief)
     }
 
     /// The images that the program wants and that arrived in this cycle.
@@ -173,14 +193,14 @@ impl Agent {
         wanted.iter().map(|camera| (*camera, ImageMessage::of(images.of(*camera), time_s))).collect()
     }
 
-    /// Receives the command of the program for this cycle.
-    pub(super) fn answer(&mut self, cycle: u64) -> Result<RobotCommand, Loss> {
+    /// Receives the answer of the program for this cycle.
+    pub(super) fn answer(&mut self, cycle: u64) -> Result<Answer, Loss> {
         let answer = self.connection.receive::<Answer>(self.deadline).map_err(|loss| self.with_exit_status(loss))?;
         if answer.cycle != cycle {
             let message = format!("it answered for cycle {}; expected {cycle}", answer.cycle);
             return Err(Loss::new(AgentLoss::WrongCycle, message));
         }
-        answer.command.checked().map_err(|error| Loss::new(AgentLoss::Malformed, error.to_string()))
+        answer.checked().map_err(|error| Loss::new(AgentLoss::Malformed, error.to_string()))
     }
 
     /// Adds to a loss the exit status of the process, if it is known.

@@ -38,7 +38,7 @@ pub struct Process {
 }
 
 impl Process {
-    /// Starts a program for a robot.
+    /// Starts a program for a robot, with the variables `environment` beside its `NAOISIS_ROBOT`.
     ///
     /// # Errors
     /// The reason why the program cannot be started.
@@ -46,6 +46,7 @@ impl Process {
         words: &[String],
         folder: Option<&Path>,
         robot: RobotId,
+        environment: Vec<(&'static str, String)>,
         error_lines: Option<ErrorLines>,
     ) -> Result<(Self, Stream), String> {
         let (program, arguments) = words.split_first().ok_or("no program is named")?;
@@ -59,7 +60,7 @@ impl Process {
         }
         let (mut pipes, standard_input, standard_output) = Pipes::new().map_err(cannot)?;
         let mut command = Command::new(program);
-        command.args(arguments).env("NAOISIS_ROBOT", robot.to_string()).process_group(0);
+        command.args(arguments).env("NAOISIS_ROBOT", robot.to_string()).envs(environment).process_group(0);
         command.stdin(standard_input).stdout(standard_output);
         command.stderr(if error_lines.is_some() { Stdio::piped() } else { Stdio::inherit() });
         if let Some(folder) = folder {
@@ -90,6 +91,11 @@ impl Process {
         let child = Arc::new(Mutex::new(child));
         pipes.belong_to(child.clone());
         Ok((Self { child, guard, lines }, Stream::Pipes(pipes)))
+    }
+
+    /// The number of the process group of the program.
+    pub fn group(&self) -> u32 {
+        self.child().id()
     }
 
     fn child(&self) -> MutexGuard<'_, Child> {

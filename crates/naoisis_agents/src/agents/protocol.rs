@@ -7,15 +7,22 @@
 use base64::display::Base64Display;
 use base64::engine::general_purpose::STANDARD;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::de::{Error, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 
+use naoisis_core::behaviour::drawings::Drawing;
+use naoisis_core::behaviour::reasons::Reasons;
+use naoisis_core::behaviour::remarks::Remarks;
 use naoisis_core::camera_model::CameraName;
+use naoisis_core::events::{CommandKind, Refusal};
 use naoisis_core::game::{Rules, Score};
+use naoisis_core::geometry::{Pose, file_units};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::image::Image;
+use naoisis_sim::interface::command::CommandError;
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
 use naoisis_sim::scenario::{RobotModel, RobotSettings, RobotSpec, Scenario};
@@ -72,15 +79,65 @@ pub struct HelloMessage {
     pub hello: Hello,
 }
 
-/// The decision of a program in a cycle.
+/// The decision of a program in a cycle, and, for people, how it came to it.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
     /// The cycle of the message that this answers.
+    #[serde(deserialize_with = "whole_number")]
     pub cycle: u64,
     /// The command for the robot.
     #[serde(default)]
     pub command: RobotCommand,
+    /// The program's own belief, in the team frame. It takes the place of the built-in estimator's in this cycle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub belief: Option<Belief>,
+    /// The intention in a word or two, for people. Team-mates learn only that of `say`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intention: Option<String>,
+    /// The options of the decision and the choice, for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reasons: Option<Reasons>,
+    /// Drawings on the pitch, for people.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drawings: Vec<Drawing>,
+    /// Values to plot, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, f32>,
+}
+
+impl Answer {
+    /// Returns the answer, after checking that its numbers are finite. Drawings that are not finite are left out later.
+    ///
+    /// # Errors
+    /// The part that is wrong.
+    pub fn checked(mut self) -> Result<Self, CommandError> {
+        self.command = self.command.checked()?;
+        let options = self.reasons.iter().flat_map(|reasons| &reasons.options);
+        if !self.belief.as_ref().is_none_or(Belief::is_finite) {
+            Err(CommandError::NotFinite("belief"))
+        } else if !self.values.values().chain(options.map(|option| &option.value)).all(|value| value.is_finite()) {
+            Err(CommandError::NotFinite("values"))
+        } else {
+            Ok(self)
+        }
+    }
+
+    /// The remarks in the answer.
+    pub(super) fn take_remarks(&mut self) -> Remarks {
+        Remarks { intention: self.intention.take(), values: core::mem::take(&mut self.values) }
+    }
+}
+
+/// Reads a whole number, which some languages write as `1.0`.
+fn whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    // All cycles of a match are exact in this type.
+    if number >= 0.0 && number.fract() == 0.0 && number < 2_f64.powi(53) {
+        Ok(number as u64)
+    } else {
+        Err(D::Error::invalid_value(Unexpected::Float(number), &"a whole number"))
+    }
 }
 
 /// A message from a match to a program.
@@ -112,6 +169,11 @@ pub struct Welcome<'a> {
     pub protocol: u32,
     /// The robot that the program plays.
     pub robot: RobotId,
+    /// Where the robot stands at the start, as the people know who place it: `[x m, y m, heading deg]`, team frame. None for a program that
+    /// comes later.
+    #[serde(with = "file_units::optional_pose", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 3]>")]
+    pub pose: Option<Pose>,
     /// The duration of a cycle, s.
     pub cycle_s: f64,
     /// The number of robots of a team, without substitutes.
@@ -147,14 +209,15 @@ impl Model {
 }
 
 impl<'a> Welcome<'a> {
-    /// The information of a scenario that the robot with this id may have.
-    pub fn of(scenario: &'a Scenario, robot: RobotId) -> Self {
+    /// The information of a scenario that the robot with this id may have, and where it stands at the start.
+    pub fn of(scenario: &'a Scenario, robot: RobotId, pose: Option<Pose>) -> Self {
         let plays = |spec: &&RobotSpec| spec.team == robot.team && !spec.substitute;
         let of_team = scenario.robots.iter().filter(plays).count();
         let team_size = if of_team > 0 { of_team as u8 } else { scenario.rules.team_size };
         Welcome {
             protocol: PROTOCOL,
             robot,
+            pose,
             cycle_s: scenario.cycle_s,
             team_size,
             field: &scenario.field,
@@ -175,6 +238,9 @@ pub struct Turn<'a> {
     /// The perception as in a trace; only the `fields` of the hello, if it names any.
     #[schemars(with = "Perception")]
     pub perception: PerceptionParts<'a>,
+    /// The commands of the robot that were refused in the last cycle.
+    #[serde(skip_serializing_if = "<[RefusedCommand]>::is_empty")]
+    pub refused: &'a [RefusedCommand],
     /// The belief of the built-in estimator, if the hello asked for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub belief: Option<&'a Belief>,
@@ -182,6 +248,15 @@ pub struct Turn<'a> {
     #[schemars(with = "BTreeMap<String, ImageMessage<'static>>")]
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub images: BTreeMap<CameraName, ImageMessage<'a>>,
+}
+
+/// A command that was refused.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, JsonSchema)]
+pub struct RefusedCommand {
+    /// The part of the command.
+    pub command: CommandKind,
+    /// The reason.
+    pub reason: Refusal,
 }
 
 /// The parts of a perception that a program wants.
@@ -244,7 +319,7 @@ mod tests {
                  "blue": { "team": "remote", "model": "booster_k1", "messages": { "max_text_bytes": 64 } }, "pink": "remote" } }"#,
         )
         .unwrap();
-        let told = |team: Team| serde_json::to_value(Welcome::of(&scenario, RobotId::new(team, 2))).unwrap();
+        let told = |team: Team| serde_json::to_value(Welcome::of(&scenario, RobotId::new(team, 2), None)).unwrap();
         let (k1, nao) = (told(Team::Blue), told(Team::Pink));
         let of_k1 = &k1["model"];
         assert_eq!((&of_k1["name"], &nao["model"]["name"]), (&"booster_k1".into(), &"nao_v6".into()));
@@ -264,7 +339,7 @@ mod tests {
         let welcome = |words: &str| {
             let text = format!(r#"{{ {words} "robots": [{{ "number": 1, "sonar": {{ "max_m": 0.5 }} }}] }}"#);
             let scenario = Scenario::from_json(&text).unwrap();
-            serde_json::to_value(Welcome::of(&scenario, RobotId::new(Team::Blue, 1))).unwrap()
+            serde_json::to_value(Welcome::of(&scenario, RobotId::new(Team::Blue, 1), None)).unwrap()
         };
         let (noisy, ideal) = (welcome(""), welcome(r#""fidelity": "ideal","#));
         assert!(noisy["model"]["sonar"]["noise"]["gaussian"].is_object(), "{noisy}");
@@ -282,7 +357,7 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         let scenario = serde_json::json!({ "model": path, "robots": [{ "number": 1 }] }).to_string();
         let scenario = Scenario::from_json(&scenario).unwrap();
-        let name = || Welcome::of(&scenario, RobotId::new(Team::Blue, 1)).model.name;
+        let name = || Welcome::of(&scenario, RobotId::new(Team::Blue, 1), None).model.name;
         assert_eq!(name(), "tall nao");
         // A saved match is played without the file.
         std::fs::remove_file(&path).unwrap();

@@ -87,6 +87,8 @@ impl fmt::Display for Address {
 pub struct Server {
     listener: Listener,
     address: Address,
+    /// The programs that have connected and not said hello yet.
+    silent: Vec<Newcomer>,
 }
 
 #[derive(Debug)]
@@ -138,7 +140,7 @@ impl Server {
             #[cfg(not(unix))]
             Address::Unix(_) => return Err(io::ErrorKind::Unsupported.into()),
         };
-        Ok(Self { listener, address })
+        Ok(Self { listener, address, silent: Vec::new() })
     }
 
     /// The address, with the actual port if any free port was asked for.
@@ -148,35 +150,45 @@ impl Server {
 
     /// Accepts programs until every remote robot of the match is played, or `is_enough` returns true. A program that stays silent does not
     /// delay the others. `said` receives messages about programs that connect.
-    pub fn let_in(&self, world: &mut World, is_enough: impl Fn() -> bool, mut said: impl FnMut(&str)) {
-        let settings = world.resource::<AgentSettings>().clone();
-        let mut silent: Vec<Newcomer> = Vec::new();
+    pub fn let_in(&mut self, world: &mut World, is_enough: impl Fn() -> bool, mut said: impl FnMut(&str)) {
         while !is_enough() && !free_robots(world).is_empty() {
-            while silent.len() < MOST_SILENT
-                && let Ok(stream) = self.listener.accept()
-            {
-                silent.push(Newcomer::of(stream, &settings));
-            }
             for robot in leave(world) {
                 said(&format!("{robot} is free again: its program closed the connection"));
             }
-            // In the order of their connections.
-            let spoken: Vec<Newcomer> = silent.extract_if(.., Newcomer::has_spoken).collect();
-            for newcomer in spoken {
-                match introduce(world, newcomer, &settings) {
-                    Ok((robot, name)) => said(&format!("{robot} is played by {name}")),
-                    Err(loss) => said(&format!("a program was refused: {loss}")),
-                }
-            }
+            self.look(world, &mut said);
             thread::sleep(LOOK);
         }
-        for mut newcomer in silent {
+        for mut newcomer in self.silent.drain(..) {
             newcomer.agent.refuse(ALL_PLAYED.to_owned(), newcomer.deadline);
+        }
+    }
+
+    /// Accepts programs that have connected and said hello by now, without waiting: for robots whose programs were lost. Other programs are
+    /// refused in words. `said` receives messages about them.
+    pub fn look(&mut self, world: &mut World, mut said: impl FnMut(&str)) {
+        let settings = world.resource::<AgentSettings>();
+        while self.silent.len() < MOST_SILENT
+            && let Ok(stream) = self.listener.accept()
+        {
+            self.silent.push(Newcomer::of(stream, settings));
+        }
+        if self.silent.is_empty() {
+            return;
+        }
+        let settings = settings.clone();
+        // In the order of their connections.
+        let spoken: Vec<Newcomer> = self.silent.extract_if(.., Newcomer::has_spoken).collect();
+        for newcomer in spoken {
+            match introduce(world, newcomer, &settings) {
+                Ok((robot, name)) => said(&format!("{robot} is played by {name}")),
+                Err(loss) => said(&format!("a program was refused: {loss}")),
+            }
         }
     }
 }
 
 /// A program that has connected and has not said hello yet.
+#[derive(Debug)]
 struct Newcomer {
     agent: Agent,
     /// The time at which the hello is due.
@@ -227,12 +239,13 @@ fn leave(world: &mut World) -> Vec<RobotId> {
     gone.into_iter().map(|(id, _)| id).collect()
 }
 
-/// The remote robots that no program plays yet.
+/// The remote robots that no program plays: not yet, or no more.
 pub fn free_robots(world: &World) -> Vec<RobotId> {
     let roster = world.resource::<Roster>();
     let is_free = |id: &RobotId| {
         let robot = roster.get(*id).map(|entity| world.entity(entity));
-        robot.is_some_and(|robot| !robot.contains::<AgentPlayer>() && !robot.contains::<Program>())
+        let is_played = |player: &AgentPlayer| player.has_program();
+        robot.is_some_and(|robot| !robot.get().is_some_and(is_played) && !robot.contains::<Program>())
     };
     remote_robots(world).into_iter().filter(is_free).collect()
 }

@@ -6,7 +6,7 @@ use core::time::Duration;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use naoisis_core::team::{PerTeam, RobotId};
+use naoisis_core::team::{PerTeam, RobotId, Team};
 
 /// The time between two checks of the clock while a program is silent.
 pub(super) const LOOK: Duration = Duration::from_millis(20);
@@ -41,6 +41,24 @@ pub struct AgentSettings {
     pub error_lines: Option<ErrorLines>,
     /// Returns whether to stop waiting; `None` waits as long as the limits allow.
     pub break_off: Option<BreakOff>,
+}
+
+/// The numbers of the teams in their league, and the offset of the UDP ports of the match. Programs that are started learn them from their
+/// environment.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
+pub struct LeagueNumbers {
+    /// The numbers of the teams; `None` if they are not known yet.
+    pub team_numbers: Option<PerTeam<u8>>,
+    /// The offset, which is added to every port.
+    pub port_offset: u16,
+}
+
+impl LeagueNumbers {
+    /// The environment variables for the program of a robot of `team`.
+    pub(super) fn environment(&self, team: Team) -> Vec<(&'static str, String)> {
+        let number = self.team_numbers.map(|numbers| ("NAOISIS_TEAM_NUMBER", numbers[team].to_string()));
+        number.into_iter().chain([("NAOISIS_PORT_OFFSET", self.port_offset.to_string())]).collect()
+    }
 }
 
 impl Default for AgentSettings {

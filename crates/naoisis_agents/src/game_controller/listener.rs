@@ -17,6 +17,7 @@ use super::report::ReturnPacket;
 use super::sockets::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind, place};
 use super::status_reports::{Reporter, status_of};
 use super::truth::{Truth, true_report};
+use crate::agents::LeagueNumbers;
 use naoisis_core::ball::Ball;
 use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::CycleClock;
@@ -104,6 +105,11 @@ impl Listener {
     pub fn with_notes(mut self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
         self.complaints.notes = Some(Box::new(notes));
         self
+    }
+
+    /// The numbers of the teams, if they are known, and the port offset, for programs.
+    pub(super) fn numbers_for_programs(&self) -> LeagueNumbers {
+        LeagueNumbers { team_numbers: self.team_numbers, port_offset: self.port_offset }
     }
 
     /// Makes the true positions of robots and ball available to monitors. Any program that asks receives them, including programs that

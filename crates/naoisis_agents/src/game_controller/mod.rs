@@ -13,19 +13,22 @@
 //! program that asks receives them, including programs that play; without that setting no true state leaves a match.
 //!
 //! [`TeamMessages`] ([`carry`]) lets programs send messages to their team-mates over UDP, as on a field. A match with
-//! none of these opens no socket, and runs no system of this module.
+//! none of these opens no socket, and runs no system of this module. Many matches of one process have ports of their own
+//! with a [`MatchNetwork`].
 
 use bevy::prelude::*;
 
 mod complaints;
 mod division;
 mod listener;
+mod match_network;
 mod monitors;
 mod network;
 pub mod packet;
 mod packet_series;
 mod packet_source;
 pub mod report;
+mod senders;
 mod sockets;
 mod status_reports;
 mod team_messages;
@@ -33,6 +36,7 @@ mod truth;
 
 pub use division::Division;
 pub use listener::Listener;
+pub use match_network::{LARGEST_OFFSET, MatchNetwork, PortOffsets, open_network};
 pub use network::NetworkSettings;
 pub use packet::{ControlPacket, GamePhase, ProtocolVersion};
 pub use packet_source::PacketSource;
@@ -44,6 +48,7 @@ use complaints::Complaints;
 use network::Network;
 use packet_series::{MatchStatus, PacketSeries};
 
+use crate::agents::LeagueNumbers;
 use naoisis_core::communication::deliver_messages;
 use naoisis_core::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use naoisis_core::events::CycleEvents;
@@ -144,6 +149,8 @@ pub fn start(world: &mut World, mut controller: GameController) {
             ),
         );
     }
+    let (team_numbers, port_offset) = (controller.settings.team_numbers, controller.settings.network.port_offset);
+    world.insert_resource(LeagueNumbers { team_numbers: Some(team_numbers), port_offset });
     world.insert_resource(controller);
     // This fails only if there is no match.
     let _ = world.run_system_cached(send_state);
@@ -160,6 +167,7 @@ pub fn listen_to(world: &mut World, listener: Listener) {
             ),
         );
     }
+    world.insert_resource(listener.numbers_for_programs());
     world.insert_resource(listener);
     world.insert_resource(OutsideReferee { half: 1, ..default() });
 }
@@ -175,6 +183,7 @@ pub fn carry(world: &mut World, messages: TeamMessages) {
             ),
         );
     }
+    world.insert_resource(messages.numbers_for_programs());
     world.insert_resource(messages);
 }
 

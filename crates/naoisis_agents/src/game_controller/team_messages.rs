@@ -2,13 +2,17 @@
 //! the team-mates like any other message of the match, with its delays and losses, and counts as one message.
 //!
 //! On a field, a robot is identified by its address. Here all robots are on one machine, so each has [its own address](robot_address). Its
-//! program binds this address, sends to [`HERE`], and receives from there the messages of its team-mates. A datagram belongs to the cycle
-//! that waits for the program when it arrives; there is one per cycle.
+//! program binds this address, sends to [`HERE`], and receives from there the messages of its team-mates. A program that sends from another
+//! address is known by its process, if the match has started it. A datagram belongs to the cycle that waits for the program when it
+//! arrives; there is one per cycle. Datagrams that are lost are reported.
 
 use bevy::prelude::*;
 use std::net::{SocketAddr, SocketAddrV4, UdpSocket};
 
+use super::complaints::Complaints;
+use super::senders::{Sender, Senders};
 use super::sockets::{HERE, NetworkError, bind, robot_address, robot_at};
+use crate::agents::{AgentPlayer, LeagueNumbers};
 use naoisis_core::behaviour::Remote;
 use naoisis_core::communication::{Datagram, Inbox, Outbox};
 use naoisis_core::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
@@ -28,6 +32,10 @@ pub struct TeamMessages {
     sockets: PerTeam<UdpSocket>,
     team_numbers: PerTeam<u8>,
     port_offset: u16,
+    /// The programs that send from other addresses than those of their robots.
+    senders: Senders,
+    /// Messages about datagrams that are lost, as events and for the user.
+    complaints: Complaints,
 }
 
 impl TeamMessages {
@@ -36,19 +44,38 @@ impl TeamMessages {
     /// # Errors
     /// If a socket cannot be opened, for example because another program uses the port.
     pub fn open(team_numbers: PerTeam<u8>, port_offset: u16) -> Result<Self, NetworkError> {
-        let open = |team| bind(SocketAddrV4::new(HERE, port(team_numbers[team], port_offset)).into());
+        let open = |team| {
+            let socket = bind(SocketAddrV4::new(HERE, port(team_numbers[team], port_offset)).into())?;
+            share_with_programs(&socket);
+            Ok(socket)
+        };
         let sockets = PerTeam { blue: open(Team::Blue)?, pink: open(Team::Pink)? };
-        Ok(Self { sockets, team_numbers, port_offset })
+        let (senders, complaints) = (Senders::default(), Complaints::default());
+        Ok(Self { sockets, team_numbers, port_offset, senders, complaints })
     }
 
-    /// The datagrams that have arrived, with their senders, in the order of arrival.
-    fn take(&self) -> Vec<(RobotId, Datagram)> {
+    /// Adds a function that receives messages about datagrams that are lost.
+    #[must_use]
+    pub fn with_notes(mut self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        self.complaints.notes = Some(Box::new(notes));
+        self
+    }
+
+    /// The numbers of the teams and the port offset, for programs.
+    pub(super) fn numbers_for_programs(&self) -> LeagueNumbers {
+        LeagueNumbers { team_numbers: Some(self.team_numbers), port_offset: self.port_offset }
+    }
+
+    /// The datagrams that have arrived, with their senders, in the order of arrival. `programs` are the robots with the process groups of
+    /// their programs.
+    fn take(&mut self, programs: &[(RobotId, u32)]) -> Vec<(RobotId, Datagram)> {
         let mut bytes = [0; MOST_BYTES];
         let mut taken = Vec::new();
         for team in Team::BOTH {
             for _ in 0..MOST_DATAGRAMS {
                 let Ok((length, from)) = self.sockets[team].recv_from(&mut bytes) else { break };
-                if let Some(robot) = sender(from, team, self.team_numbers[team]) {
+                let robot = sender(from, team, self.team_numbers[team]);
+                if let Some(robot) = robot.or_else(|| self.stranger(from, team, programs)) {
                     taken.push((robot, Datagram(bytes[..length].to_vec())));
                 }
             }
@@ -56,12 +83,63 @@ impl TeamMessages {
         taken
     }
 
+    /// The robot of `team` whose program sent a datagram from another address than the robot's. A datagram of nobody is reported once.
+    fn stranger(&mut self, from: SocketAddr, team: Team, programs: &[(RobotId, u32)]) -> Option<RobotId> {
+        let number = self.team_numbers[team];
+        let (ip, port) = (from.ip(), port(number, self.port_offset));
+        let expected = format!("expected the address 127.1.{number}.N of robot N");
+        let message = match self.senders.find(from, programs) {
+            Sender::Robot(robot) if robot.team == team => return Some(robot),
+            Sender::Robot(robot) => {
+                format!("datagrams of {robot} to port {port} are lost: it is the port of team {number}")
+            }
+            Sender::Several(robots) => format!(
+                "datagrams from {from} to port {port} are lost, because the programs of {} share this address; {expected}",
+                in_words(&robots)
+            ),
+            Sender::Unknown => {
+                format!("datagrams from {ip} to port {port} are lost, because they are from no robot; {expected}")
+            }
+        };
+        self.complaints.add(message);
+        None
+    }
+
     /// Sends a robot the message of a team-mate. Ignores a program that is gone.
-    fn send(&self, to: RobotId, datagram: &Datagram) {
+    fn send(&mut self, to: RobotId, datagram: &Datagram, programs: &[(RobotId, u32)]) {
         let number = self.team_numbers[to.team];
         let place = SocketAddrV4::new(robot_address(number, to.number), port(number, self.port_offset));
+        // What is sent to an address at which nobody listens reaches a program that listens at any address.
+        match self.senders.listeners(place.into(), programs).as_slice() {
+            [] => {}
+            [listener] if *listener == to => {}
+            [_] => return,
+            several => {
+                let several = in_words(several);
+                self.complaints.add(format!(
+                    "messages to the programs of {several} are lost, because they share port {}; \
+                     expected the address 127.1.{number}.N of robot N",
+                    place.port()
+                ));
+                return;
+            }
+        }
         let _ = self.sockets[to.team].send_to(&datagram.0, place);
     }
+}
+
+/// Lets programs bind the port of `socket` at other addresses, even at all (`0.0.0.0`) if they set `SO_REUSEADDR`. Another match cannot, as
+/// it binds without.
+fn share_with_programs(socket: &UdpSocket) {
+    // Without it, those programs are refused by the system.
+    #[cfg(unix)]
+    let _ = rustix::net::sockopt::set_socket_reuseaddr(socket, true);
+    #[cfg(not(unix))]
+    let _ = socket;
+}
+
+fn in_words(robots: &[RobotId]) -> String {
+    robots.iter().map(RobotId::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// The robot that sent a datagram from `from` to the port of `team`; `None` for any other address.
@@ -73,12 +151,25 @@ fn port(team_number: u8, port_offset: u16) -> u16 {
     FIRST_PORT.saturating_add(u16::from(team_number)).saturating_add(port_offset)
 }
 
+/// The robots that programs play which the match has started, with the process groups of these programs.
+type Programs<'w, 's> = Query<'w, 's, (&'static RobotId, &'static AgentPlayer)>;
+
+fn process_groups(programs: &Programs) -> Vec<(RobotId, u32)> {
+    programs.iter().filter_map(|(id, player)| Some((*id, player.process_group()?))).collect()
+}
+
 /// Sends the messages that arrived in this cycle to programs, before they are asked.
-pub(super) fn hand_out(messages: Res<TeamMessages>, roster: Res<Roster>, inboxes: Query<&Inbox, With<Remote>>) {
+pub(super) fn hand_out(
+    mut messages: ResMut<TeamMessages>,
+    roster: Res<Roster>,
+    inboxes: Query<&Inbox, With<Remote>>,
+    programs: Programs,
+) {
+    let programs = process_groups(&programs);
     for (to, robot) in roster.iter() {
         let Ok(inbox) = inboxes.get(robot) else { continue };
         for datagram in inbox.0.iter().filter_map(|message| message.say.datagram.as_ref()) {
-            messages.send(to, datagram);
+            messages.send(to, datagram, &programs);
         }
     }
 }
@@ -86,13 +177,14 @@ pub(super) fn hand_out(messages: Res<TeamMessages>, roster: Res<Roster>, inboxes
 /// Reads the datagrams that programs have sent before their answers, the first of each robot. If the command of a robot also has a message,
 /// both are joined.
 pub(super) fn take(
-    messages: Res<TeamMessages>,
+    mut messages: ResMut<TeamMessages>,
     roster: Res<Roster>,
     mut events: ResMut<CycleEvents>,
     mut outboxes: Query<&mut Outbox, With<Remote>>,
+    programs: Programs,
 ) {
     let mut refused = Vec::new();
-    for (robot, datagram) in messages.take() {
+    for (robot, datagram) in messages.take(&process_groups(&programs)) {
         let Some(mut outbox) = roster.get(robot).and_then(|entity| outboxes.get_mut(entity).ok()) else { continue };
         let say = outbox.0.get_or_insert_default();
         if say.datagram.is_none() {
@@ -101,6 +193,7 @@ pub(super) fn take(
             refused.push(robot);
         }
     }
+    messages.complaints.publish(&mut events);
     refused.sort();
     let event = |robot| MatchEvent::CommandRefused { robot, command: CommandKind::Say, reason: Refusal::NotAllowed };
     events.extend(refused.into_iter().map(event));

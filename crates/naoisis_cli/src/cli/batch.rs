@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use super::agents::AgentArguments;
 use super::batch_summary::{print_summaries, what_was_played};
+use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
 use super::outputs::{Output, STANDARD_OUTPUT, check_files};
 use super::shard::Shard;
@@ -72,6 +73,8 @@ pub struct BatchArguments {
     pub duration: Option<f32>,
     #[command(flatten)]
     pub agents: AgentArguments,
+    #[command(flatten)]
+    pub game_controller: GameControllerArguments,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -107,6 +110,10 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     let sides = if sweep.pairs().is_some() { 2 } else { 1 };
     let first_seed = arguments.seed.or_else(|| Some(sweep.scenario(0).ok()?.seed)).unwrap_or(1);
     let threads = arguments.threads.map_or(cores, usize::from);
+    let network = match arguments.game_controller.of_many(threads) {
+        Ok(network) => network,
+        Err(message) => return report::usage_error(&message),
+    };
     let batch = Batch { variants: sweep, matches: arguments.matches as usize / sides, first_seed, threads };
     if !arguments.merge.is_empty() {
         return merge_parts(&batch, arguments);
@@ -134,6 +141,9 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
             let finds_mistakes = arguments.mistakes.is_some();
             let mut app = if finds_mistakes { program.simulator_with(FindMistakes) } else { program.simulator() };
             app.insert_resource(agents.clone());
+            if let Some(network) = &network {
+                app.insert_resource(network.clone());
+            }
             app
         },
         interrupt.stop(),

@@ -7,12 +7,14 @@ use std::process::ExitCode;
 
 use super::agents::AgentArguments;
 use super::check_program::check_program;
-use super::expect::{play_many, print_verdicts, write_junit};
+use super::expect::{cores, play_many, print_verdicts, write_junit};
+use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
 use super::notes;
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
+use naoisis_agents::game_controller::MatchNetwork;
 use naoisis_record::expectations::Verdict;
 use naoisis_sim::scenario::{RobotModel, ScenarioError, ScenarioFile, Setting, TeamsSpec};
 use naoisis_sim::simulation::{MatchApp, names};
@@ -38,15 +40,26 @@ pub struct CheckArguments {
     pub teams: TeamArguments,
     #[command(flatten)]
     pub agents: AgentArguments,
+    /// With --play, the network of the matches.
+    #[command(flatten)]
+    pub game_controller: GameControllerArguments,
 }
 
 /// Checks every file, and prints `ok` or all its errors. Returns exit status 2 if there are any.
 pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
+    let network = match arguments.game_controller.of_many(cores()) {
+        Ok(Some(_)) if !arguments.play => {
+            return report::usage_error("--game-controller, --team-messages: nothing is played; expected --play, too");
+        }
+        Ok(network) => network,
+        Err(message) => return report::usage_error(&message),
+    };
     let interrupt = match Interrupt::watch(|| {}) {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
-    let mut check = Check { program, arguments, interrupt, printer: Printer::default(), app: program.simulator() };
+    let (printer, app) = (Printer::default(), program.simulator());
+    let mut check = Check { program, arguments, network, interrupt, printer, app };
     let (mut status, mut outcomes) = (0, Vec::new());
     for file in &arguments.files {
         let outcome = check.file(file);
@@ -99,6 +112,7 @@ impl Outcome {
 struct Check<'a> {
     program: Program<'a>,
     arguments: &'a CheckArguments,
+    network: Option<MatchNetwork>,
     interrupt: Interrupt,
     printer: Printer,
     app: App,
@@ -145,7 +159,7 @@ impl Check<'_> {
         if !self.arguments.play {
             return Outcome::Checked;
         }
-        match play(self.program, file, self.arguments, &self.interrupt) {
+        match self.play(file) {
             Ok(verdicts) => {
                 print_verdicts(&mut self.printer, &verdicts, false);
                 Outcome::Played(verdicts)
@@ -157,30 +171,29 @@ impl Check<'_> {
         }
     }
 
+    /// Plays a valid scenario and returns the verdicts on its expectations.
+    fn play(&self, file: &str) -> Result<Vec<Verdict>, String> {
+        let Check { program, arguments, ref network, .. } = *self;
+        let file = ScenarioFile::find(file).map_err(|error| error.to_string())?;
+        let mut file = file.with(&arguments.set).map_err(|error| error.to_string())?;
+        arguments.teams.choose(program.simulator().world(), &mut file)?;
+        let settings = arguments.agents.settings(&file.source.name, &arguments.teams);
+        let simulator = || {
+            let mut app = program.simulator();
+            app.insert_resource(settings.clone());
+            if let Some(network) = network {
+                app.insert_resource(network.clone());
+            }
+            app
+        };
+        play_many(simulator, &file.scenario, &file.scenario.expectations, &self.interrupt)
+    }
+
     fn print_notes(&mut self, file: &str, notes: impl IntoIterator<Item = String>) {
         for words in notes {
             self.printer.print(format_args!("{file}: note: {words}\n"));
         }
     }
-}
-
-/// Plays a valid scenario and returns the verdicts on its expectations.
-fn play(
-    program: Program,
-    file: &str,
-    arguments: &CheckArguments,
-    interrupt: &Interrupt,
-) -> Result<Vec<Verdict>, String> {
-    let file = ScenarioFile::find(file).map_err(|error| error.to_string())?;
-    let mut file = file.with(&arguments.set).map_err(|error| error.to_string())?;
-    arguments.teams.choose(program.simulator().world(), &mut file)?;
-    let settings = arguments.agents.settings(&file.source.name, &arguments.teams);
-    let simulator = || {
-        let mut app = program.simulator();
-        app.insert_resource(settings.clone());
-        app
-    };
-    play_many(simulator, &file.scenario, &file.scenario.expectations, interrupt)
 }
 
 /// Returns the errors of a file: those of its fields, then of the names in it, and finally of starting its match.

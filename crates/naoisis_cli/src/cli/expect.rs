@@ -51,6 +51,11 @@ impl ExpectArguments {
         self.expect.iter().copied().filter(|expectation| expectation.frequency.is_none()).collect()
     }
 
+    /// Returns whether an expectation is about many matches.
+    pub fn asks_for_many(&self) -> bool {
+        self.expect.iter().any(|expectation| expectation.frequency.is_some())
+    }
+
     /// Plays the matches of the expectations about many matches, and returns their verdicts.
     pub fn judge_many(
         &self,
@@ -71,8 +76,12 @@ pub fn play_many(
     expected: &[Expectation],
     interrupt: &Interrupt,
 ) -> Result<Vec<Verdict>, String> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    play_all(simulator, scenario, expected, threads, interrupt.stop())
+    play_all(simulator, scenario, expected, cores(), interrupt.stop())
+}
+
+/// Returns the number of matches that are played at the same time.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Prints the verdicts; with `quiet`, only failed ones. Returns whether all expectations hold.

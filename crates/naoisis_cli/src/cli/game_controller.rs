@@ -3,19 +3,17 @@
 use bevy::prelude::*;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args};
+use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr};
 
 use super::report;
 use naoisis_agents::game_controller::{
-    self, GameController, GameControllerSettings, Listener, NetworkSettings, ProtocolVersion, TeamMessages,
+    self, LARGEST_OFFSET, Listener, MatchNetwork, NetworkError, NetworkSettings, ProtocolVersion,
 };
-use naoisis_core::game::Rules;
 use naoisis_core::team::PerTeam;
 
 /// The default numbers of the teams.
 const TEAM_NUMBERS: PerTeam<u8> = PerTeam { blue: 1, pink: 2 };
-/// The largest port offset. The highest port of the protocol, that of a team, is 10255.
-const LARGEST_OFFSET: i64 = 55_000;
 
 /// Returns a parser for the name of a protocol version.
 fn protocol_versions() -> impl TypedValueParser<Value = ProtocolVersion> {
@@ -54,8 +52,9 @@ pub struct GameControllerArguments {
     /// from 127.1.TEAM.NUMBER and receives messages of team-mates there
     #[arg(long, group = "numbered")]
     pub team_messages: bool,
-    /// Add this to every port, to play several matches on one machine
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=LARGEST_OFFSET), requires = "numbered")]
+    /// Add this to every port, to play several matches on one machine. If a command plays several matches, each adds
+    /// 1000 more than another that is played at the same time
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=i64::from(LARGEST_OFFSET)), requires = "numbered")]
     pub game_controller_port_offset: Option<u16>,
     /// Numbers of the teams in the league, blue first [default: 1,2, or those of the GameController that is heard]
     #[arg(long, value_name = "BLUE,PINK", value_parser = team_numbers, requires = "numbered")]
@@ -66,33 +65,59 @@ impl GameControllerArguments {
     /// Starts the GameController of the arguments in `world`, or the listener to a real one.
     pub fn start(&self, world: &mut World) -> Result<(), String> {
         let port_offset = self.game_controller_port_offset.unwrap_or(0);
+        // A port that is in use may be free with another offset.
+        let cannot = |option: &str, error: NetworkError| match error.error.kind() {
+            ErrorKind::AddrInUse => {
+                format!("{option}: {error}; expected a free port, as with --game-controller-port-offset 1000")
+            }
+            _ => format!("{option}: {error}"),
+        };
         if let Some(address) = self.listen_game_controller {
             let listener = Listener::open(address, port_offset, self.team_numbers);
             let listener =
-                listener.map_err(|error| format!("--listen-game-controller: {error}"))?.with_notes(report::note);
+                listener.map_err(|error| cannot("--listen-game-controller", error))?.with_notes(report::note);
             let listener = if self.truth_for_monitors { listener.with_truth_for_monitors() } else { listener };
             report::note(&format!("listening for a GameController at {address}; robots stand until its first packet"));
             game_controller::listen_to(world, listener);
         }
-        if let Some(version) = self.game_controller {
-            let address = self.game_controller_address.unwrap_or(Ipv4Addr::LOCALHOST.into());
-            let network = NetworkSettings { address, port_offset, tells_monitors: self.truth_for_monitors };
-            let team_numbers = self.team_numbers.unwrap_or(TEAM_NUMBERS);
-            let version = version.unwrap_or_else(|| ProtocolVersion::of_rules(world.resource::<Rules>()));
-            let at_once = self.game_controller_at_once;
-            let controller = GameController::open(GameControllerSettings { version, network, team_numbers, at_once });
-            let controller =
-                controller.map_err(|error| format!("--game-controller: {error}"))?.with_notes(report::note);
-            if self.truth_for_monitors {
-                report::note(&format!("monitors that ask at {} receive the true state", network.requests()));
-            }
-            game_controller::start(world, controller);
+        let network = MatchNetwork { notes: Some(report::note), ..self.network() };
+        let started = network.start_game_controller(world, port_offset);
+        started.map_err(|error| cannot("--game-controller", error))?;
+        if self.game_controller.is_some() && self.truth_for_monitors {
+            let settings = NetworkSettings { address: network.address, port_offset, tells_monitors: true };
+            report::note(&format!("monitors that ask at {} receive the true state", settings.requests()));
         }
-        if self.team_messages {
-            let messages = TeamMessages::open(self.team_numbers.unwrap_or(TEAM_NUMBERS), port_offset);
-            game_controller::carry(world, messages.map_err(|error| format!("--team-messages: {error}"))?);
+        network.carry_team_messages(world, port_offset).map_err(|error| cannot("--team-messages", error))
+    }
+
+    /// Returns the network of each match, if several are played, with ports of their own; `threads` are played at the same time. `None`
+    /// if the arguments ask for none.
+    pub fn of_many(&self, threads: usize) -> Result<Option<MatchNetwork>, String> {
+        if self.listen_game_controller.is_some() {
+            return Err("--listen-game-controller: a GameController decides about one match; expected a command that plays no other".to_owned());
         }
-        Ok(())
+        let network = self.network();
+        // The match of `run` itself has the first ports.
+        let most = network.offsets.all().count().saturating_sub(1);
+        if self.game_controller.is_none() && !self.team_messages {
+            Ok(None)
+        } else if threads > most {
+            Err(format!("there are ports for {most} matches at the same time; expected at most as many --threads"))
+        } else {
+            Ok(Some(network))
+        }
+    }
+
+    fn network(&self) -> MatchNetwork {
+        let first_offset = self.game_controller_port_offset.unwrap_or(0);
+        MatchNetwork {
+            game_controller: self.game_controller,
+            at_once: self.game_controller_at_once,
+            address: self.game_controller_address.unwrap_or(Ipv4Addr::LOCALHOST.into()),
+            tells_monitors: self.truth_for_monitors,
+            carries_team_messages: self.team_messages,
+            ..MatchNetwork::new(self.team_numbers.unwrap_or(TEAM_NUMBERS), first_offset)
+        }
     }
 
     /// Returns the default speed as a multiple of real time; `None` for as fast as possible.

@@ -72,6 +72,7 @@ mod robot_import;
 mod robot_sheet;
 mod run;
 mod run_arguments;
+mod run_summary;
 mod schema;
 mod serve;
 mod shard;

@@ -3,7 +3,6 @@
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
@@ -12,15 +11,17 @@ use super::expect::{print_verdicts, write_junit};
 use super::interrupt::Interrupt;
 use super::pace::Pace;
 use super::run_arguments::RunArguments;
+use super::run_summary::{Outcome, summary, tally, title, words_of};
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
 use naoisis_agents::agents::server::{Address, Server, free_robots};
-use naoisis_agents::agents::{self, AgentSettings, BreakOff};
+use naoisis_agents::agents::{self, AgentPlayer, AgentSettings, BreakOff};
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::events::{CycleEvents, MatchEvent};
-use naoisis_core::game::{Game, MatchResult, Rules};
-use naoisis_core::referee::report::{HEADER, report as match_report};
-use naoisis_core::team::{PerTeam, Team};
+use naoisis_core::game::{Game, Rules};
+use naoisis_core::referee::report::report as match_report;
+use naoisis_core::robot::Roster;
+use naoisis_core::team::RobotId;
 use naoisis_record::expectations::{self, Watch};
 use naoisis_record::record::RecordPlugin;
 use naoisis_record::record::recorder::{self, EndReason, Recorders};
@@ -64,6 +65,9 @@ pub(super) fn run_match(
     if let Err(message) = arguments.check_time_of_saving(app.world(), &scenario) {
         return report::usage_error(&message);
     }
+    if let Err(message) = arguments.network_of_many() {
+        return report::usage_error(&message);
+    }
     let interrupt = match Interrupt::watch(|| {}) {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
@@ -76,10 +80,12 @@ pub(super) fn run_match(
     if let Err(error) = agents::start_programs(app.world_mut()) {
         return report::usage_error(&error.to_string());
     }
-    match listen.map(|address| let_programs_in(app.world_mut(), address, &interrupt)) {
-        Some(Err(message)) => return report::usage_error(&message),
-        Some(Ok(())) => {}
-        None => tell_of_nobodys_robots(app.world()),
+    let mut server = match listen.map(|address| let_programs_in(app.world_mut(), address, &interrupt)).transpose() {
+        Err(message) => return report::usage_error(&message),
+        Ok(server) => server,
+    };
+    if server.is_none() {
+        tell_of_nobodys_robots(app.world());
     }
     match arguments.recordings.open(app.world(), arguments.force) {
         Ok(recorders) if recorders.is_empty() => {}
@@ -93,7 +99,14 @@ pub(super) fn run_match(
     }
     let started_at_cycle = app.world().resource::<CycleClock>().cycle;
     let started = Instant::now();
-    let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupt, &mut printer, arguments);
+    let mut run_cycle = |world: &mut World| {
+        // A program that was lost may come back.
+        if let Some(server) = &mut server {
+            server.look(world, report::note);
+        }
+        run_cycle(world);
+    };
+    let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupt, &mut printer, arguments, &mut run_cycle);
     let wall_s = started.elapsed().as_secs_f64();
     if !outcome.saved {
         outcome.not_saved = save(app.world_mut(), arguments).err();
@@ -121,14 +134,14 @@ fn tell_of_nobodys_robots(world: &World) {
 }
 
 /// Waits until every remote robot of the match is played by a program that connects.
-fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) -> Result<(), String> {
+fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) -> Result<Server, String> {
     let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
     if free.is_empty() {
         return Err(
             "no robot of the match is remote; expected a scenario with remote robots, or --blue remote".to_owned()
         );
     }
-    let server = Server::listen(address).map_err(|error| format!("--listen: {address}: {error}"))?;
+    let mut server = Server::listen(address).map_err(|error| format!("--listen: {address}: {error}"))?;
     report::note(&format!("listening at {}; waiting for {}", server.address(), free.join(", ")));
     if server.address().is_reachable() && world.resource::<AgentSettings>().token.is_none() {
         report::note(
@@ -136,7 +149,7 @@ fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) 
         );
     }
     server.let_in(world, || interrupt.is_stopped(), report::note);
-    Ok(())
+    Ok(server)
 }
 
 /// Judges the expectations, prints the verdicts and writes them to a file.
@@ -157,9 +170,13 @@ fn judge(
     }
     let mut verdicts = expectations::judge(&outcome.watch, &expectations.of_match());
     let settings = app.world().get_resource::<AgentSettings>().cloned().unwrap_or_default();
+    let network = arguments.network_of_many().map_err(|message| report::usage_error(&message))?;
     let simulator = || {
         let mut app = program.simulator();
         app.insert_resource(settings.clone());
+        if let Some(network) = &network {
+            app.insert_resource(network.clone());
+        }
         app
     };
     verdicts.extend(expectations.judge_many(simulator, scenario, interrupt).map_err(|message| {
@@ -181,30 +198,13 @@ fn save(world: &mut World, arguments: &RunArguments) -> Result<(), String> {
     saved.map_err(|error| format!("cannot save the match: {error}"))
 }
 
-/// The results of a run.
-#[derive(Default)]
-struct Outcome {
-    reason: EndReason,
-    goals: Vec<(f64, Team)>,
-    broken_invariants: Vec<String>,
-    /// Measurements for expectations.
-    watch: Watch,
-    /// Number of robots whose programs were lost.
-    agents_lost: PerTeam<u32>,
-    /// Number of the referee's decisions by kind, for --explain.
-    decisions: BTreeMap<String, u32>,
-    /// Whether the match was saved during the run, or saving failed.
-    saved: bool,
-    /// Reason why saving failed.
-    not_saved: Option<String>,
-}
-
 fn run_to_the_end(
     world: &mut World,
     scenario: &Scenario,
     interrupt: &Interrupt,
     printer: &mut Printer,
     arguments: &RunArguments,
+    run_cycle: &mut impl FnMut(&mut World),
 ) -> Outcome {
     let period_s = world.resource::<CycleClock>().period_s;
     let last_cycle = scenario.last_cycle();
@@ -258,6 +258,9 @@ fn run_to_the_end(
                 MatchEvent::AgentLost { robot, message, .. } => {
                     outcome.agents_lost[robot.team] += 1;
                     progress.suspend(|| report::note(&format!("{robot} lost its program at {time_s:.2} s: {message}")));
+                }
+                MatchEvent::CommandRefused { robot, command, reason } if is_played_by_program(world, *robot) => {
+                    *outcome.refused.entry((*robot, *command, *reason)).or_default() += 1;
                 }
                 MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
                 MatchEvent::InvariantBroken { message } => {
@@ -326,63 +329,7 @@ fn finish(
     }
 }
 
-/// Returns the title of the report, which names the match.
-fn title(scenario: &Scenario) -> String {
-    let name = if scenario.name.is_empty() { "Match" } else { &scenario.name };
-    let teams = match &scenario.teams {
-        Some(teams) => format!(": blue {} against pink {}", teams.blue, teams.pink),
-        None => String::new(),
-    };
-    let (rules, realism, seed) = (&scenario.rules, scenario.realism_in_words(), scenario.seed);
-    format!("{name}{teams}. Rules {}, realism {realism}, seed {seed}.\n{HEADER}\n", rules.name)
-}
-
-/// Returns a line with the number of the referee's decisions by kind.
-fn tally(decisions: &BTreeMap<String, u32>) -> String {
-    let count = |(kind, count): (&String, &u32)| format!("{count} {}", kind.replace('_', " "));
-    let counts: Vec<String> = decisions.iter().map(count).collect();
-    if counts.is_empty() { String::new() } else { format!("  decided  {}\n", counts.join(", ")) }
-}
-
-fn summary(
-    outcome: &Outcome,
-    clock: CycleClock,
-    started_at_cycle: u64,
-    result: MatchResult,
-    realism: &str,
-    wall_s: f64,
-) -> String {
-    let mut text = String::new();
-    for (time_s, team) in &outcome.goals {
-        text += &format!("{:>7.1} s  goal for {team}\n", time_s);
-    }
-    if outcome.agents_lost != PerTeam::default() {
-        let PerTeam { blue, pink } = outcome.agents_lost;
-        text += &format!("programs lost: blue {blue}, pink {pink}\n");
-    }
-    let end = words_of(outcome.reason);
-    let simulated_s = clock.end_time_s();
-    // A saved match starts in the middle.
-    let cycles = clock.cycle - started_at_cycle;
-    text += &format!(
-        "{simulated_s:>7.1} s  {end}: {result}\n{} cycles in {wall_s:.2} s, {} times real time, realism {realism}\n",
-        cycles,
-        factor(cycles as f64 * clock.period_s / wall_s.max(1e-9)),
-    );
-    text
-}
-
-fn words_of(reason: EndReason) -> &'static str {
-    match reason {
-        EndReason::FinalWhistle => "final whistle",
-        EndReason::Duration => "end",
-        EndReason::Interrupted => "interrupted",
-        EndReason::Failed => "stopped",
-    }
-}
-
-/// Returns a number as text with two decimals below 1, one below 10, and none above.
-fn factor(value: f64) -> String {
-    let digits = if value < 1.0 { 2 } else { usize::from(value < 10.0) };
-    format!("{value:.digits$}")
+fn is_played_by_program(world: &World, robot: RobotId) -> bool {
+    let entity = world.resource::<Roster>().get(robot);
+    entity.is_some_and(|entity| world.get::<AgentPlayer>(entity).is_some())
 }

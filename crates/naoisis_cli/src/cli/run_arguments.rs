@@ -5,12 +5,13 @@ use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
 use super::agents::AgentArguments;
-use super::expect::ExpectArguments;
+use super::expect::{ExpectArguments, cores};
 use super::game_controller::GameControllerArguments;
 use super::outputs::{Output, check_files, cycle_at};
 use super::pace::times_real_time;
 use super::recordings::Recordings;
 use super::teams::TeamArguments;
+use naoisis_agents::game_controller::MatchNetwork;
 use naoisis_core::cycle::CycleClock;
 use naoisis_sensing::sensing::camera::CameraRendering;
 use naoisis_sim::scenario::wording::one_of;
@@ -101,6 +102,11 @@ impl RunArguments {
     /// Returns the settings of the command line, in their order.
     pub fn settings(&self) -> Vec<Setting> {
         self.realism.iter().chain(&self.set).cloned().collect()
+    }
+
+    /// Returns the network of the matches of further seeds, which have ports of their own.
+    pub fn network_of_many(&self) -> Result<Option<MatchNetwork>, String> {
+        if self.expectations.asks_for_many() { self.game_controller.of_many(cores()) } else { Ok(None) }
     }
 
     /// Checks that the outputs can be written, as far as this is known before the match.

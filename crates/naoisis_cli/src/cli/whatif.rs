@@ -205,7 +205,9 @@ fn no_moment(word: &str) -> ExitCode {
 
 fn refuse_programs(app: &mut App) -> Result<(), ExitCode> {
     if app.world_mut().query::<&PlayedByProgram>().iter(app.world()).next().is_some() {
-        let message = "programs play robots of this match, and their state at that moment is not known";
+        let message = "programs play robots of this match, and their state at that moment is not known; expected built-in teams, by \
+                       --blue and --pink, or a scenario that continues a saved match with programs that start there, for \
+                       `naoisis check --play`";
         return Err(report::usage_error(message));
     }
     Ok(())

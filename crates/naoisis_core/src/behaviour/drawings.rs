@@ -34,6 +34,7 @@
 //! Drawings do not influence the match. A system with access to all robots of a behaviour may read them, like the robots' other commands.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use strum::VariantArray;
@@ -56,7 +57,7 @@ impl Plugin for DrawingsPlugin {
 }
 
 /// The frame of a drawing's coordinates.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Frame {
     /// The team frame, which is that of beliefs: the own goal is at -x.
@@ -67,7 +68,7 @@ pub enum Frame {
 }
 
 /// The colours of Okabe and Ito (2008), which people with any kind of colour blindness can distinguish.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, VariantArray)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema, VariantArray)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum DrawColour {
@@ -110,11 +111,13 @@ impl DrawColour {
 }
 
 /// One line, circle or text on the ground.
-#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct Drawing {
     /// The frame of its coordinates.
+    #[serde(default)]
     pub frame: Frame,
     /// Its colour.
+    #[serde(default)]
     pub ink: DrawColour,
     /// Its shape.
     #[serde(flatten)]
@@ -122,19 +125,22 @@ pub struct Drawing {
 }
 
 /// The shape of a drawing.
-#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DrawnShape {
     /// A straight line.
     Line {
         /// Start, m.
+        #[schemars(with = "[f32; 2]")]
         start_m: Vec2,
         /// End, m.
+        #[schemars(with = "[f32; 2]")]
         end_m: Vec2,
     },
     /// A circle.
     Circle {
         /// Its centre, m.
+        #[schemars(with = "[f32; 2]")]
         centre_m: Vec2,
         /// Its radius, m.
         radius_m: f32,
@@ -142,6 +148,7 @@ pub enum DrawnShape {
     /// A text.
     Text {
         /// Position, m. The text is above it.
+        #[schemars(with = "[f32; 2]")]
         position_m: Vec2,
         /// The text, at most [`LONGEST_TEXT_BYTES`].
         words: Cow<'static, str>,
@@ -149,8 +156,10 @@ pub enum DrawnShape {
     /// A target of the robot's walk.
     Target {
         /// Position, m.
+        #[schemars(with = "[f32; 2]")]
         position_m: Vec2,
         /// The purpose in a word; may be empty.
+        #[serde(default)]
         words: Cow<'static, str>,
     },
 }
@@ -183,17 +192,20 @@ impl Drawings {
 
     /// Writes a text at a point, m.
     pub fn text(&mut self, frame: Frame, position_m: Vec2, words: impl Into<Cow<'static, str>>, ink: DrawColour) {
-        self.add(Drawing { frame, ink, shape: DrawnShape::Text { position_m, words: shortened(words.into()) } });
+        self.add(Drawing { frame, ink, shape: DrawnShape::Text { position_m, words: words.into() } });
     }
 
     /// Marks a target of the robot's walk, m, with its purpose in a word or an empty string.
     pub fn target(&mut self, frame: Frame, position_m: Vec2, words: impl Into<Cow<'static, str>>, ink: DrawColour) {
-        self.add(Drawing { frame, ink, shape: DrawnShape::Target { position_m, words: shortened(words.into()) } });
+        self.add(Drawing { frame, ink, shape: DrawnShape::Target { position_m, words: words.into() } });
     }
 
-    /// Adds a drawing. Drawings with numbers that are not finite, and those beyond [`MOST`], are dropped.
-    pub fn add(&mut self, drawing: Drawing) {
+    /// Adds a drawing. Drawings with numbers that are not finite, and those beyond [`MOST`], are dropped; long texts are cut.
+    pub fn add(&mut self, mut drawing: Drawing) {
         if self.0.len() < MOST && drawing.shape.is_finite() {
+            if let DrawnShape::Text { words, .. } | DrawnShape::Target { words, .. } = &mut drawing.shape {
+                *words = shortened(core::mem::take(words));
+            }
             self.0.push(drawing);
         }
     }

@@ -41,6 +41,7 @@ pub mod drawings;
 mod function;
 pub mod parameters;
 pub mod reasons;
+pub mod remarks;
 pub mod script;
 
 use crate::cycle::{Cycle, CycleHalf, CycleSystems};

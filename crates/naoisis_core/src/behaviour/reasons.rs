@@ -33,6 +33,7 @@ use crate::team::RobotId;
 #[reflect(Component, @Knowledge::Belief)]
 pub struct Reasons {
     /// The options.
+    #[serde(default)]
     pub options: Vec<Choice>,
     /// The index of the chosen option.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,8 +46,10 @@ pub struct Choice {
     /// Name in a word or two.
     pub name: Cow<'static, str>,
     /// Value in a unit of the behaviour's own; more is better.
+    #[serde(default)]
     pub value: f32,
     /// Explanation for people.
+    #[serde(default)]
     pub why: Cow<'static, str>,
 }
 

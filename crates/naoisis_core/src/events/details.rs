@@ -1,6 +1,7 @@
 //! Details of events: results of kicks, partners of collisions, refused commands.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::team::RobotId;
@@ -121,7 +122,7 @@ impl<'de> Deserialize<'de> for CollisionPartner {
 }
 
 /// The kind of a command.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandKind {
     /// [`WalkCommand`](crate::robot::motion::WalkCommand).
@@ -137,7 +138,7 @@ pub enum CommandKind {
 }
 
 /// Why a command was refused.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Refusal {

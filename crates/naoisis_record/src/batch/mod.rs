@@ -47,6 +47,7 @@ pub use variants::Variants;
 
 use crate::record::mistakes::MistakeFinder;
 use naoisis_agents::agents::{self, AgentSettings};
+use naoisis_agents::game_controller::open_network;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_sensing::sensing::jobs::SensingThreads;
@@ -155,11 +156,21 @@ pub fn play(simulator: impl Fn() -> App, scenario: &Scenario) -> MatchRow {
     })
 }
 
+/// Opens the network of the match in `world`, if it has one, and then starts the programs of its robots.
+///
+/// # Errors
+/// The reason why the network cannot be opened, or a program cannot be started.
+pub(crate) fn begin_programs(world: &mut World) -> Result<(), String> {
+    if !world.contains_resource::<AgentSettings>() {
+        return Ok(());
+    }
+    open_network(world).map_err(|error| format!("the network of the match: {error}"))?;
+    agents::start_programs(world).map_err(|error| error.to_string())
+}
+
 fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {
-    if world.contains_resource::<AgentSettings>()
-        && let Err(error) = agents::start_programs(world)
-    {
-        return MatchRow::failed(scenario.seed, MatchOutcome::Refused, error.to_string());
+    if let Err(message) = begin_programs(world) {
+        return MatchRow::failed(scenario.seed, MatchOutcome::Refused, message);
     }
     let mut observer = MatchObserver::begin(world);
     let mut finder = world.contains_resource::<MistakesAreFound>().then(|| {

@@ -5,12 +5,14 @@ use core::fmt;
 use core::sync::atomic::AtomicBool;
 
 use super::measure;
+use crate::batch::begin_programs;
 use crate::record::match_counts::MatchCounter;
 use crate::record::mistakes::{Mistake, MistakeFinder, MistakeKind};
 use naoisis_agents::agents;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::statistics::rounded;
+use naoisis_core::team::RobotId;
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::interface::gather::{CurrentRecord, gather_on_demand, record_now};
 use naoisis_sim::scenario::{Expectation, Frequency, Quantity, RobotQuantity, Scenario, TeamQuantity};
@@ -82,13 +84,17 @@ impl Watch {
 
     /// Returns the value of `quantity` up to now.
     fn value(&self, quantity: Quantity) -> Option<f64> {
-        let count = |is_meant: &dyn Fn(&Mistake) -> bool, kind: Option<MistakeKind>| {
-            let is_of_kind = |mistake: &&Mistake| kind.is_none_or(|kind| mistake.kind == kind) && is_meant(mistake);
-            self.finder.as_ref().map(|finder| finder.mistakes().iter().filter(is_of_kind).count() as f64)
+        let count = |is_meant: &dyn Fn(RobotId) -> bool, kind: Option<MistakeKind>| {
+            let is_of_kind =
+                |mistake: &&Mistake| kind.is_none_or(|kind| mistake.kind == kind) && is_meant(mistake.robot);
+            let is_of_beliefs = matches!(kind, Some(MistakeKind::OwnPoseLost | MistakeKind::BallMisplaced));
+            // Robots without beliefs are not right about anything.
+            let finder = self.finder.as_ref().filter(|finder| !is_of_beliefs || finder.knows_beliefs(is_meant));
+            finder.map(|finder| finder.mistakes().iter().filter(is_of_kind).count() as f64)
         };
         match quantity {
-            Quantity::OfTeam(team, TeamQuantity::Mistakes(kind)) => count(&|mistake| mistake.robot.team == team, kind),
-            Quantity::OfRobot(robot, RobotQuantity::Mistakes(kind)) => count(&|mistake| mistake.robot == robot, kind),
+            Quantity::OfTeam(team, TeamQuantity::Mistakes(kind)) => count(&|robot| robot.team == team, kind),
+            Quantity::OfRobot(robot, RobotQuantity::Mistakes(kind)) => count(&|other| other == robot, kind),
             quantity => measure::value(self.counter.as_ref()?.counts(), quantity),
         }
     }
@@ -137,9 +143,7 @@ fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expect
     let mut app = simulator();
     app.start_match(scenario).map_err(|fault| fault.to_string())?;
     let world = app.world_mut();
-    if world.contains_resource::<agents::AgentSettings>() {
-        agents::start_programs(world).map_err(|error| error.to_string())?;
-    }
+    begin_programs(world)?;
     let mut watch = Watch::begin(world, expected);
     let last_cycle = scenario.last_cycle();
     while world.resource::<Game>().state != GameState::Finished

@@ -78,13 +78,17 @@ pub struct BallBelief {
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
     /// Velocity, m/s, team frame.
+    #[serde(default)]
     #[schemars(with = "[f32; 2]")]
     pub velocity_mps: Vec2,
     /// The covariance of the position, m²: xx, xy, yy.
+    #[serde(default)]
     pub position_covariance: PlaceCovariance,
     /// The covariance of the velocity, (m/s)²: xx, xy, yy.
+    #[serde(default)]
     pub velocity_covariance: PlaceCovariance,
     /// The time since the ball was seen, s: by the robot itself, or by the team-mate that reported it.
+    #[serde(default)]
     pub age_s: f32,
     /// The team-mate that reported the ball; `None` if the robot has seen it itself.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -102,8 +106,10 @@ pub struct RobotBelief {
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
     /// The covariance of the position, m²: xx, xy, yy.
+    #[serde(default)]
     pub covariance: PlaceCovariance,
     /// The time since the robot was seen or reported, s.
+    #[serde(default)]
     pub age_s: f32,
 }
 

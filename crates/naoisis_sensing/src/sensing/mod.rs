@@ -13,6 +13,7 @@
 //! | [odometry] | [`odometry::OdometrySettings`] | [`odometry::Odometry`] |
 //! | joints | | [`HeadAngles`](naoisis_core::robot::head::HeadAngles), exact to a tenth of a degree on the NAO |
 //! | [status] | | [`status::BodyStatus`], [`GameStatus`](naoisis_core::referee::GameStatus) |
+//! | [imu], where a scenario has it | [`imu::Imu`] | [`imu::ImuReading`] |
 //! | [team messages](naoisis_core::communication) | [`MessageSettings`] | [`Inbox`] |
 //!
 //! Readings can be [delayed](naoisis_core::robot::latency).
@@ -27,6 +28,7 @@ use bevy::prelude::*;
 
 pub mod camera;
 pub mod fidelity;
+pub mod imu;
 pub mod jobs;
 pub mod latency;
 pub mod odometry;

@@ -132,6 +132,12 @@ pub struct RobotRecord {
     #[serde(default, skip_serializing_if = "Drawings::is_empty")]
     #[schemars(with = "Value")]
     pub drawings: Drawings,
+    /// Its intention, if its program tells it by itself and not only in a message.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intention: Option<String>,
+    /// The values that its program plots, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, f32>,
     /// The reasons for its decision, if its behaviour gives them and they were asked for by name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reasons: Option<Reasons>,
@@ -160,9 +166,17 @@ impl RobotRecord {
             belief: None,
             command: None,
             drawings: default(),
+            intention: None,
+            values: BTreeMap::new(),
             reasons: None,
             reported: None,
         }
+    }
+
+    /// Returns the robot's intention: the one that its program tells, or else that of its message.
+    pub fn intention(&self) -> Option<&str> {
+        let said = || self.command.as_ref()?.say.as_ref()?.intention.as_deref();
+        self.intention.as_deref().or_else(said)
     }
 
     /// Adds what the robot perceived.

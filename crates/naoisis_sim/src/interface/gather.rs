@@ -13,6 +13,7 @@ use naoisis_core::ball::flight::BallFlight;
 use naoisis_core::ball::{BallPhysics, BallVelocity, ExtraBall};
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::behaviour::reasons::Reasons;
+use naoisis_core::behaviour::remarks::Remarks;
 use naoisis_core::communication::StatusReport;
 use naoisis_core::cycle::{Cycle, CycleClock, CycleHalf, CycleSystems};
 use naoisis_core::events::{CycleEvents, MatchEvent};
@@ -78,6 +79,7 @@ struct RecordedRobot {
     penalty: &'static Penalty,
     belief: Option<&'static Belief>,
     drawings: Option<&'static Drawings>,
+    remarks: Option<&'static Remarks>,
     reasons: Option<&'static Reasons>,
     reported: Option<&'static StatusReport>,
     perceived: Perceived,
@@ -164,6 +166,8 @@ impl RecordedMatch<'_, '_> {
             belief: robot.belief.cloned(),
             command,
             drawings: robot.drawings.cloned().unwrap_or_default(),
+            intention: robot.remarks.and_then(|remarks| remarks.intention.clone()),
+            values: robot.remarks.map(|remarks| remarks.values.clone()).unwrap_or_default(),
             reasons: robot.reasons.cloned(),
             reported: robot.reported.copied(),
             ..RobotRecord::new(id)

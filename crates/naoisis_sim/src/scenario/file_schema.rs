@@ -67,7 +67,13 @@ impl FileKind {
         let settings = match self {
             FileKind::Scenario | FileKind::Rules => return None,
             FileKind::Robot => {
-                json!({ "settings": object(of_model()), "realistic": object(with_ball(of_model(), fields)) })
+                let like = "The model from which this one starts: its name, or the path of its file. All other figures are changes.";
+                let names: Vec<&str> = MODELS.iter().map(|preset| preset.name).collect();
+                json!({
+                    "like": { "type": "string", "examples": names, "description": like },
+                    "settings": object(of_model()),
+                    "realistic": object(with_ball(of_model(), fields)),
+                })
             }
             FileKind::League => json!({ "settings": object(fields.as_object()?.clone()) }),
         };

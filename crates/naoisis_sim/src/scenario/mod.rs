@@ -34,6 +34,7 @@ mod message_limits;
 pub mod message_pack;
 mod messages_form;
 mod model_file;
+mod model_like;
 mod models;
 mod notes;
 mod outline;

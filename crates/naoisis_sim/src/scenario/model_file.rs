@@ -11,6 +11,7 @@ use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
+use super::model_like::{LONGEST_CHAIN, reference};
 use super::models::{ModelError, RobotModel, is_file, leave_out_what_it_lacks};
 use super::read::read;
 use super::robot_settings::RobotSettings;
@@ -20,9 +21,11 @@ use super::types::Scenario;
 use super::wording::{all_of, did_you_mean, one_of, quoted};
 
 /// The fields of a model file.
-const FIELDS: [&str; 5] = ["name", "description", "settings", "realistic", "sources"];
+const FIELDS: [&str; 6] = ["name", "description", "like", "settings", "realistic", "sources"];
 /// The fields that no scenario has.
-const OF_MODELS_ONLY: [&str; 3] = ["settings", "realistic", "sources"];
+const OF_MODELS_ONLY: [&str; 4] = ["settings", "realistic", "sources", "like"];
+/// The field that names the model from which a file starts.
+const LIKE: &str = "like";
 /// Settings that the realistic part can have besides those of a robot: the ball of its league.
 const REALISTIC_BESIDES: [&str; 1] = ["ball"];
 
@@ -50,8 +53,13 @@ impl RobotModel {
     /// # Errors
     /// If there is neither, or the file is no model.
     pub fn find(name_or_path: &str) -> Result<RobotModel, ModelError> {
+        Self::find_within(name_or_path, 0)
+    }
+
+    /// Finds a model that is the `step`th of a chain of models, each like the next.
+    fn find_within(name_or_path: &str, step: usize) -> Result<RobotModel, ModelError> {
         if is_file(name_or_path) {
-            return Self::load(name_or_path);
+            return Self::load(name_or_path, step);
         }
         Self::named(name_or_path).ok_or_else(|| ModelError::Unknown(name_or_path.to_owned()))
     }
@@ -86,12 +94,12 @@ impl RobotModel {
                 "a name that ends in `.ron`",
             ))]));
         }
-        Some(read_model(&source, value).map(|model| model.named_by(path)))
+        Some(read_model(&source, value, 0).map(|model| model.named_by(path)))
     }
 
-    fn load(path: &str) -> Result<RobotModel, ModelError> {
+    fn load(path: &str, step: usize) -> Result<RobotModel, ModelError> {
         let text = text_of(path).map_err(|reason| ModelError::Unreadable { path: path.to_owned(), reason })?;
-        Self::from_ron(path, &text)
+        Self::read_ron(path, &text, step)
     }
 
     /// The model of the text of a file. `path` is the file's name, for errors and for scenarios that name it.
@@ -99,10 +107,14 @@ impl RobotModel {
     /// # Errors
     /// All that is wrong with it.
     pub fn from_ron(path: &str, text: &str) -> Result<RobotModel, ModelError> {
+        Self::read_ron(path, text, 0)
+    }
+
+    fn read_ron(path: &str, text: &str, step: usize) -> Result<RobotModel, ModelError> {
         let source = ScenarioSource::of_file(path, Format::Ron, text);
         let value =
             read(&source.text, Format::Ron).map_err(|fault| ModelError::Wrong(vec![source.syntax_error(fault)]))?;
-        read_model(&source, value).map(|model| model.named_by(path)).map_err(ModelError::Wrong)
+        read_model(&source, value, step).map(|model| model.named_by(path)).map_err(ModelError::Wrong)
     }
 }
 
@@ -115,17 +127,26 @@ fn text_of(path: &str) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())
 }
 
-/// Reads a model from the values of a file.
+/// Reads a model from the values of a file, the `step`th of a chain of models, each like the next.
 ///
 /// # Errors
 /// All errors, in the order of the text.
-fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<ScenarioError>> {
+fn read_model(source: &ScenarioSource, value: Value, step: usize) -> Result<RobotModel, Vec<ScenarioError>> {
     let mut findings = Vec::new();
     let Value::Object(mut fields) = value else {
         let fault = ScenarioFault::new(FieldPath::default(), "this is no model", an_object_with(&FIELDS));
         return Err(vec![source.error(&fault)]);
     };
     fields.remove(SCHEMA);
+    let base = match base_of(source, &mut fields, step) {
+        Ok(base) => base,
+        Err(finding) => return Err(in_order(source.errors(&[finding]))),
+    };
+    if let Some(base) = &base {
+        fields.entry("description").or_insert_with(|| base.description.clone().into());
+        fields.entry("realistic").or_insert_with(|| json!({}));
+        fields.entry("sources").or_insert_with(|| json!({}));
+    }
     let name: String = take(&mut fields, "name", &mut findings);
     let description: String = take(&mut fields, "description", &mut findings);
     fields.entry("settings").or_insert_with(|| json!({}));
@@ -137,7 +158,8 @@ fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<S
         let fault = ScenarioFault::new(FieldPath::default().key(name), message, one_of(FIELDS)).at_key();
         findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
     }
-    let mut model = RobotModel { name, description, settings, realistic, sources, reference: String::new() };
+    let model = RobotModel { name, description, settings, realistic, sources, reference: String::new() };
+    let mut model = if let Some(base) = base { model.laid_over(base) } else { model };
     leave_out_what_it_lacks(&mut model);
     let mut real = None;
     // The model must be valid both without and with its realistic settings.
@@ -161,6 +183,34 @@ fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<S
     }
     findings.extend(sources_of_nothing(&model, real.as_ref()).into_iter().map(Finding::from));
     if findings.is_empty() { Ok(model) } else { Err(in_order(source.errors(&findings))) }
+}
+
+/// Removes `like` from the fields of a model. Returns the model that it names, if it does.
+fn base_of(
+    source: &ScenarioSource,
+    fields: &mut Map<String, Value>,
+    step: usize,
+) -> Result<Option<RobotModel>, Finding> {
+    if !fields.contains_key(LIKE) {
+        return Ok(None);
+    }
+    let mut findings = Vec::new();
+    let like: String = take(fields, LIKE, &mut findings);
+    if let Some(finding) = findings.pop() {
+        return Err(finding);
+    }
+    let fault = |message: String, expected: String| {
+        let fault = ScenarioFault::new(FieldPath::from(LIKE), message, expected);
+        Finding { kind: ScenarioErrorKind::Shape, fault }
+    };
+    if step >= LONGEST_CHAIN {
+        let message = format!("there are more than {LONGEST_CHAIN} models, each like the next");
+        return Err(fault(message, "a model that is not like itself".to_owned()));
+    }
+    match RobotModel::find_within(&reference(&source.name, &like), step + 1) {
+        Ok(base) => Ok(Some(base)),
+        Err(error) => Err(fault(error.to_string(), error.expected())),
+    }
 }
 
 /// Returns the faults of sources for paths that are no figures or groups of figures of the model. `real` is the scenario with all of its

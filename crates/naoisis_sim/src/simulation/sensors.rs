@@ -5,7 +5,8 @@
 //! The page "A sensor" of the guide has an example.
 //!
 //! Every robot has the sensor, with its default settings. `"sensors"` in a scenario changes them for all robots or for one, and `null`
-//! removes the sensor. A trace has the readings under `"sensors"` of each robot.
+//! removes the sensor. A trace has the readings under `"sensors"` of each robot. The built-in sensors of this form, such as the
+//! [`imu`](naoisis_sensing::sensing::imu), are there only for robots that are given settings of them, if only `{}`.
 
 use bevy::ecs::system::ScheduleSystem;
 use bevy::prelude::*;
@@ -112,44 +113,65 @@ impl SensorApp for App {
         name: &str,
         system: impl IntoScheduleConfigs<ScheduleSystem, M>,
     ) -> Result<&mut Self, SensorError> {
-        let refuse = |reason| Err(SensorError { sensor: name.to_owned(), reason });
-        self.register_type::<Settings>().register_type::<Reading>();
-        {
-            let types = self.world().resource::<AppTypeRegistry>().read();
-            let settings = mark_of::<Settings>(&types);
-            if settings.is_none() {
-                return refuse(not_marked::<Settings>(Knowledge::Public));
-            }
-            if mark_of::<Reading>(&types) != Some(Knowledge::Sensor) {
-                return refuse(not_marked::<Reading>(Knowledge::Sensor));
-            }
-        }
-        let robots = self.world().try_query_filtered::<(), With<RobotId>>();
-        if robots.is_some_and(|mut robots| robots.iter(self.world()).next().is_some()) {
-            return refuse(SensorErrorKind::MatchIsOn);
-        }
-        let mut registry = self.world_mut().get_resource_or_init::<SensorRegistry>();
-        if registry.sensors.contains_key(name) {
-            return refuse(SensorErrorKind::NameTaken);
-        }
-        for (id, component) in
-            [(TypeId::of::<Settings>(), Settings::type_path()), (TypeId::of::<Reading>(), Reading::type_path())]
-        {
-            if registry.sensors.values().any(|sensor| sensor.components.contains(&id)) {
-                return refuse(SensorErrorKind::ComponentTaken { component: component.to_owned() });
-            }
-        }
-        let turn = registry.sensors.len();
-        registry.sensors.insert(name.to_owned(), Sensor::of::<Settings, Reading>());
-        // Sensors may use the same random streams, so they run in the order of their registration.
-        let write_down = write_down::<Reading>(name.to_owned()).run_if(resource_exists::<ReadingsAreRecorded>);
-        self.add_systems(Cycle, (system.into_configs(), write_down.into_configs()).chain().in_set(SensorTurn(turn)));
-        self.configure_sets(Cycle, SensorTurn(turn).in_set(SensingSystems::Custom));
-        for earlier in 0..turn {
-            self.configure_sets(Cycle, SensorTurn(turn).after(SensorTurn(earlier)));
-        }
-        Ok(self)
+        register::<Settings, Reading, M>(self, name, false, system).map(|()| self)
     }
+}
+
+/// Registers a sensor that robots have only where a scenario, league, model or robot names it.
+///
+/// # Errors
+/// As for [`SensorApp::try_add_sensor`].
+pub(super) fn add_optional_sensor<Settings: SensorSettings, Reading: SensorReading, M>(
+    app: &mut App,
+    name: &str,
+    system: impl IntoScheduleConfigs<ScheduleSystem, M>,
+) -> Result<(), SensorError> {
+    register::<Settings, Reading, M>(app, name, true, system)
+}
+
+fn register<Settings: SensorSettings, Reading: SensorReading, M>(
+    app: &mut App,
+    name: &str,
+    is_optional: bool,
+    system: impl IntoScheduleConfigs<ScheduleSystem, M>,
+) -> Result<(), SensorError> {
+    let refuse = |reason| Err(SensorError { sensor: name.to_owned(), reason });
+    app.register_type::<Settings>().register_type::<Reading>();
+    {
+        let types = app.world().resource::<AppTypeRegistry>().read();
+        let settings = mark_of::<Settings>(&types);
+        if settings.is_none() {
+            return refuse(not_marked::<Settings>(Knowledge::Public));
+        }
+        if mark_of::<Reading>(&types) != Some(Knowledge::Sensor) {
+            return refuse(not_marked::<Reading>(Knowledge::Sensor));
+        }
+    }
+    let robots = app.world().try_query_filtered::<(), With<RobotId>>();
+    if robots.is_some_and(|mut robots| robots.iter(app.world()).next().is_some()) {
+        return refuse(SensorErrorKind::MatchIsOn);
+    }
+    let mut registry = app.world_mut().get_resource_or_init::<SensorRegistry>();
+    if registry.sensors.contains_key(name) {
+        return refuse(SensorErrorKind::NameTaken);
+    }
+    for (id, component) in
+        [(TypeId::of::<Settings>(), Settings::type_path()), (TypeId::of::<Reading>(), Reading::type_path())]
+    {
+        if registry.sensors.values().any(|sensor| sensor.components.contains(&id)) {
+            return refuse(SensorErrorKind::ComponentTaken { component: component.to_owned() });
+        }
+    }
+    let turn = registry.sensors.len();
+    registry.sensors.insert(name.to_owned(), Sensor { is_optional, ..Sensor::of::<Settings, Reading>() });
+    // Sensors may use the same random streams, so they run in the order of their registration.
+    let write_down = write_down::<Reading>(name.to_owned()).run_if(resource_exists::<ReadingsAreRecorded>);
+    app.add_systems(Cycle, (system.into_configs(), write_down.into_configs()).chain().in_set(SensorTurn(turn)));
+    app.configure_sets(Cycle, SensorTurn(turn).in_set(SensingSystems::Custom));
+    for earlier in 0..turn {
+        app.configure_sets(Cycle, SensorTurn(turn).after(SensorTurn(earlier)));
+    }
+    Ok(())
 }
 
 /// The system set of a registered sensor, by its index.
@@ -206,6 +228,8 @@ pub struct SensorRegistry {
 #[derive(Clone, Copy)]
 struct Sensor {
     components: [TypeId; 2],
+    /// Whether robots have it only where it is named.
+    is_optional: bool,
     check: fn(&Value, &FieldPath) -> Result<(), ScenarioFault>,
     insert: fn(&mut EntityWorldMut, Option<&Value>),
     remove: fn(&mut EntityWorldMut),
@@ -216,6 +240,7 @@ impl Sensor {
     fn of<Settings: SensorSettings, Reading: SensorReading>() -> Self {
         Self {
             components: [TypeId::of::<Settings>(), TypeId::of::<Reading>()],
+            is_optional: false,
             check: |value, path| read_settings::<Settings>(value, path).map(|_| ()),
             insert: |robot, value| {
                 // Invalid settings were found before the match started.
@@ -234,7 +259,7 @@ impl Sensor {
 
     /// Gives a robot the sensor with these settings, or removes it if they are `null`.
     fn set(&self, name: &str, robot: &mut EntityWorldMut, settings: Option<&Value>) {
-        if settings.is_some_and(Value::is_null) {
+        if settings.map_or(self.is_optional, Value::is_null) {
             (self.remove)(robot);
         } else {
             (self.insert)(robot, settings);

@@ -16,6 +16,7 @@
 
 use bevy::prelude::*;
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 use super::match_counts::kicks::{KickEnd, KickFollower, KickOutcome, StruckKick};
 pub use naoisis_core::events::MistakeKind;
@@ -81,12 +82,15 @@ pub struct MistakeFinder {
     /// Mistakes under way, which may not have lasted long enough yet.
     under_way: Vec<Mistake>,
     found: Vec<Mistake>,
+    /// The robots that have had a belief.
+    believers: BTreeSet<RobotId>,
 }
 
 impl MistakeFinder {
     /// Creates a finder for matches of `scenario`.
     pub fn new(scenario: &Scenario) -> Self {
-        Self { kicks: KickFollower::new(scenario), under_way: Vec::new(), found: Vec::new() }
+        let kicks = KickFollower::new(scenario);
+        Self { kicks, under_way: Vec::new(), found: Vec::new(), believers: BTreeSet::new() }
     }
 
     /// Reads the next cycle.
@@ -121,9 +125,15 @@ impl MistakeFinder {
         all
     }
 
+    /// Returns whether a robot of which `is_meant` holds has had a belief, so that mistakes of beliefs can be found.
+    pub fn knows_beliefs(&self, is_meant: impl Fn(RobotId) -> bool) -> bool {
+        self.believers.iter().any(|robot| is_meant(*robot))
+    }
+
     /// Compares a robot's beliefs with the truth.
     fn look_at_beliefs(&mut self, record: &CycleRecord, robot: &RobotRecord) {
         let Some(belief) = &robot.belief else { return };
+        self.believers.insert(robot.id);
         let own_end = record.game.own_end(robot.id.team);
         let pose = pitch_from_team(belief.pose, own_end);
         let away_m = pose.position.distance(robot.pose.position);

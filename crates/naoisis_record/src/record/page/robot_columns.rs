@@ -195,8 +195,7 @@ pub(super) fn add_belief(columns: &mut Columns, robot: &RobotRecord, own_end: En
 pub(super) fn add_wish(columns: &mut Columns, strings: &mut Strings, robot: &RobotRecord, own_end: End, cycle_s: f64) {
     let about = About::Robot(robot.id);
     let command = robot.command.as_ref();
-    let say = command.and_then(|command| command.say.as_ref());
-    columns.push(about, "i", strings.place(say.and_then(|say| say.intention.as_deref()).unwrap_or_default()));
+    columns.push(about, "i", strings.place(robot.intention().unwrap_or_default()));
     let walk = command.and_then(|command| command.walk).unwrap_or_default();
     columns.add(about, "wx", f64::from(walk.dx) / cycle_s, WALK_MPS);
     columns.add(about, "wy", f64::from(walk.dy) / cycle_s, WALK_MPS);

@@ -19,7 +19,7 @@ use naoisis_core::robot::motion::ExecutedStep;
 /// The error of a robot's camera directions.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
-pub(crate) struct GazeError {
+pub struct GazeError {
     /// The bias, yaw and pitch, in standard deviations. Drawn on first use.
     bias: Option<Vec2>,
     /// The drift, yaw and pitch, radians. Drawn on first use.
@@ -35,6 +35,11 @@ impl GazeError {
             return measured;
         }
         HeadAngles { yaw: measured.yaw + self.error.x, pitch: measured.pitch + self.error.y }
+    }
+
+    /// The drift of the directions, yaw and pitch, radians, by which the body rocks.
+    pub(crate) fn drift(&self) -> Vec2 {
+        self.drift.unwrap_or_default()
     }
 
     /// Advances the error by a cycle, after which the share `decay` of the drift is left.

@@ -120,8 +120,7 @@ impl Tracks {
         }
         for robot in &record.robots {
             let track = self.robots.entry(robot.id).or_default();
-            let intention = robot.command.as_ref().and_then(|command| command.say.as_ref()?.intention.as_deref());
-            let intention = intention.unwrap_or_default();
+            let intention = robot.intention().unwrap_or_default();
             let word = self.words.iter().position(|word| word == intention).unwrap_or_else(|| {
                 self.words.push(intention.to_owned());
                 self.words.len() - 1
