@@ -8,7 +8,7 @@ use super::loss::Loss;
 use super::player::{Agent, AgentPlayer, FAREWELL};
 use super::process::Process;
 use super::protocol::Hello;
-use super::remote::{CommandComponents, believe};
+use super::remote::{CommandComponents, PlayedElsewhere, believe};
 use super::settings::AgentSettings;
 
 use naoisis_core::behaviour::{DecideSystems, Program};
@@ -30,6 +30,7 @@ impl Plugin for AgentsPlugin {
     fn build(&self, app: &mut App) {
         let programs_wait = |waiting: Query<(), (With<Program>, Without<AgentPlayer>)>| !waiting.is_empty();
         let somebody_plays = |players: Query<(), With<AgentPlayer>>| !players.is_empty();
+        app.register_type::<PlayedElsewhere>();
         app.init_resource::<AgentSettings>().init_resource::<LostAgents>().add_systems(
             Cycle,
             (start_waiting.run_if(programs_wait), ask.run_if(somebody_plays)).chain().in_set(DecideSystems::Ask),

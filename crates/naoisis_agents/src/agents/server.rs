@@ -21,7 +21,7 @@ use super::loss::Loss;
 use super::player::{Agent, AgentPlayer};
 use super::plugin::begin;
 use super::protocol::Hello;
-use super::remote::remote_robots;
+use super::remote::{PlayedElsewhere, remote_robots};
 use super::settings::AgentSettings;
 use naoisis_core::behaviour::Program;
 use naoisis_core::robot::Roster;
@@ -232,7 +232,10 @@ pub fn free_robots(world: &World) -> Vec<RobotId> {
     let roster = world.resource::<Roster>();
     let is_free = |id: &RobotId| {
         let robot = roster.get(*id).map(|entity| world.entity(entity));
-        robot.is_some_and(|robot| !robot.contains::<AgentPlayer>() && !robot.contains::<Program>())
+        let is_played = |robot: EntityRef| {
+            robot.contains::<AgentPlayer>() || robot.contains::<Program>() || robot.contains::<PlayedElsewhere>()
+        };
+        robot.is_some_and(|robot| !is_played(robot))
     };
     remote_robots(world).into_iter().filter(is_free).collect()
 }
