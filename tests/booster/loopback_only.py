@@ -6,7 +6,8 @@ import sys
 import time
 
 interface, seconds, expected = sys.argv[1], float(sys.argv[2]), "expected" in sys.argv[3:]
-listener = socket.socket(socket.AF_PACKET, socket.SOCK_DGRAM, socket.htons(0x0800))
+# Of all protocols: a socket of one protocol is not shown what leaves.
+listener = socket.socket(socket.AF_PACKET, socket.SOCK_DGRAM, socket.htons(0x0003))
 listener.bind((interface, 0))
 listener.settimeout(0.2)
 end, left = time.monotonic() + seconds, 0
@@ -15,7 +16,7 @@ while time.monotonic() < end:
         packet, address = listener.recvfrom(65536)
     except TimeoutError:
         continue
-    # Outgoing, UDP.
-    left += address[2] == socket.PACKET_OUTGOING and packet[9] == 17
+    # Outgoing, IPv4, UDP.
+    left += address[2] == socket.PACKET_OUTGOING and address[1] == 0x0800 and packet[9] == 17
 print(f"{left} datagrams left by {interface}")
 sys.exit((left > 0) != expected)

@@ -70,13 +70,15 @@ pub fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A topic that the match writes.
-pub struct Writer<T: Message>(DataWriter<T, CDRSerializerAdapter<T>>);
+/// A topic that the match writes, under all its names.
+pub struct Writer<T: Message>(Vec<DataWriter<T, CDRSerializerAdapter<T>>>);
 
-impl<T: Message> Writer<T> {
+impl<T: Message + Clone> Writer<T> {
     /// Publishes a message. It is dropped if a reader has no room for it.
     pub fn write(&self, message: T) {
-        let _dropped = self.0.write(message, None);
+        for writer in &self.0 {
+            let _dropped = writer.write(message.clone(), None);
+        }
     }
 }
 
@@ -140,8 +142,8 @@ pub struct Door {
 }
 
 impl Door {
-    /// Opens the door for these robots. A single one has the plain names of topics, several have those with `/robot0`, `/robot1` and so on at
-    /// their ends.
+    /// Opens the door for these robots. A single one has the plain names of topics. Of several, each has the names with `/robot0`, `/robot1` and so
+    /// on at their ends, as in the simulation of Booster's demo, and topics of the SDK also those with `robot0/` at their beginnings, as in the SDK.
     ///
     /// # Errors
     /// If the system allows no participant, or no thread.
@@ -152,19 +154,23 @@ impl Door {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let desk = Desk::new(builder.build().map_err(failed)?)?;
-        let clock = desk.writer("rt/clock")?;
-        let kicks = desk.reader::<Kick>("rt/kick_ball")?;
+        let clock = desk.writer(&["rt/clock".to_owned()])?;
+        // Programs of several robots aim on one topic, or by the SDK on a topic of their robot's.
+        let mut kicks = vec![(desk.reader("rt/kick_ball")?, None)];
         let alone = robots.len() == 1;
         let (mut doors, mut services) = (Vec::new(), Vec::new());
         for (index, firmware) in robots.into_iter().enumerate() {
-            let robot = format!("robot{index}");
-            let suffix = if alone { String::new() } else { format!("/{robot}") };
             let shared = Arc::new(Mutex::new(Shared { firmware, ..Shared::default() }));
+            let name = format!("robot{index}");
+            let (suffix, prefix) = if alone { Default::default() } else { (format!("/{name}"), format!("{name}/")) };
             services.extend([
                 desk.service("LocoApiTopic", &suffix, &shared, |shared, api, body| shared.firmware.request(api, body))?,
                 desk.service("VisionApiTopic", &suffix, &shared, |shared, api, body| shared.vision.request(api, body))?,
             ]);
-            doors.push(RobotDoor { shared, is_played: false, topics: desk.topics(&robot, &suffix)? });
+            if !alone {
+                kicks.push((desk.reader(&format!("rt/{prefix}kick_ball"))?, Some(shared.clone())));
+            }
+            doors.push(RobotDoor { shared, is_played: false, topics: desk.topics(&name, &suffix, &prefix)? });
         }
         let (stop, stopped) = oneshot::channel();
         let serve = move || executor::block_on(serve(services, kicks, stopped));
@@ -214,9 +220,9 @@ impl Desk {
         created.map_err(failed)
     }
 
-    fn writer<T: Message>(&self, name: &str) -> Result<Writer<T>, DoorError> {
-        let topic = self.topic::<T>(name)?;
-        self.publisher.create_datawriter_no_key(&topic, None).map(Writer).map_err(failed)
+    fn writer<T: Message>(&self, names: &[String]) -> Result<Writer<T>, DoorError> {
+        let writer = |name| self.publisher.create_datawriter_no_key(&self.topic::<T>(name)?, None).map_err(failed);
+        names.iter().map(|name| writer(name)).collect::<Result<_, _>>().map(Writer)
     }
 
     fn reader<T: Message + DeserializeOwned>(&self, name: &str) -> Result<Reader<T>, DoorError> {
@@ -235,23 +241,28 @@ impl Desk {
             shared: shared.clone(),
             handle,
             requests: self.reader(&format!("rt/{name}{suffix}Req"))?,
-            answers: self.writer(&format!("rt/{name}{suffix}Resp"))?,
+            answers: self.writer(&[format!("rt/{name}{suffix}Resp")])?,
         })
     }
 
-    fn topics(&self, robot: &str, suffix: &str) -> Result<Topics, DoorError> {
-        let of = |name: &str| format!("rt/{name}{suffix}");
-        let camera = |name: &str| format!("rt/camera/{robot}_rgbd_camera/rgb/{name}");
+    fn topics(&self, robot: &str, suffix: &str, prefix: &str) -> Result<Topics, DoorError> {
+        let of_demo = |name: &str| vec![format!("rt/{name}{suffix}")];
+        let of_both = |name: &str| {
+            let mut names = vec![format!("rt/{name}{suffix}"), format!("rt/{prefix}{name}")];
+            names.dedup();
+            names
+        };
+        let camera = |name: &str| vec![format!("rt/camera/{robot}_rgbd_camera/rgb/{name}")];
         Ok(Topics {
-            odometer: self.writer(&of("odometer_state"))?,
-            low_state: self.writer(&of("low_state"))?,
-            fall_down: self.writer(&of("fall_down"))?,
-            recovery: self.writer(&of("fall_down_recovery_state"))?,
-            battery: self.writer(&of("battery_state"))?,
-            states: self.writer(&of("robot_states"))?,
-            head_pose: self.writer(&of("head_pose"))?,
-            detections: self.writer(&of("booster_soccer/detection"))?,
-            lines: self.writer(&of("booster_soccer/line_segments"))?,
+            odometer: self.writer(&of_both("odometer_state"))?,
+            low_state: self.writer(&of_both("low_state"))?,
+            fall_down: self.writer(&of_both("fall_down"))?,
+            recovery: self.writer(&of_demo("fall_down_recovery_state"))?,
+            battery: self.writer(&of_both("battery_state"))?,
+            states: self.writer(&of_both("robot_states"))?,
+            head_pose: self.writer(&of_demo("head_pose"))?,
+            detections: self.writer(&of_demo("booster_soccer/detection"))?,
+            lines: self.writer(&of_demo("booster_soccer/line_segments"))?,
             camera_info: self.writer(&camera("camera_info"))?,
             image: self.writer(&camera("image_raw"))?,
         })
@@ -269,13 +280,17 @@ struct Service {
     answers: Writer<RpcRespMsg>,
 }
 
-/// The robot of each participant that sends requests. Programs of several robots aim their kicks on one topic.
+/// The robot of each participant that sends requests.
 type Programs = Mutex<BTreeMap<[u8; 12], Arc<Mutex<Shared>>>>;
 
+/// The directions of visual kicks, and the robot that they are for; `None` if it depends on who sends them.
+type Kicks = (Reader<Kick>, Option<Arc<Mutex<Shared>>>);
+
 /// Answers requests until `stopped`.
-async fn serve(services: Vec<Service>, kicks: Reader<Kick>, stopped: oneshot::Receiver<()>) {
+async fn serve(services: Vec<Service>, kicks: Vec<Kicks>, stopped: oneshot::Receiver<()>) {
     let programs = Programs::default();
-    let all = join(join_all(services.into_iter().map(|service| service.run(&programs))), hear_kicks(kicks, &programs));
+    let kicks = kicks.into_iter().map(|(kicks, robot)| hear_kicks(kicks, robot, &programs));
+    let all = join(join_all(services.into_iter().map(|service| service.run(&programs))), join_all(kicks));
     // Either ends only with the match.
     match select(Box::pin(all), stopped).await {
         Either::Left(_) | Either::Right(_) => {}
@@ -329,14 +344,14 @@ fn answer(shared: &mut Shared, handle: Handle, request: RpcReqMsg) -> Option<Rpc
     is_expected.then(|| RpcRespMsg { uuid: request.uuid, header: json!({ "status": code }).to_string(), body })
 }
 
-/// Passes on the directions of visual kicks, each to the robot whose program sent it.
-async fn hear_kicks(kicks: Reader<Kick>, programs: &Programs) {
+/// Passes on the directions of visual kicks, to `robot` or else to that of the program which sent them.
+async fn hear_kicks(kicks: Reader<Kick>, robot: Option<Arc<Mutex<Shared>>>, programs: &Programs) {
     let mut kicks = kicks.async_sample_stream();
     while let Some(kick) = kicks.next().await {
         let Ok(kick) = kick else { continue };
         let from = participant_of(kick.sample_info().writer_guid());
-        let robot = programs.lock().unwrap_or_else(PoisonError::into_inner).get(&from).cloned();
-        if let Some(robot) = robot {
+        let sender = || programs.lock().unwrap_or_else(PoisonError::into_inner).get(&from).cloned();
+        if let Some(robot) = robot.clone().or_else(sender) {
             lock(&robot).firmware.aim(kick.value().dir as f32);
         }
     }

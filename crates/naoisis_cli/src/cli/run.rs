@@ -48,7 +48,7 @@ pub(super) fn run_match(
     begin: impl FnOnce(&mut App) -> Result<(), ExitCode>,
 ) -> ExitCode {
     // If a graphics adapter is needed and missing, that is reported elsewhere.
-    let filter = "warn,wgpu_hal::vulkan::instance=off,rustdds=error".to_owned();
+    let filter = "warn,wgpu_hal::vulkan::instance=off,rustdds=off".to_owned();
     let log = LogPlugin { level: Level::WARN, filter, ..default() };
     let mut app = program.simulator_with((log, RecordPlugin));
     if let Err(message) = arguments.check_outputs() {
