@@ -21,6 +21,7 @@
 //! 19. [Tables](tables): a match as Parquet or CSV, for pandas, Polars and `DuckDB`.
 //! 20. [MCAP files](mcap): a match in Lichtblick, Foxglove, Rerun and their libraries.
 //! 21. [Data sets of images](data_sets): labelled images for training detectors.
+//! 22. [Booster programs](booster): programs for Booster's SDK, and the topics of its demo, over DDS.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -64,6 +65,9 @@ pub mod tables {}
 
 #[doc = include_str!("mcap.md")]
 pub mod mcap {}
+
+#[doc = include_str!("booster.md")]
+pub mod booster {}
 
 #[doc = include_str!("pictures.md")]
 pub mod pictures {}

@@ -53,7 +53,9 @@ pub use naoisis_sim::interface::command::CommandError;
 pub use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
 pub use player::AgentPlayer;
 pub use plugin::{AgentsPlugin, ProgramStartError, dismiss, start_programs};
-pub use remote::{AgentError, belief, believe, command, perception, remote_robots, with_remote_robots};
+pub use remote::{
+    AgentError, PlayedElsewhere, belief, believe, command, perception, remote_robots, with_remote_robots,
+};
 pub use server::Server;
 pub use settings::{AgentSettings, BreakOff, ErrorLines, LeagueNumbers};
 

@@ -9,7 +9,7 @@ use super::loss::Loss;
 use super::player::{Agent, AgentPlayer, FAREWELL};
 use super::process::Process;
 use super::protocol::{Answer, Hello, RefusedCommand};
-use super::remote::{CommandComponents, believe};
+use super::remote::{CommandComponents, PlayedElsewhere, believe};
 use super::settings::{AgentSettings, LeagueNumbers};
 
 use naoisis_core::behaviour::drawings::Drawings;
@@ -34,6 +34,7 @@ pub struct AgentsPlugin;
 impl Plugin for AgentsPlugin {
     fn build(&self, app: &mut App) {
         let programs_wait = |waiting: Query<(), (With<Program>, Without<AgentPlayer>)>| !waiting.is_empty();
+        app.register_type::<PlayedElsewhere>();
         app.init_resource::<AgentSettings>().init_resource::<LostAgents>().add_systems(
             Cycle,
             (

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 
 use naoisis_core::behaviour::{REMOTE, Remote};
 use naoisis_core::communication::Outbox;
+use naoisis_core::knowledge::Knowledge;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::head::HeadCommand;
 use naoisis_core::robot::kick::{KickCommand, KickSettings, UnknownKick};
@@ -33,6 +34,12 @@ pub enum AgentError {
 }
 
 naoisis_core::debug_as_displayed!(AgentError);
+
+/// Marks a remote robot that something else plays than the programs of this module, such as a plugin with a protocol of its own.
+#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+#[require(Remote)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct PlayedElsewhere;
 
 /// The robots that are controlled from outside, sorted by id.
 pub fn remote_robots(world: &World) -> Vec<RobotId> {

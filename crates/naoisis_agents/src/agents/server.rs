@@ -21,7 +21,7 @@ use super::loss::Loss;
 use super::player::{Agent, AgentPlayer};
 use super::plugin::begin;
 use super::protocol::Hello;
-use super::remote::remote_robots;
+use super::remote::{PlayedElsewhere, remote_robots};
 use super::settings::AgentSettings;
 use naoisis_core::behaviour::Program;
 use naoisis_core::robot::Roster;
@@ -244,8 +244,12 @@ pub fn free_robots(world: &World) -> Vec<RobotId> {
     let roster = world.resource::<Roster>();
     let is_free = |id: &RobotId| {
         let robot = roster.get(*id).map(|entity| world.entity(entity));
-        let is_played = |player: &AgentPlayer| player.has_program();
-        robot.is_some_and(|robot| !robot.get().is_some_and(is_played) && !robot.contains::<Program>())
+        let is_played = |robot: EntityRef| {
+            robot.get().is_some_and(AgentPlayer::has_program)
+                || robot.contains::<Program>()
+                || robot.contains::<PlayedElsewhere>()
+        };
+        robot.is_some_and(|robot| !is_played(robot))
     };
     remote_robots(world).into_iter().filter(is_free).collect()
 }

@@ -41,6 +41,8 @@ mod batch;
 mod batch_summary;
 mod begin;
 mod beliefs;
+#[cfg(feature = "booster")]
+mod booster;
 mod calibrate;
 mod challenge;
 mod check;
@@ -212,6 +214,8 @@ impl Program<'_> {
         app.add_plugins((NaoisisPlugins, AgentsPlugin));
         #[cfg(feature = "gpu")]
         app.add_plugins(naoisis_gpu::renderer::GpuCamerasPlugin);
+        #[cfg(feature = "booster")]
+        app.add_plugins(naoisis_booster::BoosterPlugin);
         (self.extend)(app);
     }
 }

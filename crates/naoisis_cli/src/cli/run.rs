@@ -49,7 +49,7 @@ pub(super) fn run_match(
     begin: impl FnOnce(&mut App) -> Result<(), ExitCode>,
 ) -> ExitCode {
     // If a graphics adapter is needed and missing, that is reported elsewhere.
-    let filter = "warn,wgpu_hal::vulkan::instance=off".to_owned();
+    let filter = "warn,wgpu_hal::vulkan::instance=off,rustdds=off".to_owned();
     let log = LogPlugin { level: Level::WARN, filter, ..default() };
     let mut app = program.simulator_with((log, RecordPlugin));
     if let Err(message) = arguments.check_outputs() {
@@ -80,6 +80,8 @@ pub(super) fn run_match(
     if let Err(error) = agents::start_programs(app.world_mut()) {
         return report::usage_error(&error.to_string());
     }
+    #[cfg(feature = "booster")]
+    arguments.booster.start(app.world_mut());
     let mut server = match listen.map(|address| let_programs_in(app.world_mut(), address, &interrupt)).transpose() {
         Err(message) => return report::usage_error(&message),
         Ok(server) => server,
@@ -213,7 +215,10 @@ fn run_to_the_end(
     let expected = arguments.expectations.of_match();
     outcome.watch = Watch::begin(world, &expected);
     let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
-    let mut pace = arguments.pace.or(arguments.game_controller.pace()).map(|times| Pace::new(times, period_s));
+    let pace = arguments.pace.or(arguments.game_controller.pace());
+    #[cfg(feature = "booster")]
+    let pace = pace.or_else(|| super::booster::pace(world));
+    let mut pace = pace.map(|times| Pace::new(times, period_s));
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
         if save_cycle == Some(cycle) {

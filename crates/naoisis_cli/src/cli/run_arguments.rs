@@ -5,6 +5,8 @@ use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
 use super::agents::AgentArguments;
+#[cfg(feature = "booster")]
+use super::booster::BoosterArguments;
 use super::expect::{ExpectArguments, cores};
 use super::game_controller::GameControllerArguments;
 use super::outputs::{Output, check_files, cycle_at};
@@ -68,6 +70,9 @@ pub struct RunArguments {
     pub agents: AgentArguments,
     #[command(flatten)]
     pub game_controller: GameControllerArguments,
+    #[cfg(feature = "booster")]
+    #[command(flatten)]
+    pub booster: BoosterArguments,
     /// Play at this multiple of real time, instead of as fast as possible
     #[arg(long, value_name = "X", value_parser = times_real_time, allow_negative_numbers = true)]
     pub pace: Option<f64>,

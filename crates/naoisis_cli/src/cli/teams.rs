@@ -102,6 +102,8 @@ mod tests {
         assert_eq!(teams(Some("exec:python3 my.py")).as_deref(), Ok("exec:python3 my.py"));
         let wrong = |blue| teams(Some(blue)).unwrap_err();
         assert!(wrong("nobody").starts_with("--blue: there is no team `nobody`; expected `chasers`"));
+        #[cfg(not(feature = "booster"))]
+        assert!(wrong("booster").contains("built with `--features booster`"), "{}", wrong("booster"));
         assert!(wrong("exec:").contains("names no program"));
         assert!(wrong("exec:\"a b").contains("a quote that is not closed"));
         assert!(chosen("kick_right_straight", Some("roles")).unwrap_err().contains("places its robots itself"));

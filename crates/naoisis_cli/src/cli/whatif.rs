@@ -15,7 +15,7 @@ use super::outputs::{Output, check_files};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
-use naoisis_core::behaviour::Program as PlayedByProgram;
+use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::replace_file::replace_file;
@@ -204,7 +204,7 @@ fn no_moment(word: &str) -> ExitCode {
 }
 
 fn refuse_programs(app: &mut App) -> Result<(), ExitCode> {
-    if app.world_mut().query::<&PlayedByProgram>().iter(app.world()).next().is_some() {
+    if app.world_mut().query::<&Remote>().iter(app.world()).next().is_some() {
         let message = "programs play robots of this match, and their state at that moment is not known; expected built-in teams, by \
                        --blue and --pink, or a scenario that continues a saved match with programs that start there, for \
                        `naoisis check --play`";

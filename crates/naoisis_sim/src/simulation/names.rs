@@ -19,7 +19,7 @@ pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
             let path = root.field("robots").index(index).field("behaviour");
             let mut fault = unknown_name(&path, "behaviour", name, known.iter().copied());
             fault.expected = format!("a script, or {}", fault.expected);
-            Some(fault)
+            Some(of_feature(name, fault))
         }
         _ => None,
     });
@@ -46,5 +46,13 @@ pub fn wrong_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) ->
 /// Returns the fault of an unregistered team.
 pub fn no_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) -> ScenarioFault {
     let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
-    unknown_name(path, "team", name, known.iter().copied())
+    of_feature(name, unknown_name(path, "team", name, known.iter().copied()))
+}
+
+/// Returns the fault of an unregistered name, with another expectation if it is registered by a program that was built with a feature.
+fn of_feature(name: &str, mut fault: ScenarioFault) -> ScenarioFault {
+    if name == "booster" {
+        fault.expected = "a program that was built with `--features booster`".to_owned();
+    }
+    fault
 }

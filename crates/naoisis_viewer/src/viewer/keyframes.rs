@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use naoisis_core::behaviour::Program;
+use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::CycleClock;
 use naoisis_record::whatif::Moment;
 
@@ -104,7 +104,7 @@ pub fn keep_if_due(world: &mut World) {
     if keyframes.fault().is_some() || (!is_changed && since.is_some_and(|since_s| since_s < INTERVAL_S - 1e-9)) {
         return;
     }
-    let is_played_by_programs = world.query::<&Program>().iter(world).next().is_some();
+    let is_played_by_programs = world.query::<&Remote>().iter(world).next().is_some();
     let moment = if is_played_by_programs {
         Err(PROGRAMS.to_owned())
     } else {

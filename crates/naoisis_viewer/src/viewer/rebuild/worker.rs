@@ -124,7 +124,8 @@ impl Again {
 fn is_from_outside(behaviour: &BehaviourSpec) -> bool {
     match behaviour {
         BehaviourSpec::Program(_) => true,
-        BehaviourSpec::Named(name) => name == REMOTE,
+        // Booster programs connect over DDS.
+        BehaviourSpec::Named(name) => name == REMOTE || name == "booster",
         BehaviourSpec::Script(_) => false,
     }
 }
