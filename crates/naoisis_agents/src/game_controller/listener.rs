@@ -11,7 +11,7 @@ use core::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
 use super::complaints::Complaints;
-use super::packet::{ControlPacket, MOST_PLAYERS, PacketError, ProtocolVersion};
+use super::packet::{ControlPacket, GamePhase, MOST_PLAYERS, PacketError, ProtocolVersion};
 use super::packet_series::MatchStatus;
 use super::report::ReturnPacket;
 use super::sockets::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind, place};
@@ -127,11 +127,12 @@ impl Listener {
             let Ok((length, from)) = self.socket.recv_from(&mut bytes) else { break };
             let packet = match ControlPacket::from_bytes(&bytes[..length]) {
                 Ok(packet) => packet,
-                Err(error @ PacketError::Version(_)) => {
+                // Other programs may send to this port.
+                Err(PacketError::Header) => continue,
+                Err(error) => {
                     self.complaints.add(format!("a packet from {} is not understood: {error}", from.ip()));
                     continue;
                 }
-                Err(_) => continue,
             };
             let Some(numbers) = self.numbers(&packet) else { continue };
             if !self.follows(&packet, from, time_s) {
@@ -295,7 +296,7 @@ fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) 
     Some(OutsideReferee {
         state: state(packet),
         is_stopped: packet.is_stopped,
-        half: if packet.is_first_half { 1 } else { 2 },
+        half: half(packet),
         blue_end: if places.blue == 0 { End::NegativeX } else { End::PositiveX },
         score: Score { blue: score(Team::Blue), pink: score(Team::Pink) },
         kicking_team: Team::BOTH.into_iter().find(|team| packet.kicking_team == Some(numbers[*team])),
@@ -304,6 +305,12 @@ fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) 
         secondary_time_left_s: f32::from(packet.secondary_seconds_left),
         penalties: robots.iter().filter_map(penalty).collect(),
     })
+}
+
+/// The half in a packet, from 1; those of extra time are 3 and 4.
+fn half(packet: &ControlPacket) -> u32 {
+    let before = if packet.phase == GamePhase::ExtraTime { 2 } else { 0 };
+    before + if packet.is_first_half { 1 } else { 2 }
 }
 
 /// The state of the game in a packet. A GameController calls the end of each half finished, but a match is finished only after the last
@@ -318,7 +325,7 @@ fn state(packet: &ControlPacket) -> GameState {
 #[cfg(test)]
 mod tests {
     use super::super::division::Division;
-    use super::super::packet::{GamePhase, PlayerPacket, TeamPacket};
+    use super::super::packet::{PlayerPacket, TeamPacket};
     use super::*;
     use naoisis_core::game::PenaltyReason;
 
@@ -354,7 +361,10 @@ mod tests {
         // Blue is named second, so it defends the other goal.
         assert_eq!((said.blue_end, said.score), (End::PositiveX, Score { blue: 1, pink: 2 }));
         assert_eq!(said.penalties, [(robots[0], PenaltyReason::Pushing, 12.0)]);
-        assert_eq!((said.kicking_team, said.state), (Some(Team::Blue), GameState::Initial));
+        assert_eq!((said.kicking_team, said.state, said.half), (Some(Team::Blue), GameState::Initial, 1));
+        let of_half = |phase, is_first_half| half(&ControlPacket { phase, is_first_half, ..packet() });
+        assert_eq!([true, false].map(|first| of_half(GamePhase::Normal, first)), [1, 2]);
+        assert_eq!([true, false].map(|first| of_half(GamePhase::ExtraTime, first)), [3, 4]);
         let second_half = ControlPacket { is_first_half: false, ..packet() };
         assert_eq!(directions(&second_half, numbers, &robots).unwrap().state, GameState::Finished);
         assert_eq!(directions(&packet(), PerTeam { blue: 5, pink: 6 }, &robots), None);

@@ -58,7 +58,7 @@ impl PacketSource<'_> {
             },
             state: game.state,
             set_play: game.set_play.map(|set_play| set_play.kind),
-            is_first_half: game.half == 1,
+            is_first_half: game.half == 1 || game.half == rules.halves + 1,
             kicking_team: self.kicking_team(for_monitors).map(|team| self.team_numbers[team]),
             seconds_left: whole_seconds(primary, clock).min(i16::MAX as u64) as i16,
             secondary_seconds_left: whole_seconds(secondary, clock).min(i16::MAX as u64) as i16,

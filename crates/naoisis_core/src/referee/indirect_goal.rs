@@ -3,7 +3,7 @@
 //! time.
 //!
 //! With [direct free kicks](crate::game::Rules::direct_free_kicks) this applies only to the team that restarted play with an
-//! indirect one, until an opponent plays the ball (HSL 2026, laws 8 and 13).
+//! indirect one, until another robot of either team touches the ball (HSL 2026, laws 8 and 13).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -128,19 +128,21 @@ impl Direct {
     }
 }
 
-/// Whether a goal of `team` came straight from an indirect restart of its own: no opponent has played the ball since. After a kick-off of a
-/// team with fewer than three robots, it did not if the taker has played the ball again outside the circle (HSL 2026, law 8).
+/// Whether a goal of `team` came straight from an indirect restart of its own: no other robot of either team has touched the ball since.
+/// After a kick-off of a team with fewer than three robots, it did not if the taker has played the ball again outside the circle (HSL 2026,
+/// law 8).
 fn is_straight(snapshot: &MatchSnapshot, plays: &Plays, kick_off: Option<&KickOffPlay>, team: Team) -> bool {
     let Some((kind, _)) = plays.restart.filter(|(kind, by)| *by == team && !kind.is_direct()) else { return false };
     let robots = snapshot.robots.iter().filter(|robot| robot.id.team == team && robot.is_present()).count();
     let alone = kind == SetPlayKind::KickOff && robots < 3;
-    plays.first[team.opponent() as usize].is_none() && !(alone && kick_off.is_some_and(|play| play.over))
+    !plays.others && !(alone && kick_off.is_some_and(|play| play.over))
 }
 
 /// The evidence against a goal of `team` that went straight from a set play of the other team into that team's own goal, if such a goal
 /// [does not count](crate::game::Rules::own_set_play_goals).
 pub fn judge_own(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Crossing) -> Option<Evidence> {
-    let straight = plays.restart.is_some_and(|(_, by)| by != team) && plays.taker.is_some() && !plays.others;
+    let taken = |by: Team| plays.taker.is_some_and(|taker| taker.team == by);
+    let straight = plays.restart.is_some_and(|(_, by)| by != team && taken(by)) && !plays.others;
     (straight && !snapshot.rules.own_set_play_goals).then(|| {
         let rule = "A set play that goes straight into the own goal gives the other team a corner kick.";
         snapshot.evidence(rule, crossing.position).otherwise("Another robot had to touch the ball before.")

@@ -36,8 +36,10 @@ impl Referee<'_, '_> {
                 }
                 let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
                 let place = Occupied::by_others(&self.now(), None).free_ball_place(position_m, radius);
-                self.put_ball(place);
+                let place = self.put_ball(place);
                 self.decisions.ball_velocity = velocity_mps;
+                // A set play is taken from there.
+                self.decisions.game.set_play.iter_mut().for_each(|set_play| set_play.ball_m = place);
             }
             Intervention::PlaceRobot { robot, pose } => {
                 let index = self.find(robot)?;
@@ -170,7 +172,7 @@ impl Referee<'_, '_> {
 mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
-    use crate::game::ShootOut;
+    use crate::game::{SetPlay, SetPlayKind, ShootOut};
     use crate::team::Team;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
@@ -184,6 +186,16 @@ mod tests {
         let (position_m, velocity_mps) = (Vec2::new(1.0, 1.0), Vec2::new(0.5, 0.0));
         let decided = decided(Intervention::PlaceBall { position_m, velocity_mps });
         assert_eq!((decided.ball, decided.ball_velocity), (Some(position_m), velocity_mps));
+    }
+
+    #[test]
+    fn the_ball_of_a_set_play_stays_where_it_is_placed() {
+        let mut situation = MatchFixture::three_a_side();
+        let kick_in = SetPlay::new(SetPlayKind::KickIn, Team::Blue, Vec2::new(-1.0, 2.0), 900);
+        situation.game.set_play = Some(kick_in);
+        let position_m = Vec2::new(1.0, 2.0);
+        situation.interventions = vec![Intervention::PlaceBall { position_m, velocity_mps: Vec2::ZERO }];
+        assert_eq!(situation.pass().game.set_play.unwrap().ball_m, position_m);
     }
 
     #[test]

@@ -85,7 +85,11 @@ impl Element {
             let at = document.text_pos_at(node.range().start);
             Place { line: at.row, column: at.col, ..start.clone() }
         };
-        let is_xacro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
+        let has_macros = |value: &str| value.contains("${") || value.contains("$(");
+        let is_xacro = |node: &Node| {
+            node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
+                || node.attributes().any(|attribute| has_macros(attribute.value()))
+        };
         if let Some(node) = document.descendants().find(|node| node.is_element() && is_xacro(node)) {
             return Err(xacro(&place(node), path));
         }
