@@ -244,3 +244,21 @@ fn a_log_that_is_cut_off_is_counted_as_far_as_it_goes() {
     let log = read_text(cut).unwrap();
     assert!(!log.is_complete && log.counts.goals == Score::default());
 }
+
+/// Changes the record of a cycle, for a match with two halves of five seconds and two of extra time.
+fn with_extra_time(cycle: u64, record: &mut CycleRecord) {
+    record.game.half = 1 + (cycle / (5 * CYCLES_PER_S)) as u32;
+    record.events.clear();
+    if cycle > 0 && cycle.is_multiple_of(5 * CYCLES_PER_S) {
+        record.events.push(MatchEvent::HalfBegins { half: record.game.half });
+    }
+}
+
+#[test]
+fn halves_of_extra_time_have_their_names() {
+    let (log, _, text) = written("hsl2026_middle", 19, with_extra_time);
+    let phases = ["phase: firstHalf", "phase: secondHalf", "phase: firstExtraHalf", "phase: secondExtraHalf"];
+    let places = phases.map(|phase| text.find(phase).unwrap_or_else(|| panic!("no {phase}")));
+    assert!(places.is_sorted(), "{places:?}");
+    assert!(text.contains("startExtraTime") && log.is_complete);
+}

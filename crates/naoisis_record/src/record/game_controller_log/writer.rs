@@ -18,7 +18,7 @@ use crate::record::recorder::{MatchEnd, RecordError, Recorder};
 use naoisis_agents::game_controller::{Division, ReturnPacket};
 use naoisis_core::communication::StatusReport;
 use naoisis_core::events::MatchEvent;
-use naoisis_core::game::{GameState, PenaltyReason, Rules, SetPlayKind};
+use naoisis_core::game::{Game, GameState, PenaltyReason, Rules, SetPlayKind};
 use naoisis_core::pitch::End;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
@@ -39,6 +39,8 @@ pub struct GameControllerLogRecorder {
     penalties: [u32; 2],
     /// The game state in the last state entry.
     written: GameState,
+    /// Whether the match is stopped briefly.
+    is_stopped: bool,
 }
 
 impl GameControllerLogRecorder {
@@ -50,7 +52,8 @@ impl GameControllerLogRecorder {
         let output = OutputFile::create(path)?;
         let writer = BufWriter::new(output.writer()?);
         let (dialect, rules) = (Dialect::default(), Rules::default());
-        Ok(Self { output, writer, error: None, dialect, rules, penalties: [0; 2], written: GameState::default() })
+        let written = GameState::default();
+        Ok(Self { output, writer, error: None, dialect, rules, penalties: [0; 2], written, is_stopped: false })
     }
 
     fn write(&mut self, time_s: f64, entry: Entry) {
@@ -92,6 +95,8 @@ impl GameControllerLogRecorder {
         let game = &record.game;
         let phase = match (game.shoot_out, game.half) {
             (Some(_), _) => "penaltyShootout",
+            (None, half) if half == self.rules.halves + 1 => "firstExtraHalf",
+            (None, half) if half > self.rules.halves + 1 => "secondExtraHalf",
             (None, 0 | 1) => "firstHalf",
             (None, _) => "secondHalf",
         };
@@ -99,7 +104,7 @@ impl GameControllerLogRecorder {
             sides: sides(game.blue_end),
             phase,
             state: self.dialect.state(game.state),
-            stopped: (self.dialect == Dialect::Humanoid).then_some(false),
+            stopped: (self.dialect == Dialect::Humanoid).then_some(self.is_stopped),
             set_play: self.dialect.set_play(game.set_play.map(|set_play| set_play.kind)),
             kicking_side: game.kicking_team.map(side),
             primary_timer: Timer::of(game.time_left_s, "mainTimer", "overflow"),
@@ -145,13 +150,15 @@ impl Recorder for GameControllerLogRecorder {
         self.write_state(record);
     }
 
-    fn record(&mut self, record: &CycleRecord, _: &mut World) {
+    fn record(&mut self, record: &CycleRecord, world: &mut World) {
         self.write_messages(record);
-        for action in actions(record, self.dialect) {
+        let was_stopped = self.is_stopped;
+        self.is_stopped = world.get_resource::<Game>().is_some_and(|game| game.stop.is_some());
+        for action in actions(record, &self.rules, self.dialect) {
             self.write(record.time_s, Entry::Action(action));
             self.write_state(record);
         }
-        if record.game.state != self.written {
+        if record.game.state != self.written || self.is_stopped != was_stopped {
             self.write_state(record);
         }
         for event in &record.events {
@@ -175,7 +182,7 @@ impl Recorder for GameControllerLogRecorder {
 }
 
 /// Returns the actions of the referee in a cycle.
-fn actions(record: &CycleRecord, dialect: Dialect) -> Vec<Action> {
+fn actions(record: &CycleRecord, rules: &Rules, dialect: Dialect) -> Vec<Action> {
     // The Humanoid Soccer League has no call for a pushing foul with a free kick.
     let foul = foul(&record.events).filter(|_| dialect == Dialect::StandardPlatform);
     let mut uncalled = foul;
@@ -199,7 +206,8 @@ fn actions(record: &CycleRecord, dialect: Dialect) -> Vec<Action> {
             }
             MatchEvent::HalfBegins { half } if *half > 1 => {
                 actions.push(action("user", "finishHalf", Value::Null));
-                actions.push(action("timer", "switchHalf", Value::Null));
+                let call = if *half == rules.halves + 1 { "startExtraTime" } else { "switchHalf" };
+                actions.push(action("timer", call, Value::Null));
             }
             MatchEvent::StateChanged { state } => actions.extend(change(*state, record, dialect)),
             _ => actions.extend(simple_action(event, record)),
@@ -310,15 +318,21 @@ fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Va
     let time = |time_s: f32| json!(Duration::from_secs_f32(time_s.max(0.0)));
     let penalty = |name: &&'static str| {
         let is_none = matches!(*name, "noPenalty" | "substitute");
-        let duration = time(if is_none { 0.0 } else { rules.penalty_s });
-        ((*name).to_owned(), json!({ "duration": duration, "incremental": !is_none }))
+        let duration_s = match *name {
+            "noPenalty" | "substitute" => 0.0,
+            "motionInSet" => rules.motion_in_set_s.unwrap_or(rules.penalty_s),
+            _ => rules.penalty_s,
+        };
+        let is_uncounted = rules.uncounted.iter().any(|reason| dialect.penalty(*reason)[1] == *name);
+        let value = json!({ "duration": time(duration_s), "incremental": !is_none && !is_uncounted });
+        ((*name).to_owned(), value)
     };
     let set_play = |name: &&'static str| {
         let [duration_s, ready_s] = match *name {
             "noSetPlay" => [0.0, 0.0],
-            "kickOff" => [10.0, rules.ready_s],
+            "kickOff" => [rules.kick_off_free_s.unwrap_or(10.0), rules.ready_s],
             "penaltyKick" => [rules.penalty_kick_s, rules.penalty_kick_ready_s],
-            _ => [30.0, 0.0],
+            _ => [rules.free_kick_s, 0.0],
         };
         ((*name).to_owned(), json!({ "duration": time(duration_s), "readyDuration": time(ready_s) }))
     };
@@ -329,7 +343,7 @@ fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Va
         "name": scenario.league.as_deref().unwrap_or(&scenario.name),
         "playersPerTeam": largest[0].max(largest[1]),
         "penalties": dialect.penalties().iter().map(penalty).collect::<serde_json::Map<_, _>>(),
-        "penaltyDurationIncrement": time(0.0),
+        "penaltyDurationIncrement": time(rules.penalty_increase_s),
         "setPlays": dialect.set_plays().iter().map(set_play).collect::<serde_json::Map<_, _>>(),
         "halfDuration": time(rules.half_s),
         "halfTimeBreakDuration": time(0.0),
@@ -341,7 +355,7 @@ fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Va
         "mercyRuleScoreDifference": 10,
         "penaltyShots": 3,
         "suddenDeathPenaltyShots": 3,
-        "penaltyShotDuration": time(30.0),
+        "penaltyShotDuration": time(rules.shoot_out_s),
     });
     let own = match dialect {
         Dialect::StandardPlatform => json!({
@@ -358,7 +372,7 @@ fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Va
                 Division::Middle => "middle",
                 Division::Large => "large",
             },
-            "extraHalfDuration": null,
+            "extraHalfDuration": (rules.extra_time_halves > 0).then(|| time(rules.extra_half_s)),
             "delayAfterPlaying": null,
         }),
     };
