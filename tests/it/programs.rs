@@ -303,6 +303,27 @@ fn a_check_walks_a_program_through_a_match() {
         assert_eq!(output.status.code(), Some(2));
         assert!(text(&output.stdout).contains(said), "{}", text(&output.stdout));
     }
+    // A program for another robot is tested with it.
+    let kicking =
+        "from naoisis_agent import play\nplay(lambda _: {'kick': {'type': 'visual', 'speed': 1.0}}, fields=['body'])";
+    fs::write(folder.path().join("kicking.py"), kicking).unwrap();
+    let team = format!("exec:env PYTHONPATH={} python3 kicking.py", path_of("clients/python").display());
+    let check_in = |words: &[&str]| {
+        let output = naoisis(folder.path(), &[&["check", &team, "--agent-timeout", "60"], words].concat());
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+    };
+    for words in [&["--scenario", "hsl2026_middle"][..], &["--set", "league=hsl2026_middle"]] {
+        let (_, said) = check_in(words);
+        assert!(said.contains("answers in every cycle     ok"), "{words:?}: {said}");
+    }
+    for (words, why) in [
+        (&[][..], "there is no kick `visual`"),
+        (&["--scenario", "hsl2026_midle"], "hsl2026_middle"),
+        (&["--set", "nothing=1"], "nothing"),
+    ] {
+        let (status, said) = check_in(words);
+        assert!(status == Some(2) && said.contains(why), "{words:?}: {said}");
+    }
 }
 
 /// MessagePack has numbers in single precision as they are, JSON the shortest that means the same.

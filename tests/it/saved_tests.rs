@@ -172,11 +172,14 @@ fn mistakes_are_expected_by_their_names() {
     // The ball lies out of reach of the kick.
     let kick = r#"{ "duration_s": 3, "ball": { "position_m": [1.0, 0.5] }, "robots": [{ "number": 1, "behaviour":
         { "script": [{ "from_s": 1.0, "kick": { "type": "right_straight" } }] } }], "expect": [
-        "blue.mistakes >= 1 within 2 s", "blue1.kick_missed == 1", "blue.own_pose_lost == 0", "pink.mistakes == 0",
+        "blue.mistakes >= 1 within 2 s", "blue1.kick_missed == 1", "blue.same_ball == 0", "pink.mistakes == 0",
         "blue.kick_missed == 0 within 0.5 s", "blue1.kick_missed >= 1 in 100 % of 2" ] }"#;
     fs::write(folder.path().join("kick.json"), kick).unwrap();
     let checked = said(folder.path(), &["check", "--play", "kick.json"], 0);
     assert_eq!(checked.matches("  ok   ").count(), 6, "{checked}");
     let run = said(folder.path(), &["run", "kick.json", "--expect", "blue.kick_missed == 0"], 1);
     assert!(run.contains("wrong  blue.kick_missed == 0: it was 1"), "{run}");
+    // A robot that believes nothing is not right about where it is.
+    let run = said(folder.path(), &["run", "kick.json", "--expect", "blue.own_pose_lost == 0"], 1);
+    assert!(run.contains("wrong  blue.own_pose_lost == 0: there was nothing to measure"), "{run}");
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::agents::AgentArguments;
-use super::check_program::check_program;
+use super::check_program::{TestMatch, check_program};
 use super::expect::{cores, play_many, print_verdicts, write_junit};
 use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
@@ -32,9 +32,12 @@ pub struct CheckArguments {
     /// With --play, write the verdicts on expectations as JUnit XML
     #[arg(long, value_name = "FILE", requires = "play")]
     pub junit: Option<PathBuf>,
-    /// With --play, set a field of the scenarios: teams.blue=passers
-    #[arg(long, value_name = "PATH=VALUE", requires = "play")]
+    /// Set a field of the scenarios that are played, with --play or for a program: teams.blue=passers
+    #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<Setting>,
+    /// The scenario in which a program plays as the blue team
+    #[arg(long, value_name = "SCENARIO", default_value = "match3v3")]
+    pub scenario: String,
     /// With --play, the teams.
     #[command(flatten)]
     pub teams: TeamArguments,
@@ -54,6 +57,10 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
         Ok(network) => network,
         Err(message) => return report::usage_error(&message),
     };
+    let has_program = arguments.files.iter().any(|file| file.starts_with(TeamsSpec::EXEC));
+    if !arguments.set.is_empty() && !arguments.play && !has_program {
+        return report::usage_error("--set: nothing is played; expected --play, too");
+    }
     let interrupt = match Interrupt::watch(|| {}) {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
@@ -123,7 +130,8 @@ impl Check<'_> {
     fn file(&mut self, file: &str) -> Outcome {
         if file.starts_with(TeamsSpec::EXEC) {
             self.printer.print(format_args!("{file}:\n"));
-            let plays = check_program(self.program, file, &self.arguments.agents, &mut self.printer);
+            let CheckArguments { scenario, set, agents, .. } = self.arguments;
+            let plays = check_program(self.program, file, &TestMatch { scenario, set, agents }, &mut self.printer);
             return if plays {
                 Outcome::Checked
             } else {

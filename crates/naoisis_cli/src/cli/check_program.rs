@@ -15,18 +15,26 @@ use naoisis_core::team::{RobotId, Team};
 use naoisis_record::record::RecordPlugin;
 use naoisis_sim::interface::gather::{CurrentRecord, gather_start};
 use naoisis_sim::interface::vocabulary::RobotCommand;
-use naoisis_sim::scenario::ScenarioFile;
+use naoisis_sim::scenario::{ScenarioFile, Setting};
 use naoisis_sim::simulation::MatchApp;
 
-/// The scenario of the test.
-const SCENARIO: &str = "match3v3";
+/// The match of the test, in which the program plays as the blue team.
+pub struct TestMatch<'a> {
+    /// The name or the path of the scenario.
+    pub scenario: &'a str,
+    /// Changes of the scenario.
+    pub set: &'a [Setting],
+    /// Settings for programs.
+    pub agents: &'a AgentArguments,
+}
+
 /// The length of the test, cycles: ten seconds.
 const CYCLES: u32 = 300;
 /// The robot whose program is checked. The other robots of its team are played by the same command.
 const ROBOT: RobotId = RobotId::new(Team::Blue, 1);
 
 /// Tests the program of a team in a match, and prints each step. Returns whether all is well.
-pub fn check_program(program: Program, team: &str, arguments: &AgentArguments, printer: &mut Printer) -> bool {
+pub fn check_program(program: Program, team: &str, played: &TestMatch, printer: &mut Printer) -> bool {
     let mut step = |what: &str, outcome: Result<String, String>| {
         let (is_ok, word, details) = match &outcome {
             Ok(details) => (true, "ok", details),
@@ -38,9 +46,10 @@ pub fn check_program(program: Program, team: &str, arguments: &AgentArguments, p
     };
     let mut app = program.simulator_with(RecordPlugin);
     let teams = TeamArguments { blue: Some(team.to_owned()), pink: None };
-    let begun = ScenarioFile::named(SCENARIO).map_err(|error| error.to_string()).and_then(|mut file| {
+    let found = ScenarioFile::find(played.scenario).and_then(|file| file.with(played.set));
+    let begun = found.map_err(|error| error.to_string()).and_then(|mut file| {
         teams.choose(app.world(), &mut file)?;
-        app.insert_resource(arguments.settings(SCENARIO, &teams));
+        app.insert_resource(played.agents.settings(played.scenario, &teams));
         app.start_match(&file.scenario).map_err(|fault| fault.to_string()).map(|_| ())
     });
     let started = Instant::now();
