@@ -49,8 +49,13 @@ fn a_trace_becomes_what_the_ending_says() {
     let output = naoisis(folder, &["replay", TRACE, "r.html"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(fs::read(folder.join("r.html")).unwrap() == fs::read(folder.join("c.html")).unwrap());
+    assert_eq!(naoisis(folder, &["replay", TRACE, "r.html"]).status.code(), Some(2));
+    assert!(naoisis(folder, &["replay", TRACE, "r.html", "--force"]).status.success());
     let (status, words) = convert(folder, "nowhere/c.html");
-    assert!(status == Some(1) && words.starts_with("error: nowhere/c.html: No such file or directory"), "{words}");
+    assert!(
+        status == Some(1) && words.starts_with("error: nowhere/c.html: there is no folder nowhere; expected"),
+        "{words}"
+    );
     for (file, said) in [
         ("c.html", "error: convert: c.html: the file exists already; expected another name, or --force to replace it"),
         ("c.gif", "error: c.gif: no format has this ending; expected one of .html, .mcap, .jsonl, .jsonl.zst"),
@@ -58,6 +63,23 @@ fn a_trace_becomes_what_the_ending_says() {
     ] {
         let (status, words) = convert(folder, file);
         assert!(status == Some(2) && words.starts_with(said), "{file}: {words}");
+    }
+}
+
+#[test]
+fn nothing_is_left_of_the_conversion_of_a_damaged_trace() {
+    let folder = folder();
+    let folder = folder.path();
+    assert_eq!(convert(folder, "plain.jsonl").0, Some(0));
+    let mut damaged = fs::read(folder.join("plain.jsonl")).unwrap();
+    let middle = damaged.len() / 2;
+    let line = middle + damaged[middle..].iter().position(|byte| *byte == b'\n').unwrap();
+    damaged[line + 1] = b'x';
+    fs::write(folder.join("damaged.jsonl"), damaged).unwrap();
+    for file in ["new.html", "new.mcap", "new.jsonl"] {
+        let output = naoisis(folder, &["convert", "damaged.jsonl", file]);
+        assert_eq!(output.status.code(), Some(2), "{file}: {}", text(&output.stderr));
+        assert!(!folder.join(file).exists(), "{file}");
     }
 }
 

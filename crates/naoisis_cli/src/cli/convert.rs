@@ -3,6 +3,7 @@
 use clap::Args;
 use core::ops::ControlFlow;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -39,8 +40,8 @@ pub struct ConvertArguments {
 
 impl ConvertArguments {
     /// Returns the arguments that convert a trace to `file`.
-    pub fn to_file(trace: PathBuf, file: PathBuf) -> Self {
-        Self { trace, file: Some(file), parquet: None, csv: None, force: false }
+    pub fn to_file(trace: PathBuf, file: PathBuf, force: bool) -> Self {
+        Self { trace, file: Some(file), parquet: None, csv: None, force }
     }
 }
 
@@ -111,6 +112,10 @@ fn write(trace: &Path, target: &Target<'_>, interrupt: &Interrupt) -> Result<(),
         progress.set_style(style);
     }
     let fields = reader.fields().clone();
+    let new_file = match target {
+        Target::File(file, _) if !file.exists() => Some(*file),
+        _ => None,
+    };
     let converted = convert_trace(
         &mut reader,
         || target.recorder(&fields),
@@ -131,7 +136,13 @@ fn write(trace: &Path, target: &Target<'_>, interrupt: &Interrupt) -> Result<(),
             Ok(())
         }
         Err(ConvertError::Record(error)) => Err(report::failure(&error.to_string())),
-        Err(ConvertError::Trace(error)) => Err(report::usage_error(&error.to_string())),
-        Err(error) => Err(report::usage_error(&format!("{}: {error}", trace.display()))),
+        Err(error) => {
+            // What was made of a damaged trace is no match. The error is about the trace, whether this succeeds or not.
+            let _ = new_file.map(fs::remove_file);
+            Err(match error {
+                ConvertError::Trace(error) => report::usage_error(&error.to_string()),
+                error => report::usage_error(&format!("{}: {error}", trace.display())),
+            })
+        }
     }
 }

@@ -25,6 +25,9 @@ pub struct ReplayArguments {
     pub trace: PathBuf,
     /// Write this file instead, as `naoisis convert` does
     pub file: Option<PathBuf>,
+    /// Replace this file if it exists
+    #[arg(long, requires = "file")]
+    pub force: bool,
     /// The window.
     #[command(flatten)]
     pub window: WindowArguments,
@@ -36,7 +39,7 @@ const BROKEN_OFF: &str = "the trace is incomplete: it is shown as far as it goes
 /// Runs the command. Without a display, the trace is read and summarised.
 pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
     if let Some(file) = arguments.file.clone() {
-        return convert(program, &ConvertArguments::to_file(arguments.trace.clone(), file));
+        return convert(program, &ConvertArguments::to_file(arguments.trace.clone(), file, arguments.force));
     }
     match display() {
         #[cfg(feature = "viewer")]

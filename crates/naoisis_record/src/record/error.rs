@@ -32,6 +32,14 @@ pub enum RecordError {
         /// The operating system's error.
         error: io::Error,
     },
+    /// The folder of the file does not exist.
+    #[error("{path}: there is no folder {folder}; expected a file in a folder that is there")]
+    NoFolder {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
     /// The new file is not complete, and the old one has not been replaced.
     #[error("{error}; the earlier file is as it was, and what there is of the new one is {unfinished}")]
     NotReplaced {
@@ -60,6 +68,13 @@ impl RecordError {
 
     /// Returns a function that converts I/O errors of the file at `path`.
     pub fn io(path: &Path) -> impl FnOnce(io::Error) -> RecordError {
-        move |error| RecordError::Io { path: path.to_owned(), error }
+        move |error| match path.parent() {
+            Some(folder)
+                if error.kind() == io::ErrorKind::NotFound && !folder.as_os_str().is_empty() && !folder.exists() =>
+            {
+                RecordError::NoFolder { path: path.to_owned(), folder: folder.to_owned() }
+            }
+            _ => RecordError::Io { path: path.to_owned(), error },
+        }
     }
 }
