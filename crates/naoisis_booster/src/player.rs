@@ -7,9 +7,10 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Instant;
 
-use crate::door::{Door, DoorError, Reach, RobotDoor, lock};
 use crate::firmware::Firmware;
 use crate::messages::{Clock, Time};
+use crate::participant::{Participant, ParticipantError, RobotEndpoints, lock};
+use crate::reach::Reach;
 use crate::topics::{self, Sizes};
 use naoisis_agents::agents::{AgentSettings, PlayedElsewhere};
 use naoisis_core::behaviour::{BehaviourApp, DecideSystems, Remote};
@@ -43,9 +44,9 @@ impl Plugin for BoosterPlugin {
     fn build(&self, app: &mut App) {
         let is_played = |players: Query<(), With<BoosterPlayer>>| !players.is_empty();
         app.register_type::<BoosterPlayer>()
-            .register_type::<Doors>()
+            .register_type::<MatchParticipant>()
             .register_type::<Reach>()
-            .init_resource::<Doors>()
+            .init_resource::<MatchParticipant>()
             .init_resource::<Reach>()
             .add_behaviour::<BoosterPlayer, _>(BOOSTER, play)
             .add_team(BOOSTER, "programs written for Booster's SDK, which connect over DDS; in real time", |_, _| {
@@ -62,24 +63,24 @@ impl Plugin for BoosterPlugin {
 #[reflect(Component, @Knowledge::Belief)]
 pub struct BoosterPlayer;
 
-/// The door of the match, which opens when its first cycle with such a robot begins.
+/// The participant of the match, which opens when its first cycle with such a robot begins.
 #[derive(Resource, Default, Reflect)]
 #[reflect(@Knowledge::Belief, from_reflect = false)]
-struct Doors {
-    /// The robots for which it was opened, by their places in the door.
+struct MatchParticipant {
+    /// The robots for which it was opened, by their places in the participant.
     #[reflect(ignore)]
     robots: Vec<RobotId>,
     #[reflect(ignore)]
     sizes: Option<Sizes>,
     /// `None` before the first cycle, and if it cannot be opened.
     #[reflect(ignore)]
-    door: Option<Mutex<Door>>,
+    participant: Option<Mutex<Participant>>,
 }
 
-impl Doors {
-    fn robot<'a>(&self, door: &'a mut Door, id: RobotId) -> Option<&'a mut RobotDoor> {
+impl MatchParticipant {
+    fn robot<'a>(&self, participant: &'a mut Participant, id: RobotId) -> Option<&'a mut RobotEndpoints> {
         let place = self.robots.iter().position(|robot| *robot == id)?;
-        door.robots.get_mut(place)
+        participant.robots.get_mut(place)
     }
 }
 
@@ -93,33 +94,33 @@ pub fn booster_robots(world: &mut World) -> Vec<RobotId> {
     ids
 }
 
-/// Opens the door, waits for the programs, and notices those that leave.
+/// Opens the participant, waits for the programs, and notices those that leave.
 fn attend(world: &mut World) {
     let mut players = world.query_filtered::<&RobotId, With<BoosterPlayer>>();
     let ids: Vec<RobotId> = players.iter(world).copied().collect();
     let mut lost: Vec<(RobotId, AgentLoss, String)> = Vec::new();
-    let known = &world.resource::<Doors>().robots;
+    let known = &world.resource::<MatchParticipant>().robots;
     if known.len() != ids.len() || !ids.iter().all(|id| known.contains(id)) {
         let ids = booster_robots(world);
         let settings = world.resource::<AgentSettings>().clone();
-        let door = open(world, &ids);
-        let mut doors = world.resource_mut::<Doors>();
-        doors.robots = ids;
-        match door {
-            Ok((mut door, sizes)) => {
-                wait_for_programs(&mut door, &settings);
-                let absent = doors.robots.iter().zip(&door.robots).filter(|(_, robot)| !robot.is_played);
+        let participant = open(world, &ids);
+        let mut of_match = world.resource_mut::<MatchParticipant>();
+        of_match.robots = ids;
+        match participant {
+            Ok((mut participant, sizes)) => {
+                wait_for_programs(&mut participant, &settings);
+                let absent = of_match.robots.iter().zip(&participant.robots).filter(|(_, robot)| !robot.is_played);
                 lost.extend(absent.map(|(id, _)| (*id, AgentLoss::TimedOut, "no Booster program has come".to_owned())));
-                (doors.door, doors.sizes) = (Some(Mutex::new(door)), Some(sizes));
+                (of_match.participant, of_match.sizes) = (Some(Mutex::new(participant)), Some(sizes));
             }
             Err(error) => {
-                lost.extend(doors.robots.iter().map(|id| (*id, AgentLoss::Refused, error.to_string())));
+                lost.extend(of_match.robots.iter().map(|id| (*id, AgentLoss::Refused, error.to_string())));
             }
         }
     }
-    let doors = &mut *world.resource_mut::<Doors>();
-    if let Some(Ok(door)) = doors.door.as_mut().map(Mutex::get_mut) {
-        for (id, robot) in doors.robots.iter().zip(&mut door.robots) {
+    let of_match = &mut *world.resource_mut::<MatchParticipant>();
+    if let Some(Ok(participant)) = of_match.participant.as_mut().map(Mutex::get_mut) {
+        for (id, robot) in of_match.robots.iter().zip(&mut participant.robots) {
             let mut shared = lock(&robot.shared);
             let is_here = shared.clients > 0;
             if robot.is_played && !is_here {
@@ -133,9 +134,9 @@ fn attend(world: &mut World) {
     world.resource_mut::<CycleEvents>().extend(lost.into_iter().map(event));
 }
 
-fn open(world: &mut World, ids: &[RobotId]) -> Result<(Door, Sizes), DoorError> {
+fn open(world: &mut World, ids: &[RobotId]) -> Result<(Participant, Sizes), ParticipantError> {
     // The participant of another match in this app leaves first.
-    world.resource_mut::<Doors>().door = None;
+    world.resource_mut::<MatchParticipant>().participant = None;
     let scenario = world.resource::<Scenario>();
     let firmware = |id: &RobotId| {
         let model = scenario.robot(*id).model.unwrap_or_else(|| scenario.model.clone());
@@ -145,22 +146,22 @@ fn open(world: &mut World, ids: &[RobotId]) -> Result<(Door, Sizes), DoorError> 
         ball_radius_m: scenario.ball.unwrap_or_default().radius_m,
         goal_height_m: scenario.field.goal.height_m,
     };
-    let door = Door::open(*world.resource::<Reach>(), ids.iter().map(firmware).collect())?;
-    Ok((door, sizes))
+    let participant = Participant::open(*world.resource::<Reach>(), ids.iter().map(firmware).collect())?;
+    Ok((participant, sizes))
 }
 
 /// Waits until every robot has a program, or the time for a start is over.
-fn wait_for_programs(door: &mut Door, settings: &AgentSettings) {
+fn wait_for_programs(participant: &mut Participant, settings: &AgentSettings) {
     let deadline = settings.start_timeout.map(|time| Instant::now() + time);
     let is_over = || {
         deadline.is_some_and(|deadline| deadline <= Instant::now())
             || settings.break_off.as_ref().is_some_and(|break_off| (break_off.0)())
     };
     loop {
-        for robot in &mut door.robots {
+        for robot in &mut participant.robots {
             robot.is_played = lock(&robot.shared).clients > 0;
         }
-        if door.robots.iter().all(|robot| robot.is_played) || is_over() {
+        if participant.robots.iter().all(|robot| robot.is_played) || is_over() {
             return;
         }
         thread::sleep(LOOK);
@@ -170,7 +171,7 @@ fn wait_for_programs(door: &mut Door, settings: &AgentSettings) {
 /// Tells the programs what their robots perceive, and does what they want.
 fn play(
     clock: Res<CycleClock>,
-    doors: Res<Doors>,
+    of_match: Res<MatchParticipant>,
     mut robots: Query<
         (
             &RobotId,
@@ -181,11 +182,11 @@ fn play(
         With<BoosterPlayer>,
     >,
 ) {
-    let (Some(door), Some(sizes)) = (&doors.door, doors.sizes) else { return };
-    let Ok(mut door) = door.lock() else { return };
-    door.clock.write(Clock { clock: Time::of(clock.start_time_s()) });
+    let (Some(participant), Some(sizes)) = (&of_match.participant, of_match.sizes) else { return };
+    let Ok(mut participant) = participant.lock() else { return };
+    participant.clock.write(Clock { clock: Time::of(clock.start_time_s()) });
     for (id, (odometry, head, status, percepts, images), (body, cameras, kicks), commands) in &mut robots {
-        let Some(robot) = doors.robot(&mut door, *id) else { continue };
+        let Some(robot) = of_match.robot(&mut participant, *id) else { continue };
         let mut shared = lock(&robot.shared);
         let firmware = &mut shared.firmware;
         let before = core::mem::replace(&mut firmware.odometry, odometry.0);
@@ -206,7 +207,7 @@ fn play(
 }
 
 /// Publishes the state of the body, 50 times in a second of the match.
-fn publish_body(robot: &RobotDoor, firmware: &Firmware, turn_radps: f32, body: &Body, clock: &CycleClock) {
+fn publish_body(robot: &RobotEndpoints, firmware: &Firmware, turn_radps: f32, body: &Body, clock: &CycleClock) {
     for _ in 0..topics::due(clock.start_time_s(), clock.end_time_s()) {
         robot.topics.odometer.write(topics::odometer(firmware));
         robot.topics.low_state.write(topics::low_state(firmware, turn_radps));
@@ -220,7 +221,7 @@ fn publish_body(robot: &RobotDoor, firmware: &Firmware, turn_radps: f32, body: &
 
 /// Publishes what the robot sees.
 fn publish_view(
-    robot: &RobotDoor,
+    robot: &RobotEndpoints,
     firmware: &Firmware,
     percepts: &Percepts,
     images: Option<&CameraImages>,

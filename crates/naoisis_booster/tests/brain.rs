@@ -20,11 +20,11 @@ use std::thread;
 use std::time::Instant;
 
 use naoisis_agents::agents::AgentsPlugin;
-use naoisis_booster::BoosterPlugin;
 use naoisis_booster::messages::{
     CameraInfo, Clock, DetectedObject, Detections, Kick, LineSegments, LowState, Message, Odometer, Pose, RawBytesMsg,
     RpcReqMsg,
 };
+use naoisis_booster::player::BoosterPlugin;
 use naoisis_core::cycle::run_cycle;
 use naoisis_core::game::Game;
 use naoisis_core::team::Team;

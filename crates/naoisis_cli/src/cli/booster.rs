@@ -4,7 +4,8 @@ use bevy::prelude::*;
 use clap::Args;
 
 use super::report;
-use naoisis_booster::{Reach, booster_robots};
+use naoisis_booster::player::booster_robots;
+use naoisis_booster::reach::Reach;
 
 /// Arguments about programs for Booster's SDK.
 #[derive(Args, Debug, Clone, Default)]

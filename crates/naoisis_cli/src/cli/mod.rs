@@ -215,7 +215,7 @@ impl Program<'_> {
         #[cfg(feature = "gpu")]
         app.add_plugins(naoisis_gpu::renderer::GpuCamerasPlugin);
         #[cfg(feature = "booster")]
-        app.add_plugins(naoisis_booster::BoosterPlugin);
+        app.add_plugins(naoisis_booster::player::BoosterPlugin);
         (self.extend)(app);
     }
 }

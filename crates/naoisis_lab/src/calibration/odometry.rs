@@ -5,7 +5,6 @@ use mcap::records::Record;
 use std::collections::HashMap;
 use std::io::{self, Read};
 
-use super::log::Place;
 use super::wrap_degrees;
 use naoisis_record::record::mcap_records::McapRecords;
 
@@ -24,7 +23,7 @@ struct Sample {
     /// Time since the first sample of the file, s.
     time_s: f64,
     /// Position, m, in the frame of the robot when its odometry was reset.
-    place: Place,
+    place: [f64; 2],
     /// Heading in that frame, degrees.
     heading_deg: f64,
 }
@@ -106,7 +105,7 @@ impl OdometryTrack {
     ///
     /// # Errors
     /// If the track has no sample near one of the times.
-    pub(super) fn motion(&self, start_s: f64, end_s: f64) -> Result<(Place, f64), String> {
+    pub(super) fn motion(&self, start_s: f64, end_s: f64) -> Result<([f64; 2], f64), String> {
         let (start, end) = (self.at(start_s)?, self.at(end_s)?);
         let [x, y] = [end.place[0] - start.place[0], end.place[1] - start.place[1]];
         let (sin, cos) = libm::sincos(start.heading_deg.to_radians());

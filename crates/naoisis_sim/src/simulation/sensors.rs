@@ -18,7 +18,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 
 use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, read_settings, unknown_name};
-use naoisis_core::cycle::Cycle;
+use naoisis_core::cycle::{Cycle, CycleSystems};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::named_values::NamedValues;
 use naoisis_core::team::RobotId;
@@ -167,7 +167,8 @@ fn register<Settings: SensorSettings, Reading: SensorReading, M>(
     // Sensors may use the same random streams, so they run in the order of their registration.
     let write_down = write_down::<Reading>(name.to_owned()).run_if(resource_exists::<ReadingsAreRecorded>);
     app.add_systems(Cycle, (system.into_configs(), write_down.into_configs()).chain().in_set(SensorTurn(turn)));
-    app.configure_sets(Cycle, SensorTurn(turn).in_set(SensingSystems::Custom));
+    // Without the `SensingPlugin`, nothing else says when they run.
+    app.configure_sets(Cycle, SensorTurn(turn).in_set(SensingSystems::Custom).in_set(CycleSystems::Sense));
     for earlier in 0..turn {
         app.configure_sets(Cycle, SensorTurn(turn).after(SensorTurn(earlier)));
     }

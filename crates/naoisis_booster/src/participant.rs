@@ -26,32 +26,22 @@ use crate::messages::{
     BatteryState, CameraInfo, Clock, Detections, FallDownState, Image, Kick, LineSegments, LowState, Message, Odometer,
     Pose, RawBytesMsg, RobotStatesMsg, RpcReqMsg, RpcRespMsg,
 };
+use crate::reach::Reach;
 use crate::vision::Vision;
-use naoisis_core::knowledge::Knowledge;
 
 /// The error that nobody can be heard on DDS.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the match cannot speak DDS: {0}")]
-pub struct DoorError(String);
+pub struct ParticipantError(String);
 
-impl fmt::Debug for DoorError {
+impl fmt::Debug for ParticipantError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, formatter)
     }
 }
 
-fn failed(error: impl fmt::Display) -> DoorError {
-    DoorError(error.to_string())
-}
-
-/// Whom the match speaks to: by default, programs on this machine in domain 0.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
-#[reflect(Resource, @Knowledge::Truth)]
-pub struct Reach {
-    /// The domain of DDS.
-    pub domain: u16,
-    /// Whether it speaks on all network interfaces, not on the loopback interface alone.
-    pub network: bool,
+fn failed(error: impl fmt::Display) -> ParticipantError {
+    ParticipantError(error.to_string())
 }
 
 /// A robot and its clients, as both threads know them.
@@ -85,7 +75,7 @@ impl<T: Message + Clone> Writer<T> {
 type Reader<T> = DataReader<T, CDRDeserializerAdapter<T>>;
 
 /// A robot that a Booster program plays.
-pub struct RobotDoor {
+pub struct RobotEndpoints {
     /// What both threads know.
     pub shared: Arc<Mutex<Shared>>,
     /// Whether a program has played it.
@@ -109,16 +99,18 @@ pub struct Topics {
     pub image: Writer<Image>,
 }
 
-/// Whether a match of this process has a door. Robots of two matches would have the same names.
+/// Whether a match of this process has a participant. Robots of two matches would have the same names.
 static IS_OPEN: AtomicBool = AtomicBool::new(false);
 
-/// The only door of this process, from its opening until it is dropped.
+/// The only participant of this process, from its opening until it is dropped.
 struct Key;
 
 impl Key {
-    fn take() -> Result<Self, DoorError> {
+    fn take() -> Result<Self, ParticipantError> {
         let is_free = !IS_OPEN.swap(true, Ordering::AcqRel);
-        is_free.then_some(Key).ok_or_else(|| DoorError("another match of this process has Booster programs".to_owned()))
+        is_free
+            .then_some(Key)
+            .ok_or_else(|| ParticipantError("another match of this process has Booster programs".to_owned()))
     }
 }
 
@@ -129,9 +121,9 @@ impl Drop for Key {
 }
 
 /// The services and topics of all robots.
-pub struct Door {
+pub struct Participant {
     /// The robots, in the order of their names.
-    pub robots: Vec<RobotDoor>,
+    pub robots: Vec<RobotEndpoints>,
     /// The time of the match.
     pub clock: Writer<Clock>,
     stop: Option<oneshot::Sender<()>>,
@@ -141,13 +133,13 @@ pub struct Door {
     _key: Key,
 }
 
-impl Door {
-    /// Opens the door for these robots. A single one has the plain names of topics. Of several, each has the names with `/robot0`, `/robot1` and so
+impl Participant {
+    /// Opens the participant for these robots. A single one has the plain names of topics. Of several, each has the names with `/robot0`, `/robot1` and so
     /// on at their ends, as in the simulation of Booster's demo, and topics of the SDK also those with `robot0/` at their beginnings, as in the SDK.
     ///
     /// # Errors
     /// If the system allows no participant, or no thread.
-    pub fn open(reach: Reach, robots: Vec<Firmware>) -> Result<Self, DoorError> {
+    pub fn open(reach: Reach, robots: Vec<Firmware>) -> Result<Self, ParticipantError> {
         let key = Key::take()?;
         let mut builder = DomainParticipantBuilder::new(reach.domain);
         if !reach.network {
@@ -158,7 +150,7 @@ impl Door {
         // Programs of several robots aim on one topic, or by the SDK on a topic of their robot's.
         let mut kicks = vec![(desk.reader("rt/kick_ball")?, None)];
         let alone = robots.len() == 1;
-        let (mut doors, mut services) = (Vec::new(), Vec::new());
+        let (mut endpoints, mut services) = (Vec::new(), Vec::new());
         for (index, firmware) in robots.into_iter().enumerate() {
             let shared = Arc::new(Mutex::new(Shared { firmware, ..Shared::default() }));
             let name = format!("robot{index}");
@@ -170,13 +162,13 @@ impl Door {
             if !alone {
                 kicks.push((desk.reader(&format!("rt/{prefix}kick_ball"))?, Some(shared.clone())));
             }
-            doors.push(RobotDoor { shared, is_played: false, topics: desk.topics(&name, &suffix, &prefix)? });
+            endpoints.push(RobotEndpoints { shared, is_played: false, topics: desk.topics(&name, &suffix, &prefix)? });
         }
         let (stop, stopped) = oneshot::channel();
         let serve = move || executor::block_on(serve(services, kicks, stopped));
         let thread = thread::Builder::new().name("booster".to_owned()).spawn(serve).map_err(failed)?;
         Ok(Self {
-            robots: doors,
+            robots: endpoints,
             clock,
             stop: Some(stop),
             thread: Some(thread),
@@ -186,7 +178,7 @@ impl Door {
     }
 }
 
-impl Drop for Door {
+impl Drop for Participant {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
@@ -205,7 +197,7 @@ struct Desk {
 }
 
 impl Desk {
-    fn new(participant: DomainParticipant) -> Result<Self, DoorError> {
+    fn new(participant: DomainParticipant) -> Result<Self, ParticipantError> {
         let qos = QosPolicyBuilder::new()
             .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::ZERO })
             .history(History::KeepLast { depth: 10 })
@@ -215,17 +207,17 @@ impl Desk {
         Ok(Self { participant, publisher, subscriber, qos })
     }
 
-    fn topic<T: Message>(&self, name: &str) -> Result<rustdds::Topic, DoorError> {
+    fn topic<T: Message>(&self, name: &str) -> Result<rustdds::Topic, ParticipantError> {
         let created = self.participant.create_topic(name.to_owned(), T::TYPE.to_owned(), &self.qos, TopicKind::NoKey);
         created.map_err(failed)
     }
 
-    fn writer<T: Message>(&self, names: &[String]) -> Result<Writer<T>, DoorError> {
+    fn writer<T: Message>(&self, names: &[String]) -> Result<Writer<T>, ParticipantError> {
         let writer = |name| self.publisher.create_datawriter_no_key(&self.topic::<T>(name)?, None).map_err(failed);
         names.iter().map(|name| writer(name)).collect::<Result<_, _>>().map(Writer)
     }
 
-    fn reader<T: Message + DeserializeOwned>(&self, name: &str) -> Result<Reader<T>, DoorError> {
+    fn reader<T: Message + DeserializeOwned>(&self, name: &str) -> Result<Reader<T>, ParticipantError> {
         let topic = self.topic::<T>(name)?;
         self.subscriber.create_datareader_no_key(&topic, None).map_err(failed)
     }
@@ -236,7 +228,7 @@ impl Desk {
         suffix: &str,
         shared: &Arc<Mutex<Shared>>,
         handle: Handle,
-    ) -> Result<Service, DoorError> {
+    ) -> Result<Service, ParticipantError> {
         Ok(Service {
             shared: shared.clone(),
             handle,
@@ -245,7 +237,7 @@ impl Desk {
         })
     }
 
-    fn topics(&self, robot: &str, suffix: &str, prefix: &str) -> Result<Topics, DoorError> {
+    fn topics(&self, robot: &str, suffix: &str, prefix: &str) -> Result<Topics, ParticipantError> {
         let of_demo = |name: &str| vec![format!("rt/{name}{suffix}")];
         let of_both = |name: &str| {
             let mut names = vec![format!("rt/{name}{suffix}"), format!("rt/{prefix}{name}")];
