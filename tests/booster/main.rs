@@ -1,4 +1,5 @@
 //! The program with the feature `booster`. What needs a client is in the Python files here, which `.ci/booster` runs.
+#![expect(clippy::unwrap_used, reason = "a failed test may panic")]
 
 use std::process::Command;
 

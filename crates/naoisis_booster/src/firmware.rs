@@ -385,7 +385,7 @@ mod tests {
     #[test]
     fn the_head_turns_at_once_within_a_time_or_in_a_direction() {
         let mut robot = standing();
-        let mut turn = |robot: &mut Firmware| {
+        let turn = |robot: &mut Firmware| {
             let head = robot.command(None, &KickSettings::default(), &CycleClock { cycle: 1, period_s: 0.1 }).head;
             let head = head.unwrap_or_default();
             robot.head_angles = HeadAngles { yaw: head.yaw, pitch: head.pitch };

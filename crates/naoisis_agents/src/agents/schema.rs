@@ -9,7 +9,7 @@ use super::protocol::{Answer, HelloMessage, Message, PROTOCOL, Turn};
 /// A message from a program.
 #[derive(JsonSchema)]
 #[serde(untagged)]
-#[expect(dead_code, reason = "only its schema is of use")]
+#[expect(dead_code, clippy::large_enum_variant, reason = "only its schema is of use")]
 enum FromProgram {
     Hello(HelloMessage),
     Answer(Answer),

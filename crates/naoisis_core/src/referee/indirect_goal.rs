@@ -135,7 +135,8 @@ fn is_straight(snapshot: &MatchSnapshot, plays: &Plays, kick_off: Option<&KickOf
     let Some((kind, _)) = plays.restart.filter(|(kind, by)| *by == team && !kind.is_direct()) else { return false };
     let robots = snapshot.robots.iter().filter(|robot| robot.id.team == team && robot.is_present()).count();
     let alone = kind == SetPlayKind::KickOff && robots < 3;
-    !plays.others && !(alone && kick_off.is_some_and(|play| play.over))
+    let has_played_on = alone && kick_off.is_some_and(|play| play.over);
+    !plays.others && !has_played_on
 }
 
 /// The evidence against a goal of `team` that went straight from a set play of the other team into that team's own goal, if such a goal

@@ -166,9 +166,10 @@ mod tests {
             let log_time = 1_780_000_000_000_000_000 + u64::from(sample) * 20_000_000;
             let time_s = sample as f32 * 0.02;
             let theta = time_s * core::f32::consts::FRAC_PI_2;
-            let pose = [theta.sin() * 2.0 / core::f32::consts::PI, (1.0 - theta.cos()) * 2.0 / core::f32::consts::PI];
+            let (sin, cos) = libm::sincosf(theta);
+            let pose = [sin * 2.0 / core::f32::consts::PI, (1.0 - cos) * 2.0 / core::f32::consts::PI];
             // Headings are between -pi and pi.
-            let theta = libm::atan2f(theta.sin(), theta.cos());
+            let theta = libm::atan2f(sin, cos);
             let mut data = vec![0, u8::from(little), 0, 0];
             for number in [pose[0], pose[1], theta] {
                 data.extend(if little { number.to_le_bytes() } else { number.to_be_bytes() });

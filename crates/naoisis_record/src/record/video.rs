@@ -208,6 +208,6 @@ mod tests {
         assert_eq!(video.finish().unwrap(), 0);
         assert_ne!(std::fs::read(&path).unwrap(), b"precious");
         assert!(matches!(create(&folder.path().join("match.avi")), Err(RecordError::Extension { .. })));
-        assert!(matches!(create(&folder.path().join("no/match.mp4")), Err(RecordError::Io { .. })));
+        assert!(matches!(create(&folder.path().join("no/match.mp4")), Err(RecordError::NoFolder { .. })));
     }
 }
