@@ -67,7 +67,9 @@ class Detector(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         self.fine = nn.Sequential(Block(3, 12, 2), Block(12, 24, 2))
-        self.coarse = nn.Sequential(Block(24, 48, 2), Block(48, 48), Block(48, 48, dilation=2), Block(48, 48, dilation=4))
+        self.coarse = nn.Sequential(
+            Block(24, 48, 2), Block(48, 48), Block(48, 48, dilation=2), Block(48, 48, dilation=4)
+        )
         self.narrow = nn.Conv2d(48, 24, 1)
         self.both = Block(24, 24)
         self.head = nn.Conv2d(24, len(CLASSES) + 4, 1)
