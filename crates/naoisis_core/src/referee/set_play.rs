@@ -226,7 +226,7 @@ mod tests {
             [([x + 0.5, y], "m from the ball", 0.5), ([-2.7, -0.8], "m inside the penalty area", 0.3)]
         {
             situation = situation.robot_at(pink, Pose::new(place[0], place[1], 0.0));
-            let robot = situation.robot_mut(pink).clone();
+            let robot = *situation.robot_mut(pink);
             let evidence = judge(1000, &set_play, &situation.snapshot(), &robot).unwrap();
             let measured = evidence.measured.unwrap();
             assert_eq!(measured.what, what);
