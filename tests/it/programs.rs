@@ -696,6 +696,11 @@ fn a_program_that_was_lost_may_come_back_and_one_too_many_is_refused_in_words() 
     app.run_cycles(1);
     let lost = app.events().iter().any(|event| matches!(event, MatchEvent::AgentLost { .. }));
     assert!(lost, "{:?}", app.events());
+    // The built-in estimator would begin at the true pose, which nobody may learn then.
+    let believing = connected(&path, &HELLO.replace("\"protocol\"", "\"belief\": true, \"protocol\""));
+    let notes = look(&mut app);
+    assert!(notes[0].contains("no estimator has run for its robot"), "{notes:?}");
+    assert!(told(believing).contains("in the middle of a match"));
     let again = connected(&path, HELLO);
     assert_eq!(look(&mut app), ["blue1 is played by `x`"]);
     let program = std::thread::spawn(move || {

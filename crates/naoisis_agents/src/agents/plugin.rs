@@ -23,7 +23,7 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::kick::UnknownKick;
 use naoisis_core::team::RobotId;
-use naoisis_sensing::belief::{Belief, team_from_pitch};
+use naoisis_sensing::belief::{Belief, SimpleBelief, team_from_pitch};
 use naoisis_sensing::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
 use naoisis_sim::interface::vocabulary::Perceived;
 use naoisis_sim::scenario::Scenario;
@@ -112,8 +112,15 @@ pub(super) fn begin(
     hello: &Hello,
     deadline: Option<Instant>,
 ) -> Result<(), Loss> {
-    let scenario = world.resource::<Scenario>();
+    let entity = world.resource::<Roster>().get(robot);
     let pose = pose_at_the_start(world, robot);
+    if hello.belief && pose.is_none() && !entity.is_some_and(|entity| world.get::<SimpleBelief>(entity).is_some()) {
+        // An estimator that begins now would begin at the true pose.
+        let message = "it asks for beliefs in the middle of a match, and no estimator has run for its robot; expected a hello without \
+                       `belief`, or one before the match begins";
+        return Err(agent.refuse(message.to_owned(), deadline));
+    }
+    let scenario = world.resource::<Scenario>();
     agent.welcome(
         hello,
         (robot, pose),
@@ -122,7 +129,6 @@ pub(super) fn begin(
         deadline,
     )?;
     // Without a setting, cameras take images for programs that ask for them.
-    let entity = world.resource::<Roster>().get(robot);
     if !hello.images.is_empty()
         && let Some(mut cameras) = entity.and_then(|entity| world.get_mut::<CameraSettings>(entity))
         && cameras.render == CameraRendering::Auto
