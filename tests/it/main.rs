@@ -60,12 +60,15 @@ mod scenario_files;
 mod schema;
 mod sensing;
 mod sensors;
+mod served_programs;
 mod several_balls;
 mod situation;
 mod snapshot;
 mod support;
 mod tables;
+mod team_messages;
 mod teams;
+mod thinking_programs;
 mod traces;
 #[cfg(feature = "viewer")]
 mod watched;

@@ -1,7 +1,7 @@
 //! The visual kick: a mode in which the robot itself walks to the ball and kicks it.
 //!
 //! The maker says that it works from 0.2 to 4.0 m, and that a message on `/kick_ball` tells it the direction; its walk is not printed, so the
-//! one here is a guess. Without a direction, the robot kicks where the ball lies from it.
+//! one here is a guess. Without a direction, the robot turns to the ball and kicks straight on.
 
 use bevy::prelude::*;
 
@@ -46,7 +46,9 @@ pub fn act(aim: &mut Aim, ball: Option<Vec2>, odometry: Pose, kicks: &KickSettin
         return (Vec3::ZERO, None);
     }
     let Some((kick, spot, aims_within)) = choose(kicks, ball) else { return (Vec3::ZERO, None) };
-    let wanted = aim.heading.map_or_else(|| angle_of(ball), |heading| wrap_angle(heading - odometry.heading));
+    // Without a direction, straight on: with the ball before the foot that kicks.
+    let straight_on = || angle_of(ball - Vec2::new(0.0, spot.y));
+    let wanted = aim.heading.map_or_else(straight_on, |heading| wrap_angle(heading - odometry.heading));
     let is_within_reach = kicks.geometry(kick).is_some_and(|geometry| geometry.admits(ball));
     if is_within_reach && wanted.abs() <= aims_within + PRECISION {
         let request = KickRequest { direction: wanted.clamp(-aims_within, aims_within), ..KickRequest::new(kick, 1.0) };
@@ -99,7 +101,10 @@ mod tests {
                 assert!(wrap_angle(left - heading).abs() < 0.2 && time_s < 12.0, "{ball} {heading}: {left} {time_s}");
             }
         }
-        assert!(kick_of(Vec2::new(2.0, 0.0), None).unwrap().0.abs() < 0.3);
+        for ball in [Vec2::new(2.0, 0.0), Vec2::new(1.0, 1.0), Vec2::new(3.0, -2.0)] {
+            let (left, _) = kick_of(ball, None).unwrap();
+            assert!(wrap_angle(left - angle_of(ball)).abs() < 0.3, "{ball}: {left}");
+        }
     }
 
     #[test]
