@@ -167,8 +167,9 @@ fn register<Settings: SensorSettings, Reading: SensorReading, M>(
     // Sensors may use the same random streams, so they run in the order of their registration.
     let write_down = write_down::<Reading>(name.to_owned()).run_if(resource_exists::<ReadingsAreRecorded>);
     app.add_systems(Cycle, (system.into_configs(), write_down.into_configs()).chain().in_set(SensorTurn(turn)));
+    app.configure_sets(Cycle, SensorTurn(turn).in_set(SensingSystems::Custom));
     // Without the `SensingPlugin`, nothing else says when they run.
-    app.configure_sets(Cycle, SensorTurn(turn).in_set(SensingSystems::Custom).in_set(CycleSystems::Sense));
+    app.configure_sets(Cycle, SensingSystems::Custom.in_set(CycleSystems::Sense));
     for earlier in 0..turn {
         app.configure_sets(Cycle, SensorTurn(turn).after(SensorTurn(earlier)));
     }
