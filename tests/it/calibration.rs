@@ -3,6 +3,7 @@
 use crate::support::{blue, match_of, naoisis, text};
 use bevy::prelude::*;
 use core::fmt::Write;
+use mcap::records::MessageHeader;
 use naoisis::cycle::CycleClock;
 use naoisis::geometry::Pose;
 use naoisis::internal::calibration::{RobotLog, calibrate};
@@ -11,7 +12,9 @@ use naoisis::robot::motion::ExecutedStep;
 use naoisis::scenario::RobotModel;
 use naoisis::sensing::odometry::Odometry;
 use naoisis::sensing::vision::Percepts;
+use std::collections::BTreeMap;
 use std::fs;
+use std::io::Cursor;
 
 /// What the robots of the log are like, in a scenario's words, and by path.
 const MOTION: &str = r#""motion": { "max_linear_mps": 0.25, "gait": { "slip": { "scale": 0.9, "scale_sd": 0.05, "drift_sd_degpm": 4.0,
@@ -245,4 +248,48 @@ fn a_log_without_end_is_refused() {
     let output = naoisis(folder.path(), &["calibrate", "/dev/zero", "--robot", "nao"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("more than 32 MiB"), "{}", text(&output.stderr));
+}
+
+/// An MCAP file of a Booster, as `ros2 bag record` writes it: its odometry says for 20 s that it walks 1 m in each second.
+fn recording() -> Vec<u8> {
+    let mut file = Cursor::new(Vec::new());
+    let mut writer = mcap::Writer::new(&mut file).unwrap();
+    let definition = b"float32 x\nfloat32 y\nfloat32 theta";
+    let schema = writer.add_schema("booster_interface/msg/Odometer", "ros2msg", definition).unwrap();
+    let channel = writer.add_channel(schema, "/odometer_state", "cdr", &BTreeMap::new()).unwrap();
+    for sequence in 0..1000_u32 {
+        let log_time = 1_780_000_000_000_000_000 + u64::from(sequence) * 20_000_000;
+        let mut data = vec![0, 1, 0, 0];
+        data.extend([0.02 * sequence as f32, 0.0, 0.0].into_iter().flat_map(f32::to_le_bytes));
+        let header = MessageHeader { channel_id: channel, sequence, log_time, publish_time: log_time };
+        writer.write_to_known_channel(&header, &data).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    file.into_inner()
+}
+
+#[test]
+fn walks_may_name_their_times_in_a_recording_of_the_odometry() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("anna.mcap"), recording()).unwrap();
+    // In 2 s the odometry counts 2 m; in truth it was 1.8 m.
+    let rows: String = (0..6).map(|walk| format!("anna,{},{},1.8,0,0\n", 3 * walk, 3 * walk + 2)).collect();
+    let header = "robot,start_s,end_s,true_forward_m,true_left_m,true_turn_deg\n";
+    fs::write(folder.path().join("walks.csv"), format!("{header}{rows}")).unwrap();
+    let calibrated = |files: &[&str]| {
+        let arguments = [&["calibrate"], files, &["--robot", "booster_k1"]].concat();
+        let output = naoisis(folder.path(), &arguments);
+        (output.status.code(), text(&output.stderr))
+    };
+    for files in [["walks.csv", "anna.mcap"], ["anna.mcap", "walks.csv"]] {
+        let (status, said) = calibrated(&files);
+        let scale = said.lines().find(|line| line.contains("motion.gait.slip.scale ")).unwrap_or_default();
+        assert!(status == Some(0) && scale.contains("0.9000"), "{said}");
+    }
+    let (status, said) = calibrated(&["walks.csv"]);
+    assert!(status == Some(2) && said.contains("an MCAP file with the odometry"), "{said}");
+    fs::write(folder.path().join("walks.csv"), format!("{header}anna,19,25,1.8,0,0\n")).unwrap();
+    let (status, said) = calibrated(&["walks.csv", "anna.mcap"]);
+    assert!(status == Some(2) && said.contains("line 2, column `end_s`") && said.contains("0 to 20.0 s"), "{said}");
 }
