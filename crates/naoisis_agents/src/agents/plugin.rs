@@ -114,7 +114,7 @@ pub(super) fn begin(
 ) -> Result<(), Loss> {
     let entity = world.resource::<Roster>().get(robot);
     let pose = pose_at_the_start(world, robot);
-    if hello.belief && pose.is_none() && !entity.is_some_and(|entity| world.get::<SimpleBelief>(entity).is_some()) {
+    if hello.belief && pose.is_none() && entity.is_none_or(|entity| world.get::<SimpleBelief>(entity).is_none()) {
         // An estimator that begins now would begin at the true pose.
         let message = "it asks for beliefs in the middle of a match, and no estimator has run for its robot; expected a hello without \
                        `belief`, or one before the match begins";
