@@ -7,7 +7,7 @@ use naoisis::game::{Game, GameState, Penalty, PenaltyReason};
 use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
     self, ControlPacket, Division, GameController, GameControllerSettings, GamePhase, Listener, NetworkSettings,
-    ProtocolVersion, ReturnPacket, TeamMessages,
+    ProtocolVersion, ReturnPacket,
 };
 use naoisis::prelude::*;
 use naoisis::team::PerTeam;
@@ -504,38 +504,3 @@ fn a_gamecontroller_that_broadcasts_is_heard_and_the_match_does_not_hear_itself(
     app.run_cycles(1);
     assert_eq!(app.game().state, GameState::Set);
 }
-
-/// Tells its team-mates what they have told it last, and prints what it hears.
-const TALKING: &str = r#"
-import os, sys
-from naoisis_agent import play
-from team_messages import TeamMessages
-robot = int(os.environ["NAOISIS_ROBOT"][-1])
-messages = TeamMessages()
-last = b""
-def decide(perception):
-    global last
-    for message in messages.received():
-        print(message.decode(), file=sys.stderr)
-        last = message[:40]
-    messages.send(b"%d heard %s" % (robot, last))
-play(decide, name="talking")
-"#;
-
-/// Sends from a socket that is bound to no address, or, with a port, to it at any address, and prints what it hears.
-const UNBOUND: &str = r#"
-import os, socket, sys
-from naoisis_agent import play
-robot, offset = os.environ["NAOISIS_ROBOT"], int(os.environ["NAOISIS_PORT_OFFSET"])
-port = 10000 + int(os.environ["NAOISIS_TEAM_NUMBER"]) + offset
-messages = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-if robot in sys.argv[1:]:
-    messages.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    messages.bind(("", port))
-messages.setblocking(False)
-def decide(perception):
-    messages.sendto(robot.encode(), ("127.0.0.1", port))
-    try: print("heard", messages.recv(1024).decode(), file=sys.stderr)
-    except BlockingIOError: pass
-play(decide, fields=["body"])
-"#;

@@ -1,8 +1,8 @@
 //! Programs as players: whatever they do, the match goes on, and what they did is in the trace.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::fs;
-use std::io::{BufRead, Read, Write};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 

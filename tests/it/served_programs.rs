@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use naoisis::agents::server::Address;
-use naoisis::agents::{AgentSettings, AgentsPlugin, Server};
+use naoisis::agents::{self, AgentSettings, AgentsPlugin, Server};
 use naoisis::prelude::*;
 use serde_json::{Value, json};
 use std::fs;

@@ -14,7 +14,43 @@ use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
 
 use crate::game_controller::free_ports;
-use crate::support::{blue, headless_app, naoisis, pink, text};
+use crate::programs::path_of;
+use crate::support::{blue, headless_app, naoisis, text};
+
+/// Tells its team-mates what they have told it last, and prints what it hears.
+const TALKING: &str = r#"
+import os, sys
+from naoisis_agent import play
+from team_messages import TeamMessages
+robot = int(os.environ["NAOISIS_ROBOT"][-1])
+messages = TeamMessages()
+last = b""
+def decide(perception):
+    global last
+    for message in messages.received():
+        print(message.decode(), file=sys.stderr)
+        last = message[:40]
+    messages.send(b"%d heard %s" % (robot, last))
+play(decide, name="talking")
+"#;
+
+/// Sends from a socket that is bound to no address, or, with a port, to it at any address, and prints what it hears.
+const UNBOUND: &str = r#"
+import os, socket, sys
+from naoisis_agent import play
+robot, offset = os.environ["NAOISIS_ROBOT"], int(os.environ["NAOISIS_PORT_OFFSET"])
+port = 10000 + int(os.environ["NAOISIS_TEAM_NUMBER"]) + offset
+messages = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+if robot in sys.argv[1:]:
+    messages.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    messages.bind(("", port))
+messages.setblocking(False)
+def decide(perception):
+    messages.sendto(robot.encode(), ("127.0.0.1", port))
+    try: print("heard", messages.recv(1024).decode(), file=sys.stderr)
+    except BlockingIOError: pass
+play(decide, fields=["body"])
+"#;
 
 /// A socket at a robot's own address.
 fn robot_socket(team_number: u8, number: u8, offset: u16) -> UdpSocket {
@@ -87,7 +123,7 @@ fn what_programs_say_over_udp_is_a_message_of_the_match() {
 #[test]
 fn programs_that_talk_over_udp_play_the_same_match_each_time() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("talking.py"), TALKING).unwrap();
+    fs::write(folder.path().join("talking.py"), TALKING).unwrap();
     let clients = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python");
     let (offset, _control) = free_ports();
     let offset = offset.to_string();
@@ -99,7 +135,7 @@ fn programs_that_talk_over_udp_play_the_same_match_each_time() {
         let output = naoisis(folder.path(), &[&common[..], &messages, &rest].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
         assert!(text(&output.stderr).contains("[blue2] 1 heard "), "{}", text(&output.stderr));
-        std::fs::read(folder.path().join(trace)).unwrap()
+        fs::read(folder.path().join(trace)).unwrap()
     };
     assert!(play("one.jsonl") == play("other.jsonl"));
 }
@@ -108,7 +144,7 @@ fn programs_that_talk_over_udp_play_the_same_match_each_time() {
 #[cfg(target_os = "linux")]
 fn datagrams_of_programs_at_any_address_arrive_or_are_told_to_be_lost() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("unbound.py"), UNBOUND).unwrap();
+    fs::write(folder.path().join("unbound.py"), UNBOUND).unwrap();
     let clients = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python");
     let (offset, _control) = free_ports();
     let offset = offset.to_string();
@@ -118,7 +154,7 @@ fn datagrams_of_programs_at_any_address_arrive_or_are_told_to_be_lost() {
             ["run", "match3v3", "--duration", "1", "--agent-timeout", "60", "--quiet", "--trace", "t.jsonl", "--force"];
         let messages = ["--team-messages", "--team-numbers", "5,12", "--game-controller-port-offset", &offset];
         let output = naoisis(folder.path(), &[&common[..], &messages, &["--blue", &program]].concat());
-        let (said, trace) = (text(&output.stderr), std::fs::read_to_string(folder.path().join("t.jsonl")).unwrap());
+        let (said, trace) = (text(&output.stderr), fs::read_to_string(folder.path().join("t.jsonl")).unwrap());
         assert!(output.status.success(), "{said}");
         let mut sent = BTreeSet::new();
         for line in trace.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap()) {
@@ -193,7 +229,7 @@ fn each_match_of_many_has_ports_of_its_own_and_tells_its_programs() {
     ];
     let play = |words: &[&str]| {
         let path = format!("PYTHONPATH={}", path_of("clients/python").display());
-        let mut command = Command::new("env");
+        let mut command = std::process::Command::new("env");
         command.arg(path).arg(env!("CARGO_BIN_EXE_naoisis")).args(words).args(network).args(["--agent-timeout", "60"]);
         let output = command.current_dir(folder.path()).output().unwrap();
         let (said, report) = (text(&output.stderr), text(&output.stdout));
