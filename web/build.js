@@ -5,7 +5,7 @@
 import { createHash } from "node:crypto";
 import { readFileSync, writeFileSync } from "node:fs";
 import { build, transform } from "esbuild";
-import { deflateSync } from "fflate";
+import { zlibSync } from "fflate";
 
 const here = (path) => new URL(path, import.meta.url);
 const target = process.argv[2] ?? here("../crates/naoisis_record/src/record/page/page.html");
@@ -25,7 +25,7 @@ const bundle = await build({
   legalComments: "eof",
 });
 const program = bundle.outputFiles[0].text.trim();
-const packed = Buffer.from(deflateSync(Buffer.from(program), { level: 9 })).toString("base64");
+const packed = Buffer.from(zlibSync(Buffer.from(program), { level: 9 })).toString("base64");
 const loader = await small("src/loader.js", "js");
 const style = await small("src/style.css", "css");
 const policy = [

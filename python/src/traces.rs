@@ -1,5 +1,6 @@
 //! Traces, read as columns or line by line.
 
+use naoisis::behaviour::BehaviourRegistry;
 use naoisis::belief::{Belief, point_pitch_from_team};
 use naoisis::geometry::{Pose, to_degrees};
 use naoisis::interface::cycle_record::{CycleRecord, RobotRecord};
@@ -16,6 +17,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use crate::errors::trace_error;
+use crate::simulator::world;
 use crate::values::{Digits, to_python};
 
 /// Lines between two looks at whether Python was interrupted.
@@ -323,6 +325,9 @@ impl TraceLines {
 /// The page of a trace, for a browser.
 #[pyfunction]
 pub fn page_of_trace(py: Python<'_>, path: PathBuf) -> PyResult<String> {
-    let page = py.detach(|| page::page_of_trace(&mut TraceReader::open(&path)?));
+    let page = py.detach(|| {
+        let mut reader = TraceReader::open(&path)?;
+        page::page_of_trace(&mut reader, world().resource::<BehaviourRegistry>())
+    });
     page.map_err(|error| trace_error(py, &error))
 }

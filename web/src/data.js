@@ -28,12 +28,13 @@ export async function readMatch(blocks) {
   if (!match.head) throw new Error("There is no match in this page.");
   if (!match.columns.get("cycle")) throw new Error("This page has a match, but nothing of it was played.");
   if (!match.end && !match.notes.length) match.notes.push("The page has no end: the program that wrote it was stopped, or the match was still going on.");
+  if (match.head.fields?.length) match.notes.push(`The match was recorded with these fields only: ${match.head.fields.join(", ")}.`);
   return new Match(match);
 }
 
 async function unpack(text) {
   const bytes = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const raw = new Uint8Array(await new Response(stream).arrayBuffer());
   const length = new DataView(raw.buffer).getUint32(0, true);
   const json = JSON.parse(new TextDecoder().decode(raw.subarray(4, 4 + length)));
@@ -70,6 +71,8 @@ function addPart(match, json, columns) {
     for (const value of values) all.push(value);
     match.columns.set(name, all);
   }
+  // A damaged part before this one may have had texts.
+  match.strings.length = json.first_string ?? match.strings.length;
   for (const name of ["strings", "events", "reasons", "kicks"]) match[name].push(...(json[name] ?? []));
   if (json.left_out && !match.notes.includes(json.left_out)) match.notes.push(json.left_out);
 }
@@ -144,9 +147,10 @@ class Match {
     return { x, y, heading, yaw, pitch, posture: status & 7, isPenalised: status >= 8 };
   }
 
+  /** The state of the game at a time; undefined where the match was recorded without it. */
   game(at) {
     const of = (name) => this.get(name)[at.index];
-    const seconds = (name) => (of(name) < 0 ? null : of(name) / 10);
+    const seconds = (name) => (of(name) >= 0 ? of(name) / 10 : null);
     return { state: STATES[of("state")], half: of("half"), blue: of("blue"), pink: of("pink"), leftS: seconds("left"), secondS: seconds("second"), blueEnd: of("blue_end") };
   }
 

@@ -8,7 +8,7 @@ addEventListener("DOMContentLoaded", async () => {
   try {
     const text = document.getElementById("program").textContent;
     const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
     const script = document.createElement("script");
     script.textContent = await new Response(stream).text();
     document.head.append(script);

@@ -1,5 +1,5 @@
-// The page in a headless Chromium. NAOISIS_PAGES is a folder that `.ci/web` fills: match.html and match.jsonl of one match, and
-// hostile.html. What the page looks like is left in test-results.
+// The page in a headless Chromium. NAOISIS_PAGES is a folder that `.ci/web` fills: match.html and match.jsonl of one match,
+// poses.html of a trace with few fields, and hostile.html. What the page looks like is left in test-results.
 import assert from "node:assert/strict";
 import { existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
@@ -248,10 +248,29 @@ test("a page that is broken says so in words", async () => {
     assert.match(await text("fault"), words);
     await done();
   }
-  const { page, state, text, done } = await open("cut.html", { hash: "#t=10" });
+  // A single damaged letter in the middle of a part.
+  const part = whole.indexOf('<script type="application/octet-stream">', first + 1);
+  const middle = part + 2000;
+  make("letter.html", whole.slice(0, middle) + (whole[middle] === "A" ? "B" : "A") + whole.slice(middle + 1));
+  for (const [name, words] of [
+    ["cut.html", /breaks off here: the program that wrote it was stopped/],
+    ["letter.html", /A part of the match is damaged and left out/],
+  ]) {
+    const { page, state, text, done } = await open(name, { hash: "#t=10" });
+    assert.equal(await state(), "ready");
+    assert.equal(await text("time"), "0:10.0");
+    await page.getByRole("tab", { name: "Match" }).click();
+    assert.match(await text("match"), words);
+    await done();
+  }
+});
+
+test("a match that was recorded without its game has no score, and says so", async () => {
+  const { page, text, state, done } = await open("poses.html", { hash: "#t=2" });
   assert.equal(await state(), "ready");
-  assert.equal(await text("time"), "0:10.0");
+  assert.deepEqual([await text("blue-score"), await text("pink-score"), await text("phase")], ["–", "–", ""]);
+  assert.match(await text("title"), /roles against chasers/);
   await page.getByRole("tab", { name: "Match" }).click();
-  assert.match(await text("match"), /breaks off here: the program that wrote it was stopped/);
+  assert.match(await text("match"), /recorded with these fields only: ball, robots\.pose/);
   await done();
 });

@@ -11,6 +11,7 @@ use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
 use super::terminal::Printer;
 use super::{Program, report};
+use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_record::record::RecordPlugin;
 use naoisis_record::record::convert::{ConvertError, convert as convert_trace};
 use naoisis_record::record::formats::{LogFormat, LogFormats};
@@ -93,7 +94,7 @@ pub fn convert(program: Program<'_>, arguments: &ConvertArguments) -> ExitCode {
         Err(message) => return report::failure(&message),
     };
     for target in &targets {
-        if let Err(status) = write(trace, target, &interrupt) {
+        if let Err(status) = write(trace, app.world().resource::<BehaviourRegistry>(), target, &interrupt) {
             return status;
         }
     }
@@ -105,7 +106,12 @@ fn unknown_ending(file: &Path, formats: &LogFormats) -> String {
     format!("{}: no format has this ending; expected one of {}", file.display(), endings.join(", "))
 }
 
-fn write(trace: &Path, target: &Target<'_>, interrupt: &Interrupt) -> Result<(), ExitCode> {
+fn write(
+    trace: &Path,
+    registry: &BehaviourRegistry,
+    target: &Target<'_>,
+    interrupt: &Interrupt,
+) -> Result<(), ExitCode> {
     let mut reader = TraceReader::open(trace).map_err(|error| report::usage_error(&error.to_string()))?;
     let progress = ProgressBar::new_spinner().with_message(format!("converting {}", trace.display()));
     if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {
@@ -118,6 +124,7 @@ fn write(trace: &Path, target: &Target<'_>, interrupt: &Interrupt) -> Result<(),
     };
     let converted = convert_trace(
         &mut reader,
+        registry,
         || target.recorder(&fields),
         |time_s| {
             progress.set_position(time_s as u64);

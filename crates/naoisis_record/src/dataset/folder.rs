@@ -13,6 +13,10 @@ use naoisis_core::replace_file::replace_file;
 
 /// Name of the file with the settings of a data set.
 pub const SETTINGS_FILE: &str = "dataset.json";
+/// Name of the file with a line about each image.
+const METADATA_FILE: &str = "metadata.jsonl";
+/// Name of the file that describes the data set to Ultralytics' tools.
+const YOLO_FILE: &str = "data.yaml";
 /// Name of the folder with the records of finished matches.
 const PARTS: &str = ".parts";
 /// Length limit of the settings file, bytes.
@@ -93,7 +97,7 @@ impl Folder {
         }
         folder.write_about(false)?;
         if let Some(task) = settings.formats.contains(&DatasetFormat::Yolo).then_some(settings.yolo) {
-            folder.write(&path.join("data.yaml"), yolo::data_file(settings.names, task).as_bytes())?;
+            folder.write(&path.join(YOLO_FILE), yolo::data_file(settings.names, task).as_bytes())?;
         }
         Ok(Found::Ready(folder))
     }
@@ -150,30 +154,55 @@ impl Folder {
         Ok(())
     }
 
-    /// Removes an earlier data set: only files and folders that this module writes.
+    /// Removes an earlier data set: only files with names that this module writes, and the folders that are empty after that.
     fn clear(&self) -> Result<(), DatasetError> {
         // The settings file comes first, since it says that the data set is complete.
-        let mut files =
-            vec![self.path.join(SETTINGS_FILE), self.path.join("metadata.jsonl"), self.path.join("data.yaml")];
-        let entries = fs::read_dir(&self.path).map_err(self.io(&self.path))?;
-        let names = entries.filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()));
-        let is_shard = |name: &String| {
-            let number = Split::ALL.iter().find_map(|split| name.strip_prefix(split.name())?.strip_prefix('-'));
-            number.is_some_and(|rest| rest.ends_with(".tar") && rest.len() == 10)
-        };
-        files.extend(names.filter(is_shard).map(|name| self.path.join(name)));
-        for file in files {
+        for name in [SETTINGS_FILE, METADATA_FILE, YOLO_FILE] {
+            let file = self.path.join(name);
             if file.is_file() {
                 fs::remove_file(&file).map_err(self.io(&file))?;
             }
         }
-        for name in [PARTS, "train", "valid", "test", "images", "labels", "masks", "depth"] {
-            let inner = self.path.join(name);
-            if inner.is_dir() && !inner.is_symlink() {
-                fs::remove_dir_all(&inner).map_err(self.io(&inner))?;
+        self.remove_written(&self.path, is_archive)?;
+        for name in [PARTS, "train", "valid", "test"] {
+            self.clear_folder(&self.path.join(name))?;
+        }
+        for name in ["images", "labels", "masks", "depth"] {
+            let outer = self.path.join(name);
+            if outer.is_dir() && !outer.is_symlink() {
+                for inner in ["train", "valid", "val", "test"] {
+                    self.clear_folder(&outer.join(inner))?;
+                }
+                self.remove_if_empty(&outer)?;
             }
         }
         Ok(())
+    }
+
+    /// Removes the files of a data set in a folder, and the folder if it is empty after that.
+    fn clear_folder(&self, inner: &Path) -> Result<(), DatasetError> {
+        if inner.is_dir() && !inner.is_symlink() {
+            self.remove_written(inner, |name| name == coco::FILE || is_file_of_match(name))?;
+            self.remove_if_empty(inner)?;
+        }
+        Ok(())
+    }
+
+    /// Removes the files in a folder with names for which `is_written` is true.
+    fn remove_written(&self, inner: &Path, is_written: impl Fn(&str) -> bool) -> Result<(), DatasetError> {
+        for entry in fs::read_dir(inner).map_err(self.io(inner))? {
+            let entry = entry.map_err(self.io(inner))?;
+            let path = entry.path();
+            if entry.file_name().to_str().is_some_and(&is_written) && path.is_file() {
+                fs::remove_file(&path).map_err(self.io(&path))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn remove_if_empty(&self, inner: &Path) -> Result<(), DatasetError> {
+        let is_empty = fs::read_dir(inner).map_err(self.io(inner))?.next().is_none();
+        if is_empty { fs::remove_dir(inner).map_err(self.io(inner)) } else { Ok(()) }
     }
 
     fn part(&self, index: usize) -> PathBuf {
@@ -216,20 +245,15 @@ impl Folder {
     ///
     /// # Errors
     /// Errors of the file system.
-    pub fn finish(&self, settings: &DatasetSettings, matches: usize) -> Result<u32, DatasetError> {
+    pub fn annotate(&self, settings: &DatasetSettings, matches: usize) -> Result<u32, DatasetError> {
         let mut all = Vec::new();
-        let mut finished = 0;
-        for index in 0..matches {
+        for index in (0..matches).filter(|index| self.has_match(*index)) {
             let part = self.part(index);
-            if !part.is_file() {
-                continue;
-            }
             let bytes = read_file(&part, u64::MAX - 1).map_err(self.io(&part))?;
             for line in bytes.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
                 let record: ImageRecord = serde_json::from_slice(line).map_err(|error| self.io(&part)(error.into()))?;
                 all.push((Split::of_match(index), record));
             }
-            finished += 1;
         }
         if settings.formats.contains(&DatasetFormat::Coco) {
             for split in Split::ALL {
@@ -244,7 +268,7 @@ impl Folder {
                 written.map_err(self.io(&path))?;
             }
         }
-        let path = self.path.join("metadata.jsonl");
+        let path = self.path.join(METADATA_FILE);
         let written = replace_file(&path, |file| {
             let mut out = BufWriter::new(file);
             for (split, record) in &all {
@@ -254,12 +278,22 @@ impl Folder {
             out.flush()
         });
         written.map_err(self.io(&path))?;
-        if finished == matches {
+        Ok(all.len() as u32)
+    }
+
+    /// Writes the files about all images, and notes that the data set is complete if all `matches` are finished. Returns the number of
+    /// images.
+    ///
+    /// # Errors
+    /// Errors of the file system.
+    pub fn finish(&self, settings: &DatasetSettings, matches: usize) -> Result<u32, DatasetError> {
+        let images = self.annotate(settings, matches)?;
+        if (0..matches).all(|index| self.has_match(index)) {
             self.write_about(true)?;
             let parts = self.path.join(PARTS);
             fs::remove_dir_all(&parts).map_err(self.io(&parts))?;
         }
-        Ok(all.len() as u32)
+        Ok(images)
     }
 }
 
@@ -291,6 +325,28 @@ fn described(split: Split, record: &ImageRecord, settings: &DatasetSettings) -> 
         line.extend(metadata.clone());
     }
     line
+}
+
+/// Returns whether `name` is the name of an archive of a match, such as `train-000012.tar`.
+fn is_archive(name: &str) -> bool {
+    let Some(stem) = name.strip_suffix(".tar") else { return false };
+    let number = Split::ALL.iter().find_map(|split| stem.strip_prefix(split.name())?.strip_prefix('-'));
+    number.is_some_and(|number| is_number(number, 6))
+}
+
+/// Returns whether `name` is the name of a match's records or of one of its images, such as `000012.jsonl` or `000012_03.jpg`.
+fn is_file_of_match(name: &str) -> bool {
+    let Some((stem, extension)) = name.split_once('.') else { return false };
+    match (stem.split_once('_'), extension) {
+        (None, "jsonl") => is_number(stem, 6),
+        (Some((index, number)), "jpg" | "txt" | "png") => is_number(index, 6) && is_number(number, 2),
+        _ => false,
+    }
+}
+
+/// Returns whether `digits` is a number that was formatted with at least `least` digits.
+fn is_number(digits: &str, least: usize) -> bool {
+    digits.len() >= least && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 fn read_about(path: &Path) -> Option<About> {

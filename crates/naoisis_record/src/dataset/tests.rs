@@ -60,9 +60,15 @@ fn a_data_set_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let whole = files(&one);
     assert!(whole == files(&three), "other bytes");
 
+    // At any moment, most of the images have annotations.
+    let annotated = |split: &str| {
+        let text = fs::read(continued.join(split).join("_annotations.coco.json")).unwrap();
+        serde_json::from_slice::<Value>(&text).unwrap()["images"].as_array().unwrap().len()
+    };
     // Stopped after some matches: the existing images have annotations.
     let stop = AtomicBool::new(false);
     let stopped = make(&continued, &scenario(), &settings, false, 1, &stop, simulator, |images| {
+        assert!(5 * ["train", "valid", "test"].map(annotated).iter().sum::<usize>() >= 4 * images as usize);
         stop.store(images >= 5, Ordering::SeqCst);
     });
     let stopped = stopped.unwrap();
@@ -96,12 +102,16 @@ fn folders_with_other_things_and_other_settings_are_refused() {
     assert!(matches!(&error, DatasetError::NoParent { missing, .. } if *missing == inside("a")), "{error}");
     let set = inside("set");
     made(&set, &small, false, 1).unwrap();
-    fs::write(set.join("notes.txt"), "mine").unwrap();
+    let own = ["notes.txt", "train/notes.txt", "train/1.jpg", "masks/own/000000_00.png", "train-my.tar"];
+    for name in own {
+        fs::create_dir_all(set.join(name).parent().unwrap()).unwrap();
+        fs::write(set.join(name), "mine").unwrap();
+    }
     let other = DatasetSettings { seed: 9, ..small };
     let error = made(&set, &other, false, 1).unwrap_err();
     assert!(matches!(&error, DatasetError::OtherSettings { field, .. } if field == "seed"), "{error}");
     made(&set, &other, true, 1).unwrap();
-    assert!(set.join("notes.txt").is_file(), "what is not of the data set is kept");
+    assert!(own.iter().all(|name| set.join(name).is_file()), "what is not of the data set is kept");
     // Without robots there are no cameras.
     let blind = Scenario { robots: Vec::new(), teams: None, ..scenario() };
     let error = make(&inside("blind"), &blind, &other, false, 1, &AtomicBool::new(false), simulator, |_| {});

@@ -4,8 +4,12 @@ use bevy::prelude::*;
 use core::ops::ControlFlow;
 
 use super::read::{TraceError, TraceReader};
-use super::recorder::{EndReason, MatchEnd, RecordError, Recorder};
+use super::recorder::{RecordError, Recorder};
+use super::team_names::team_names;
 use super::trace_lines::TraceExtent;
+use naoisis_core::behaviour::BehaviourRegistry;
+use naoisis_core::team::PerTeam;
+use naoisis_sim::scenario::{Scenario, TeamsSpec};
 
 /// Why a trace cannot be converted.
 #[derive(thiserror::Error)]
@@ -24,14 +28,15 @@ pub enum ConvertError {
 
 naoisis_core::debug_as_displayed!(ConvertError);
 
-/// Passes all cycles of the trace to the recorder that `create` makes, and returns its final text. A trace that breaks off ends like an
-/// interrupted match. `told` is called after each cycle with its time, s; if it returns `Break`, the match ends there.
+/// Passes all cycles of the trace to the recorder that `create` makes, and returns its final text. The recording of a trace that breaks off
+/// breaks off, too. `registry` names the teams. `told` is called after each cycle with its time, s; if it returns `Break`, the recording
+/// breaks off there.
 ///
 /// # Errors
 /// The fault of the trace and where it is, or the reason why the recorder cannot write.
-/// What is wrong with the trace, and where, or why the recorder cannot write.
 pub fn convert(
     reader: &mut TraceReader,
+    registry: &BehaviourRegistry,
     create: impl FnOnce() -> Result<Box<dyn Recorder>, RecordError>,
     mut told: impl FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Option<String>, ConvertError> {
@@ -40,6 +45,8 @@ pub fn convert(
     let mut recorder = create()?;
     let mut world = World::new();
     world.insert_resource(TraceExtent { every: reader.every(), fields: reader.fields().clone() });
+    let PerTeam { blue, pink } = team_names(&scenario, registry);
+    world.insert_resource(Scenario { teams: Some(TeamsSpec::new(blue, pink)), ..scenario.clone() });
     recorder.start(&scenario, &last, &mut world);
     while let Some(record) = reader.next_cycle()? {
         recorder.record(&record, &mut world);
@@ -48,11 +55,8 @@ pub fn convert(
             break;
         }
     }
-    let end = reader.end().unwrap_or_else(|| MatchEnd {
-        reason: EndReason::Interrupted,
-        score: last.game.score,
-        cycles: last.cycle,
-        ..default()
-    });
-    Ok(recorder.finish(&end, &last)?)
+    Ok(match reader.end() {
+        Some(end) => recorder.finish(&end, &last)?,
+        None => recorder.break_off(&last)?,
+    })
 }

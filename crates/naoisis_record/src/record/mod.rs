@@ -44,6 +44,7 @@ pub mod summary_picture;
 pub mod summary_recorder;
 pub mod summary_rows;
 pub mod tables;
+pub mod team_names;
 pub mod trace;
 mod trace_lines;
 pub mod video;

@@ -69,6 +69,15 @@ pub trait Recorder: Send + Sync + 'static {
     /// # Errors
     /// The first error that occurred.
     fn finish(self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError>;
+
+    /// Ends recording a match whose end is not known, as that of a trace that breaks off. Ends it like an interrupted match by default.
+    ///
+    /// # Errors
+    /// The first error that occurred.
+    fn break_off(self: Box<Self>, last: &CycleRecord) -> Result<Option<String>, RecordError> {
+        let reason = EndReason::Interrupted;
+        self.finish(&MatchEnd { reason, score: last.game.score, cycles: last.cycle, ..MatchEnd::default() }, last)
+    }
 }
 
 /// Why recording ended.

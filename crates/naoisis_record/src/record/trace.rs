@@ -108,26 +108,10 @@ impl TraceRecorder {
         });
         self.error = result.err();
     }
-}
 
-impl Recorder for TraceRecorder {
-    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
-        self.write(|lines, text| lines.add_header(text, scenario, world));
-        self.write(|lines, text| lines.add(text, record));
-    }
-
-    fn record(&mut self, record: &CycleRecord, _: &mut World) {
-        self.write(|lines, text| lines.add_cycle(text, record));
-    }
-
-    fn has_failed(&self) -> bool {
-        self.error.is_some()
-    }
-
-    fn finish(mut self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
-        self.write(|lines, text| lines.add_last(text, last));
-        self.write(|_, text| TraceLines::add_end(text, end));
-        let Self { name, sink, output, error, .. } = *self;
+    /// Closes the file. Returns a text about it, if it is the trace's own.
+    fn close(self) -> Result<Option<String>, RecordError> {
+        let Self { name, sink, output, error, .. } = self;
         let is_plain = matches!(sink, Sink::Plain(_));
         let closed = match (error, sink) {
             (Some(error), _) => Err(error),
@@ -148,5 +132,31 @@ impl Recorder for TraceRecorder {
             };
             format!("  trace  {}, {:.1} MB{hint}\n", name.display(), bytes as f64 / 1e6)
         }))
+    }
+}
+
+impl Recorder for TraceRecorder {
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
+        self.write(|lines, text| lines.add_header(text, scenario, world));
+        self.write(|lines, text| lines.add(text, record));
+    }
+
+    fn record(&mut self, record: &CycleRecord, _: &mut World) {
+        self.write(|lines, text| lines.add_cycle(text, record));
+    }
+
+    fn has_failed(&self) -> bool {
+        self.error.is_some()
+    }
+
+    fn finish(mut self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
+        self.write(|lines, text| lines.add_last(text, last));
+        self.write(|_, text| TraceLines::add_end(text, end));
+        self.close()
+    }
+
+    fn break_off(mut self: Box<Self>, last: &CycleRecord) -> Result<Option<String>, RecordError> {
+        self.write(|lines, text| lines.add_last(text, last));
+        self.close()
     }
 }

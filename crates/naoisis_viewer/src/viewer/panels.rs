@@ -18,8 +18,9 @@ use super::workspace::show_choice;
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState};
-use naoisis_core::team::Team;
-use naoisis_sim::scenario::{BehaviourSpec, Scenario};
+use naoisis_core::team::{PerTeam, Team};
+use naoisis_record::record::team_names::team_names;
+use naoisis_sim::scenario::Scenario;
 
 /// The height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
@@ -295,24 +296,14 @@ pub(super) struct TeamNames<'w> {
 impl TeamNames<'_> {
     /// Returns the names of blue and pink.
     pub fn both(&self) -> [String; 2] {
-        Team::BOTH.map(|team| team_name(team, self.scenario.as_deref(), &self.registry))
-    }
-}
-
-/// The name of a team: that of the scenario, or of the team with the behaviours of its robots, or its colour.
-fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegistry) -> String {
-    let named = |scenario: &Scenario| match (&scenario.teams, team) {
-        (Some(teams), team) => Some(teams.name(team).to_owned()),
-        (None, _) => {
-            let robots = scenario.robots.iter().filter(|robot| robot.team == team);
-            let behaviours = robots.map(|robot| match &robot.behaviour {
-                BehaviourSpec::Named(name) => Some((robot.number, name.as_str())),
-                _ => None,
-            });
-            registry.team_of(&behaviours.collect::<Option<Vec<_>>>()?).map(str::to_owned)
+        match &self.scenario {
+            Some(scenario) => {
+                let PerTeam { blue, pink } = team_names(scenario, &self.registry);
+                [blue, pink]
+            }
+            None => Team::BOTH.map(|team| team.name().to_owned()),
         }
-    };
-    scenario.and_then(named).unwrap_or_else(|| team.name().to_owned())
+    }
 }
 
 /// The name of a state of the game.

@@ -21,6 +21,7 @@ use naoisis_core::team::RobotId;
 use naoisis_sensing::appearance::colours;
 use naoisis_sensing::belief::error::BeliefError;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
 /// Rate of the messages about percepts, beliefs, commands and the state of the game, and the highest rate of messages from one robot to
@@ -36,6 +37,8 @@ pub(super) struct Channels {
     due: u64,
     /// The robots that were drawn as penalised, and how many balls were drawn.
     drawn: Option<(Vec<RobotId>, usize)>,
+    /// Whether records have the whole state of the game. Those of some traces lack it.
+    has_game: bool,
     /// The truth at the end of the previous cycle, when the robots sensed.
     sensed: Sensed,
     /// The cycle from which on the next message between two robots is written.
@@ -44,7 +47,7 @@ pub(super) struct Channels {
 
 impl Channels {
     /// Writes the messages that do not change during the match.
-    pub(super) fn begin(scenario: &Scenario, record: &CycleRecord, file: &mut McapFile) -> Self {
+    pub(super) fn begin(scenario: &Scenario, record: &CycleRecord, fields: &Fields, file: &mut McapFile) -> Self {
         let time_ns = nanoseconds(record.time_s);
         let robots: Vec<Robot> = record.robots.iter().map(|robot| Robot::of(scenario, robot.id)).collect();
         file.log("/pitch", time_ns, &pitch(scenario));
@@ -59,7 +62,8 @@ impl Channels {
         }
         let ball_radius_m = scenario.ball.unwrap_or_default().radius_m;
         let (cycle_s, sensed, next_message) = (scenario.cycle_s, Sensed::of(record), BTreeMap::new());
-        Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, sensed, next_message }
+        let has_game = fields.is_all() || fields.names().iter().any(|name| name == "game");
+        Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, has_game, sensed, next_message }
     }
 
     /// Writes a cycle. Images are taken from the world, if it has any.
@@ -71,7 +75,9 @@ impl Channels {
         let is_due = record.cycle >= self.due;
         if is_due {
             self.due = (record.cycle / every + 1) * every;
-            file.log_json("/game", time_ns, &record.game);
+            if self.has_game {
+                file.log_json("/game", time_ns, &record.game);
+            }
         }
         for robot in &record.robots {
             let id = robot.id;

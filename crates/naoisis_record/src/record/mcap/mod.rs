@@ -81,6 +81,15 @@ impl McapRecorder {
         let line = String::from_utf8_lossy(&self.text).into_owned();
         self.file.metadata(name, [(LINE, line)]);
     }
+
+    /// Closes the file. Returns a text about it.
+    fn close(self) -> Result<Option<String>, RecordError> {
+        let Self { output, file, .. } = self;
+        let (path, is_file) = (output.path().to_owned(), output.is_file());
+        output.close(file.finish())?;
+        let size_bytes = is_file.then(|| path.metadata().map_or(0, |there| there.len()));
+        Ok(size_bytes.map(|bytes| format!("  mcap   {}, {:.1} MB\n", path.display(), bytes as f64 / 1e6)))
+    }
 }
 
 impl Recorder for McapRecorder {
@@ -89,7 +98,7 @@ impl Recorder for McapRecorder {
         self.write_metadata(HEADER);
         self.line(|lines, text| lines.add(text, record));
         self.write_cycle(record);
-        let mut channels = Channels::begin(scenario, record, &mut self.file);
+        let mut channels = Channels::begin(scenario, record, &self.lines.extent.fields, &mut self.file);
         channels.write(record, world, &mut self.file);
         self.channels = Some(channels);
     }
@@ -111,11 +120,13 @@ impl Recorder for McapRecorder {
         self.write_cycle(last);
         self.line(|_, text| TraceLines::add_end(text, end));
         self.write_metadata(END);
-        let Self { output, file, .. } = *self;
-        let (path, is_file) = (output.path().to_owned(), output.is_file());
-        output.close(file.finish())?;
-        let size_bytes = is_file.then(|| path.metadata().map_or(0, |there| there.len()));
-        Ok(size_bytes.map(|bytes| format!("  mcap   {}, {:.1} MB\n", path.display(), bytes as f64 / 1e6)))
+        self.close()
+    }
+
+    fn break_off(mut self: Box<Self>, last: &CycleRecord) -> Result<Option<String>, RecordError> {
+        self.line(|lines, text| lines.add_last(text, last));
+        self.write_cycle(last);
+        self.close()
     }
 }
 

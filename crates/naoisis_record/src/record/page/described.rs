@@ -9,10 +9,12 @@ use crate::record::summary_rows::{ROBOT_COLUMNS, maps, robot_rows, team_rows};
 use naoisis_core::events::MatchEvent;
 use naoisis_core::geometry::to_degrees;
 use naoisis_core::team::{RobotId, Team};
+use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
-/// Returns the JSON of the first block: the pitch, the robots and the teams of the match.
-pub(super) fn match_of(scenario: &Scenario, robots: &[RobotId]) -> Value {
+/// Returns the JSON of the first block: the pitch, the robots and the teams of the match, and the `fields` of its records, if they have only
+/// some.
+pub(super) fn match_of(scenario: &Scenario, robots: &[RobotId], fields: &Fields) -> Value {
     let teams = scenario.teams.as_ref().map(|teams| Team::BOTH.map(|team| teams.name(team).to_owned()));
     let robots: Vec<Value> = robots.iter().map(|id| robot_of(scenario, *id)).collect();
     json!({
@@ -26,6 +28,7 @@ pub(super) fn match_of(scenario: &Scenario, robots: &[RobotId]) -> Value {
         "posts": scenario.posts,
         "ball_radius_m": scenario.ball.unwrap_or_default().radius_m,
         "teams": teams,
+        "fields": fields.names(),
         "robots": robots,
     })
 }
@@ -73,7 +76,7 @@ pub(super) fn end_of(end: &MatchEnd, summary: &MatchSummary) -> Value {
     });
     json!({
         "end": end.reason,
-        "score": summary.score,
+        "score": end.score,
         "teams": team_rows(summary),
         "robot_columns": ROBOT_COLUMNS,
         "robots": robot_rows(summary),

@@ -1,7 +1,7 @@
 //! Writes a match as a page for a browser: a single file that plays the match without loading anything else.
 //!
 //! The [template](TEMPLATE) is the page without a match, built from the sources in `web`. Blocks follow it, each in a script element with
-//! base64 data. A block is a deflated stream with the length of a JSON object (four bytes, little-endian), the object, and the columns that
+//! base64 data. A block is a zlib stream with the length of a JSON object (four bytes, little-endian), the object, and the columns that
 //! it names. Names of robots and teams, words of events and all other texts that a file or a program may choose are in these objects, so
 //! that they are never read as markup. The page shows them as text.
 //!
@@ -53,9 +53,13 @@ pub use writer::PageWriter;
 use super::output_file::OutputFile;
 use super::read::{TraceError, TraceReader};
 use super::recorder::{MatchEnd, RecordError, Recorder};
+use super::team_names::team_names;
+use super::trace_lines::TraceExtent;
+use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::behaviour::reasons::ask_for_reasons;
+use naoisis_core::team::PerTeam;
 use naoisis_sim::interface::cycle_record::CycleRecord;
-use naoisis_sim::scenario::Scenario;
+use naoisis_sim::scenario::{Scenario, TeamsSpec};
 
 /// The page without a match, built by `web/build.js`.
 pub const TEMPLATE: &str = include_str!("page.html");
@@ -114,6 +118,18 @@ impl PageRecorder {
             self.error = self.file.write_all(text.as_bytes()).err();
         }
     }
+
+    /// Writes the rest of the page, and closes its file. Returns a text about it.
+    fn close(mut self, rest: impl FnOnce(PageWriter) -> String) -> Result<Option<String>, RecordError> {
+        let writer = self.page.page().writer.take();
+        let text = writer.map(rest).unwrap_or_default();
+        self.write(&text);
+        let Self { output, error, .. } = self;
+        let (path, is_file) = (output.path().to_owned(), output.is_file());
+        output.close(error.map_or(Ok(()), Err))?;
+        let size_bytes = is_file.then(|| path.metadata().map_or(0, |there| there.len()));
+        Ok(size_bytes.map(|bytes| format!("  page   {}, {:.1} MB\n", path.display(), bytes as f64 / 1e6)))
+    }
 }
 
 impl Recorder for PageRecorder {
@@ -122,7 +138,8 @@ impl Recorder for PageRecorder {
         // A resolved scenario lists the robots, and has no team names any more.
         let teams = world.get_resource::<Scenario>().and_then(|played| played.teams.clone());
         let named = Scenario { teams: scenario.teams.clone().or(teams), ..scenario.clone() };
-        let (writer, text) = PageWriter::begin(&named, record);
+        let fields = world.get_resource::<TraceExtent>().map(|extent| extent.fields.clone()).unwrap_or_default();
+        let (writer, text) = PageWriter::begin(&named, record, fields);
         self.page.page().writer = Some(writer);
         self.write(&text);
     }
@@ -138,26 +155,24 @@ impl Recorder for PageRecorder {
         self.error.is_some()
     }
 
-    fn finish(mut self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
-        let writer = self.page.page().writer.take();
-        let text = writer.map(|writer| writer.finish(end, last)).unwrap_or_default();
-        self.write(&text);
-        let Self { output, error, .. } = *self;
-        let (path, is_file) = (output.path().to_owned(), output.is_file());
-        output.close(error.map_or(Ok(()), Err))?;
-        let size_bytes = is_file.then(|| path.metadata().map_or(0, |there| there.len()));
-        Ok(size_bytes.map(|bytes| format!("  page   {}, {:.1} MB\n", path.display(), bytes as f64 / 1e6)))
+    fn finish(self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
+        self.close(|writer| writer.finish(end, last))
+    }
+
+    fn break_off(self: Box<Self>, _: &CycleRecord) -> Result<Option<String>, RecordError> {
+        self.close(PageWriter::break_off)
     }
 }
 
-/// Returns the page of a trace, up to where the trace breaks off. `reader` has read only the header.
+/// Returns the page of a trace, up to where the trace breaks off. `reader` has read only the header. `registry` names the teams.
 ///
 /// # Errors
 /// The first fault of the trace, and where it is.
-pub fn page_of_trace(reader: &mut TraceReader) -> Result<String, TraceError> {
-    let scenario = reader.scenario().clone();
+pub fn page_of_trace(reader: &mut TraceReader, registry: &BehaviourRegistry) -> Result<String, TraceError> {
+    let PerTeam { blue, pink } = team_names(reader.scenario(), registry);
+    let scenario = Scenario { teams: Some(TeamsSpec::new(blue, pink)), ..reader.scenario().clone() };
     let Some(mut last) = reader.next_cycle()? else { return Ok(TEMPLATE.to_owned()) };
-    let (mut writer, mut page) = PageWriter::begin(&scenario, &last);
+    let (mut writer, mut page) = PageWriter::begin(&scenario, &last, reader.fields().clone());
     while let Some(record) = reader.next_cycle()? {
         page.extend(writer.record(&record));
         last = record;

@@ -25,8 +25,8 @@ impl Strings {
         place
     }
 
-    /// Removes and returns the texts that were added since the last call.
-    pub(super) fn take_new(&mut self) -> Vec<String> {
-        core::mem::take(&mut self.new)
+    /// Removes and returns the texts that were added since the last call, and the index of the first of them.
+    pub(super) fn take_new(&mut self) -> (usize, Vec<String>) {
+        (self.places.len() + 1 - self.new.len(), core::mem::take(&mut self.new))
     }
 }

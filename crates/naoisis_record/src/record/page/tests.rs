@@ -2,13 +2,14 @@ use super::columns::tests::unpacked;
 use super::*;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use miniz_oxide::inflate::decompress_to_vec;
+use miniz_oxide::inflate::decompress_to_vec_zlib;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::events::MatchEvent;
 use naoisis_core::game::{Evidence, Score};
 use naoisis_core::geometry::Pose;
 use naoisis_core::team::{RobotId, Team};
 use naoisis_sim::interface::cycle_record::{BallRecord, RobotRecord};
+use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::interface::vocabulary::RobotCommand;
 use serde_json::Value;
 
@@ -19,7 +20,7 @@ fn blocks(page: &str) -> Vec<(Value, Vec<(String, Vec<i32>)>)> {
     let data = page.strip_prefix(TEMPLATE).unwrap();
     data.split_terminator("</script>\n")
         .map(|block| {
-            let raw = decompress_to_vec(&STANDARD.decode(block.strip_prefix(OPENING).unwrap()).unwrap()).unwrap();
+            let raw = decompress_to_vec_zlib(&STANDARD.decode(block.strip_prefix(OPENING).unwrap()).unwrap()).unwrap();
             let (length, rest) = raw.split_at(4);
             let (json, mut bytes) = rest.split_at(u32::from_le_bytes(length.try_into().unwrap()) as usize);
             let json: Value = serde_json::from_slice(json).unwrap();
@@ -68,7 +69,7 @@ fn records(cycles: u64) -> impl Iterator<Item = CycleRecord> {
 fn page_of(scenario: &Scenario, records: impl IntoIterator<Item = CycleRecord>) -> String {
     let mut records = records.into_iter();
     let mut last = records.next().unwrap();
-    let (mut writer, mut page) = PageWriter::begin(scenario, &last);
+    let (mut writer, mut page) = PageWriter::begin(scenario, &last, Fields::default());
     for record in records {
         page.extend(writer.record(&record));
         last = record;
@@ -110,7 +111,8 @@ fn the_same_match_makes_the_same_bytes_and_nothing_of_it_is_markup() {
 
 #[test]
 fn a_page_that_breaks_off_has_the_parts_that_were_written() {
-    let (mut writer, mut page) = PageWriter::begin(&Scenario::default(), &records(0).next().unwrap());
+    let (mut writer, mut page) =
+        PageWriter::begin(&Scenario::default(), &records(0).next().unwrap(), Fields::default());
     page.extend(records(9000).skip(1).filter_map(|record| writer.record(&record)));
     let blocks = blocks(&page);
     // Blocks of whole cycles: 7.5, 15, 30, 60 and then 120 s each. The last block is incomplete, so it is lost.

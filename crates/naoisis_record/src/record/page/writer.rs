@@ -18,6 +18,7 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;
 use naoisis_core::team::RobotId;
 use naoisis_sim::interface::cycle_record::{CycleRecord, PenaltyRecord, RobotRecord};
+use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
 /// Samples per second: of the truth, and of everything else.
@@ -39,6 +40,8 @@ const UNKNOWN_LENGTH_S: f64 = 1200.0;
 pub struct PageWriter {
     cycle_s: f64,
     robots: Vec<RobotId>,
+    /// The fields that records have.
+    fields: Fields,
     summary: MatchSummary,
     kick_follower: KickFollower,
     columns: Columns,
@@ -62,15 +65,17 @@ pub struct PageWriter {
 }
 
 impl PageWriter {
-    /// Begins the page of a match of `scenario`, whose present state is `record`. Returns the writer and the beginning of the page.
-    pub fn begin(scenario: &Scenario, record: &CycleRecord) -> (Self, String) {
+    /// Begins the page of a match of `scenario`, whose present state is `record`. Its records have these `fields`. Returns the writer and the
+    /// beginning of the page.
+    pub fn begin(scenario: &Scenario, record: &CycleRecord, fields: Fields) -> (Self, String) {
         let robots: Vec<RobotId> = record.robots.iter().map(|robot| robot.id).collect();
-        let text = format!("{TEMPLATE}{}", block(&match_of(scenario, &robots), &Columns::default()));
+        let text = format!("{TEMPLATE}{}", block(&match_of(scenario, &robots, &fields), &Columns::default()));
         let rules = &scenario.rules;
         let played_s = rules.clock.then(|| f64::from(rules.half_s) * f64::from(rules.halves));
         let mut writer = Self {
             cycle_s: scenario.cycle_s,
             robots,
+            fields,
             summary: MatchSummary::new(scenario),
             kick_follower: KickFollower::new(scenario),
             columns: Columns::default(),
@@ -148,17 +153,21 @@ impl PageWriter {
     fn add_truth(&mut self, record: &CycleRecord) {
         self.last_cycle = Some(record.cycle);
         let CycleRecord { cycle, ball, game, .. } = record;
-        let columns = &mut self.columns;
-        let mut whole = |quantity, value: i32| columns.push(About::Match, quantity, value);
+        let Self { columns, fields, .. } = self;
         let tenths = |time_s: Option<f64>| time_s.map_or(-1, |time_s| (10.0 * time_s).round() as i32);
-        whole("cycle", i32::try_from(*cycle).unwrap_or(i32::MAX));
-        whole("state", game.state as i32);
-        whole("half", game.half as i32);
-        whole("blue", game.score.blue as i32);
-        whole("pink", game.score.pink as i32);
-        whole("left", tenths(game.time_left_s));
-        whole("second", tenths(game.secondary_time_left_s));
-        whole("blue_end", i32::from(game.blue_end == End::PositiveX));
+        columns.push(About::Match, "cycle", i32::try_from(*cycle).unwrap_or(i32::MAX));
+        let mut add = |field, quantity, value: i32| {
+            if fields.has(field) {
+                columns.push(About::Match, quantity, value);
+            }
+        };
+        add("game.state", "state", game.state as i32);
+        add("game.half", "half", game.half as i32);
+        add("game.score", "blue", game.score.blue as i32);
+        add("game.score", "pink", game.score.pink as i32);
+        add("game.time_left_s", "left", tenths(game.time_left_s));
+        add("game.secondary_time_left_s", "second", tenths(game.secondary_time_left_s));
+        add("game.blue_end", "blue_end", i32::from(game.blue_end == End::PositiveX));
         let place = ball.map(|ball| ball.position_m).unwrap_or_default();
         columns.push(About::Ball, "in", i32::from(ball.is_some()));
         let more_balls = (2..).map(About::MoreBall).zip(record.more_balls().iter().map(|ball| ball.position_m));
@@ -228,9 +237,11 @@ impl PageWriter {
             let at = self.part_begins_s.round() as u64;
             format!("To keep the page small, {words}, from {}:{:02} on.", at / 60, at % 60)
         });
+        let (first_string, strings) = self.strings.take_new();
         let json = json!({
             "part": 1,
-            "strings": self.strings.take_new(),
+            "first_string": first_string,
+            "strings": strings,
             "events": core::mem::take(&mut self.events),
             "kicks": core::mem::take(&mut self.kicks),
             "reasons": core::mem::take(&mut self.reasons),

@@ -1,6 +1,7 @@
 use super::*;
 use crate::record::convert::convert;
 use crate::record::read::TraceReader;
+use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::communication::{ReceivedMessage, TeamMessage};
 use naoisis_core::events::MatchEvent;
 use naoisis_core::team::{RobotId, Team};
@@ -48,7 +49,7 @@ fn write(folder: &Path, format: TableFormat, records: &[CycleRecord]) {
         let fields = Fields::default();
         TablesRecorder::create(&folder.join("tables"), format, fields).map(|recorder| Box::new(recorder) as _)
     };
-    convert(&mut reader, create, |_| core::ops::ControlFlow::Continue(())).unwrap();
+    convert(&mut reader, &BehaviourRegistry::default(), create, |_| core::ops::ControlFlow::Continue(())).unwrap();
 }
 
 /// Returns the values of a column of a Parquet file.
