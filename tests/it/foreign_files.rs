@@ -37,8 +37,10 @@ fn a_game_of_webots_league_is_a_scenario() {
 #[test]
 fn files_of_others_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let files: [(&str, &[u8], &str); 4] = [
+    let json = br#"[{"type":"server_param","params":{"goal_width":14.02}},"#;
+    let files: [(&str, &[u8], &str); 5] = [
         ("match.rcg", b"ULG5\n(show 1)", "a log of rcssserver, of the 2D simulation league"),
+        ("match.json", json, "a log of rcssserver, of the 2D simulation league"),
         ("world.json", b"#VRML_SIM R2021a utf8\n", "a world of Webots"),
         ("robot.urdf", b"\xef\xbb\xbf\n<robot name='r'/>", "`naoisis robot import`"),
         ("log.mcap", b"\x89MCAP0\r\n", "an MCAP log"),

@@ -37,7 +37,7 @@ pub enum Intervention {
         #[schemars(with = "[f32; 3]")]
         pose: Pose,
     },
-    /// Sets the score.
+    /// Sets the score of play. Refused in a shoot-out.
     SetScore {
         /// Goals of the blue team.
         blue: u32,

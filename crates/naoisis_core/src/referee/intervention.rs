@@ -55,7 +55,10 @@ impl Referee<'_, '_> {
                 self.decisions.robots[index].pose = occupied.free_pose(pose, &self.seen.robots[index].bounds);
                 self.memory.robots[index].forgive();
             }
-            Intervention::SetScore { blue, pink } => self.decisions.game.score = Score { blue, pink },
+            Intervention::SetScore { blue, pink } => {
+                self.require_no_shoot_out()?;
+                self.decisions.game.score = Score { blue, pink };
+            }
             Intervention::Penalise { robot, reason, duration_s } => {
                 let index = self.find(robot)?;
                 self.require_no_shoot_out()?;
@@ -264,9 +267,13 @@ mod tests {
         let mut situation = MatchFixture::three_a_side();
         situation.game.shoot_out = Some(ShootOut::default());
         let penalise = Intervention::Penalise { robot: BLUE2, reason: PenaltyReason::Manual, duration_s: None };
-        for intervention in
-            [penalise, Intervention::Return { robot: BLUE2 }, Intervention::DropBall { position_m: Vec2::ZERO }]
-        {
+        for intervention in [
+            penalise,
+            Intervention::Return { robot: BLUE2 },
+            Intervention::DropBall { position_m: Vec2::ZERO },
+            // The score of play is level, and stays so.
+            Intervention::SetScore { blue: 2, pink: 1 },
+        ] {
             situation.interventions = vec![intervention];
             let refused = MatchEvent::InterventionRefused { intervention, message: "there is a shoot-out".to_owned() };
             assert!(situation.decide().events.contains(&refused), "{intervention:?}");

@@ -22,6 +22,24 @@ fn is_in_area(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bo
     touches_area(snapshot.pitch, snapshot.pitch.penalty_area, end(snapshot, team), robot)
 }
 
+/// Whether a robot is where only the goalkeeper and the kicker may be at a penalty kick of `team`: in the penalty area, and if the rules say
+/// so, ahead of the mark or within the distance of a free kick from it.
+fn is_in_the_way(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
+    is_in_area(snapshot, team, robot) || is_near_mark(snapshot, team, robot)
+}
+
+/// Whether a robot is ahead of the mark, or within the distance of a free kick from it, if the rules of a penalty kick require a distance.
+fn is_near_mark(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
+    if !snapshot.rules.penalty_kick_behind_mark {
+        return false;
+    }
+    let end = end(snapshot, team);
+    let mark = penalty_mark(snapshot.pitch, end);
+    let place = robot.pose.position;
+    let distance_m = snapshot.rules.free_kick_radius_m(snapshot.pitch);
+    end.sign() * (place.x - mark.x) > 0.0 || place.distance(mark) < distance_m
+}
+
 /// Whether the robot is the only one of its team that may be in the penalty area: the one nearest to the mark that does not stand on the
 /// mark.
 fn is_kicker(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
@@ -29,7 +47,7 @@ fn is_kicker(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> boo
     let others = snapshot.robots.iter().filter(|other| {
         other.is_present()
             && other.id.team == team
-            && is_in_area(snapshot, team, other)
+            && is_in_the_way(snapshot, team, other)
             && !blocks(snapshot, mark, other)
     });
     let nearest = others.min_by(|a, b| a.pose.position.distance(mark).total_cmp(&b.pose.position.distance(mark)));
@@ -62,14 +80,20 @@ pub(crate) fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl It
         } else {
             snapshot.game.is_goalkeeper(robot.id)
         };
-        (is_in_area(snapshot, team, robot) && !may_be_in_area).then_some(IllegalPosition::InPenaltyAreaAtKick)
+        if may_be_in_area {
+            None
+        } else if is_in_area(snapshot, team, robot) {
+            Some(IllegalPosition::InPenaltyAreaAtKick)
+        } else {
+            is_near_mark(snapshot, team, robot).then_some(IllegalPosition::NearPenaltyMark)
+        }
     })
 }
 
 /// Whether a robot is at an illegal position while the ball belongs to the attackers.
 pub(crate) fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     let team = set_play.team;
-    is_in_area(snapshot, team, robot)
+    is_in_the_way(snapshot, team, robot)
         && if robot.id.team == team {
             !is_kicker(snapshot, team, robot) && !blocks(snapshot, set_play.ball_m, robot)
         } else {

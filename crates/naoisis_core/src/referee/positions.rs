@@ -33,6 +33,8 @@ pub enum IllegalPosition {
     OnPenaltyMark,
     /// The robot is in the penalty area at a penalty kick, and is neither the goalkeeper nor the kicker (2025).
     InPenaltyAreaAtKick,
+    /// The robot is ahead of the penalty mark at a penalty kick, or too near to it, and is neither the goalkeeper nor the kicker (HSL 2026).
+    NearPenaltyMark,
 }
 
 impl IllegalPosition {
@@ -54,6 +56,9 @@ impl IllegalPosition {
             IllegalPosition::OnPenaltyMark => "At a penalty kick no attacker may stand on the penalty mark.",
             IllegalPosition::InPenaltyAreaAtKick => {
                 "At a penalty kick only the keeper and one attacker may be in the penalty area."
+            }
+            IllegalPosition::NearPenaltyMark => {
+                "At a penalty kick only the keeper and the kicker may be ahead of the penalty mark, or nearer to it than at a free kick."
             }
         }
     }

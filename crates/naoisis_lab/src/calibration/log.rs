@@ -1,7 +1,7 @@
 //! Logs: CSV tables of the actions of a robot.
 
 use csv::{ReaderBuilder, StringRecord};
-use std::io::{self, Read};
+use std::io::{self, BufRead, BufReader, Read};
 
 use super::odometry::OdometryTrack;
 use naoisis_core::kick_geometry::KickType;
@@ -186,15 +186,20 @@ pub enum LogErrorKind {
 naoisis_core::debug_as_displayed!(LogErrorKind);
 
 impl RobotLog {
-    /// Adds the rows of a table, whose first line names the [columns](COLUMNS).
+    /// Adds the rows of a table, whose first line names the [columns](COLUMNS). Cells are separated by commas, semicolons or tabs.
     ///
     /// # Errors
     /// The first row that cannot be read.
     pub fn read(&mut self, table: impl Read) -> Result<(), LogError> {
-        let mut reader = ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .comment(Some(b'#'))
-            .from_reader(Limited { table, left: MOST_BYTES });
+        let mut table = BufReader::new(Limited { table, left: MOST_BYTES });
+        let refused = |kind: LogErrorKind| LogError { line: 1, column: None, kind };
+        let start = table.fill_buf().map_err(|error| refused(LogErrorKind::NotCsv(error.to_string())))?;
+        if start.is_empty() {
+            return Err(refused(LogErrorKind::NotCsv("the file is empty".to_owned())));
+        }
+        let delimiter = delimiter_of(start);
+        let mut reader =
+            ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).delimiter(delimiter).from_reader(table);
         let not_csv = |error: &csv::Error| {
             let line = error.position().map_or(1, csv::Position::line);
             LogError { line, column: None, kind: LogErrorKind::NotCsv(error.to_string()) }
@@ -234,6 +239,15 @@ impl<R: Read> Read for Limited<R> {
         })?;
         Ok(bytes)
     }
+}
+
+/// Returns the character that separates the cells of a table: the most frequent of the possible ones in its first line.
+fn delimiter_of(start: &[u8]) -> u8 {
+    let mut lines = start.split(|byte| *byte == b'\n').filter(|line| !line.trim_ascii().is_empty());
+    let first = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
+    // Of characters with the same number, the last counts.
+    let count = |delimiter: &u8| first.iter().filter(|byte| *byte == delimiter).count();
+    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
 }
 
 /// The kind of the rows of a table with these columns.
@@ -363,7 +377,9 @@ impl Row<'_> {
 
     fn optional(&self, column: &str) -> Result<Option<f64>, LogError> {
         let Some(cell) = self.cell(column) else { return Ok(None) };
-        let number = cell.parse::<f64>().ok().filter(|number| number.is_finite() && number.abs() < 1e6);
+        // Spreadsheets of some languages write decimal commas.
+        let number =
+            cell.replace(',', ".").parse::<f64>().ok().filter(|number| number.is_finite() && number.abs() < 1e6);
         number.map(Some).ok_or_else(|| self.wrong(column, cell, "a number"))
     }
 
@@ -413,6 +429,17 @@ mod tests {
     }
 
     #[test]
+    fn tables_of_spreadsheets_have_semicolons_tabs_and_decimal_commas() {
+        let table =
+            "# kicks\nkick;start_forward_m;start_left_m;rest_forward_m;rest_left_m\nleft_side;0,16;0;0,2;-1,3\n";
+        for text in [table.to_owned(), table.replace(';', "\t")] {
+            let mut log = RobotLog::default();
+            log.read(text.as_bytes()).unwrap();
+            assert_eq!((log.kicks[0].start, log.kicks[0].rest), ([0.16, 0.0], [0.2, -1.3]));
+        }
+    }
+
+    #[test]
     fn walks_without_recorded_odometry_say_what_is_missing() {
         let table = "robot,start_s,end_s,true_forward_m,true_left_m,true_turn_deg\nanna,0,1,1,0,0\n";
         let error = RobotLog::default().read(table.as_bytes()).unwrap_err().to_string();
@@ -430,6 +457,7 @@ mod tests {
         assert!(error("a,b\n1,2\n").contains("a kick lacks kick, start_forward_m"));
         assert!(error("kind\njump\n").contains("line 2, column `kind`: `jump`"));
         assert!(error(&format!("{header}left_straight,0.1\n")).contains("line 2"));
+        assert_eq!(error(""), "line 1: this is no CSV: the file is empty");
     }
 
     #[test]

@@ -52,7 +52,10 @@ impl OdometryTrack {
                 Record::Channel(channel) => {
                     let robot = channel.topic.strip_prefix(TOPIC).map(|of| of.trim_start_matches('/'));
                     let Some(robot) = robot else {
-                        topics.push(channel.topic);
+                        // The summary at the end of a file lists the channels again.
+                        if !topics.contains(&channel.topic) {
+                            topics.push(channel.topic);
+                        }
                         return Ok(None);
                     };
                     if channel.message_encoding != "cdr" {

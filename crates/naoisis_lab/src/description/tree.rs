@@ -159,14 +159,18 @@ impl Tree {
 
     /// Returns whether `link` is `ancestor` or one of its descendants.
     pub fn is_within(&self, link: usize, ancestor: usize) -> bool {
-        self.ancestry(link).contains(&ancestor)
+        core::iter::successors(Some(link), |link| self.links[*link].parent).any(|link| link == ancestor)
     }
 
     /// Returns the link and the links that are fixed to it.
     pub fn rigid_group(&self, link: usize) -> Vec<usize> {
         let mut group = vec![link];
+        let mut is_in_group = vec![false; self.links.len()];
+        is_in_group[link] = true;
+        // Parents come before their children.
         for (index, other) in self.links.iter().enumerate() {
-            if other.joints.is_empty() && other.parent.is_some_and(|parent| group.contains(&parent)) {
+            if other.joints.is_empty() && other.parent.is_some_and(|parent| is_in_group[parent]) {
+                is_in_group[index] = true;
                 group.push(index);
             }
         }
@@ -176,10 +180,14 @@ impl Tree {
     /// Returns the last moving link of each chain.
     pub fn tips(&self) -> Vec<usize> {
         let moves = |link: usize| !self.links[link].joints.is_empty();
-        let is_last = |link: usize| {
-            (0..self.links.len()).all(|other| other == link || !moves(other) || !self.is_within(other, link))
-        };
-        (0..self.links.len()).filter(|link| moves(*link) && is_last(*link)).collect()
+        // Whether a descendant of the link moves. Parents come before their children.
+        let mut is_above = vec![false; self.links.len()];
+        for (link, of) in self.links.iter().enumerate().rev() {
+            if let Some(parent) = of.parent {
+                is_above[parent] |= is_above[link] || moves(link);
+            }
+        }
+        (0..self.links.len()).filter(|link| moves(*link) && !is_above[*link]).collect()
     }
 
     /// Returns the hinges from the root to `link`, except those of the links in `common`.

@@ -1,6 +1,7 @@
 //! Reads URDF.
 
 use bevy::math::{DAffine3, DQuat, DVec3};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::DescriptionError;
@@ -19,7 +20,11 @@ pub(super) fn read(robot: &Element, path: &Path) -> Result<Tree, DescriptionErro
     if links.len() > MOST_LINKS {
         return Err(robot.place.wrong(format!("there are {} links; at most {MOST_LINKS} are read", links.len())));
     }
-    let index_of = |name: &str| links.iter().position(|link| link.attribute("name") == Some(name));
+    // The first of several links with the same name counts.
+    let mut indices = BTreeMap::new();
+    for (index, link) in links.iter().enumerate() {
+        indices.entry(link.attribute("name").unwrap_or_default()).or_insert(index);
+    }
     let mut parents: Vec<Option<(usize, &Element)>> = vec![None; links.len()];
     for joint in &joints {
         let end = |word: &str| -> Result<usize, DescriptionError> {
@@ -27,7 +32,7 @@ pub(super) fn read(robot: &Element, path: &Path) -> Result<Tree, DescriptionErro
                 .child(word)
                 .ok_or_else(|| joint.place.wrong(format!("the joint has no <{word} link=\"...\"/>")))?;
             let name = element.needs("link")?;
-            index_of(name).ok_or_else(|| element.place.wrong(format!("there is no link `{name}`")))
+            indices.get(name).copied().ok_or_else(|| element.place.wrong(format!("there is no link `{name}`")))
         };
         let (parent, child) = (end("parent")?, end("child")?);
         if parents[child].is_some() {
@@ -46,20 +51,30 @@ pub(super) fn read(robot: &Element, path: &Path) -> Result<Tree, DescriptionErro
         return Err(robot.place.wrong(problem));
     };
     // Sort the links, so that parents come before their children.
+    let mut children = vec![Vec::new(); links.len()];
+    for (link, parent) in parents.iter().enumerate() {
+        if let Some((parent, _)) = parent {
+            children[*parent].push(link);
+        }
+    }
     let mut order = vec![root];
     let mut next = 0;
     while let Some(&parent) = order.get(next) {
-        order.extend((0..links.len()).filter(|link| parents[*link].is_some_and(|(of, _)| of == parent)));
+        order.append(&mut children[parent]);
         next += 1;
     }
     if order.len() < links.len() {
         return Err(robot.place.wrong("some joints form a ring that is not joined to the rest of the robot"));
     }
+    let mut places = vec![0; links.len()];
+    for (place, link) in order.iter().enumerate() {
+        places[*link] = place;
+    }
     let mut read = Vec::with_capacity(order.len());
     for &index in &order {
         let mut link = read_link(links[index], path, &mut warnings)?;
         if let Some((parent, joint)) = parents[index] {
-            link.parent = order.iter().position(|other| *other == parent);
+            link.parent = Some(places[parent]);
             link.parent_from_link = origin(joint)?;
             link.joints = read_joint(joint)?.into_iter().collect();
         }

@@ -22,7 +22,16 @@ pub fn foreign_file(start: &[u8]) -> Option<&'static str> {
     ];
     // Some files begin with a byte order mark or empty lines.
     let text = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start).trim_ascii_start();
+    // The JSON logs of rcssserver begin with its parameters.
+    let is_json = text.starts_with(b"[") || text.starts_with(b"{");
+    if is_json && contains(&text[..text.len().min(4096)], b"\"server_param\"") {
+        return Some(KINDS[0].1);
+    }
     KINDS.iter().find(|(mark, _)| start.starts_with(mark) || text.starts_with(mark)).map(|(_, kind)| *kind)
+}
+
+fn contains(text: &[u8], part: &[u8]) -> bool {
+    text.windows(part.len()).any(|window| window == part)
 }
 
 /// Converts a game of the virtual humanoid league on Webots (`game.json`) to a scenario. Returns `None` for other values.

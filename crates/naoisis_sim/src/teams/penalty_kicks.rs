@@ -16,8 +16,8 @@ const BEHIND_BALL_M: f32 = 0.45;
 const ABOUT_AS_NEAR_M: f32 = 0.8;
 /// A ball believed farther than this from its mark counts as played, m.
 const PLAYED_M: f32 = 0.4;
-/// The distance that players who must not enter the penalty area keep from it, m.
-const AREA_MARGIN_M: f32 = 0.3;
+/// The distance that players keep from where they must not be, such as the penalty area, m.
+const MARGIN_M: f32 = 0.3;
 
 /// The team whose penalty kick is being prepared or under way; `Some(None)` if the player does not know the team.
 fn penalty_kick(player: &Player) -> Option<Option<Team>> {
@@ -28,6 +28,35 @@ fn penalty_kick(player: &Player) -> Option<Option<Team>> {
 fn mark(player: &Player, is_ours: bool) -> Vec2 {
     let x = player.pitch.half_length() - player.pitch.penalty_mark_distance_m;
     Vec2::new(if is_ours { x } else { -x }, 0.0)
+}
+
+/// The distance of a place from the goal line of a penalty kick for the own team, or against it, m.
+fn from_line_m(player: &Player, place: Vec2, is_ours: bool) -> f32 {
+    player.pitch.half_length() - if is_ours { place.x } else { -place.x }
+}
+
+/// Whether `place` is where only the goalkeeper and the kicker may be, or within the margin of it: in the penalty area, and if the rules say
+/// so, ahead of the mark or within the distance of a free kick from it.
+fn is_in_the_way(player: &Player, place: Vec2, is_ours: bool) -> bool {
+    let area = player.pitch.penalty_area;
+    let from_line_m = from_line_m(player, place, is_ours);
+    let in_area = from_line_m < area.depth_m + MARGIN_M && place.y.abs() < area.width_m / 2.0 + MARGIN_M;
+    let radius_m = player.rules.free_kick_radius_m(player.pitch);
+    let near_mark = from_line_m < player.pitch.penalty_mark_distance_m + MARGIN_M
+        || place.distance(mark(player, is_ours)) < radius_m + MARGIN_M;
+    in_area || (player.rules.penalty_kick_behind_mark && near_mark)
+}
+
+/// Returns the nearest place to `place` on a line to the other end that is out of the way of a penalty kick.
+fn out_of_the_way(player: &Player, place: Vec2, is_ours: bool) -> Vec2 {
+    if !is_in_the_way(player, place, is_ours) {
+        return place;
+    }
+    let pitch = player.pitch;
+    let beyond_m = pitch.penalty_mark_distance_m + player.rules.free_kick_radius_m(pitch);
+    let from_line_m = pitch.penalty_area.depth_m.max(beyond_m) + MARGIN_M;
+    let x = pitch.half_length() - from_line_m;
+    Vec2::new(if is_ours { x } else { -x }, place.y)
 }
 
 /// Whether the player takes its team's penalty kick: among the field players that it knows of, it is the nearest to the mark. Of
@@ -52,7 +81,9 @@ pub fn place(player: &Player) -> Option<Pose> {
     } else if player.is_goalkeeper(player.id) {
         Pose { position: player.own_goal(), heading: 0.0 }
     } else {
-        formation(player.pitch, player.rules.team_size, player.role_number(player.id), End::NegativeX, false)
+        let place =
+            formation(player.pitch, player.rules.team_size, player.role_number(player.id), End::NegativeX, false);
+        Pose { position: out_of_the_way(player, place.position, is_ours), ..place }
     })
 }
 
@@ -70,15 +101,11 @@ pub fn apply(player: &Player, decision: Decision) -> Decision {
     if player.is_goalkeeper(player.id) && !is_ours || in_shoot_out {
         return Decision { walk: WalkCommand::default(), kick: None, posture: None, ..decision };
     }
-    let from_line_m = |place: Vec2| player.pitch.half_length() - if is_ours { place.x } else { -place.x };
-    let is_inside = |place: Vec2| {
-        let area = player.pitch.penalty_area;
-        from_line_m(place) < area.depth_m + AREA_MARGIN_M && place.y.abs() < area.width_m / 2.0 + AREA_MARGIN_M
-    };
-    // A player that is inside may walk out.
+    // A player that is in the way may walk out of it.
     let enters = |step: &WalkCommand| {
         let (now, then) = (player.position(), player.position() + player.forward.rotate(step.translation()));
-        is_inside(then) && !(is_inside(now) && from_line_m(then) > from_line_m(now))
+        let leaves = from_line_m(player, then, is_ours) > from_line_m(player, now, is_ours);
+        is_in_the_way(player, then, is_ours) && !(is_in_the_way(player, now, is_ours) && leaves)
     };
     if !(is_ours && is_kicker(player)) && enters(&decision.walk) {
         return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, kick: None, ..decision };
@@ -141,6 +168,24 @@ mod tests {
             |x| at_penalty_kick(Some(Team::Pink), Pose::new(x, 1.0, core::f32::consts::PI), Vec2::new(-1.2, 0.0));
         assert!(walk(&defender(-2.11)).is_null());
         assert!(!walk(&defender(-2.0)).is_null());
+    }
+
+    #[test]
+    fn where_the_rules_say_so_they_wait_behind_the_mark_at_a_distance() {
+        let mut situation = at_penalty_kick(Some(Team::Pink), Pose::new(-2.0, 1.5, 0.0), Vec2::new(-1.2, 0.0));
+        let formation = place(&situation.player()).unwrap().position;
+        situation.rules.penalty_kick_behind_mark = true;
+        let mark = Vec2::new(-1.2, 0.0);
+        for number in 2..=5 {
+            situation.id.number = number;
+            let place = place(&situation.player()).unwrap().position;
+            assert!(place.x > mark.x && place.distance(mark) > 0.75, "{number} at {place}");
+        }
+        assert!(formation.x < mark.x, "without the rule the formation does: {formation}");
+        // The player is ahead of the mark, and may walk out, but not along the mark's line.
+        assert!(walk(&situation).dx > 0.0);
+        situation.belief.pose = Pose::new(-2.0, 1.5, core::f32::consts::FRAC_PI_2);
+        assert!(walk(&situation).is_null());
     }
 
     #[test]

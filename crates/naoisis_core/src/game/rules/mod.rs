@@ -123,6 +123,9 @@ pub struct Rules {
     /// Whether a goal is awarded to the attackers if the goalkeeper leaves its goal line, or its feet, before they touch the ball of a
     /// penalty kick (HSL 2026, penalty kick).
     pub penalty_kick_keeper_goal: bool,
+    /// Whether at a penalty kick all robots but the goalkeeper and the kicker also stand behind the mark, at the distance of a free kick
+    /// from it (HSL 2026, penalty kick). Otherwise they only stay out of the penalty area.
+    pub penalty_kick_behind_mark: bool,
 
     /// The procedure of a kick-off.
     pub kick_off: KickOffProcedure,
@@ -344,6 +347,7 @@ impl Default for Rules {
             penalty_kick_s: 30.0,
             penalty_kick_extends_half: false,
             penalty_kick_keeper_goal: false,
+            penalty_kick_behind_mark: false,
             kick_off: KickOffProcedure::Placed,
             standby_s: 0.0,
             standby_random_s: 0.0,
