@@ -54,6 +54,7 @@ mod figures;
 mod game_controller;
 mod interrupt;
 mod list;
+mod live;
 mod logs;
 mod match_logs;
 mod match_realism;

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use clap::Args;
 
 use super::beliefs::BeliefArguments;
+use super::live::LiveArguments;
 use super::logs::LogArguments;
 use super::outputs::Output;
 use super::pictures::PictureArguments;
@@ -40,6 +41,7 @@ recordings! {
     beliefs: BeliefArguments,
     reviews: ReviewArguments,
     logs: LogArguments,
+    live: LiveArguments,
 }
 
 impl Recordings {

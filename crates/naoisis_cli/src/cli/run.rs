@@ -2,9 +2,11 @@
 
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
+use core::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::thread;
 use std::time::Instant;
 
 use super::expect::{print_verdicts, write_junit};
@@ -24,12 +26,16 @@ use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
 use naoisis_record::expectations::{self, Watch};
 use naoisis_record::record::RecordPlugin;
+use naoisis_record::record::live_control::LiveControl;
 use naoisis_record::record::recorder::{self, EndReason, Recorders};
 use naoisis_sim::scenario::{Scenario, ScenarioFile};
 use naoisis_sim::simulation::Snapshot;
 
 /// Number of cycles between two updates of the progress bar: few enough that it also moves while pictures are written.
 const CYCLES_PER_PROGRESS: u64 = 16;
+
+/// The time after which a paused match looks whether it goes on.
+const PAUSED: Duration = Duration::from_millis(10);
 
 /// Runs the command.
 pub fn run(program: Program, arguments: &RunArguments) -> ExitCode {
@@ -242,6 +248,14 @@ fn run_to_the_end(
         if world.get_resource::<Recorders>().is_some_and(Recorders::has_failed) {
             outcome.reason = EndReason::Failed;
             break;
+        }
+        if let Some(live) = world.get_resource::<LiveControl>() {
+            while !live.may_play() && !interrupt.is_stopped() {
+                thread::sleep(PAUSED);
+            }
+            if let Some(times) = live.take_speed() {
+                pace = Some(Pace::new(times, period_s));
+            }
         }
         if let Some(pace) = &mut pace {
             pace.wait(|| interrupt.is_stopped());

@@ -17,6 +17,9 @@ pub mod formats;
 pub mod frames;
 pub mod game_controller_log;
 pub mod history;
+#[cfg(feature = "live")]
+pub mod live;
+pub mod live_control;
 pub mod marks;
 pub mod match_counts;
 pub mod match_marks;

@@ -1,10 +1,13 @@
 //! Writes the channels that viewers show, in addition to the trace.
 
 use bevy::prelude::*;
+use foxglove::Encode;
 use foxglove::messages::{CompressedImage, FrameTransforms, Log, SceneUpdate, log};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::collections::BTreeMap;
+use std::io;
 
-use super::file::McapFile;
 use super::nanoseconds;
 use super::pitch::pitch;
 use super::robots::{Robot, ball_frame, calibration, frames};
@@ -28,8 +31,18 @@ use naoisis_sim::scenario::Scenario;
 /// another, Hz. Commands to kick, get up or dive are always written.
 const SENSE_HZ: f64 = 10.0;
 
+/// What receives the messages of channels: a file, or viewers.
+pub(in crate::record) trait ChannelSink {
+    /// Writes a message with a Foxglove schema.
+    fn log<T: Encode>(&mut self, topic: &str, time_ns: u64, message: &T);
+    /// Writes a JSON message, with numbers formatted as in a trace.
+    fn log_json<T: JsonSchema + Serialize>(&mut self, topic: &str, time_ns: u64, message: &T);
+    /// Notes that an image could not be encoded.
+    fn fail(&mut self, error: io::Error);
+}
+
 /// The channels of a match that is being written.
-pub(super) struct Channels {
+pub(in crate::record) struct Channels {
     robots: Vec<Robot>,
     ball_radius_m: f32,
     cycle_s: f64,
@@ -47,17 +60,22 @@ pub(super) struct Channels {
 
 impl Channels {
     /// Writes the messages that do not change during the match.
-    pub(super) fn begin(scenario: &Scenario, record: &CycleRecord, fields: &Fields, file: &mut McapFile) -> Self {
+    pub(in crate::record) fn begin(
+        scenario: &Scenario,
+        record: &CycleRecord,
+        fields: &Fields,
+        sink: &mut impl ChannelSink,
+    ) -> Self {
         let time_ns = nanoseconds(record.time_s);
         let robots: Vec<Robot> = record.robots.iter().map(|robot| Robot::of(scenario, robot.id)).collect();
-        file.log("/pitch", time_ns, &pitch(scenario));
+        sink.log("/pitch", time_ns, &pitch(scenario));
         let transforms = robots.iter().flat_map(Robot::camera_frames).collect();
-        file.log("/tf_static", time_ns, &FrameTransforms { transforms });
+        sink.log("/tf_static", time_ns, &FrameTransforms { transforms });
         for robot in &robots {
             for mount in robot.cameras.mounts.iter() {
                 let camera = robot.camera_frame(mount.name);
                 let topic = format!("/{camera}/calibration");
-                file.log(&topic, time_ns, &calibration(&robot.cameras.intrinsics(mount), camera));
+                sink.log(&topic, time_ns, &calibration(&robot.cameras.intrinsics(mount), camera));
             }
         }
         let ball_radius_m = scenario.ball.unwrap_or_default().radius_m;
@@ -67,16 +85,16 @@ impl Channels {
     }
 
     /// Writes a cycle. Images are taken from the world, if it has any.
-    pub(super) fn write(&mut self, record: &CycleRecord, world: &World, file: &mut McapFile) {
+    pub(in crate::record) fn write(&mut self, record: &CycleRecord, world: &World, sink: &mut impl ChannelSink) {
         let time_ns = nanoseconds(record.time_s);
-        file.log("/tf", time_ns, &frames(&self.robots, record, time_ns));
-        self.draw(record, time_ns, file);
+        sink.log("/tf", time_ns, &frames(&self.robots, record, time_ns));
+        self.draw(record, time_ns, sink);
         let every = (1.0 / (SENSE_HZ * self.cycle_s)).round().max(1.0) as u64;
         let is_due = record.cycle >= self.due;
         if is_due {
             self.due = (record.cycle / every + 1) * every;
             if self.has_game {
-                file.log_json("/game", time_ns, &record.game);
+                sink.log_json("/game", time_ns, &record.game);
             }
         }
         for robot in &record.robots {
@@ -84,39 +102,39 @@ impl Channels {
             if let Some(command) = &robot.command
                 && (is_due || command.kick.is_some() || command.posture.is_some())
             {
-                file.log_json(&format!("/{id}/command"), time_ns, command);
+                sink.log_json(&format!("/{id}/command"), time_ns, command);
             }
             for message in &robot.inbox {
                 let next = self.next_message.entry([id, message.from]).or_default();
                 if record.cycle >= *next {
                     *next = record.cycle + every;
-                    file.log_json(&format!("/{id}/inbox"), time_ns, message);
+                    sink.log_json(&format!("/{id}/inbox"), time_ns, message);
                 }
             }
             if is_due {
-                self.write_senses(record, robot, time_ns, file);
+                self.write_senses(record, robot, time_ns, sink);
             }
         }
         for event in &record.events {
-            write_event(record.time_s, event, file);
+            write_event(record.time_s, event, sink);
         }
-        self.write_images(record, world, file);
+        self.write_images(record, world, sink);
         self.sensed = Sensed::of(record);
     }
 
     /// Draws robots and ball, if their looks have changed. They move with their frames.
-    fn draw(&mut self, record: &CycleRecord, time_ns: u64, file: &mut McapFile) {
+    fn draw(&mut self, record: &CycleRecord, time_ns: u64, sink: &mut impl ChannelSink) {
         let penalised = record.robots.iter().filter(|robot| robot.penalised.is_some()).map(|robot| robot.id);
         let now = (penalised.collect::<Vec<_>>(), record.ball.iter().chain(record.more_balls()).count());
         let before = self.drawn.replace(now.clone());
         for robot in &self.robots {
             let is_penalised = now.0.contains(&robot.id);
             if before.as_ref().is_none_or(|(penalised, _)| penalised.contains(&robot.id) != is_penalised) {
-                file.log(&format!("/{}/body", robot.id), time_ns, &robot.drawn(is_penalised, time_ns));
+                sink.log(&format!("/{}/body", robot.id), time_ns, &robot.drawn(is_penalised, time_ns));
             }
         }
         if before.is_none_or(|(_, balls)| balls != now.1) {
-            file.log("/ball", time_ns, &self.balls(now.1, time_ns));
+            sink.log("/ball", time_ns, &self.balls(now.1, time_ns));
         }
     }
 
@@ -129,25 +147,25 @@ impl Channels {
         }))
     }
 
-    fn write_senses(&self, record: &CycleRecord, robot: &RobotRecord, time_ns: u64, file: &mut McapFile) {
+    fn write_senses(&self, record: &CycleRecord, robot: &RobotRecord, time_ns: u64, sink: &mut impl ChannelSink) {
         let id = robot.id;
-        file.log(&format!("/{id}/percepts"), time_ns, &percepts_scene(id, &robot.percepts));
+        sink.log(&format!("/{id}/percepts"), time_ns, &percepts_scene(id, &robot.percepts));
         if let Some(reported) = &robot.reported {
-            file.log_json(&format!("/{id}/reported"), time_ns, reported);
+            sink.log_json(&format!("/{id}/reported"), time_ns, reported);
         }
         let Some(belief) = &robot.belief else { return };
         let own_end = record.game.own_end(id.team);
-        file.log(&format!("/{id}/belief"), time_ns, &belief_scene(id, belief, own_end, time_ns));
+        sink.log(&format!("/{id}/belief"), time_ns, &belief_scene(id, belief, own_end, time_ns));
         let Some(pose) = self.sensed.pose(id) else { return };
         let others = record.robots.iter().filter(|other| other.id.team != id.team && other.penalised.is_none());
         let opponents: Vec<_> =
             others.filter_map(|other| Some((other.id, self.sensed.pose(other.id)?.position))).collect();
         let error = BeliefError::of(belief, &truth(pose, self.sensed.ball, &opponents, own_end), |_| ());
-        file.log_json(&format!("/{id}/belief_error"), time_ns, &ErrorOfBelief::from(error));
+        sink.log_json(&format!("/{id}/belief_error"), time_ns, &ErrorOfBelief::from(error));
     }
 
     /// Writes the images that arrived in this cycle, if there are any, and the objects recognised in them.
-    fn write_images(&self, record: &CycleRecord, world: &World, file: &mut McapFile) {
+    fn write_images(&self, record: &CycleRecord, world: &World, sink: &mut impl ChannelSink) {
         if !world.contains_resource::<Roster>() {
             return;
         }
@@ -161,13 +179,15 @@ impl Channels {
                 // An image is taken at the start of its cycle.
                 let taken_ns = nanoseconds(taken.saturating_sub(1) as f64 * self.cycle_s);
                 let mut data = Vec::new();
-                file.attempt(|_| encode_png(&mut data, Layer::Colours, image));
+                if let Err(error) = encode_png(&mut data, Layer::Colours, image) {
+                    sink.fail(error);
+                }
                 let (topic, time_ns) = (format!("/{camera}/image"), nanoseconds(record.time_s));
                 let (timestamp, format) = (timestamp(taken_ns), "png".to_owned());
                 let message = CompressedImage { timestamp, frame_id: camera.clone(), data: data.into(), format };
-                file.log(&topic, time_ns, &message);
+                sink.log(&topic, time_ns, &message);
                 if let Some(seen) = record.robot(robot.id) {
-                    file.log(&format!("/{camera}/annotations"), time_ns, &annotations(mount.name, &seen.percepts));
+                    sink.log(&format!("/{camera}/annotations"), time_ns, &annotations(mount.name, &seen.percepts));
                 }
             }
         }
@@ -175,7 +195,7 @@ impl Channels {
 }
 
 /// Writes an event, and the referee's reasons for it.
-fn write_event(time_s: f64, event: &MatchEvent, file: &mut McapFile) {
+fn write_event(time_s: f64, event: &MatchEvent, sink: &mut impl ChannelSink) {
     let Some((sentence, reasons)) = event_words(time_s, event) else { return };
     let level = match event {
         MatchEvent::Penalty { .. } => log::Level::Warning,
@@ -184,7 +204,7 @@ fn write_event(time_s: f64, event: &MatchEvent, file: &mut McapFile) {
     let time_ns = nanoseconds(time_s);
     let message = core::iter::once(sentence).chain(reasons).collect::<Vec<_>>().join("\n");
     let name = event.kind();
-    file.log(
+    sink.log(
         "/events",
         time_ns,
         &Log { timestamp: timestamp(time_ns), level: level.into(), message, name, ..Log::default() },

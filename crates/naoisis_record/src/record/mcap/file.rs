@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 
+use super::channels::ChannelSink;
 use super::viewer_schema::viewer_schema;
 use crate::record::shortest_float::ShortestFloats;
 
@@ -51,21 +52,6 @@ impl McapFile {
         let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
         let metadata = Metadata { name: name.to_owned(), metadata };
         self.attempt(|file| file.writer.write_metadata(&metadata).map_err(io_error));
-    }
-
-    /// Writes a message with a Foxglove schema.
-    pub(super) fn log<T: Encode>(&mut self, topic: &str, time_ns: u64, message: &T) {
-        self.log_with(topic, time_ns, "protobuf", T::get_schema, |bytes| {
-            message.encode(bytes).map_err(|error| io::Error::other(error.to_string()))
-        });
-    }
-
-    /// Writes a JSON message, with numbers formatted as in a trace.
-    pub(super) fn log_json<T: JsonSchema + Serialize>(&mut self, topic: &str, time_ns: u64, message: &T) {
-        self.log_json_with::<T>(topic, time_ns, |bytes| {
-            let mut serializer = serde_json::Serializer::with_formatter(bytes, ShortestFloats);
-            message.serialize(&mut serializer).map_err(io::Error::from)
-        });
     }
 
     /// Writes a message that is already the JSON of a `T`.
@@ -127,6 +113,25 @@ impl McapFile {
         self.attempt(|file| file.writer.finish().map(drop).map_err(io_error));
         self.error.map_or(Ok(()), Err)?;
         self.writer.into_inner().into_inner().flush()
+    }
+}
+
+impl ChannelSink for McapFile {
+    fn log<T: Encode>(&mut self, topic: &str, time_ns: u64, message: &T) {
+        self.log_with(topic, time_ns, "protobuf", T::get_schema, |bytes| {
+            message.encode(bytes).map_err(|error| io::Error::other(error.to_string()))
+        });
+    }
+
+    fn log_json<T: JsonSchema + Serialize>(&mut self, topic: &str, time_ns: u64, message: &T) {
+        self.log_json_with::<T>(topic, time_ns, |bytes| {
+            let mut serializer = serde_json::Serializer::with_formatter(bytes, ShortestFloats);
+            message.serialize(&mut serializer).map_err(io::Error::from)
+        });
+    }
+
+    fn fail(&mut self, error: io::Error) {
+        self.attempt(|_| Err(error));
     }
 }
 

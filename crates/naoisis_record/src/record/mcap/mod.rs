@@ -22,13 +22,13 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 
-mod channels;
+pub(super) mod channels;
 mod file;
 mod pitch;
 mod robots;
 mod senses;
 mod shapes;
-mod viewer_schema;
+pub(super) mod viewer_schema;
 
 use bevy::prelude::*;
 use std::path::Path;
@@ -130,6 +130,7 @@ impl Recorder for McapRecorder {
     }
 }
 
-fn nanoseconds(time_s: f64) -> u64 {
+/// Returns a time of a message, ns, for a time in the match, s.
+pub(super) fn nanoseconds(time_s: f64) -> u64 {
     (time_s * 1e9).round() as u64
 }

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 const DEEPEST: usize = 16;
 
 /// Returns the schema of `T`, with the fields whose type viewers understand. They display other fields, too, but do not suggest them.
-pub(super) fn viewer_schema<T: JsonSchema>() -> Schema {
+pub(in crate::record) fn viewer_schema<T: JsonSchema>() -> Schema {
     let whole = Value::from(SchemaGenerator::default().into_root_schema_for::<T>());
     let schema =
         simplified(&whole, &whole["$defs"], 0).unwrap_or_else(|| json!({ "type": "object", "properties": {} }));
