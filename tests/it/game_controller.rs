@@ -7,7 +7,7 @@ use naoisis::game::{Game, GameState, Penalty, PenaltyReason};
 use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
     self, ControlPacket, Division, GameController, GameControllerSettings, GamePhase, Listener, NetworkSettings,
-    ProtocolVersion, ReturnPacket,
+    ProtocolVersion, ReturnPacket, TeamColours,
 };
 use naoisis::prelude::*;
 use naoisis::team::PerTeam;
@@ -37,7 +37,8 @@ pub(crate) fn free_ports() -> (u16, UdpSocket) {
 
 fn settings(version: ProtocolVersion, port_offset: u16) -> GameControllerSettings {
     let network = NetworkSettings { port_offset, ..default() };
-    GameControllerSettings { version, network, team_numbers: PerTeam { blue: 5, pink: 12 }, at_once: false }
+    let (team_numbers, colours) = (PerTeam { blue: 5, pink: 12 }, TeamColours::DEFAULT);
+    GameControllerSettings { version, network, team_numbers, at_once: false, colours }
 }
 
 /// The same, and monitors that ask are told the truth.

@@ -108,3 +108,38 @@ fn what_is_no_moment_is_refused_with_what_would_be() {
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(fs::read_to_string(folder.path().join("there.json")).unwrap(), "mine");
 }
+
+/// A program with a memory: it walks the farther to the side, the longer it has played, and believes where it is.
+const REMEMBERING: &str = r#"
+from naoisis_agent import Agent
+agent = Agent(belief=True)
+for cycles, turn in enumerate(agent.turns()):
+    assert turn["belief"]["pose"] is not None
+    agent.answer(turn, {"walk": [0.003, 0.00002 * cycles, 0]})
+"#;
+
+#[test]
+fn a_match_of_programs_is_played_again_up_to_the_moment() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("remembering.py"), REMEMBERING).unwrap();
+    let clients = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python");
+    let program = format!("exec:env PYTHONPATH={} python3 remembering.py", clients.display());
+    let common = ["run", "match3v3", "--realism", "realistic", "--quiet", "--agent-timeout", "60", "--blue", &program];
+    let files = ["--duration", "4", "--trace", "m.jsonl", "--save", "m.naoisis", "--save-at", "3"];
+    let output = naoisis(folder, &[&common[..], &files].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let few = ["--times", "3", "--until", "1", "--agent-timeout", "60"];
+    let one = outcomes(folder, &[&["m.jsonl@3", "--threads", "1"], &few[..]].concat());
+    assert_eq!((one["time_s"].as_f64().unwrap().round(), &one["outcomes"]["times"]), (3.0, &Value::from(3)));
+    let three = outcomes(folder, &[&["m.jsonl@3", "--threads", "3"], &few[..]].concat());
+    assert_eq!(one["branches"], three["branches"]);
+    // A saved match does not have what programs remember, but others may begin there.
+    let refused = naoisis(folder, &[&["whatif", "m.naoisis"], &few[..]].concat());
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("expected a trace of the match"), "{}", text(&refused.stderr));
+    let afresh = outcomes(folder, &[&["m.naoisis", "--blue", &program], &few[..]].concat());
+    assert_eq!(afresh["time_s"], one["time_s"]);
+    assert_ne!(afresh["branches"], one["branches"]);
+    assert_eq!(outcomes(folder, &[&["m.naoisis", "--blue", "roles"], &few[..]].concat())["outcomes"]["times"], 3);
+}

@@ -56,7 +56,10 @@ impl Viewer {
         while !topics.iter().all(|topic| self.topics.contains_key(*topic))
             || !services.iter().all(|name| self.services.contains_key(*name))
         {
-            assert!(!matches!(self.receive(), Received::End), "{:?} {:?}", self.topics.keys(), self.services);
+            let (opcode, payload) = self.frame().unwrap_or_else(|| panic!("{:?} {:?}", self.topics, self.services));
+            if opcode == 1 {
+                self.text(serde_json::from_slice(&payload).unwrap());
+            }
         }
     }
 

@@ -7,14 +7,14 @@ export function showMatch(box, match) {
   const parts = [];
   if (end) {
     parts.push(el("p", { className: "result" }, el("span", { className: "blue" }, `${blue} ${end.score.blue}`), " : ", el("span", { className: "pink" }, `${end.score.pink} ${pink}`)));
-    parts.push(table("Teams", ["", "blue", "pink"], end.teams ?? []));
+    if (end.teams?.length) parts.push(table("Teams", ["", "blue", "pink"], end.teams));
   }
   if (match.kicks.length) parts.push(el("h3", {}, "Passes and shots"), passes(match));
   if (end?.heat) {
     parts.push(el("h3", {}, "Where they were"));
     parts.push(el("div", { className: "maps" }, ...end.heat.maps.map(([words, cells]) => heatMap(head.pitch, end.heat, words, cells))));
   }
-  if (end) parts.push(table("Robots", end.robot_columns ?? [], end.robots ?? []));
+  if (end?.robots?.length) parts.push(table("Robots", end.robot_columns ?? [], end.robots));
   const facts = [["scenario", head.name || "without a name"], ["seed", head.seed], ["realism", head.realism], ["pitch", `${head.pitch.length_m} x ${head.pitch.width_m} m`], ["played", `${minutes(match.endS - match.startS)} min`]];
   if (head.description) facts.unshift(["", head.description]);
   parts.push(el("h3", {}, "About"), el("dl", { className: "facts" }, ...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, String(value))])));

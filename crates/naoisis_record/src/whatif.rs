@@ -7,6 +7,7 @@ use bevy::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
+use naoisis_agents::agents;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::statistics::{self, Estimate};
@@ -105,8 +106,25 @@ pub fn play_branches(
     branches: &Continuations,
     simulator: impl Fn() -> App + Sync,
     stop: &AtomicBool,
-    mut finished: impl FnMut(Continuation),
+    finished: impl FnMut(Continuation),
 ) -> Result<(), SnapshotError> {
+    let begin = |app: &mut App, seed: u64| moment.restore(app.world_mut(), seed);
+    play_branches_from(moment, begin, branches, simulator, stop, finished)
+}
+
+/// Plays branches of `moment` like [`play_branches`]. `begin` brings the match in an app to the moment, with the random numbers of a seed:
+/// for matches of programs, whose thoughts are not saved.
+///
+/// # Errors
+/// The first error of `begin`.
+pub fn play_branches_from<E: Send>(
+    moment: &Moment,
+    begin: impl Fn(&mut App, u64) -> Result<(), E> + Sync,
+    branches: &Continuations,
+    simulator: impl Fn() -> App + Sync,
+    stop: &AtomicBool,
+    mut finished: impl FnMut(Continuation),
+) -> Result<(), E> {
     let worker = || {
         let mut app = simulator();
         // The branches themselves use the cores.
@@ -115,13 +133,14 @@ pub fn play_branches(
     };
     let play = |app: &mut App, index: usize| {
         let seed = branches.first_seed.wrapping_add(index as u64);
-        play(app, moment, branches.for_s, index, seed)
+        begin(app, seed)?;
+        Ok(play(app, moment, branches.for_s, index, seed))
     };
     play_in_order(0..branches.times, branches.threads, stop, worker, play, |branch| branch.map(&mut finished))
 }
 
-fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Result<Continuation, SnapshotError> {
-    moment.restore(app.world_mut(), seed)?;
+/// Plays a branch that has begun.
+fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Continuation {
     let world = app.world_mut();
     let mut first_goal = None;
     let goals = |world: &World| {
@@ -137,10 +156,11 @@ fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> 
             first_goal = scorer.map(|team| (team, world.resource::<CycleClock>().end_time_s() - moment.time_s));
         }
     }
+    agents::dismiss(world, "end");
     let goals = goals(world);
     let end_s = world.resource::<CycleClock>().end_time_s();
     let ball_m = app.ball().map(|ball| ball.position);
-    Ok(Continuation { index, seed, goals, first_goal, ball_m, end_s })
+    Continuation { index, seed, goals, first_goal, ball_m, end_s }
 }
 
 /// Statistics of the branches of a moment, with intervals of 95 % confidence.

@@ -6,6 +6,7 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use super::colours::TeamColours;
 use super::packet::ProtocolVersion;
 use super::sockets::NetworkError;
 use super::team_messages::TeamMessages;
@@ -33,6 +34,8 @@ pub struct MatchNetwork {
     pub carries_team_messages: bool,
     /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,
+    /// The colours of the teams' jerseys.
+    pub colours: PerTeam<TeamColours>,
     /// The port offsets of the matches.
     pub offsets: PortOffsets,
     /// Receives messages about faults, if there is one.
@@ -49,6 +52,7 @@ impl MatchNetwork {
             tells_monitors: false,
             carries_team_messages: false,
             team_numbers,
+            colours: TeamColours::DEFAULT,
             offsets: PortOffsets::new(first_offset),
             notes: None,
         }
@@ -81,8 +85,9 @@ impl MatchNetwork {
         let network = NetworkSettings { address: self.address, port_offset, tells_monitors: self.tells_monitors };
         let of_rules = || world.get_resource::<Rules>().map_or(ProtocolVersion::V20, ProtocolVersion::of_rules);
         let version = version.unwrap_or_else(of_rules);
-        let (team_numbers, at_once) = (self.team_numbers, self.at_once);
-        let controller = GameController::open(GameControllerSettings { version, network, team_numbers, at_once })?;
+        let (team_numbers, at_once, colours) = (self.team_numbers, self.at_once, self.colours);
+        let settings = GameControllerSettings { version, network, team_numbers, at_once, colours };
+        let controller = GameController::open(settings)?;
         Ok(Some(if let Some(notes) = self.notes { controller.with_notes(notes) } else { controller }))
     }
 

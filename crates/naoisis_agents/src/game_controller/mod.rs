@@ -2,7 +2,7 @@
 //! time.
 //!
 //! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice per simulated second, like the real one:
-//! robots hear of a change up to half a second later. If [`at_once`](GameControllerSettings::at_once) is set, it also sends each change (of
+//! robots hear of a change up to half a second later, and of a brief stop at once. If [`at_once`](GameControllerSettings::at_once) is set, it also sends each change (of
 //! more than a clock or a message budget) at once. It receives the [reports](report) of robots. These are on the robots as
 //! [`StatusReport`](naoisis_core::communication::StatusReport), in traces, and in the window. With
 //! [`tells_monitors`](NetworkSettings::tells_monitors), monitors that ask receive the true state without delay, and which team takes a free
@@ -18,6 +18,7 @@
 
 use bevy::prelude::*;
 
+mod colours;
 mod complaints;
 mod division;
 mod listener;
@@ -34,6 +35,7 @@ mod status_reports;
 mod team_messages;
 mod truth;
 
+pub use colours::{JerseyColour, TeamColours};
 pub use division::Division;
 pub use listener::Listener;
 pub use match_network::{LARGEST_OFFSET, MatchNetwork, PortOffsets, open_network};
@@ -67,6 +69,8 @@ pub struct GameControllerSettings {
     pub team_numbers: PerTeam<u8>,
     /// Whether changes are also sent at once, and not only twice per simulated second, as by a real GameController.
     pub at_once: bool,
+    /// The colours of the teams' jerseys.
+    pub colours: PerTeam<TeamColours>,
 }
 
 /// A simulated GameController, which sends the state of the match to robots.
@@ -118,11 +122,11 @@ impl GameController {
 
     /// Sends a packet if `is_time` or something has changed.
     fn send(&mut self, status: &MatchStatus, for_monitors: bool, is_time: bool) {
-        let GameControllerSettings { version, team_numbers, at_once, .. } = self.settings;
+        let GameControllerSettings { version, team_numbers, at_once, colours, .. } = self.settings;
         if !is_time && !at_once {
             return;
         }
-        let packet = status.packet(version, for_monitors, team_numbers, self.shots_scored);
+        let packet = status.packet(version, for_monitors, team_numbers, colours, self.shots_scored);
         if let Some(packet) = self.packets[usize::from(for_monitors)].next(packet, is_time) {
             self.network.send(&packet);
         }

@@ -5,6 +5,7 @@
 //! In memory a packet has the types of this library; the codes of the versions exist only on the wire. The differences between versions are
 //! in a table, `LAYOUTS`.
 
+use super::colours::JerseyColour;
 use super::division::Division;
 use naoisis_core::game::{GameState, PenaltyReason, Rules, SetPlayKind};
 
@@ -322,13 +323,15 @@ pub struct ControlPacket {
 pub struct TeamPacket {
     /// The team's number in the league.
     pub number: u8,
-    /// The colour of its robots: 0 blue, 1 red.
-    pub colour: u8,
-    /// The number of its goalkeeper.
+    /// The colour of its field players.
+    pub colour: JerseyColour,
+    /// The colour of its goalkeeper.
+    pub goalkeeper_colour: JerseyColour,
+    /// The number of its goalkeeper; 0 if it has none, as when it shoots in a shoot-out.
     pub goalkeeper: u8,
     /// Its goals.
     pub score: u8,
-    /// The shots that it has taken in a shoot-out.
+    /// The shots that it has taken in a shoot-out, with the one under way.
     pub shots: u8,
     /// One bit per shot, set if it scored; the first shot has the lowest bit.
     pub shots_scored: u16,
@@ -402,7 +405,8 @@ impl ControlPacket {
         bytes.extend(self.seconds_left.to_le_bytes());
         bytes.extend(self.secondary_seconds_left.to_le_bytes());
         for team in &self.teams {
-            bytes.extend([team.number, team.colour, team.colour, team.goalkeeper, team.score, team.shots]);
+            let colours = [team.colour, team.goalkeeper_colour].map(|colour| colour as u8);
+            bytes.extend([team.number, colours[0], colours[1], team.goalkeeper, team.score, team.shots]);
             bytes.extend(team.shots_scored.to_le_bytes());
             bytes.extend(team.message_budget.to_le_bytes());
             for player in &team.players {
@@ -491,7 +495,8 @@ fn team_from(version: ProtocolVersion, bytes: &[u8]) -> TeamPacket {
     }
     TeamPacket {
         number: bytes[0],
-        colour: bytes[1],
+        colour: JerseyColour::of_code(bytes[1]),
+        goalkeeper_colour: JerseyColour::of_code(bytes[2]),
         goalkeeper: bytes[3],
         score: bytes[4],
         shots: bytes[5],
@@ -538,7 +543,8 @@ mod tests {
         let mut teams = [TeamPacket::default(), TeamPacket::default()];
         teams[0] = TeamPacket {
             number: 12,
-            colour: 1,
+            colour: JerseyColour::Red,
+            goalkeeper_colour: JerseyColour::Red,
             goalkeeper: 1,
             score: 3,
             shots: 2,

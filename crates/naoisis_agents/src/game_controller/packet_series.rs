@@ -3,6 +3,7 @@
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
+use super::colours::TeamColours;
 use super::division::Division;
 use super::packet::{ControlPacket, ProtocolVersion};
 use super::packet_source::PacketSource;
@@ -14,6 +15,9 @@ use naoisis_core::team::{PerTeam, RobotId};
 
 /// The time between two packets without changes, s.
 const PERIOD_S: f32 = 0.5;
+/// The time between two packets when a brief stop has begun, s, and their number after the first.
+const STOP_PERIOD_S: f32 = 0.2;
+const STOP_PACKETS: u64 = 5;
 
 /// The resources and components from which packets are made.
 #[derive(SystemParam)]
@@ -27,9 +31,14 @@ pub(super) struct MatchStatus<'w, 's> {
 }
 
 impl MatchStatus<'_, '_> {
-    /// Whether a packet is due after this cycle.
+    /// Whether a packet is due after this cycle: twice a second, and more often when a brief stop has begun.
     pub fn is_time(&self) -> bool {
-        self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
+        let stop_period = u64::from(self.clock.cycles_in(STOP_PERIOD_S)).max(1);
+        let in_burst = self
+            .game
+            .stop
+            .is_some_and(|stop| stop.cycles.is_multiple_of(stop_period) && stop.cycles <= STOP_PACKETS * stop_period);
+        in_burst || self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
     }
 
     /// The packet of the current state: the true one for monitors, the announced one for robots.
@@ -38,6 +47,7 @@ impl MatchStatus<'_, '_> {
         version: ProtocolVersion,
         for_monitors: bool,
         team_numbers: PerTeam<u8>,
+        colours: PerTeam<TeamColours>,
         shots_scored: PerTeam<u16>,
     ) -> ControlPacket {
         let Self { clock, game, rules, pitch, memory, robots } = self;
@@ -46,7 +56,7 @@ impl MatchStatus<'_, '_> {
         let game = if for_monitors { game } else { memory.announcement.announced(game) };
         let records = &memory.robots;
         let division = Division::on(pitch);
-        PacketSource { game, rules, division, clock, robots: &robots, records, team_numbers, shots_scored }
+        PacketSource { game, rules, division, clock, robots: &robots, records, team_numbers, colours, shots_scored }
             .packet(version, for_monitors)
     }
 }

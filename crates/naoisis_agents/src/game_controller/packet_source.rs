@@ -6,6 +6,7 @@ use naoisis_core::pitch::End;
 use naoisis_core::referee::{RobotMemory, SetPlayStatus};
 use naoisis_core::team::{PerTeam, RobotId, Team};
 
+use super::colours::TeamColours;
 use super::division::Division;
 use super::packet::{ControlPacket, GamePhase, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
 
@@ -26,6 +27,8 @@ pub struct PacketSource<'a> {
     pub records: &'a [RobotMemory],
     /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,
+    /// The colours of the teams' jerseys.
+    pub colours: PerTeam<TeamColours>,
     /// The scored shots of a shoot-out, one bit per shot.
     pub shots_scored: PerTeam<u16>,
 }
@@ -33,7 +36,11 @@ pub struct PacketSource<'a> {
 impl PacketSource<'_> {
     /// The packet of this state.
     pub fn packet(&self, version: ProtocolVersion, for_monitors: bool) -> ControlPacket {
-        let PacketSource { game, rules, clock, .. } = *self;
+        let PacketSource { rules, clock, .. } = *self;
+        if let Some(game) = self.game_before_the_break() {
+            return PacketSource { game: &game, ..*self }.packet(version, for_monitors);
+        }
+        let game = self.game;
         let left = Team::BOTH.into_iter().find(|team| game.own_end(*team) == End::NegativeX).unwrap_or_default();
         let [primary, secondary] = self.cycles_left();
         let plays = |penalty: &Penalty| penalty.0.is_none_or(|penalty| penalty.reason != PenaltyReason::Substitute);
@@ -56,14 +63,41 @@ impl PacketSource<'_> {
             } else {
                 GamePhase::Normal
             },
-            state: game.state,
+            state: if self.is_between_shots() { GameState::Finished } else { game.state },
             set_play: game.set_play.map(|set_play| set_play.kind),
             is_first_half: game.half == 1 || game.half == rules.halves + 1,
             kicking_team: self.kicking_team(for_monitors).map(|team| self.team_numbers[team]),
-            seconds_left: whole_seconds(primary, clock).min(i16::MAX as u64) as i16,
+            seconds_left: match primary {
+                0 => -((game.overtime_cycles as f64 * clock.period_s) as i16),
+                _ => whole_seconds(primary, clock).min(i16::MAX as u64) as i16,
+            },
             secondary_seconds_left: whole_seconds(secondary, clock).min(i16::MAX as u64) as i16,
             teams: [left, left.opponent()].map(|team| self.team(team, version)),
         }
+    }
+
+    /// The state of the game at the end of the half before, which is told in the first half of the break.
+    fn game_before_the_break(&self) -> Option<Game> {
+        let Self { game, rules, clock, .. } = *self;
+        let is_break = game.state == GameState::Initial && game.half > 1;
+        let cycles = u64::from(clock.cycles_in(rules.initial_s));
+        (is_break && 2 * game.state_cycles < cycles).then(|| Game {
+            state: GameState::Finished,
+            half: game.half - 1,
+            blue_end: game.blue_end.opposite(),
+            cycles_left: Some(0),
+            ..game.clone()
+        })
+    }
+
+    /// Whether the next shot of a shoot-out has just been prepared: until then a GameController tells `finished`.
+    fn is_between_shots(&self) -> bool {
+        /// The time for which it does, s; in a shorter `set`, half of that.
+        const SHOT_OVER_S: f32 = 1.0;
+        let Self { game, rules, clock, .. } = *self;
+        let cycles = u64::from(clock.cycles_in(SHOT_OVER_S.min(0.5 * rules.set_s)));
+        let is_later = game.shoot_out.is_some_and(|shoot_out| shoot_out.taken.blue + shoot_out.taken.pink > 0);
+        is_later && game.state == GameState::Set && game.state_cycles < cycles
     }
 
     /// The cycles left on the primary and the secondary clock, as a GameController runs them. In `set` the secondary
@@ -107,12 +141,18 @@ impl PacketSource<'_> {
             }
         }
         let messages_left = self.game.messages_left.map_or(u32::MAX, |left| left[team]);
+        let shoot_out = self.game.shoot_out;
+        let shoots = shoot_out.is_some_and(|shoot_out| shoot_out.team == team && shoot_out.winner.is_none());
+        let (taken, goals) = shoot_out.map_or((0, 0), |shoot_out| (shoot_out.taken[team], shoot_out.goals[team]));
+        let byte = |number: u32| u8::try_from(number).unwrap_or(u8::MAX);
         TeamPacket {
             number: self.team_numbers[team],
-            colour: team as u8,
-            goalkeeper: self.game.goalkeepers[team].unwrap_or(RobotId::GOALKEEPER),
-            score: u8::try_from(self.game.score[team]).unwrap_or(u8::MAX),
-            shots: self.game.shoot_out.map_or(0, |shoot_out| u8::try_from(shoot_out.taken[team]).unwrap_or(u8::MAX)),
+            colour: self.colours[team].players,
+            goalkeeper_colour: self.colours[team].goalkeeper,
+            goalkeeper: if shoots { 0 } else { self.game.goalkeepers[team].unwrap_or(RobotId::GOALKEEPER) },
+            // Goals of a shoot-out are added to the others.
+            score: byte(self.game.score[team].saturating_add(goals)),
+            shots: byte(taken + u32::from(shoots && !self.is_between_shots())),
             shots_scored: self.shots_scored[team],
             message_budget: u16::try_from(messages_left).unwrap_or(u16::MAX),
             players,
@@ -123,6 +163,10 @@ impl PacketSource<'_> {
         let cautions = self.records.iter().find(|record| record.id == id).map_or(0, |record| record.cautions);
         let cautioned = PlayerPacket { cautions: u8::try_from(cautions).unwrap_or(u8::MAX), ..PlayerPacket::default() };
         let Some(active) = penalty.0 else { return cautioned };
+        if active.reason == PenaltyReason::SentOff {
+            // It does not come back, and its cautions are forgotten.
+            return PlayerPacket { penalty: version.penalty_code(active.reason), ..PlayerPacket::default() };
+        }
         PlayerPacket {
             penalty: version.penalty_code(active.reason),
             seconds_left: whole_seconds(active.cycles_left, self.clock).min(u64::from(u8::MAX)) as u8,
@@ -152,7 +196,7 @@ pub fn note_shots(scored: &mut PerTeam<u16>, before: Option<&ShootOut>, after: O
 mod tests {
     use super::*;
     use bevy::math::Vec2;
-    use naoisis_core::game::{ActivePenalty, SetPlayKind, Timeout};
+    use naoisis_core::game::{ActivePenalty, Score, SetPlayKind, Timeout};
 
     const VERSION: ProtocolVersion = ProtocolVersion::V18;
 
@@ -164,7 +208,8 @@ mod tests {
     fn packet(game: &Game, rules: &Rules, robots: &[(RobotId, Penalty)], for_monitors: bool) -> ControlPacket {
         let (clock, team_numbers) = (CycleClock::default(), PerTeam { blue: 5, pink: 12 });
         let (division, shots_scored) = (Division::Small, PerTeam::default());
-        PacketSource { game, rules, division, clock: &clock, robots, records: &[], team_numbers, shots_scored }
+        let colours = TeamColours::DEFAULT;
+        PacketSource { game, rules, division, clock: &clock, robots, records: &[], team_numbers, colours, shots_scored }
             .packet(VERSION, for_monitors)
     }
 
@@ -246,6 +291,46 @@ mod tests {
         };
         assert_eq!(told(GameState::Set, 0), (Some(12), 60, 0));
         assert_eq!(told(GameState::Playing, 300), (Some(12), 50, 0));
+    }
+
+    #[test]
+    fn between_the_halves_the_first_is_finished_and_the_second_initial() {
+        let rules = Rules { initial_s: 4.0, ..Rules::default() };
+        let told = |state_cycles| {
+            let (state, blue_end) = (GameState::Initial, End::PositiveX);
+            let cycles_left = Some(18_000);
+            let game =
+                Game { state, half: 2, blue_end, state_cycles, cycles_left, overtime_cycles: 70, ..Game::default() };
+            let told = packet(&game, &rules, &robots(), false);
+            (told.state, told.is_first_half, told.seconds_left, told.teams[0].number)
+        };
+        assert_eq!(told(59), (GameState::Finished, true, -2, 5));
+        assert_eq!(told(60), (GameState::Initial, false, 600, 12));
+    }
+
+    #[test]
+    fn a_robot_that_is_sent_off_has_no_time_and_no_cautions() {
+        let mut robots = robots();
+        let sent_off = ActivePenalty { reason: PenaltyReason::SentOff, cycles_left: u64::MAX };
+        robots[1].1 = Penalty(Some(sent_off));
+        let player = packet(&Game::default(), &Rules::default(), &robots, false).teams[0].players[1];
+        assert_eq!((player.seconds_left, player.cautions), (0, 0));
+    }
+
+    #[test]
+    fn the_shot_under_way_counts_and_the_shooting_team_has_no_goalkeeper() {
+        let rules = Rules { set_s: 3.0, ..Rules::default() };
+        let (taken, goals) = (Score { blue: 1, pink: 0 }, Score { blue: 1, pink: 0 });
+        let shoot_out = Some(ShootOut { team: Team::Pink, taken, goals, ..ShootOut::default() });
+        let told = |state_cycles| {
+            let score = Score { blue: 2, pink: 2 };
+            let game = Game { state: GameState::Set, state_cycles, shoot_out, score, ..Game::default() };
+            let told = packet(&game, &rules, &robots(), false);
+            let of = |team: &TeamPacket| (team.score, team.shots, team.goalkeeper);
+            (told.state, of(&told.teams[0]), of(&told.teams[1]))
+        };
+        assert_eq!(told(0), (GameState::Finished, (3, 1, 1), (2, 0, 0)));
+        assert_eq!(told(30), (GameState::Set, (3, 1, 1), (2, 1, 0)));
     }
 
     #[test]

@@ -125,7 +125,7 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     if arguments.realism.is_some() {
         return Err(usage_error("--realism: a saved match has its settings; expected --set for settings to change"));
     }
-    if Team::BOTH.into_iter().any(|team| arguments.teams.of(team).is_some()) {
+    if arguments.teams.are_given() {
         return Err(usage_error(
             "--blue, --pink: a saved match has its teams; expected neither, or a scenario with `from` and this file",
         ));

@@ -82,15 +82,13 @@ fn spread(word: &str) -> Result<f32, &'static str> {
 impl MatchRealismArguments {
     /// Returns whether the arguments are about matches rather than robots.
     pub fn are_given(&self) -> bool {
-        self.scenario.is_some()
-            || self.logs.is_some()
-            || Team::BOTH.into_iter().any(|team| self.teams.of(team).is_some())
+        self.scenario.is_some() || self.logs.is_some() || self.teams.are_given()
     }
 
     /// Checks that teams are only given for matches, and that no file is replaced. Returns the real figures: those of `--real` before the
     /// built-in ones.
     fn check(&self) -> Result<Vec<RealFigures>, String> {
-        if self.scenario.is_none() && Team::BOTH.into_iter().any(|team| self.teams.of(team).is_some()) {
+        if self.scenario.is_none() && self.teams.are_given() {
             return Err("--blue, --pink: teams play matches only; expected --match beside them".to_owned());
         }
         let output = |(option, path): (&'static str, &Option<PathBuf>)| Some(Output { option, path: path.clone()? });

@@ -29,6 +29,11 @@ impl TeamArguments {
         }
     }
 
+    /// Returns whether a team is chosen.
+    pub fn are_given(&self) -> bool {
+        Team::BOTH.into_iter().any(|team| self.of(team).is_some())
+    }
+
     /// Sets the chosen teams in the scenario.
     pub fn choose(&self, world: &World, file: &mut ScenarioFile) -> Result<(), String> {
         let registry = world.resource::<BehaviourRegistry>();

@@ -8,22 +8,27 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use super::agents::AgentArguments;
 use super::batch::progress_bar;
 use super::begin::{change_match, is_snapshot, scenario_file};
+use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
+use naoisis_agents::agents;
 use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::{CycleClock, run_cycle};
 use naoisis_core::game::{Game, GameState};
 use naoisis_core::replace_file::replace_file;
 use naoisis_core::statistics::Estimate;
-use naoisis_core::team::Team;
+use naoisis_core::team::{RobotId, Team};
+use naoisis_record::batch::begin_programs;
 use naoisis_record::record::read::TraceReader;
-use naoisis_record::whatif::{Continuation, Continuations, Moment, Outcomes, play_branches};
+use naoisis_record::whatif::{Continuation, Continuations, Moment, Outcomes, play_branches, play_branches_from};
 use naoisis_sim::scenario::{Format, SavedMatch, Scenario, ScenarioFile, Setting};
+use naoisis_sim::simulation::snapshot::reseed;
 use naoisis_sim::simulation::{MatchApp, Snapshot};
 
 /// The tolerance of poses and positions when a replayed match is compared with its trace, m: traces have rounded
@@ -45,6 +50,10 @@ pub struct WhatIfArguments {
     /// The teams that play on, instead of those of the moment.
     #[command(flatten)]
     teams: TeamArguments,
+    #[command(flatten)]
+    agents: AgentArguments,
+    #[command(flatten)]
+    game_controller: GameControllerArguments,
     /// Change a field of the scenario at the moment: messages.loss=1
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
@@ -74,10 +83,24 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
             return report::usage_error(&message);
         }
     }
-    let mut app = program.simulator();
-    let moment = go_to_moment(&mut app, arguments)
-        .and_then(|()| Moment::of(app.world_mut()).map_err(|error| report::failure(&error.to_string())));
-    let moment = match moment {
+    let cores = thread_count(arguments.threads);
+    let network = match arguments.game_controller.of_many(cores) {
+        Ok(network) => network,
+        Err(message) => return report::usage_error(&message),
+    };
+    let settings = arguments.agents.settings(&arguments.moment, &arguments.teams);
+    let simulator = || {
+        let mut app = program.simulator();
+        app.insert_resource(settings.clone());
+        if let Some(network) = &network {
+            app.insert_resource(network.clone());
+        }
+        app
+    };
+    let mut app = simulator();
+    let gone = go_to_moment(&mut app, arguments);
+    agents::dismiss(app.world_mut(), "end");
+    let (moment, again) = match gone.and_then(|again| Ok((moment_of(&mut app)?, again))) {
         Ok(moment) => moment,
         Err(status) => return status,
     };
@@ -89,7 +112,6 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
-    let cores = thread_count(arguments.threads);
     let branches = Continuations {
         times: arguments.times as usize,
         for_s: f64::from(arguments.until),
@@ -98,19 +120,27 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
     };
     let progress = progress_bar(branches.times, 0, arguments.quiet);
     let mut rows: Vec<Continuation> = Vec::new();
-    let played = play_branches(
-        &moment,
-        &branches,
-        || program.simulator(),
-        interrupt.stop(),
-        |branch| {
-            progress.inc(1);
-            rows.push(branch);
-        },
-    );
+    let finished = |branch| {
+        progress.inc(1);
+        rows.push(branch);
+    };
+    let played = match &again {
+        None => {
+            let played = play_branches(&moment, &branches, simulator, interrupt.stop(), finished);
+            played.map_err(|error| error.to_string())
+        }
+        Some(again) => {
+            let begin = |app: &mut App, seed: u64| {
+                again.go_to_moment(app, arguments)?;
+                reseed(app.world_mut(), seed);
+                Ok(())
+            };
+            play_branches_from(&moment, begin, &branches, simulator, interrupt.stop(), finished)
+        }
+    };
     progress.finish_and_clear();
-    if let Err(error) = played {
-        return report::failure(&error.to_string());
+    if let Err(message) = played {
+        return report::failure(&message);
     }
     let outcomes = Outcomes::of(&rows);
     let scenario = app.world().resource::<Scenario>();
@@ -146,33 +176,75 @@ fn trace_and_time(word: &str) -> Option<(&Path, f64)> {
     (time.is_finite() && !is_snapshot(Path::new(word))).then_some((Path::new(path), time))
 }
 
-/// Brings the match in `app` to the moment, with the settings of the command line.
-fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
-    if is_snapshot(Path::new(&arguments.moment)) {
-        let path = Path::new(&arguments.moment);
+/// A match of programs, which each branch plays again up to the moment: what the programs have in mind there is not saved.
+struct PlayedAgain {
+    scenario: Scenario,
+    /// The number of the cycle at the moment.
+    cycle: u64,
+}
+
+impl PlayedAgain {
+    /// Plays the match in `app` up to the moment, and changes the settings of the command line there.
+    fn go_to_moment(&self, app: &mut App, arguments: &WhatIfArguments) -> Result<(), String> {
+        app.start_match(&self.scenario).map_err(|fault| fault.to_string())?;
+        begin_programs(app.world_mut())?;
+        while app.world().resource::<CycleClock>().cycle < self.cycle {
+            run_cycle(app.world_mut());
+        }
+        change(app, arguments).map_err(|_| "the settings of the command line cannot be changed".to_owned())
+    }
+}
+
+fn moment_of(app: &mut App) -> Result<Moment, ExitCode> {
+    Moment::of(app.world_mut()).map_err(|error| report::failure(&error.to_string()))
+}
+
+/// Brings the match in `app` to the moment, with the settings of the command line. Returns how branches get there, if programs play.
+fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<Option<PlayedAgain>, ExitCode> {
+    let path = Path::new(&arguments.moment);
+    let mut scenario = None;
+    if is_snapshot(path) {
         let snapshot = Snapshot::load(path, app.world()).map_err(|error| report::usage_error(&error.to_string()))?;
         snapshot
             .restore(app.world_mut())
             .map_err(|error| report::usage_error(&format!("{}: {error}", path.display())))?;
     } else if let Some((path, time_s)) = trace_and_time(&arguments.moment) {
-        play_again(app, path, time_s)?;
-    } else if Format::of_path(Path::new(&arguments.moment)).is_some() {
-        return go_on_from_saved(app, arguments);
+        scenario = Some(play_again(app, path, time_s)?);
+    } else if Format::of_path(path).is_some() {
+        let scenario = go_on_from_saved(app, arguments)?;
+        let cycle = app.world().resource::<CycleClock>().cycle;
+        return Ok((!remote_teams(app).is_empty()).then_some(PlayedAgain { scenario, cycle }));
     } else {
         return Err(no_moment(&arguments.moment));
     }
-    change_teams(app, arguments)?;
-    refuse_programs(app)?;
+    let changed = change_teams(app, arguments)?;
+    let remote = remote_teams(app);
+    let again = if remote.is_empty() {
+        None
+    } else if let Some(scenario) = changed.filter(|_| remote.iter().all(|team| arguments.teams.of(*team).is_some())) {
+        Some(scenario)
+    } else if let Some(scenario) = scenario.filter(|_| !arguments.teams.are_given()) {
+        Some(scenario)
+    } else {
+        return Err(unknown_thoughts());
+    };
+    change(app, arguments)?;
+    let cycle = app.world().resource::<CycleClock>().cycle;
+    Ok(again.map(|scenario| PlayedAgain { scenario, cycle }))
+}
+
+/// Changes the settings of the command line.
+fn change(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
     if arguments.set.is_empty() { Ok(()) } else { change_match(app, &arguments.moment, &arguments.set) }
 }
 
-/// Replaces the teams of the match in `app` by those of the command line, if there are any.
-fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
-    if Team::BOTH.into_iter().all(|team| arguments.teams.of(team).is_none()) {
-        return Ok(());
+/// Replaces the teams of the match in `app` by those of the command line. Returns the scenario that does so, if there are any.
+fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<Option<Scenario>, ExitCode> {
+    if !arguments.teams.are_given() {
+        return Ok(None);
     }
     let failure = |error: &dyn Error| report::failure(&error.to_string());
-    let moment = Moment::of(app.world_mut()).map_err(|error| failure(&error))?;
+    let moment = moment_of(app)?;
     let saved = SavedMatch::of_bytes(moment.bytes()).map_err(|error| failure(&error))?;
     let scenario = saved.scenario().map_err(|error| failure(&error))?;
     let text = Scenario { from: Some(saved), ..scenario }.resolved_json();
@@ -181,11 +253,11 @@ fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCo
     let mut file = file.map_err(|error| report::scenario_error(&error))?;
     arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
     app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
-    Ok(())
+    Ok(Some(file.scenario))
 }
 
-/// Loads the saved match of a scenario that continues one, with the behaviours and settings of the scenario.
-fn go_on_from_saved(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
+/// Loads the saved match of a scenario that continues one, with the behaviours and settings of the scenario. Returns the scenario.
+fn go_on_from_saved(app: &mut App, arguments: &WhatIfArguments) -> Result<Scenario, ExitCode> {
     let file = scenario_file(&arguments.moment)?;
     let mut file = file.check_with(&arguments.set).map_err(|errors| report::scenario_errors(&errors))?;
     if file.scenario.from.is_none() {
@@ -193,7 +265,7 @@ fn go_on_from_saved(app: &mut App, arguments: &WhatIfArguments) -> Result<(), Ex
     }
     arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
     app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
-    refuse_programs(app)
+    Ok(file.scenario)
 }
 
 fn no_moment(word: &str) -> ExitCode {
@@ -203,24 +275,31 @@ fn no_moment(word: &str) -> ExitCode {
     ))
 }
 
-fn refuse_programs(app: &mut App) -> Result<(), ExitCode> {
-    if app.world_mut().query::<&Remote>().iter(app.world()).next().is_some() {
-        let message = "programs play robots of this match, and their state at that moment is not known; expected built-in teams, by \
-                       --blue and --pink, or a scenario that continues a saved match with programs that start there, for \
-                       `naoisis check --play`";
-        return Err(report::usage_error(message));
-    }
-    Ok(())
+fn unknown_thoughts() -> ExitCode {
+    report::usage_error(
+        "programs play robots of this match, and what they have in mind at that moment is not saved; expected a trace of the match \
+         (match.jsonl@312.5), with which they play it again, or teams that begin there, by --blue and --pink",
+    )
 }
 
-/// Replays the match of a trace until `time_s`, and checks that it is the same match.
-fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
+/// Returns the teams with robots that programs play.
+fn remote_teams(app: &mut App) -> Vec<Team> {
+    let mut robots = app.world_mut().query_filtered::<&RobotId, With<Remote>>();
+    let mut teams: Vec<Team> = robots.iter(app.world()).map(|id| id.team).collect();
+    teams.sort();
+    teams.dedup();
+    teams
+}
+
+/// Replays the match of a trace until `time_s`, with its programs, and checks that it is the same match. Returns its scenario.
+fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<Scenario, ExitCode> {
     let usage_error = |message: String| report::usage_error(&format!("{}: {message}", path.display()));
     let mut trace = TraceReader::open(path).map_err(|error| report::usage_error(&error.to_string()))?;
     if time_s < 0.0 {
         return Err(usage_error(format!("there is no moment at {time_s} s")));
     }
     app.start_match(trace.scenario()).map_err(|fault| usage_error(fault.to_string()))?;
+    begin_programs(app.world_mut()).map_err(usage_error)?;
     let mut last_s = 0.0;
     loop {
         let record = trace.next_cycle().map_err(|error| report::usage_error(&error.to_string()))?;
@@ -243,13 +322,13 @@ fn play_again(app: &mut App, path: &Path, time_s: f64) -> Result<(), ExitCode> {
         }
         if !same {
             let message = format!(
-                "played again, the match is another one from {last_s:.2} s on: its behaviours or the program have changed since, or \
-                 something was done to it by hand"
+                "played again, the match is another one from {last_s:.2} s on: its behaviours or the program have changed since, \
+                 something was done to it by hand, or its programs do not answer the same way each time"
             );
             return Err(usage_error(message));
         }
         if record.time_s >= time_s - 1e-6 {
-            return Ok(());
+            return Ok(trace.scenario().clone());
         }
     }
 }

@@ -78,6 +78,8 @@ pub struct BriefStop {
     pub ball_m: Option<Vec2>,
     /// Cycles since the stop began.
     pub cycles: u64,
+    /// Duration in cycles; if absent, the stop lasts until the referee is asked to continue.
+    pub duration_cycles: Option<u64>,
 }
 
 /// A time-out (2025 rule book, sections 3.13 and 3.14; HSL 2026, time-out).
@@ -105,6 +107,8 @@ pub struct Game {
     pub half: u32,
     /// Cycles left in this half; `None` if the rules have no clock.
     pub cycles_left: Option<u64>,
+    /// Cycles for which this half has gone on after its time.
+    pub overtime_cycles: u64,
     /// The end that the blue team defends.
     pub blue_end: End,
     /// The team that has, or had last, the kick-off.

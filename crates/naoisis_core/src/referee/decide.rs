@@ -92,11 +92,16 @@ impl Referee<'_, '_> {
     fn judge(&mut self) {
         if let Some(stop) = &mut self.decisions.game.stop {
             stop.cycles += 1;
+            let is_over = stop.duration_cycles.is_some_and(|duration| stop.cycles >= duration);
             self.judge_motion();
+            if let Some(stop) = self.decisions.game.stop.take_if(|_| is_over) {
+                self.resume(stop);
+            }
             return;
         }
         match self.seen.game.state {
-            GameState::Initial | GameState::Finished => {}
+            GameState::Finished => {}
+            GameState::Initial => self.follow_initial(),
             GameState::Standby => self.judge_standby(),
             GameState::Ready => self.judge_ready(),
             GameState::Set => self.judge_set(),

@@ -81,10 +81,10 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Stops the match briefly.
-    pub(super) fn stop(&mut self) {
+    /// Stops the match briefly, for `duration_cycles` or until somebody continues it.
+    pub(super) fn stop(&mut self, duration_cycles: Option<u64>) {
         let ball_m = self.seen.ball.map(|ball| self.decisions.ball.unwrap_or(ball.position));
-        self.decisions.game.stop = Some(BriefStop { ball_m, cycles: 0 });
+        self.decisions.game.stop = Some(BriefStop { ball_m, cycles: 0, duration_cycles });
         for record in &mut self.memory.robots {
             record.cycles_standing = 0;
         }

@@ -117,7 +117,7 @@ impl Referee<'_, '_> {
                     return Err("there is nothing to stop".to_owned());
                 }
                 (_, Some(_)) => return Err("the match is stopped already".to_owned()),
-                _ => self.stop(),
+                _ => self.stop(None),
             },
             Intervention::Resume => match (self.decisions.game.stop.take(), self.decisions.game.timeout) {
                 (Some(stop), _) => self.resume(stop),

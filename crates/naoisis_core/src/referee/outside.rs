@@ -25,7 +25,7 @@ impl Referee<'_, '_> {
         let timeout = Timeout { team: None, cycles_left, before_shoot_out: false };
         self.decisions.game.timeout = (outside.state == GameState::Timeout).then_some(timeout);
         match (outside.is_stopped, self.decisions.game.stop) {
-            (true, None) => self.stop(),
+            (true, None) => self.stop(None),
             (false, Some(stop)) => {
                 self.decisions.game.stop = None;
                 self.resume(stop);

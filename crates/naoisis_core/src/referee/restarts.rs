@@ -65,7 +65,9 @@ impl Referee<'_, '_> {
         if !self.seen.game.clock_runs(self.seen.rules, &self.seen.clock) {
             return false;
         }
-        let Some(cycles_left) = &mut self.decisions.game.cycles_left else { return false };
+        let game = &mut self.decisions.game;
+        let Some(cycles_left) = &mut game.cycles_left else { return false };
+        game.overtime_cycles = if *cycles_left == 0 { game.overtime_cycles + 1 } else { 0 };
         *cycles_left = cycles_left.saturating_sub(1);
         *cycles_left == 0
     }
@@ -88,22 +90,42 @@ impl Referee<'_, '_> {
         }
         game.half = game.half.saturating_add(1);
         game.blue_end = game.blue_end.opposite();
-        game.cycles_left = Some(rules.half_cycles(game.half, &self.seen.clock));
+        (game.cycles_left, game.overtime_cycles) = (Some(rules.half_cycles(game.half, &self.seen.clock)), 0);
         let half = game.half;
         self.memory.pushes = default();
         self.decisions.events.push(MatchEvent::HalfBegins { half });
         self.end_penalties();
-        let team = Some(self.seen.rules.first_kick_off_of_half(half));
+        let team = self.seen.rules.first_kick_off_of_half(half);
         if self.seen.rules.kick_off == KickOffProcedure::ReadyAndSet {
             // In the break the robots are carried to their new half.
-            self.place_for_kick_off(team);
-            if self.seen.rules.standby_s > 0.0 {
-                self.announce_kick_off(team);
-                self.begin_standby();
+            self.place_for_kick_off(Some(team));
+            if self.seen.rules.initial_s > 0.0 {
+                let game = &mut self.decisions.game;
+                (game.kick_off_team, game.drop_ball, game.set_play) = (team, false, None);
+                self.enter(GameState::Initial);
                 return;
             }
         }
-        self.begin_kick_off(team);
+        self.begin_half();
+    }
+
+    /// A cycle of `initial` before a half.
+    pub(super) fn follow_initial(&mut self) {
+        let waits = self.seen.rules.kick_off == KickOffProcedure::ReadyAndSet && self.seen.rules.initial_s > 0.0;
+        if waits && self.decisions.game.state_cycles >= self.seen.cycles(self.seen.rules.initial_s) {
+            self.begin_half();
+        }
+    }
+
+    /// Begins `standby`, or the first kick-off of the half.
+    fn begin_half(&mut self) {
+        let team = Some(self.seen.rules.first_kick_off_of_half(self.decisions.game.half));
+        if self.seen.rules.kick_off == KickOffProcedure::ReadyAndSet && self.seen.rules.standby_s > 0.0 {
+            self.announce_kick_off(team);
+            self.begin_standby();
+        } else {
+            self.begin_kick_off(team);
+        }
     }
 
     /// Ends the match, or begins a shoot-out if it is drawn.
@@ -342,6 +364,10 @@ impl Referee<'_, '_> {
         let cycles = self.seen.cycles(self.seen.rules.free_kick_s);
         self.decisions.game.set_play = Some(SetPlay::new(kind, team, place, cycles));
         self.decisions.events.push(MatchEvent::FreeKick { set_play: kind, team, position_m: place });
+        let stop_cycles = self.seen.cycles(self.seen.rules.free_kick_stop_s);
+        if stop_cycles > 0 {
+            self.stop(Some(stop_cycles));
+        }
     }
 
     /// Penalises a robot that takes the kick-off in place of the one that must take it; the ball is put back. Returns whether this

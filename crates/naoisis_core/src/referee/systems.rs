@@ -41,7 +41,13 @@ pub(super) fn begin_match(
     mut events: ResMut<CycleEvents>,
 ) {
     // A referee outside the match begins the match itself.
-    if game.state != GameState::Initial || outside.is_some() {
+    if game.state != GameState::Initial || game.half > 1 || outside.is_some() {
+        return;
+    }
+    if rules.kick_off == KickOffProcedure::ReadyAndSet && rules.initial_s > 0.0 {
+        if game.state_cycles == 0 {
+            events.push(MatchEvent::HalfBegins { half: game.half });
+        }
         return;
     }
     game.state = match rules.kick_off {

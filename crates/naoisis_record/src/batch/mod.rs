@@ -160,7 +160,7 @@ pub fn play(simulator: impl Fn() -> App, scenario: &Scenario) -> MatchRow {
 ///
 /// # Errors
 /// The reason why the network cannot be opened, or a program cannot be started.
-pub(crate) fn begin_programs(world: &mut World) -> Result<(), String> {
+pub fn begin_programs(world: &mut World) -> Result<(), String> {
     if !world.contains_resource::<AgentSettings>() {
         return Ok(());
     }

@@ -82,6 +82,8 @@ impl Rules {
             ("penalty_s", self.penalty_s),
             ("penalty_increase_s", self.penalty_increase_s),
             ("free_kick_leave_s", self.free_kick_leave_s),
+            ("initial_s", self.initial_s),
+            ("free_kick_stop_s", self.free_kick_stop_s),
             ("standby_s", self.standby_s),
             ("standby_random_s", self.standby_random_s),
             ("motion_in_set_s", self.motion_in_set_s.unwrap_or(0.0)),

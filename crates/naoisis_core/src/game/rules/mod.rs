@@ -127,6 +127,12 @@ pub struct Rules {
     /// from it (HSL 2026, penalty kick). Otherwise they only stay out of the penalty area.
     pub penalty_kick_behind_mark: bool,
 
+    /// Duration of `initial` before the `standby` or the first `ready` of each half, s. After a half, a GameController calls the first half
+    /// of it `finished`. Without `ready` and `set` there is no `initial`.
+    pub initial_s: f32,
+    /// Duration of the brief stop with which a free kick, kick-in, goal kick or corner kick begins, s: nobody moves, and all clocks stand
+    /// (GameController of the HSL 2026).
+    pub free_kick_stop_s: f32,
     /// The procedure of a kick-off.
     pub kick_off: KickOffProcedure,
     /// Least duration of the `standby` before a half's first `ready`, s (2025: 10); 0 for no `standby`.
@@ -348,6 +354,8 @@ impl Default for Rules {
             penalty_kick_extends_half: false,
             penalty_kick_keeper_goal: false,
             penalty_kick_behind_mark: false,
+            initial_s: 0.0,
+            free_kick_stop_s: 0.0,
             kick_off: KickOffProcedure::Placed,
             standby_s: 0.0,
             standby_random_s: 0.0,

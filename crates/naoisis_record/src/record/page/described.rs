@@ -68,8 +68,8 @@ pub(super) fn event_of(cycle: u64, time_s: f64, event: &MatchEvent) -> Option<Va
     Some(json!([cycle, event.kind(), sentence, about, place, why]))
 }
 
-/// Returns the JSON of the last block: the end of the match, and the counts.
-pub(super) fn end_of(end: &MatchEnd, summary: &MatchSummary) -> Value {
+/// Returns the JSON of the last block: the end of the match, and the counts. A match that was recorded with some `fields` only has no tables.
+pub(super) fn end_of(end: &MatchEnd, summary: &MatchSummary, fields: &Fields) -> Value {
     let maps = maps(summary).map(|(words, map, _)| {
         let tenths: Vec<u32> = map.time_s.iter().map(|time_s| (10.0 * time_s).round() as u32).collect();
         (words, tenths)
@@ -77,9 +77,9 @@ pub(super) fn end_of(end: &MatchEnd, summary: &MatchSummary) -> Value {
     json!({
         "end": end.reason,
         "score": end.score,
-        "teams": team_rows(summary),
+        "teams": if fields.is_all() { team_rows(summary) } else { Vec::new() },
         "robot_columns": ROBOT_COLUMNS,
-        "robots": robot_rows(summary),
+        "robots": if fields.is_all() { robot_rows(summary) } else { Vec::new() },
         "heat": { "columns": CELLS_ALONG, "rows": summary.ball.rows, "maps": maps },
     })
 }

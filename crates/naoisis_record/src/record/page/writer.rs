@@ -118,7 +118,7 @@ impl PageWriter {
         }
         let open = self.kick_follower.finish();
         self.add_kicks(open, last);
-        self.part() + &block(&end_of(end, &self.summary), &Columns::default())
+        self.part() + &block(&end_of(end, &self.summary, &self.fields), &Columns::default())
     }
 
     /// Returns the rest of the page of a match whose end is not known.

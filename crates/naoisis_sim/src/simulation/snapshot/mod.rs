@@ -202,17 +202,23 @@ impl Snapshot {
     /// The same as for [`restore`](Self::restore).
     pub fn restore_with_chance(&self, world: &mut World, seed: u64) -> Result<(), SnapshotError> {
         self.restore(world)?;
-        let mut robots = world.query::<(&RobotId, &mut RandomStreams)>();
-        for (id, mut streams) in robots.iter_mut(world) {
-            *streams = RandomStreams::new(seed, *id);
-        }
-        let mut behaviours = world.query::<(&RobotId, &mut BehaviourRandom)>();
-        for (id, mut random) in behaviours.iter_mut(world) {
-            *random = BehaviourRandom::new(seed, *id);
-        }
-        referee::reseed(world, seed);
+        reseed(world, seed);
         Ok(())
     }
+}
+
+/// Gives the match in `world` the random numbers of `seed` from now on. Earlier random values, such as the mounting errors of a robot's
+/// cameras, stay the same.
+pub fn reseed(world: &mut World, seed: u64) {
+    let mut robots = world.query::<(&RobotId, &mut RandomStreams)>();
+    for (id, mut streams) in robots.iter_mut(world) {
+        *streams = RandomStreams::new(seed, *id);
+    }
+    let mut behaviours = world.query::<(&RobotId, &mut BehaviourRandom)>();
+    for (id, mut random) in behaviours.iter_mut(world) {
+        *random = BehaviourRandom::new(seed, *id);
+    }
+    referee::reseed(world, seed);
 }
 
 impl Snapshot {
