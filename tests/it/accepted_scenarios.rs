@@ -34,7 +34,7 @@ use naoisis::scenario::{
 use naoisis::sensing::odometry::{OdometryNoise, OdometrySettings};
 use naoisis::sensing::sonar::{SonarNoise, SonarSettings};
 use naoisis::sensing::vision::{
-    ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, VisionNoise, VisionSettings,
+    ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, JerseyVision, VisionNoise, VisionSettings,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -399,10 +399,18 @@ fn abilities() -> impl Strategy<Value = Abilities> {
             .prop_map(|(per_minute, life_s)| FalsePositives { per_minute, life_s })
     };
     let feet = (within(-1.0..=10.0), within(0.0..=10.0)).prop_map(|(bias, sd)| HiddenFeet { bias, sd });
-    let lasting = (degrees(0.0..=180.0), gaze, places(), places(), feet);
+    let jerseys = (within(0.0..=1000.0), within(0.0..=1.0), within(0.0..=1000.0), degrees(0.0..=180.0)).prop_map(
+        |(number_m, number_error, heading_m, heading_sd)| JerseyVision {
+            number_m,
+            number_error,
+            heading_m,
+            heading_sd,
+        },
+    );
+    let lasting = (degrees(0.0..=180.0), gaze, places(), places(), feet, jerseys);
     let vision = ([class(), class(), class(), class(), class(), class(), class()], lasting).prop_map(
         |([ball, goal_posts, robots, lines, junctions, penalty_crosses, centre_circle], lasting)| {
-            let (head_angle_sd, gaze, false_balls, false_robots, hidden_feet) = lasting;
+            let (head_angle_sd, gaze, false_balls, false_robots, hidden_feet, jerseys) = lasting;
             VisionSettings {
                 noise: VisionNoise {
                     ball,
@@ -417,6 +425,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
                     false_balls,
                     false_robots,
                     hidden_feet,
+                    jerseys,
                 },
                 ..VisionSettings::default()
             }

@@ -49,7 +49,7 @@ use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
 use naoisis_core::camera_model::{CameraMounts, CameraName};
 use naoisis_core::cycle::{Cycle, CycleClock};
-use naoisis_core::geometry::{Pose, angle_of, unrotate};
+use naoisis_core::geometry::{Pose, angle_of, file_units, unrotate, wrap_angle};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::{GoalColour, JunctionShape};
 use naoisis_core::random::RandomStreams;
@@ -75,7 +75,7 @@ use ahead::LandmarksAhead;
 use false_positives::ActiveFalsePositives;
 use gaze::GazeError;
 pub(crate) use noise::GazeDecay;
-pub use noise::{ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, VisionNoise};
+pub use noise::{ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, JerseyVision, VisionNoise};
 use observer::{Observer, Views};
 use occlusion::Occluders;
 
@@ -140,6 +140,20 @@ pub struct RobotPercept {
     /// Its estimated position on the ground, m, robot frame.
     #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
+    /// The number on its jersey, if it could be read.
+    #[reflect(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub number: Option<u8>,
+    /// The direction in which it faces, deg, robot frame, if it was recognised.
+    #[reflect(default)]
+    #[serde(
+        rename = "heading_deg",
+        default,
+        with = "file_units::optional_degrees",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schemars(with = "Option<f32>")]
+    pub heading: Option<f32>,
 }
 
 /// A marking in an image.
@@ -160,11 +174,11 @@ pub struct LandmarkPercept {
 }
 
 macro_rules! percepts {
-    ($($percept:ident($($what:ident: $type:ty)?))*) => {
+    ($($percept:ident($($what:ident: $type:ty)?) $($unknown:ident)*;)*) => {
         $(impl $percept {
             /// A percept of this camera, at this pixel, [u, v], and at this position on the ground, m, robot frame.
             pub const fn new(camera: CameraName, $($what: $type,)? pixel: Vec2, position_m: Vec2) -> Self {
-                Self { camera, $($what,)? pixel, position_m }
+                Self { camera, $($what,)? pixel, position_m, $($unknown: None,)* }
             }
 
             /// The direction of its estimated position, radians, robot frame: counter-clockwise from straight ahead.
@@ -176,10 +190,10 @@ macro_rules! percepts {
 }
 
 percepts! {
-    BallPercept()
-    GoalPostPercept(colour: GoalColour)
-    RobotPercept(team: Team)
-    LandmarkPercept(kind: LandmarkKind)
+    BallPercept();
+    GoalPostPercept(colour: GoalColour);
+    RobotPercept(team: Team) number heading;
+    LandmarkPercept(kind: LandmarkKind);
 }
 
 /// The kind of a landmark on the ground.
@@ -270,7 +284,9 @@ impl Percepts {
         time_s.is_finite()
             && ball.iter().chain(balls).all(|seen| is_finite(seen.pixel, seen.position_m))
             && goal_posts.iter().all(|seen| is_finite(seen.pixel, seen.position_m))
-            && robots.iter().all(|seen| is_finite(seen.pixel, seen.position_m))
+            && robots
+                .iter()
+                .all(|seen| is_finite(seen.pixel, seen.position_m) && seen.heading.is_none_or(f32::is_finite))
             && landmarks.iter().all(|seen| is_finite(seen.pixel, seen.position_m) && is_kind_finite(&seen.kind))
     }
 
@@ -291,7 +307,10 @@ impl Percepts {
         let shift = |place: &mut Vec2| *place = unrotate(forward, *place - now.position);
         ball.iter_mut().chain(balls).for_each(|seen| shift(&mut seen.position_m));
         goal_posts.iter_mut().for_each(|seen| shift(&mut seen.position_m));
-        robots.iter_mut().for_each(|seen| shift(&mut seen.position_m));
+        for seen in robots {
+            shift(&mut seen.position_m);
+            seen.heading = seen.heading.map(|heading| wrap_angle(heading - now.heading));
+        }
         for seen in landmarks {
             shift(&mut seen.position_m);
             match &mut seen.kind {

@@ -137,6 +137,25 @@ pub struct HiddenFeet {
     pub sd: f32,
 }
 
+/// What the vision recognises of a robot's jersey and posture, besides its team. By default nothing.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct JerseyVision {
+    /// The distance within which the number on chest and back is read, m.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub number_m: f32,
+    /// Probability that another number is read, from 1 to 9.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub number_error: f32,
+    /// The distance within which the direction in which the robot faces is recognised, m.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub heading_m: f32,
+    /// Standard deviation of that direction, radians (degrees in files).
+    #[serde(rename = "heading_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
+    pub heading_sd: f32,
+}
+
 /// The share of a gaze's drift that is left a cycle later. Cached, as most robots have the same noise.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GazeDecay {
@@ -205,6 +224,8 @@ pub struct VisionNoise {
     pub false_robots: FalsePositives,
     /// The error of the distance to robots whose feet are hidden.
     pub hidden_feet: HiddenFeet,
+    /// The numbers and the headings of robots.
+    pub jerseys: JerseyVision,
 }
 
 impl Default for VisionNoise {
@@ -233,6 +254,7 @@ impl VisionNoise {
             false_balls: FalsePositives::default(),
             false_robots: FalsePositives::default(),
             hidden_feet: HiddenFeet::default(),
+            jerseys: JerseyVision::default(),
         }
     }
 

@@ -2,13 +2,14 @@
 
 use bevy::prelude::*;
 
-use super::RobotPercept;
 use super::measuring::{Cue, on_pitch};
 use super::noise::HiddenFeet;
 use super::observer::{Observer, across_sight};
 use super::occlusion::Target;
+use super::{JerseyVision, RobotPercept};
 use crate::appearance::scene::SceneRobot;
 use naoisis_core::camera_model::{CameraView, ViewSide};
+use naoisis_core::geometry::wrap_angle;
 use naoisis_core::robot::body::Waistband;
 use naoisis_core::team::Team;
 
@@ -26,7 +27,29 @@ const WAISTBAND_POINTS: usize = 9;
 
 impl Observer<'_> {
     pub(super) fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
-        self.see_waistband(robot.pose.position, robot.id.team, &robot.body.waistband, Target::Robot(index))
+        let band = &robot.body.waistband;
+        let mut percept = self.see_waistband(robot.pose.position, robot.id.team, band, Target::Robot(index))?;
+        self.recognise_jersey(&mut percept, robot);
+        Some(percept)
+    }
+
+    /// Fills in the number and the heading of a robot, as far as it is near enough. The number is on chest and back.
+    fn recognise_jersey(&mut self, percept: &mut RobotPercept, robot: &SceneRobot) {
+        /// The greatest angle between the line of sight and the direction in which a robot faces, or its opposite, at which its number is
+        /// read, as its cosine: 60°.
+        const LEAST_COSINE: f32 = 0.5;
+        let JerseyVision { number_m, number_error, heading_m, heading_sd } = self.noise.jerseys;
+        let sight = robot.pose.position - self.pose.position;
+        let distance_m = sight.length();
+        if distance_m < heading_m {
+            let error = self.recognition.gaussian(heading_sd);
+            percept.heading = Some(wrap_angle(robot.pose.heading - self.pose.heading + error));
+        }
+        if distance_m < number_m && sight.dot(robot.pose.forward()).abs() > LEAST_COSINE * distance_m {
+            let is_misread = self.recognition.chance(number_error);
+            let number = if is_misread { 1 + (9.0 * self.recognition.uniform()) as u8 } else { robot.id.number };
+            percept.number = Some(number);
+        }
     }
 
     /// The percept of a false robot of `team` with the waistband `band` at `position` on the pitch.
@@ -62,7 +85,7 @@ impl Observer<'_> {
             position_m = on_pitch(Some(position_m * self.error_without_feet(camera, place, band, target)))?;
             pixel = self.believed[camera].project_anywhere(position_m.extend(0.0));
         }
-        Some(RobotPercept { camera: self.names[camera], team, pixel, position_m })
+        Some(RobotPercept::new(self.names[camera], team, pixel, position_m))
     }
 
     /// The factor on the measured distance of a robot without a visible foot. Its error grows with the hidden height.

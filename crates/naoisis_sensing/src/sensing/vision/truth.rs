@@ -43,7 +43,7 @@ pub(super) fn know_everything(
     let others = scene.robots.iter().enumerate().filter(|&(index, _)| Some(index) != own_index);
     percepts.robots.extend(others.map(|(_, robot)| {
         let (camera, pixel, position_m) = look_at(robot.pose.position);
-        RobotPercept { camera, team: robot.id.team, pixel, position_m }
+        RobotPercept::new(camera, robot.id.team, pixel, position_m)
     }));
     let landmark = |kind: LandmarkKind, point: Vec2| {
         let (camera, pixel, position_m) = look_at(point);

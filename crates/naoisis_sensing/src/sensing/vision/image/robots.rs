@@ -43,7 +43,7 @@ impl Look<'_> {
                 .reduce(|best, other| if other.misfit < best.misfit { other } else { best });
             if let Some(Sighted { has_lower_edge, position_m, .. }) = best {
                 let pixel = self.view.project_anywhere(position_m.extend(0.0));
-                let percept = RobotPercept { camera: self.camera, team, pixel, position_m };
+                let percept = RobotPercept::new(self.camera, team, pixel, position_m);
                 insert(found, blob.area, has_lower_edge, percept);
             }
         }

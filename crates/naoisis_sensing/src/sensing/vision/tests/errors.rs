@@ -174,6 +174,33 @@ fn a_robot_whose_feet_are_hidden_seems_further_away_and_one_whose_feet_are_seen_
 }
 
 #[test]
+fn the_number_of_a_robot_is_read_near_enough_from_the_front_and_from_behind() {
+    let jerseys = JerseyVision { number_m: 2.0, number_error: 0.2, heading_m: 3.0, heading_sd: 0.1 };
+    let noise = VisionNoise { jerseys, ..VisionNoise::none() };
+    let seen = |x: f32, heading_deg: f32, noise: VisionNoise| {
+        let mut app = sensing_app();
+        let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], LEVEL);
+        set(&mut app, robot, VisionSettings { noise, ..default() });
+        spawn_robot(&mut app, Team::Pink, 4, [x, 0.0, heading_deg], LEVEL);
+        (0..2000).map(|_| sense::<Percepts>(&mut app, robot).robots[0]).collect::<Vec<_>>()
+    };
+    let nothing = |seen: &RobotPercept| (seen.number, seen.heading) == (None, None);
+    assert!(seen(1.5, 180.0, VisionNoise::none()).iter().all(nothing) && seen(3.2, 0.0, noise).iter().all(nothing));
+    // From the side, or from further away, the heading alone is recognised.
+    assert!(seen(1.5, 90.0, noise).iter().all(|seen| seen.number.is_none() && seen.heading.is_some()));
+    assert!(seen(2.5, 180.0, noise).iter().all(|seen| seen.number.is_none() && seen.heading.is_some()));
+    for heading_deg in [0.0, 180.0, 150.0] {
+        let seen = seen(1.5, heading_deg, noise);
+        // One in nine of those that are misread is the true number: 1 - 0.2 * 8 / 9 = 0.822, four binomial standard errors.
+        let share = seen.iter().filter(|seen| seen.number == Some(4)).count() as f32 / 2000.0;
+        assert!((share - 0.822).abs() < 4.0 * (0.822 * 0.178 / 2000.0_f32).sqrt(), "{share}");
+        let off = seen.iter().map(|seen| wrap_angle(seen.heading.unwrap() - to_radians(heading_deg)));
+        let (mean, deviation) = mean_and_deviation(off);
+        assert!(mean.abs() < 4.0 * 0.1 / 44.7 && (deviation - 0.1).abs() < 4.0 * 0.1 / 63.2, "{mean} {deviation}");
+    }
+}
+
+#[test]
 fn a_place_that_looks_like_a_ball_stays_where_it_is_while_the_robot_moves() {
     let noise = VisionNoise {
         false_balls: FalsePositives { per_minute: 60.0, life_s: 30.0 },
