@@ -5,7 +5,7 @@ use bevy::prelude::*;
 
 use super::penalty_kicks;
 use super::player::{Decision, Player, PlayerMemory};
-use naoisis_core::game::GameState;
+use naoisis_core::game::{GameState, SetPlayKind};
 use naoisis_core::geometry::{Pose, angle_of, unrotate};
 use naoisis_core::pitch::End;
 use naoisis_core::referee::formation;
@@ -26,6 +26,8 @@ const HALF_MARGIN_M: f32 = 0.15;
 const AREA_MARGIN_M: f32 = 0.05;
 /// A field player leaves when it is nearer than [`AREA_MARGIN_M`] by this, m: as much as a standing player sways.
 const AREA_SWAY_M: f32 = 0.03;
+/// The distance that a player keeps from the opponents' penalty area when it has to be clear, m: its body and the error of its place.
+const CLEARED_MARGIN_M: f32 = 0.5;
 /// A player stands still within this distance of its place and this angle of its facing: m, radians.
 const IN_PLACE: (f32, f32) = (0.05, 0.15);
 
@@ -36,7 +38,8 @@ pub fn apply(player: &Player, memory: &PlayerMemory, decision: Decision) -> Deci
         Some(_) if player.rules.kick_off_free_s.is_some() => stay_in_the_own_half(player, decision),
         _ => decision,
     };
-    let decision = penalty_kicks::apply(player, keep_off_the_free_kick(player, decision));
+    let decision = stay_out_of_the_cleared_area(player, keep_off_the_free_kick(player, decision));
+    let decision = penalty_kicks::apply(player, decision);
     stay_out_of_the_own_area(player, decision)
 }
 
@@ -157,6 +160,34 @@ fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
     Decision { walk: braked(player, decision.walk, ball.position_m, distance), ..decision }
 }
 
+/// Keeps the player out of the opponents' penalty area at their goal kick, and at their free kick inside this area, where the rules say so.
+fn stay_out_of_the_cleared_area(player: &Player, decision: Decision) -> Decision {
+    let theirs = player.status.set_play.filter(|set_play| set_play.team == Some(player.id.team.opponent()));
+    let Some(set_play) = theirs.filter(|_| player.rules.goal_kick_clears_area) else { return decision };
+    let area = player.pitch.penalty_area;
+    let edge = player.pitch.half_length() - area.depth_m;
+    let is_inside = |place: Vec2, margin: f32| place.x > edge - margin && place.y.abs() < area.width_m / 2.0 + margin;
+    let is_cleared = match set_play.kind {
+        SetPlayKind::KickOff | SetPlayKind::PenaltyKick => false,
+        SetPlayKind::GoalKick => true,
+        _ => player.ball().is_some_and(|ball| is_inside(ball.position_m, 0.0)),
+    };
+    if !is_cleared {
+        return decision;
+    }
+    let decision = Decision { kick: None, ..decision };
+    if is_inside(player.position(), CLEARED_MARGIN_M - AREA_SWAY_M) {
+        let out = Vec2::new(edge - CLEARED_MARGIN_M, player.position().y);
+        // Backwards, with the ball in view.
+        let walk = player.walk_to(out, Vec2::X, &player.obstacles());
+        return Decision { walk, target: Some(out), ..decision };
+    }
+    if is_inside(after(player, &decision.walk), CLEARED_MARGIN_M) {
+        return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, ..decision };
+    }
+    decision
+}
+
 /// Keeps a field player out of its own penalty area where only the keeper may be in it, and makes it leave.
 fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
     if is_forbidden_area(player, player.position(), AREA_MARGIN_M - AREA_SWAY_M) {
@@ -210,11 +241,12 @@ fn leads_into(player: &Player, walk: &WalkCommand, centre: Vec2, radius: f32) ->
 mod tests {
     use super::*;
     use crate::teams::player::tests::PlayerFixture;
-    use naoisis_core::game::{Rules, SetPlayKind};
+    use naoisis_core::game::Rules;
     use naoisis_core::referee::SetPlayStatus;
     use naoisis_core::robot::gait::Gait;
     use naoisis_core::robot::motion::MotionLimits;
     use naoisis_core::team::Team;
+    use naoisis_sensing::belief::Belief;
 
     fn walking(dx: f32, dy: f32) -> Decision {
         Decision { walk: WalkCommand { dx, dy, dtheta: 0.01 }, ..default() }
@@ -238,6 +270,24 @@ mod tests {
         // The own free kick is there to be taken.
         situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Some(Team::Blue) });
         assert!(moved(&situation, walking(0.006, 0.0)).x > -0.5);
+    }
+
+    #[test]
+    fn players_leave_the_opponents_area_at_their_goal_kick_where_the_rules_say_so() {
+        // The area of the pitch of 2010 begins at x = 2.4; the ball is put 2 m away from the player.
+        let mut situation = PlayerFixture::new(Pose::new(2.5, -0.9, 0.0), Vec2::new(2.4, 1.1));
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::GoalKick, team: Some(Team::Pink) });
+        assert!(moved(&situation, walking(0.006, 0.0)).x > 2.5);
+        situation.rules.goal_kick_clears_area = true;
+        assert!(moved(&situation, walking(0.006, 0.0)).x < 2.5);
+        situation.belief.pose.position.x = 1.89;
+        assert!(moved(&situation, walking(0.006, 0.0)).x > 1.89);
+        situation.belief.pose.position.x = 1.896;
+        assert_eq!(moved(&situation, walking(0.006, 0.0)).x, 1.896);
+        // A free kick before the area clears nothing.
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::PushingFreeKick, team: Some(Team::Pink) });
+        situation.belief = Belief { ball: None, ..situation.belief };
+        assert!(moved(&situation, walking(0.006, 0.0)).x > 1.896);
     }
 
     #[test]
