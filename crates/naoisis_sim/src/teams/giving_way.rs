@@ -13,6 +13,8 @@ use naoisis_sensing::belief::RobotBelief;
 const GIVE_WAY_M: f32 = 0.45;
 /// A robot with a gait brakes so that it comes no nearer to an opponent than this, m.
 const STOP_M: f32 = 0.4;
+/// The share of the free distance to an opponent within which a robot with a gait can stop: the opponent may come nearer, too.
+const OWN_SHARE: f32 = 0.6;
 /// The greatest speed towards an opponent that is harmless, m/s: the referee overlooks less than 0.05.
 pub(super) const HARMLESS_MPS: f32 = 0.03;
 /// Two robots that face each other may fight for a ball within this distance of the line between them, m.
@@ -32,7 +34,10 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
         let distance = way.length();
         let Some(line) = way.try_normalize() else { continue };
         let most_mps = match &player.limits.gait {
-            Some(gait) => gait.braking_speed(distance - STOP_M - wider_m).max(HARMLESS_MPS),
+            Some(_) => {
+                let free_m = OWN_SHARE * (distance - STOP_M - wider_m);
+                player.speed_to_stop_within_mps(free_m).max(HARMLESS_MPS)
+            }
             None if distance > GIVE_WAY_M + wider_m => continue,
             None => HARMLESS_MPS,
         };
