@@ -39,7 +39,7 @@ pub struct MatchRealismArguments {
     teams: TeamArguments,
     /// Differences in strength, as between teams of a tournament: in each match, each team has a handicap between 0 and this
     /// (at most 0.9), drawn from the seed; 0 for teams as strong as they are
-    #[arg(long, value_name = "SHARE", default_value_t = 0.6, value_parser = spread, requires = "scenario")]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.85, value_parser = spread, requires = "scenario")]
     spread: f32,
     /// Set a field of the scenario: messages.loss=0.2
     #[arg(long, value_name = "PATH=VALUE", requires = "scenario")]

@@ -30,9 +30,11 @@ pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> 
 pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let stop = snapshot.game.stop;
     let since = stop.map_or(snapshot.game.state_cycles, |stop| stop.cycles);
+    // A robot that was getting up when the stop began cannot break off.
+    let goes_on_getting_up = matches!(robot.posture, Posture::GettingUp { .. });
     let (what, cycles, limit_s) = if stood >= snapshot.cycles(STOOD_S) {
         ("s of standing before", stood, STOOD_S)
-    } else if since > snapshot.cycles(FINISHED_S) {
+    } else if since > snapshot.cycles(FINISHED_S) && !goes_on_getting_up {
         ("s of walking on", since, FINISHED_S)
     } else {
         return None;
@@ -114,6 +116,7 @@ impl Referee<'_, '_> {
 mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
+    use crate::robot::posture::LyingOn;
     use crate::team::{RobotId, Team};
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
@@ -174,6 +177,25 @@ mod tests {
         situation.game.state_cycles = 45 * 30;
         assert!(!situation.pass().robots[1].penalty.is_active());
         assert_eq!(situation.game.state, GameState::Set);
+    }
+
+    #[test]
+    fn in_a_brief_stop_it_may_not_begin_to_get_up_but_go_on_with_it() {
+        let after = |lies: usize| {
+            let mut situation = in_state(GameState::Playing);
+            situation.rules.motion_in_stop = true;
+            let (on, ball_m) = (LyingOn::Front, None);
+            situation.game.stop = Some(BriefStop { ball_m, cycles: 0, duration_cycles: None });
+            for cycle in 0..100 {
+                situation.robot_mut(BLUE2).posture = match cycle {
+                    cycle if cycle < lies => Posture::Fallen { on, cycles: 50 },
+                    _ => Posture::GettingUp { on, cycles: 50, cycles_left: 50 },
+                };
+                situation.pass();
+            }
+            situation.robots[1].penalty.is_active()
+        };
+        assert_eq!([0, 8, 20].map(after), [false, false, true]);
     }
 
     #[test]

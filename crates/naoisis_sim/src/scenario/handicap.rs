@@ -1,11 +1,12 @@
-//! Handicaps: teams that are slower, fall more often and see less than their settings say.
+//! Handicaps: teams that are slower, lie longer and see less than their settings say.
 
 use super::robot_settings::RobotSettings;
 use naoisis_sensing::sensing::vision::ClassNoise;
 
 impl RobotSettings {
-    /// Returns the settings of a robot with a `handicap` between 0 (none) and 0.9. Walking and turning are slower by this share, falls and
-    /// failures to get up are more frequent by the factor 1 / (1 - `handicap`), and the share 1 - `handicap` of all detections is left.
+    /// Returns the settings of a robot with a `handicap` between 0 (none) and 0.9. Walking and turning are slower by this share, falls in
+    /// walking are as frequent on the same way, falls in kicks and failures to get up are more frequent by the factor
+    /// 1 / (1 - `handicap`), and the share 1 - `handicap` of all detections is left.
     #[must_use]
     pub(super) fn with_handicap(mut self, handicap: f32) -> RobotSettings {
         if handicap <= 0.0 {
@@ -22,8 +23,7 @@ impl RobotSettings {
             gait.least_angular *= left;
         }
         let falls = &mut self.falls;
-        falls.falls_per_min /= left;
-        falls.contact_falls_per_min /= left;
+        falls.falls_per_min *= left;
         for probability in
             [&mut falls.kick_probability, &mut falls.get_up_failure, &mut falls.get_up_failure_in_contact]
         {
@@ -61,11 +61,13 @@ mod tests {
     }
 
     #[test]
-    fn a_team_with_a_handicap_is_slower_falls_more_and_sees_less() {
+    fn a_team_with_a_handicap_is_slower_gets_up_less_often_and_sees_less() {
         let scenario = teams(r#"{ "team": "roles", "handicap": 0.25 }"#).unwrap();
         let [blue, pink] = Team::BOTH.map(|team| scenario.settings_of(&scenario.robot(RobotId::new(team, 2))));
         assert_abs_diff_eq!(blue.motion.max_linear_mps, 0.75 * pink.motion.max_linear_mps, epsilon = 1e-6);
-        assert_abs_diff_eq!(blue.falls.falls_per_min, pink.falls.falls_per_min / 0.75, epsilon = 1e-4);
+        // At this speed as many falls a metre.
+        assert_abs_diff_eq!(blue.falls.falls_per_min, 0.75 * pink.falls.falls_per_min, epsilon = 1e-4);
+        assert_abs_diff_eq!(blue.falls.get_up_failure, pink.falls.get_up_failure / 0.75, epsilon = 1e-4);
         let [few, many] = [&blue, &pink].map(|settings| 1.0 - settings.vision.noise.ball.miss_probability);
         assert_abs_diff_eq!(few, 0.75 * many, epsilon = 1e-6);
         // The realism of the scenario mentions handicaps.
