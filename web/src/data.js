@@ -1,6 +1,8 @@
 // The match, unpacked: columns of whole numbers, one a quantity, and how they are looked up by time.
 // The other side, with the format in words, is crates/naoisis_record/src/record/page.
 
+import { minutes } from "./dom.js";
+
 export const STATES = ["initial", "standby", "ready", "set", "playing", "timeout", "finished"];
 export const POSTURES = ["upright", "lies on its front", "lies on its back", "gets up", "dives"];
 /** What a robot saw: the last kinds are landmarks. */
@@ -9,25 +11,36 @@ const LINE = 4;
 
 /** The match in the blocks of the page, and what is wrong with it in `notes`. Throws an error in words if there is none. */
 export async function readMatch(blocks) {
-  const match = { columns: new Map(), strings: [""], events: [], reasons: [], kicks: [], notes: [], head: null, end: null };
+  const match = { columns: new Map(), strings: [""], events: [], reasons: [], kicks: [], notes: [], warnings: [], gaps: [], head: null, end: null };
+  let isDamaged = false;
   for (const [index, block] of blocks.entries()) {
+    const text = block.textContent.trim();
+    // Whole blocks end with a full stop.
+    const isWhole = text.endsWith(".");
     let read;
     try {
-      read = await unpack(block.textContent);
+      read = await unpack(isWhole ? text.slice(0, -1) : text);
     } catch {
       if (index === 0) throw new Error("The match in this page is damaged: its first part cannot be read.");
-      const isLast = index === blocks.length - 1;
-      match.notes.push(isLast ? "The page breaks off here: the program that wrote it was stopped." : "A part of the match is damaged and left out.");
+      if (!isWhole) match.warnings.push("The page breaks off here: the program that wrote it was stopped.");
+      isDamaged ||= isWhole;
       continue;
     }
     const { json, columns } = read;
     if (json.match) match.head = json;
     else if (json.end) match.end = json;
-    else if (json.part) addPart(match, json, columns);
+    else if (json.part) {
+      if (isDamaged) match.gaps.push([match.columns.get("cycle")?.at(-1) ?? 0, columns.get("cycle")[0]]);
+      isDamaged = false;
+      addPart(match, json, columns);
+    }
   }
+  const at = (cycle) => minutes(cycle * match.head.cycle_s);
+  for (const [from, to] of match.gaps) match.warnings.push(`A part of the match is damaged and left out: ${at(from)} to ${at(to)}.`);
+  if (isDamaged) match.warnings.push("The end of the match is damaged and left out.");
   if (!match.head) throw new Error("There is no match in this page.");
   if (!match.columns.get("cycle")) throw new Error("This page has a match, but nothing of it was played.");
-  if (!match.end && !match.notes.length) match.notes.push("The page has no end: the program that wrote it was stopped, or the match was still going on.");
+  if (!match.end && !match.warnings.length) match.warnings.push("The page has no end: the program that wrote it was stopped, or the match was still going on.");
   if (match.head.fields?.length) match.notes.push(`The match was recorded with these fields only: ${match.head.fields.join(", ")}.`);
   return new Match(match);
 }
@@ -81,10 +94,11 @@ function addPart(match, json, columns) {
 const axis = (step) => 0.01 * Math.exp(0.15 * step);
 
 class Match {
-  constructor({ columns, strings, events, reasons, kicks, notes, head, end }) {
+  constructor({ columns, strings, events, reasons, kicks, notes, warnings, gaps, head, end }) {
     const typed = new Map([...columns].map(([name, values]) => [name, Int32Array.from(values)]));
     this.get = (name) => typed.get(name) ?? new Int32Array(0);
-    Object.assign(this, { strings, notes, head, end, kicks });
+    Object.assign(this, { strings, notes: [...warnings, ...notes], warnings, head, end, kicks });
+    this.gaps = gaps.map((gap) => gap.map((cycle) => cycle * head.cycle_s));
     this.cycleS = head.cycle_s;
     this.cycles = this.get("cycle");
     this.senses = this.get("sense");
@@ -108,6 +122,11 @@ class Match {
     const next = Math.min(index + 1, this.cycles.length - 1);
     const span = this.cycles[next] - this.cycles[index];
     return { index, next, share: span ? Math.min(1, (cycle - this.cycles[index]) / span) : 0 };
+  }
+
+  /** Whether the match at a time is in a damaged part of the page. */
+  isLost(timeS) {
+    return this.gaps.some(([from, to]) => timeS > from + 1e-6 && timeS < to - 1e-6);
   }
 
   timeOf(index) {
@@ -150,7 +169,7 @@ class Match {
   /** The state of the game at a time; undefined where the match was recorded without it. */
   game(at) {
     const of = (name) => this.get(name)[at.index];
-    const seconds = (name) => (of(name) >= 0 ? of(name) / 10 : null);
+    const seconds = (name) => (of(name) === undefined ? undefined : of(name) < 0 ? null : of(name) / 10);
     return { state: STATES[of("state")], half: of("half"), blue: of("blue"), pink: of("pink"), leftS: seconds("left"), secondS: seconds("second"), blueEnd: of("blue_end") };
   }
 

@@ -36,8 +36,14 @@ export class EventPanel {
     });
     this.times = this.rows.map(({ event }) => event.timeS);
     this.current = null;
-    this.list.replaceChildren(...(this.rows.length ? this.rows.map(({ row }) => row) : [el("li", { className: "none" }, "There are no such events.")]));
+    this.list.replaceChildren(...(this.rows.length ? this.rows.map(({ row }) => row) : [el("li", { className: "none" }, this.none())]));
     this.show(this.page.timeS);
+  }
+
+  none() {
+    const { fields } = this.page.match.head;
+    const isRecorded = !fields?.length || fields.some((name) => name.split(".")[0] === "events");
+    return isRecorded ? "There are no such events." : "Events were not recorded.";
   }
 
   /** Marks the last event up to a time. */

@@ -46,6 +46,8 @@ class Page {
     addEventListener("hashchange", () => this.follow(location.hash));
     new ResizeObserver(() => this.resize()).observe($("stage"));
     isDark.addEventListener("change", () => this.resize());
+    this.isLost = false;
+    if (match.warnings.length) this.say(match.warnings.join(" "));
     this.follow(location.hash);
     document.body.dataset.state = "ready";
     this.resize();
@@ -235,6 +237,7 @@ class Page {
       if (this.timeS >= this.match.endS) {
         this.timeS = this.match.endS;
         this.play(false);
+        if (!this.match.end) this.say(this.match.warnings.at(-1));
       }
     }
     this.show();
@@ -250,9 +253,12 @@ class Page {
     $("blue-score").textContent = game.blue ?? "–";
     $("pink-score").textContent = game.pink ?? "–";
     $("score").setAttribute("aria-label", score);
-    $("clock").textContent = game.leftS === null ? minutes(timeS) : minutes(game.leftS);
+    const isLost = match.isLost(timeS);
+    if (isLost !== this.isLost) this.say(isLost ? "This part of the match is damaged: what was before it is still shown." : "");
+    this.isLost = isLost;
+    $("clock").textContent = isLost || game.leftS === undefined ? "–" : minutes(game.leftS ?? timeS);
     const half = game.half && `half ${game.half}`;
-    const second = game.secondS === null ? "" : ` ${Math.ceil(game.secondS)} s`;
+    const second = (game.secondS ?? null) === null ? "" : ` ${Math.ceil(game.secondS)} s`;
     const way = game.blueEnd === undefined ? "" : `; blue plays ${game.blueEnd ? "←" : "→"}`;
     $("phase").textContent = game.state === "finished" ? "finished" : [half, game.state && game.state + second].filter(Boolean).join(", ") + way;
     $("time").textContent = minutes(timeS, 1);

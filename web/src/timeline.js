@@ -16,6 +16,7 @@ export function drawStrip(canvas, match) {
   const [xs, ends, states, isIn] = ["ball.x", "blue_end", "state", "ball.in"].map(match.get);
   for (let column = 0; column < width; column++) {
     const [from, to] = [column, column + 1].map((at) => match.at(match.startS + (at / width) * (match.endS - match.startS)).index);
+    if (match.isLost(match.startS + ((column + 0.5) / width) * (match.endS - match.startS))) continue;
     let [sum, count, plays] = [0, 0, 0];
     for (let index = from; index <= Math.max(from, to); index++) {
       if (isIn[index]) [sum, count] = [sum + xs[index] * (ends[index] ? -1 : 1), count + 1];

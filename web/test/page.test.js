@@ -249,12 +249,16 @@ test("a page that is broken says so in words", async () => {
     await done();
   }
   // A single damaged letter in the middle of a part.
-  const part = whole.indexOf('<script type="application/octet-stream">', first + 1);
+  const opening = '<script type="application/octet-stream">';
+  const part = whole.indexOf(opening, whole.indexOf(opening, first + 1) + 1);
   const middle = part + 2000;
   make("letter.html", whole.slice(0, middle) + (whole[middle] === "A" ? "B" : "A") + whole.slice(middle + 1));
+  const last = whole.lastIndexOf('<script type="application/octet-stream">') + 100;
+  make("last.html", whole.slice(0, last) + (whole[last] === "A" ? "B" : "A") + whole.slice(last + 1));
   for (const [name, words] of [
     ["cut.html", /breaks off here: the program that wrote it was stopped/],
-    ["letter.html", /A part of the match is damaged and left out/],
+    ["letter.html", /A part of the match is damaged and left out: \d+:\d\d to \d+:\d\d/],
+    ["last.html", /The end of the match is damaged and left out/],
   ]) {
     const { page, state, text, done } = await open(name, { hash: "#t=10" });
     assert.equal(await state(), "ready");
@@ -263,12 +267,21 @@ test("a page that is broken says so in words", async () => {
     assert.match(await text("match"), words);
     await done();
   }
+  // It is said at once, and in the gap.
+  const { page, text, done } = await open("letter.html");
+  assert.match(await text("caption"), /damaged and left out/);
+  const gap = await page.evaluate(() => globalThis.naoisisPage.match.gaps[0]);
+  await goTo(page, (gap[0] + gap[1]) / 2);
+  assert.match(await text("caption"), /This part of the match is damaged/);
+  assert.equal(await text("clock"), "–");
+  await done();
 });
 
 test("a match that was recorded without its game has no score, and says so", async () => {
   const { page, text, state, done } = await open("poses.html", { hash: "#t=2" });
   assert.equal(await state(), "ready");
-  assert.deepEqual([await text("blue-score"), await text("pink-score"), await text("phase")], ["–", "–", ""]);
+  assert.deepEqual([await text("blue-score"), await text("pink-score"), await text("clock"), await text("phase")], ["–", "–", "–", ""]);
+  assert.match(await text("events"), /Events were not recorded/);
   assert.match(await text("title"), /roles against chasers/);
   await page.getByRole("tab", { name: "Match" }).click();
   assert.match(await text("match"), /recorded with these fields only: ball, robots\.pose/);

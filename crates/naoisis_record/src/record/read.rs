@@ -21,6 +21,9 @@ use naoisis_sim::scenario::{FieldPath, Scenario, foreign_file, read_settings};
 /// Length limit of a line, bytes. It bounds the reader's memory.
 const LONGEST_LINE_BYTES: u64 = 16 << 20;
 
+/// Longest time of a match, s: some years.
+const LONGEST_S: f64 = 1e8;
+
 /// First bytes of a file compressed by Zstandard.
 const ZSTANDARD: &[u8] = b"\x28\xb5\x2f\xfd";
 /// First bytes of a file compressed by gzip.
@@ -236,6 +239,8 @@ impl TraceReader {
                 let end: MatchEnd = self.parse("the last line of a trace")?;
                 self.ending = Ending::Proper(end.reason);
                 self.end = Some(end);
+                // The checksum of compressed data follows.
+                while self.next_line()? {}
                 return Ok(None);
             }
             other => {
@@ -256,6 +261,13 @@ impl TraceReader {
             let message = format!("`time_s` is {}", record.time_s);
             return Err(self.fault(1, &message, &format!("at least {from_s} s")));
         }
+        if record.time_s > LONGEST_S {
+            return Err(self.fault(1, &format!("`time_s` is {}", record.time_s), &format!("at most {LONGEST_S} s")));
+        }
+        if let Some(pair) = record.robots.windows(2).find(|pair| pair[0].id >= pair[1].id) {
+            let message = format!("{} follows {}", pair[1].id, pair[0].id);
+            return Err(self.fault(1, &message, "robots in the order of their ids, each once"));
+        }
         self.last = Some((record.cycle, record.time_s));
         Ok(Some(record))
     }
@@ -267,7 +279,14 @@ impl TraceReader {
         match read {
             // A compressed trace that breaks off ends in the middle of a block.
             Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(false),
+            // Of the decompressor.
+            Err(error) if error.kind() == ErrorKind::Other => {
+                self.line += 1;
+                let message = format!("the data is damaged from here on or before: {error}");
+                return Err(self.fault(1, &message, "a trace as it was written"));
+            }
             Err(error) => return Err(TraceError::Io { path: self.path.clone(), error }),
+            Ok(0) => return Ok(false),
             Ok(_) => {}
         }
         self.line += 1;
@@ -376,6 +395,28 @@ mod tests {
         assert_eq!((robot.velocity.angular, robot.head.yaw), (quarter, quarter));
         assert_eq!((robot.posture, robot.sonar_m.right), (Posture::Upright, Some(0.4)));
         assert_eq!(records[1].events, [MatchEvent::FinalWhistle]);
+    }
+
+    #[test]
+    fn a_flipped_bit_of_a_compressed_trace_is_noticed() {
+        let (first, second) = (cycle(0), cycle(1));
+        let text = [HEADER, &first, &second, r#"{"type":"end","reason":"duration"}"#, ""].join("\n");
+        let mut encoder = zstd::stream::write::Encoder::new(Vec::new(), 3).unwrap();
+        encoder.include_checksum(true).unwrap();
+        io::Write::write_all(&mut encoder, text.as_bytes()).unwrap();
+        let packed = encoder.finish().unwrap();
+        let ending = |packed: Vec<u8>| -> Result<Ending, TraceError> {
+            let decoder = zstd::stream::read::Decoder::new(io::Cursor::new(packed)).unwrap();
+            let mut trace = TraceReader::new(Path::new("match.jsonl.zst"), decoder)?;
+            while trace.next_cycle()?.is_some() {}
+            Ok(trace.ending())
+        };
+        assert_eq!(ending(packed.clone()).unwrap(), Ending::Proper(EndReason::Duration));
+        for index in 4..packed.len() {
+            let mut damaged = packed.clone();
+            damaged[index] ^= 1;
+            assert!(!matches!(ending(damaged), Ok(Ending::Proper(_))), "byte {index}");
+        }
     }
 
     #[test]

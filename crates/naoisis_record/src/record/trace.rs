@@ -62,7 +62,10 @@ impl TraceRecorder {
         let output = OutputFile::create(path)?;
         let file: Box<dyn Write + Send + Sync> = Box::new(output.writer()?);
         let sink = if is_compressed(path) {
-            let encoder = zstd::stream::write::Encoder::new(file, COMPRESSION_LEVEL);
+            let encoder = zstd::stream::write::Encoder::new(file, COMPRESSION_LEVEL).and_then(|mut encoder| {
+                encoder.include_checksum(true)?;
+                Ok(encoder)
+            });
             Sink::Compressed(encoder.map_err(RecordError::io(path))?)
         } else {
             Sink::Plain(BufWriter::new(file))

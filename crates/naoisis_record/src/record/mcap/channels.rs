@@ -52,6 +52,8 @@ pub(in crate::record) struct Channels {
     drawn: Option<(Vec<RobotId>, usize)>,
     /// Whether records have the whole state of the game. Those of some traces lack it.
     has_game: bool,
+    /// Whether records have percepts.
+    has_percepts: bool,
     /// The truth at the end of the previous cycle, when the robots sensed.
     sensed: Sensed,
     /// The cycle from which on the next message between two robots is written.
@@ -81,7 +83,8 @@ impl Channels {
         let ball_radius_m = scenario.ball.unwrap_or_default().radius_m;
         let (cycle_s, sensed, next_message) = (scenario.cycle_s, Sensed::of(record), BTreeMap::new());
         let has_game = fields.is_all() || fields.names().iter().any(|name| name == "game");
-        Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, has_game, sensed, next_message }
+        let has_percepts = fields.has("robots.percepts");
+        Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, has_game, has_percepts, sensed, next_message }
     }
 
     /// Writes a cycle. Images are taken from the world, if it has any.
@@ -149,7 +152,9 @@ impl Channels {
 
     fn write_senses(&self, record: &CycleRecord, robot: &RobotRecord, time_ns: u64, sink: &mut impl ChannelSink) {
         let id = robot.id;
-        sink.log(&format!("/{id}/percepts"), time_ns, &percepts_scene(id, &robot.percepts));
+        if self.has_percepts {
+            sink.log(&format!("/{id}/percepts"), time_ns, &percepts_scene(id, &robot.percepts));
+        }
         if let Some(reported) = &robot.reported {
             sink.log_json(&format!("/{id}/reported"), time_ns, reported);
         }

@@ -26,5 +26,6 @@ pub(super) fn block(json: &Value, columns: &Columns) -> String {
     let json = serde_json::to_vec(&Named { json, columns: names }).unwrap_or_default();
     let raw = [&(json.len() as u32).to_le_bytes(), json.as_slice(), &bytes].concat();
     let packed = STANDARD.encode(compress_to_vec_zlib(&raw, LEVEL));
-    format!("<script type=\"application/octet-stream\">{packed}</script>\n")
+    // The full stop tells a whole block from one that is cut off.
+    format!("<script type=\"application/octet-stream\">{packed}.</script>\n")
 }

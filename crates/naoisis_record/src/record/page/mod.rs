@@ -1,7 +1,7 @@
 //! Writes a match as a page for a browser: a single file that plays the match without loading anything else.
 //!
 //! The [template](TEMPLATE) is the page without a match, built from the sources in `web`. Blocks follow it, each in a script element with
-//! base64 data. A block is a zlib stream with the length of a JSON object (four bytes, little-endian), the object, and the columns that
+//! base64 data and a full stop. A block is a zlib stream with the length of a JSON object (four bytes, little-endian), the object, and the columns that
 //! it names. Names of robots and teams, words of events and all other texts that a file or a program may choose are in these objects, so
 //! that they are never read as markup. The page shows them as text.
 //!

@@ -20,7 +20,10 @@ fn blocks(page: &str) -> Vec<(Value, Vec<(String, Vec<i32>)>)> {
     let data = page.strip_prefix(TEMPLATE).unwrap();
     data.split_terminator("</script>\n")
         .map(|block| {
-            let raw = decompress_to_vec_zlib(&STANDARD.decode(block.strip_prefix(OPENING).unwrap()).unwrap()).unwrap();
+            let raw = decompress_to_vec_zlib(
+                &STANDARD.decode(block.strip_prefix(OPENING).and_then(|text| text.strip_suffix('.')).unwrap()).unwrap(),
+            )
+            .unwrap();
             let (length, rest) = raw.split_at(4);
             let (json, mut bytes) = rest.split_at(u32::from_le_bytes(length.try_into().unwrap()) as usize);
             let json: Value = serde_json::from_slice(json).unwrap();

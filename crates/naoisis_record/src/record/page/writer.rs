@@ -32,6 +32,8 @@ const LONGEST_PART_S: f64 = 120.0;
 const BUDGET_BYTES: f64 = 2.9e6;
 /// Interval at which the reasons of an unchanged decision are written again, s.
 const REASONS_EVERY_S: f64 = 2.0;
+/// Greatest score that is shown: the numbers of a page have 29 bits.
+const MOST_GOALS: u32 = 1 << 28;
 /// Assumed length of a match without a clock, s.
 const UNKNOWN_LENGTH_S: f64 = 1200.0;
 
@@ -163,8 +165,8 @@ impl PageWriter {
         };
         add("game.state", "state", game.state as i32);
         add("game.half", "half", game.half as i32);
-        add("game.score", "blue", game.score.blue as i32);
-        add("game.score", "pink", game.score.pink as i32);
+        add("game.score", "blue", game.score.blue.min(MOST_GOALS) as i32);
+        add("game.score", "pink", game.score.pink.min(MOST_GOALS) as i32);
         add("game.time_left_s", "left", tenths(game.time_left_s));
         add("game.secondary_time_left_s", "second", tenths(game.secondary_time_left_s));
         add("game.blue_end", "blue_end", i32::from(game.blue_end == End::PositiveX));
