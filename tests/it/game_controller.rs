@@ -23,7 +23,8 @@ use crate::support::{blue, headless_app, naoisis, pink, text};
 pub(crate) fn free_ports() -> (u16, UdpSocket) {
     /// Tests that run at the same time do not take what another has looked at.
     static TESTS: AtomicU16 = AtomicU16::new(0);
-    let first = 2000 + (std::process::id() % 20_000) as u16 + 1000 * TESTS.fetch_add(1, Ordering::Relaxed);
+    // Team messages are at 10,000 and more; ports from 32,768 on are those that systems give to sockets that ask for any.
+    let first = 2000 + (std::process::id() % 4000) as u16 + 1000 * TESTS.fetch_add(1, Ordering::Relaxed);
     (first..first + 1000)
         .step_by(7)
         .find_map(|offset| {
