@@ -341,14 +341,13 @@ mod tests {
         let scenario = Scenario::from_json(r#"{ "teams": { "blue": "roles", "pink": "chasers" } }"#).unwrap();
         let mut app = App::new();
         app.add_plugins(NaoisisPlugins);
-        let name = |scenario, registry| team_name(Team::Pink, scenario, registry);
-        assert_eq!(name(Some(&scenario), app.world().resource()), "chasers");
-        assert_eq!(name(None, app.world().resource()), "pink");
+        let pink = |scenario: &Scenario| team_names(scenario, app.world().resource()).pink;
+        assert_eq!(pink(&scenario), "chasers");
         // A trace lists robots, not teams.
         let listed = simulation::resolved(app.world(), &scenario);
         assert_eq!(listed.teams, None);
-        assert_eq!(name(Some(&listed), app.world().resource()), "chasers");
+        assert_eq!(pink(&listed), "chasers");
         let scripted = Scenario::from_json(r#"{ "robots": [{ "team": "pink", "number": 1 }] }"#).unwrap();
-        assert_eq!(name(Some(&scripted), app.world().resource()), "pink");
+        assert_eq!(pink(&scripted), "pink");
     }
 }
