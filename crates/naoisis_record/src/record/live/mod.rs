@@ -2,7 +2,7 @@
 //!
 //! A frame is sent at most 60 times a second of real time. The match waits for no viewer: while nobody is connected nothing is encoded, and
 //! the frames that a slow viewer does not take in time are dropped. A viewer may pause the match, step through it and change its speed by
-//! [services]. None of this changes what happens in the match.
+//! services of the protocol. None of this changes what happens in the match.
 
 mod services;
 mod sink;
