@@ -47,6 +47,10 @@ impl Referee<'_, '_> {
 
     /// Ends a penalty kick with a goal if the goalkeeper has left its line too early, and the rules say so.
     pub(super) fn judge_keepers_line(&mut self) -> Option<Stoppage> {
+        // A penalty kick given in this cycle begins with `ready`: the goalkeeper has until `set` to go to its line.
+        if self.decisions.game.state != GameState::Playing {
+            return None;
+        }
         let penalty_kick = self.decisions.game.penalty_kick().filter(|_| self.seen.rules.penalty_kick_keeper_goal)?;
         let evidence = keeper_left_too_early(&penalty_kick, self.seen)?;
         self.decisions.game.set_play = None;
