@@ -66,7 +66,11 @@ impl MatchResult {
         let shots = self.shoot_out.map(|shots| format!("penalty shoot-out {} : {}", shots.blue, shots.pink));
         match (self.decided_by, self.winner, shots) {
             (DecidedBy::ExtraTime, ..) => Some("after extra time".to_owned()),
-            (DecidedBy::ShootOut, Some(winner), Some(shots)) => Some(format!("{shots}, won by {winner}")),
+            (DecidedBy::ShootOut, Some(winner), Some(shots)) => {
+                let as_many = self.shoot_out.is_some_and(|goals| goals.blue == goals.pink);
+                let why = if as_many { ", whose last shot was the better one" } else { "" };
+                Some(format!("{shots}, won by {winner}{why}"))
+            }
             (DecidedBy::Coin, Some(winner), Some(shots)) => {
                 Some(format!("{shots}, won by {winner} by the toss of a coin"))
             }
@@ -100,6 +104,8 @@ mod tests {
         assert_eq!(drawn(None).result(&rules), MatchResult { score: score(1, 1), ..default() });
         let shots = ShootOut { goals: score(2, 3), winner: Some(Team::Pink), ..default() };
         assert_eq!(told(drawn(Some(shots))), "blue 1 : 1 pink (penalty shoot-out 2 : 3, won by pink)");
+        let better = ShootOut { goals: score(2, 2), winner: Some(Team::Blue), ..default() };
+        assert!(told(drawn(Some(better))).ends_with("2 : 2, won by blue, whose last shot was the better one)"));
         let coin = ShootOut { goals: score(2, 2), winner: Some(Team::Blue), coin: true, ..default() };
         let told = told(drawn(Some(coin)));
         assert_eq!(told, "blue 1 : 1 pink (penalty shoot-out 2 : 2, won by blue by the toss of a coin)");

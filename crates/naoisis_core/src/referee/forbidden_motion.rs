@@ -41,7 +41,7 @@ pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Opt
     };
     walks(robot, stop.is_some()).then(|| {
         let rule = match snapshot.game.state {
-            _ if stop.is_some() => "In a brief stop nobody may move, not even to get up.",
+            _ if stop.is_some() => "In a brief stop no robot may move, unless it is getting up already.",
             GameState::Standby => "In `standby` nobody may walk before the referee raises its arms.",
             _ => "In `set` nobody may walk before the whistle.",
         };

@@ -69,13 +69,15 @@ impl Referee<'_, '_> {
                     PenaltyReason::PickUp => "A team may ask for a robot to be picked up.",
                     _ => "The person that runs the match can penalise a robot.",
                 };
+                if let Some(seconds) = duration_s.filter(|seconds| !(seconds.is_finite() && *seconds >= 0.0)) {
+                    return Err(format!("a penalty cannot last {seconds} s"));
+                }
                 let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
+                let is_sent_off = reason == PenaltyReason::Pushing && self.caution(index, &evidence);
                 match duration_s {
+                    _ if is_sent_off => self.penalise(index, PenaltyReason::SentOff, evidence),
                     None => self.penalise(index, reason, evidence),
-                    Some(seconds) if seconds.is_finite() && seconds >= 0.0 => {
-                        self.remove(index, reason, self.seen.cycles(seconds), evidence);
-                    }
-                    Some(seconds) => return Err(format!("a penalty cannot last {seconds} s")),
+                    Some(seconds) => self.remove(index, reason, self.seen.cycles(seconds), evidence),
                 }
             }
             Intervention::PickUp { robot } => {
@@ -224,6 +226,17 @@ mod tests {
         assert_eq!(robot.penalty.0.unwrap().cycles_left, 300);
         let mut situation = MatchFixture { interventions: vec![Intervention::Return { robot: BLUE2 }], ..situation };
         assert!(situation.pass().robots[1].is_present());
+    }
+
+    #[test]
+    fn a_push_that_is_called_by_hand_is_cautioned_as_one_that_the_referee_sees() {
+        let push = Intervention::Penalise { robot: BLUE2, reason: PenaltyReason::Pushing, duration_s: None };
+        let mut situation = MatchFixture { interventions: vec![push], ..MatchFixture::three_a_side() };
+        situation.rules.cautions_to_send_off = Some(2);
+        let reason = |situation: &mut MatchFixture| situation.pass().robots[1].penalty.0.unwrap().reason;
+        assert_eq!(reason(&mut situation), PenaltyReason::Pushing);
+        let mut again = MatchFixture { interventions: vec![Intervention::Return { robot: BLUE2 }, push], ..situation };
+        assert_eq!(reason(&mut again), PenaltyReason::SentOff);
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl Referee<'_, '_> {
     }
 
     /// Cautions a robot that pushed, if the rules have cautions. Returns whether it is sent off.
-    fn caution(&mut self, index: usize, evidence: &Evidence) -> bool {
+    pub(super) fn caution(&mut self, index: usize, evidence: &Evidence) -> bool {
         let Some(most) = self.seen.rules.cautions_to_send_off else { return false };
         let record = &mut self.memory.robots[index];
         record.cautions = record.cautions.saturating_add(1);

@@ -25,7 +25,7 @@ impl Referee<'_, '_> {
         }
         let game = &self.decisions.game;
         match (game.state, team) {
-            (GameState::Initial | GameState::Finished, _) => Err("there is no match to interrupt".to_owned()),
+            (GameState::Finished, _) | (GameState::Initial, None) => Err("there is no match to interrupt".to_owned()),
             (_, Some(team)) if game.timeouts_left[team] == 0 => Err(format!("{team} has no time-outs left")),
             (_, Some(team)) => {
                 self.memory.timeout_requests[team] = Some(self.seen.cycles(duration_s));
@@ -195,6 +195,16 @@ mod tests {
         let message = "blue has no time-outs left".to_owned();
         assert!(situation.pass().events.contains(&MatchEvent::InterventionRefused { intervention: BLUES, message }));
         assert_eq!(situation.game.state, GameState::Ready);
+    }
+
+    #[test]
+    fn a_team_may_request_one_before_the_match_begins() {
+        let mut situation = with_timeouts();
+        (situation.rules.initial_s, situation.game.state) = (1.0, GameState::Initial);
+        ask(&mut situation, BLUES);
+        assert_eq!(situation.game.state, GameState::Initial);
+        pass(&mut situation, 31);
+        assert_eq!((situation.game.state, situation.game.timeouts_left.blue), (GameState::Timeout, 0));
     }
 
     #[test]
