@@ -81,6 +81,17 @@ fn robots_are_told_twice_a_second() {
 }
 
 #[test]
+fn robots_are_told_of_the_end_of_the_match() {
+    let (offset, control) = free_ports();
+    let scenario = r#"{ "rules": { "preset": "naoisis", "half_s": 1.1, "halves": 1 }, "teams": { "blue": "chasers", "pink": "chasers" } }"#;
+    let mut app = told_match(scenario, settings(ProtocolVersion::V20, offset));
+    while !app.is_finished() {
+        app.run_cycles(1);
+    }
+    assert_eq!(packets(&control).last().map(|packet| packet.state), Some(GameState::Finished));
+}
+
+#[test]
 fn robots_are_told_of_each_change_where_that_is_asked_for() {
     let (offset, control) = free_ports();
     let scenario = r#"{ "rules": "naoisis", "teams": { "blue": "chasers", "pink": "chasers" },

@@ -23,7 +23,7 @@ use naoisis_core::ball::Ball;
 use naoisis_core::behaviour::Remote;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::events::CycleEvents;
-use naoisis_core::game::{GameState, OutsideReferee, Score};
+use naoisis_core::game::{GameState, OutsideReferee, Rules, Score};
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;
 use naoisis_core::robot::Roster;
@@ -121,7 +121,7 @@ impl Listener {
     }
 
     /// The newest directions of the GameController since the last call, if there are any.
-    fn heard(&mut self, time_s: f64, robots: &[RobotId]) -> Option<OutsideReferee> {
+    fn heard(&mut self, time_s: f64, robots: &[RobotId], rules: &Rules) -> Option<OutsideReferee> {
         let mut said = None;
         let mut bytes = [0; 256];
         for _ in 0..MOST_PACKETS {
@@ -149,7 +149,7 @@ impl Listener {
                 // It does not matter if nobody receives this.
                 let _ = self.socket.send_to(&REQUEST, place(from.ip(), REQUEST_PORT, self.port_offset));
             }
-            said = directions(&packet, numbers, robots).or(said);
+            said = directions(&packet, numbers, robots, rules).or(said);
         }
         said
     }
@@ -222,6 +222,7 @@ impl Listener {
 pub(super) fn listen(
     clock: Res<CycleClock>,
     roster: Res<Roster>,
+    rules: Res<Rules>,
     mut listener: ResMut<Listener>,
     mut outside: ResMut<OutsideReferee>,
     mut events: ResMut<CycleEvents>,
@@ -232,7 +233,7 @@ pub(super) fn listen(
             .complaints
             .add(format!("packets have no room for {robot}: their players have numbers up to {MOST_PLAYERS}"));
     }
-    let said = listener.heard(clock.start_time_s(), &robots);
+    let said = listener.heard(clock.start_time_s(), &robots, &rules);
     listener.complaints.publish(&mut events);
     if let Some(said) = said {
         outside.set_if_neq(said);
@@ -285,7 +286,12 @@ fn numbers_in(packet: &ControlPacket) -> PerTeam<u8> {
 }
 
 /// The directions in a packet for a match of `robots`; `None` if the packet is for other teams.
-fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) -> Option<OutsideReferee> {
+fn directions(
+    packet: &ControlPacket,
+    numbers: PerTeam<u8>,
+    robots: &[RobotId],
+    rules: &Rules,
+) -> Option<OutsideReferee> {
     let place = |team: Team| packet.teams.iter().position(|there| there.number == numbers[team]);
     let places = PerTeam { blue: place(Team::Blue)?, pink: place(Team::Pink)? };
     let penalty = |robot: &RobotId| {
@@ -295,7 +301,7 @@ fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) 
     };
     let score = |team: Team| u32::from(packet.teams[places[team]].score);
     Some(OutsideReferee {
-        state: state(packet),
+        state: state(packet, rules),
         is_stopped: packet.is_stopped,
         half: half(packet),
         blue_end: if places.blue == 0 { End::NegativeX } else { End::PositiveX },
@@ -314,13 +320,30 @@ fn half(packet: &ControlPacket) -> u32 {
     before + if packet.is_first_half { 1 } else { 2 }
 }
 
-/// The state of the game in a packet. A GameController calls the end of each half finished, but a match is finished only after the last
-/// half.
-fn state(packet: &ControlPacket) -> GameState {
+/// The state of the game in a packet. A GameController calls the end of each half and of each shot finished, but a match is finished only
+/// when nothing can follow.
+fn state(packet: &ControlPacket, rules: &Rules) -> GameState {
     match packet.state {
-        GameState::Finished if packet.is_first_half => GameState::Initial,
+        GameState::Finished if !is_last(packet, rules) => GameState::Initial,
         state => state,
     }
+}
+
+/// Whether the match of a packet in `finished` is over. After the second half of a drawn match extra time or a shoot-out follows if it is a
+/// knockout match. Only packets of version 18 tell that; of others the rules decide.
+fn is_last(packet: &ControlPacket, rules: &Rules) -> bool {
+    let [left, right] = &packet.teams;
+    let lead = left.score.abs_diff(right.score);
+    if packet.phase == GamePhase::ShootOut {
+        let (leader, other) = if left.score > right.score { (left, right) } else { (right, left) };
+        let shots = rules.shoot_out_shots.max(u32::from(leader.shots));
+        return u32::from(lead) > shots.saturating_sub(u32::from(other.shots));
+    }
+    let needs_winner = match packet.version {
+        ProtocolVersion::V18 => packet.is_knockout,
+        _ => rules.shoot_out || rules.extra_time_halves > 0,
+    };
+    !packet.is_first_half && !(lead == 0 && needs_winner)
 }
 
 #[cfg(test)]
@@ -357,8 +380,8 @@ mod tests {
     #[test]
     fn a_packet_is_read_from_the_side_of_the_match() {
         let robots = [RobotId::new(Team::Blue, 2), RobotId::new(Team::Pink, 2)];
-        let numbers = PerTeam { blue: 5, pink: 12 };
-        let said = directions(&packet(), numbers, &robots).unwrap();
+        let (numbers, rules) = (PerTeam { blue: 5, pink: 12 }, Rules::default());
+        let said = directions(&packet(), numbers, &robots, &rules).unwrap();
         // Blue is named second, so it defends the other goal.
         assert_eq!((said.blue_end, said.score), (End::PositiveX, Score { blue: 1, pink: 2 }));
         assert_eq!(said.penalties, [(robots[0], PenaltyReason::Pushing, 12.0)]);
@@ -367,8 +390,38 @@ mod tests {
         assert_eq!([true, false].map(|first| of_half(GamePhase::Normal, first)), [1, 2]);
         assert_eq!([true, false].map(|first| of_half(GamePhase::ExtraTime, first)), [3, 4]);
         let second_half = ControlPacket { is_first_half: false, ..packet() };
-        assert_eq!(directions(&second_half, numbers, &robots).unwrap().state, GameState::Finished);
-        assert_eq!(directions(&packet(), PerTeam { blue: 5, pink: 6 }, &robots), None);
+        assert_eq!(directions(&second_half, numbers, &robots, &rules).unwrap().state, GameState::Finished);
+        assert_eq!(directions(&packet(), PerTeam { blue: 5, pink: 6 }, &robots, &rules), None);
         assert_eq!(numbers_in(&packet()), PerTeam { blue: 12, pink: 5 });
+    }
+
+    #[test]
+    fn a_match_is_finished_when_neither_extra_time_nor_a_shot_can_follow() {
+        let rules = Rules { shoot_out_shots: 3, ..Rules::default() };
+        let version = ProtocolVersion::V18;
+        let of = |phase, is_first_half, is_knockout, of_teams: [(u8, u8); 2]| {
+            let teams = of_teams.map(|(score, shots)| TeamPacket { score, shots, ..TeamPacket::default() });
+            state(&ControlPacket { version, phase, is_first_half, is_knockout, teams, ..packet() }, &rules)
+        };
+        let (over, goes_on) = (GameState::Finished, GameState::Initial);
+        for phase in [GamePhase::Normal, GamePhase::ExtraTime] {
+            assert_eq!(of(phase, true, false, [(1, 0), (0, 0)]), goes_on);
+            assert_eq!(of(phase, false, false, [(1, 0), (1, 0)]), over);
+            assert_eq!(of(phase, false, true, [(1, 0), (1, 0)]), goes_on);
+            assert_eq!(of(phase, false, true, [(1, 0), (2, 0)]), over);
+        }
+        let shots = |of_teams| of(GamePhase::ShootOut, false, true, of_teams);
+        // Level, one shot each, and a lead that can be made up for.
+        assert_eq!(shots([(2, 1), (1, 1)]), goes_on);
+        assert_eq!(shots([(3, 2), (1, 2)]), over);
+        assert_eq!(shots([(3, 3), (2, 2)]), goes_on);
+        // Sudden death.
+        assert_eq!(shots([(3, 4), (3, 4)]), goes_on);
+        assert_eq!(shots([(4, 5), (3, 4)]), goes_on);
+        assert_eq!(shots([(4, 5), (3, 5)]), over);
+        // Later versions do not tell whether it is a knockout match.
+        let drawn = ControlPacket { is_first_half: false, teams: Default::default(), ..packet() };
+        assert_eq!(state(&drawn, &rules), over);
+        assert_eq!(state(&drawn, &Rules { shoot_out: true, ..rules }), goes_on);
     }
 }

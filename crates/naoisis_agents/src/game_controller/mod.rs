@@ -34,6 +34,7 @@ mod sockets;
 mod status_reports;
 mod team_messages;
 mod truth;
+mod version;
 
 pub use colours::{JerseyColour, TeamColours};
 pub use division::Division;

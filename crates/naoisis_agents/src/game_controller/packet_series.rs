@@ -8,7 +8,7 @@ use super::division::Division;
 use super::packet::{ControlPacket, ProtocolVersion};
 use super::packet_source::PacketSource;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::game::{Game, Penalty, Rules};
+use naoisis_core::game::{Game, GameState, Penalty, Rules};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::referee::RefereeMemory;
 use naoisis_core::team::{PerTeam, RobotId};
@@ -31,14 +31,16 @@ pub(super) struct MatchStatus<'w, 's> {
 }
 
 impl MatchStatus<'_, '_> {
-    /// Whether a packet is due after this cycle: twice a second, and more often when a brief stop has begun.
+    /// Whether a packet is due after this cycle: twice a second, more often when a brief stop has begun, and at the final whistle, after
+    /// which there may be no cycle.
     pub fn is_time(&self) -> bool {
+        let is_just_over = self.game.state == GameState::Finished && self.game.state_cycles == 0;
         let stop_period = u64::from(self.clock.cycles_in(STOP_PERIOD_S)).max(1);
         let in_burst = self
             .game
             .stop
             .is_some_and(|stop| stop.cycles.is_multiple_of(stop_period) && stop.cycles <= STOP_PACKETS * stop_period);
-        in_burst || self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
+        is_just_over || in_burst || self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
     }
 
     /// The packet of the current state: the true one for monitors, the announced one for robots.
