@@ -60,15 +60,17 @@ fn out_of_the_way(player: &Player, place: Vec2, is_ours: bool) -> Vec2 {
 }
 
 /// Whether the player takes its team's penalty kick: among the field players that it knows of, it is the nearest to the mark. Of
-/// players that are about as near it is the one with the lowest number, so that errors of their places do not make two kickers.
+/// players that are about as near it is the one with the lowest number, so that errors of their places do not make two kickers; a player
+/// of unknown number must be clearly nearer.
 fn is_kicker(player: &Player) -> bool {
     let mark = mark(player, true);
     let own = player.position().distance(mark);
-    let mates = player.belief.team_mates.iter().filter_map(|mate| Some((mate.id?, mate.position_m.distance(mark))));
+    let mates = player.belief.team_mates.iter().map(|mate| (mate.id, mate.position_m.distance(mark)));
     let is_keeper = player.is_goalkeeper(player.id) && player.rules.team_size > 1;
     !is_keeper
-        && mates.filter(|(mate, _)| !player.is_goalkeeper(*mate)).all(|(mate, distance)| {
-            if (own - distance).abs() < ABOUT_AS_NEAR_M { player.id.number < mate.number } else { own < distance }
+        && mates.filter(|(mate, _)| !mate.is_some_and(|mate| player.is_goalkeeper(mate))).all(|(mate, distance)| {
+            let about_as_near = (own - distance).abs() < ABOUT_AS_NEAR_M;
+            if about_as_near { mate.is_none_or(|mate| player.id.number < mate.number) } else { own < distance }
         })
 }
 
@@ -150,6 +152,11 @@ mod tests {
         // About as near as number 3: the lower number takes it.
         situation.belief.team_mates = vec![mate(0.3)];
         assert!(place(&situation.player()).unwrap().position.x > 0.0);
+        // Of a mate whose number is unknown only its place counts.
+        situation.belief.team_mates[0].id = None;
+        assert!(place(&situation.player()).unwrap().position.x > 0.0);
+        situation.belief.team_mates[0].position_m.x = 1.0;
+        assert!(place(&situation.player()).unwrap().position.x < 0.0);
         situation.id.number = 1;
         assert_eq!(place(&situation.player()).unwrap().position, Vec2::new(-3.0, 0.0));
     }

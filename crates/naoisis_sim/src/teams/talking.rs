@@ -1,7 +1,7 @@
 //! How often a player sends messages if they are limited, so that those of its team last for the match.
 
 use super::player::{Player, PlayerMemory};
-use naoisis_core::game::GameState;
+use naoisis_core::game::{GameState, SetPlayKind};
 
 /// Messages kept in reserve for each robot: those that several robots send at once are counted afterwards.
 const RESERVE: u32 = 3;
@@ -16,7 +16,10 @@ pub fn may_send(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> boo
         return true;
     }
     let pause_s = pause_between_messages_s(player);
-    if status.state != GameState::Playing || pause_s.is_infinite() {
+    // Before a penalty kick the players agree on the kicker by their places.
+    let prepares_penalty_kick = status.state == GameState::Ready
+        && status.set_play.is_some_and(|set_play| set_play.kind == SetPlayKind::PenaltyKick);
+    if !(status.state == GameState::Playing || prepares_penalty_kick) || pause_s.is_infinite() {
         return false;
     }
     let pause_s = if urgent { pause_s.min(URGENT_S) } else { pause_s };
@@ -80,6 +83,20 @@ mod tests {
         let situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         let mut memory = PlayerMemory::default();
         assert!((0..3).all(|_| may_send(&situation.player(), &mut memory, false)));
+    }
+
+    #[test]
+    fn limited_messages_are_sent_in_play_and_before_a_penalty_kick() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
+        situation.rules = Rules { team_size: 7, halves: 2, half_s: 600.0, ..Rules::default() };
+        (situation.status.messages_left, situation.status.time_left_s) = (Some(1200), Some(600.0));
+        let talks = |situation: &PlayerFixture| may_send(&situation.player(), &mut PlayerMemory::default(), false);
+        assert!(talks(&situation));
+        situation.status.state = GameState::Ready;
+        assert!(!talks(&situation));
+        let kind = SetPlayKind::PenaltyKick;
+        situation.status.set_play = Some(naoisis_core::referee::SetPlayStatus { kind, team: None });
+        assert!(talks(&situation));
     }
 
     #[test]
