@@ -1,5 +1,6 @@
 //! Arguments of the command line about programs that play.
 
+use bevy::app::App;
 use clap::Args;
 use core::time::Duration;
 use std::path::{Path, PathBuf};
@@ -8,6 +9,7 @@ use std::sync::Arc;
 use super::report;
 use super::teams::TeamArguments;
 use naoisis_agents::agents::AgentSettings;
+use naoisis_agents::game_controller::MatchNetwork;
 use naoisis_core::team::PerTeam;
 
 /// Arguments about programs that play.
@@ -49,6 +51,15 @@ impl AgentArguments {
             break_off: None,
         }
     }
+}
+
+/// Returns `app` with the settings for programs and, if there is one, the network of the match.
+pub fn connected(mut app: App, settings: &AgentSettings, network: Option<&MatchNetwork>) -> App {
+    app.insert_resource(settings.clone());
+    if let Some(network) = network {
+        app.insert_resource(network.clone());
+    }
+    app
 }
 
 /// Returns the folder of a scenario file; `None` for a built-in scenario.

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::agents::AgentArguments;
+use super::agents::{AgentArguments, connected};
 use super::batch_summary::{print_summaries, what_was_played};
 use super::game_controller::GameControllerArguments;
 use super::interrupt::Interrupt;
@@ -139,12 +139,8 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         part.start + earlier..part.end,
         || {
             let finds_mistakes = arguments.mistakes.is_some();
-            let mut app = if finds_mistakes { program.simulator_with(FindMistakes) } else { program.simulator() };
-            app.insert_resource(agents.clone());
-            if let Some(network) = &network {
-                app.insert_resource(network.clone());
-            }
-            app
+            let app = if finds_mistakes { program.simulator_with(FindMistakes) } else { program.simulator() };
+            connected(app, &agents, network.as_ref())
         },
         interrupt.stop(),
         |mut row| {

@@ -5,7 +5,7 @@ use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::agents::AgentArguments;
+use super::agents::{AgentArguments, connected};
 use super::check_program::{TestMatch, check_program};
 use super::expect::{cores, play_many, print_verdicts, write_junit};
 use super::game_controller::GameControllerArguments;
@@ -186,14 +186,7 @@ impl Check<'_> {
         let mut file = file.with(&arguments.set).map_err(|error| error.to_string())?;
         arguments.teams.choose(program.simulator().world(), &mut file)?;
         let settings = arguments.agents.settings(&file.source.name, &arguments.teams);
-        let simulator = || {
-            let mut app = program.simulator();
-            app.insert_resource(settings.clone());
-            if let Some(network) = network {
-                app.insert_resource(network.clone());
-            }
-            app
-        };
+        let simulator = || connected(program.simulator(), &settings, network.as_ref());
         play_many(simulator, &file.scenario, &file.scenario.expectations, &self.interrupt)
     }
 

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Instant;
 
+use super::agents::connected;
 use super::expect::{print_verdicts, write_junit};
 use super::interrupt::Interrupt;
 use super::pace::Pace;
@@ -179,14 +180,7 @@ fn judge(
     let mut verdicts = expectations::judge(&outcome.watch, &expectations.of_match());
     let settings = app.world().get_resource::<AgentSettings>().cloned().unwrap_or_default();
     let network = arguments.network_of_many().map_err(|message| report::usage_error(&message))?;
-    let simulator = || {
-        let mut app = program.simulator();
-        app.insert_resource(settings.clone());
-        if let Some(network) = &network {
-            app.insert_resource(network.clone());
-        }
-        app
-    };
+    let simulator = || connected(program.simulator(), &settings, network.as_ref());
     verdicts.extend(expectations.judge_many(simulator, scenario, interrupt).map_err(|message| {
         let status = report::failure(&message);
         if interrupt.is_stopped() { interrupt.finish(ExitCode::SUCCESS) } else { status }

@@ -8,7 +8,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use super::agents::AgentArguments;
+use super::agents::{AgentArguments, connected};
 use super::batch::progress_bar;
 use super::begin::{change_match, is_snapshot, scenario_file};
 use super::game_controller::GameControllerArguments;
@@ -89,14 +89,7 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
         Err(message) => return report::usage_error(&message),
     };
     let settings = arguments.agents.settings(&arguments.moment, &arguments.teams);
-    let simulator = || {
-        let mut app = program.simulator();
-        app.insert_resource(settings.clone());
-        if let Some(network) = &network {
-            app.insert_resource(network.clone());
-        }
-        app
-    };
+    let simulator = || connected(program.simulator(), &settings, network.as_ref());
     let mut app = simulator();
     let gone = go_to_moment(&mut app, arguments);
     agents::dismiss(app.world_mut(), "end");
