@@ -59,7 +59,7 @@ fn a_trace_is_the_same_after_it_was_in_an_mcap_file() {
     for (line, said) in [
         ("run match3v3 --mcap m.mcap", "error: --mcap: m.mcap: the file exists already"),
         ("run match3v3 --mcap m.mp4", "error: --mcap: m.mp4: expected a name that ends in .mcap"),
-        ("convert t.jsonl m.mcap", "error: convert: m.mcap: the file exists already"),
+        ("convert t.jsonl m.mcap", "error: FILE: m.mcap: the file exists already"),
     ] {
         let output = naoisis(folder, &line.split(' ').collect::<Vec<_>>());
         let words = text(&output.stderr);

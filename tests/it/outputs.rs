@@ -129,6 +129,9 @@ fn whoever_is_killed_leaves_the_earlier_file_and_what_there_is_of_the_new_one() 
 #[test]
 fn earlier_frames_make_way_by_force_and_nothing_else_does() {
     let folder = folder_with_a_scenario();
+    let (status, said) = run(folder.path(), &["--frames", "missing/frames"]);
+    assert_eq!(status, Some(2));
+    assert!(said.contains("--frames: missing/frames") && !folder.path().join("missing").exists(), "{said}");
     assert_eq!(run(folder.path(), &["--frames", "frames"]).0, Some(0));
     let (status, said) = run(folder.path(), &["--frames", "frames"]);
     assert_eq!(status, Some(2));

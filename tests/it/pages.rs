@@ -57,9 +57,9 @@ fn a_trace_becomes_what_the_ending_says() {
         "{words}"
     );
     for (file, said) in [
-        ("c.html", "error: convert: c.html: the file exists already; expected another name, or --force to replace it"),
+        ("c.html", "error: FILE: c.html: the file exists already; expected another name, or --force to replace it"),
         ("c.gif", "error: c.gif: no format has this ending; expected one of .html, .mcap, .jsonl, .jsonl.zst"),
-        (TRACE, "error: convert: t.jsonl.zst: this would replace t.jsonl.zst, which the command reads"),
+        (TRACE, "error: FILE: t.jsonl.zst: this would replace t.jsonl.zst, which the command reads"),
     ] {
         let (status, words) = convert(folder, file);
         assert!(status == Some(2) && words.starts_with(said), "{file}: {words}");

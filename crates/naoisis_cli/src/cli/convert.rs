@@ -55,7 +55,7 @@ enum Target<'a> {
 impl Target<'_> {
     fn outputs(&self) -> Vec<Output> {
         match self {
-            Target::File(file, _) => vec![Output { option: "convert", path: file.to_path_buf() }],
+            Target::File(file, _) => vec![Output { option: "FILE", path: file.to_path_buf() }],
             Target::Tables(folder, format) => {
                 let option = if *format == TableFormat::Csv { "--csv" } else { "--parquet" };
                 format.files(folder).map(|path| Output { option, path }).collect()

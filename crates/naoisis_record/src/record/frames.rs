@@ -142,7 +142,7 @@ fn paths_in(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
     Ok(entries.map_err(RecordError::io(folder))?.iter().map(fs::DirEntry::path).collect())
 }
 
-/// Creates an empty folder, and checks that it can be written to.
+/// Creates an empty folder in a folder that exists, and checks that it can be written to.
 ///
 /// # Errors
 /// If it cannot be created, is not empty or cannot be written to.
@@ -150,7 +150,10 @@ pub(super) fn make_empty_folder(folder: &Path) -> Result<(), RecordError> {
     if folder.is_file() {
         return Err(RecordError::NotAFolder(folder.to_owned()));
     }
-    fs::create_dir_all(folder).map_err(RecordError::io(folder))?;
+    match fs::create_dir(folder) {
+        Err(error) if !folder.is_dir() => return Err(RecordError::io(folder)(error)),
+        _ => {}
+    }
     if fs::read_dir(folder).map_err(RecordError::io(folder))?.next().is_some() {
         return Err(RecordError::NotEmpty(folder.to_owned()));
     }
