@@ -4,9 +4,11 @@ use bevy::prelude::*;
 use std::path::Path;
 use std::process::ExitCode;
 
+use super::agents::AgentArguments;
 use super::notes;
 use super::report;
 use super::run_arguments::RunArguments;
+use super::teams::TeamArguments;
 use naoisis_core::cycle::CycleClock;
 use naoisis_core::team::Team;
 use naoisis_sim::scenario::wording::one_of;
@@ -119,24 +121,40 @@ pub fn change_match(app: &mut App, name: &str, settings: &[Setting]) -> Result<(
         .map_err(|fault| report::scenario_error(&changed.source.error(&fault)))
 }
 
+/// Puts a saved match into `app`, which keeps its teams and random numbers.
+///
+/// # Errors
+/// A message about the command line or the file.
+pub fn restore(
+    app: &mut App,
+    name: &str,
+    teams: &TeamArguments,
+    agents: &AgentArguments,
+    seed: Option<u64>,
+) -> Result<(), String> {
+    if teams.are_given() {
+        return Err(
+            "--blue, --pink: a saved match has its teams; expected neither, or a scenario with `from` and this file"
+                .to_owned(),
+        );
+    }
+    if seed.is_some() {
+        return Err("--seed: a saved match continues with its own random numbers; expected no seed".to_owned());
+    }
+    app.insert_resource(agents.settings(name, teams));
+    let snapshot = Snapshot::load(Path::new(name), app.world()).map_err(|error| error.to_string())?;
+    snapshot.restore(app.world_mut()).map_err(|error| format!("{name}: {error}"))
+}
+
 /// Continues a saved match, with the settings of the command line.
 fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     let usage_error = |message: &str| report::usage_error(message);
     if arguments.realism.is_some() {
         return Err(usage_error("--realism: a saved match has its settings; expected --set for settings to change"));
     }
-    if arguments.teams.are_given() {
-        return Err(usage_error(
-            "--blue, --pink: a saved match has its teams; expected neither, or a scenario with `from` and this file",
-        ));
-    }
-    if arguments.seed.is_some() {
-        return Err(usage_error("--seed: a saved match continues with its own random numbers; expected no seed"));
-    }
     let path = Path::new(&arguments.scenario);
-    app.insert_resource(arguments.agents.settings(&arguments.scenario, &arguments.teams));
-    let snapshot = Snapshot::load(path, app.world()).map_err(|error| usage_error(&error.to_string()))?;
-    snapshot.restore(app.world_mut()).map_err(|error| usage_error(&format!("{}: {error}", path.display())))?;
+    restore(app, &arguments.scenario, &arguments.teams, &arguments.agents, arguments.seed)
+        .map_err(|message| usage_error(&message))?;
     if !arguments.settings().is_empty() {
         change_match(app, &arguments.scenario, &arguments.settings())?;
     }

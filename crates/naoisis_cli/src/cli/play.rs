@@ -1,14 +1,15 @@
 //! `naoisis play`: a match in a window.
 
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::agents::AgentArguments;
+use super::begin::is_snapshot;
 use super::game_controller::GameControllerArguments;
 use super::pictures::PictureArguments;
 use super::recordings::Recordings;
-use super::run::{length_s, run_scenario};
+use super::run::{length_s, run, run_scenario};
 use super::run_arguments::RunArguments;
 use super::teams::TeamArguments;
 use super::window::WindowArguments;
@@ -21,7 +22,8 @@ const DEFAULT_SCENARIO: &str = "match3v3";
 /// Arguments of `naoisis play`.
 #[derive(Args, Debug, Clone, Default)]
 pub struct PlayArguments {
-    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`); without any
+    /// A scenario file (.ron or .json), the name of a built-in scenario (see `naoisis list scenarios`), or a match saved
+    /// by `run --save` or in the window (.naoisis), which continues; without any
     /// argument about the match, the window asks, and suggests the last one or match3v3
     pub scenario: Option<String>,
     #[command(flatten)]
@@ -60,7 +62,11 @@ impl PlayArguments {
 
 /// Runs the command. Without a display the match is played headless, with a note, so that scripts do not wait.
 pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
-    let (name, mut file) = match find(arguments) {
+    let display = display();
+    if let Some(name) = arguments.scenario.as_ref().filter(|name| is_snapshot(Path::new(name))) {
+        return go_on(program, name, display, arguments);
+    }
+    let (name, mut file) = match find(arguments, display.is_ok()) {
         Ok(found) => found,
         Err(errors) => return report::scenario_errors(&errors),
     };
@@ -70,9 +76,9 @@ pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
     if let Err(message) = arguments.teams.choose(program.simulator().world(), &mut file) {
         return report::usage_error(&message);
     }
-    match display() {
+    match display {
         #[cfg(feature = "viewer")]
-        Ok(()) => watch(program, &name, &file, arguments),
+        Ok(()) => watch(program, &name, Some(&file), arguments),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
@@ -80,34 +86,53 @@ pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
             report::note(&format!(
                 "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
             ));
-            let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
-            let recordings = Recordings { pictures, ..Recordings::default() };
-            run_scenario(
-                program,
-                &file,
-                &RunArguments {
-                    scenario: name,
-                    recordings,
-                    teams: arguments.teams.clone(),
-                    agents: arguments.agents.clone(),
-                    game_controller: arguments.game_controller.clone(),
-                    force: arguments.force,
-                    ..RunArguments::default()
-                },
-            )
+            run_scenario(program, &file, &headless(name, arguments))
         }
     }
 }
 
+/// Continues a saved match.
+fn go_on(
+    program: Program<'static>,
+    name: &str,
+    display: Result<(), &'static str>,
+    arguments: &PlayArguments,
+) -> ExitCode {
+    match display {
+        #[cfg(feature = "viewer")]
+        Ok(()) => watch(program, name, None, arguments),
+        #[cfg(not(feature = "viewer"))]
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            report::note(&format!("{reason}: continuing the match headless, as fast as it goes; Ctrl-C ends it"));
+            run(program, &RunArguments { seed: arguments.seed, ..headless(name.to_owned(), arguments) })
+        }
+    }
+}
+
+/// The arguments of `naoisis run` for the same match.
+fn headless(scenario: String, arguments: &PlayArguments) -> RunArguments {
+    let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
+    RunArguments {
+        scenario,
+        recordings: Recordings { pictures, ..Recordings::default() },
+        teams: arguments.teams.clone(),
+        agents: arguments.agents.clone(),
+        game_controller: arguments.game_controller.clone(),
+        force: arguments.force,
+        ..RunArguments::default()
+    }
+}
+
 /// Returns the scenario of the command line. Without one, it is the last one that was watched, if it still exists.
-fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), Vec<ScenarioError>> {
+fn find(arguments: &PlayArguments, has_window: bool) -> Result<(String, ScenarioFile), Vec<ScenarioError>> {
     let check = |name: &str| ScenarioFile::check(name, |_| Vec::new());
     if let Some(name) = &arguments.scenario {
         return Ok((name.clone(), check(name)?));
     }
     #[cfg(feature = "viewer")]
-    if let Some(name) = naoisis_viewer::viewer::memory::ViewerMemory::of_user().remembered.scenario
-        && display().is_ok()
+    if has_window
+        && let Some(name) = naoisis_viewer::viewer::memory::ViewerMemory::of_user().remembered.scenario
         && let Ok(file) = ScenarioFile::find(&name)
     {
         return Ok((name, file));
@@ -131,7 +156,7 @@ pub(super) fn display() -> Result<(), &'static str> {
         Ok((connection, _)) => {
             // The connection stays open: a server restarts when its last client leaves, and refuses clients meanwhile.
             core::mem::forget(connection);
-            Ok(())
+            adapter()
         }
         Err(_) => Err("the display does not answer"),
     }
@@ -140,11 +165,21 @@ pub(super) fn display() -> Result<(), &'static str> {
 /// Checks whether a window can be opened. The error says why not.
 #[cfg(all(feature = "viewer", not(all(unix, not(target_os = "macos")))))]
 pub(super) fn display() -> Result<(), &'static str> {
-    Ok(())
+    adapter()
+}
+
+/// Checks whether there is something to draw with. The error says what to install.
+#[cfg(feature = "viewer")]
+fn adapter() -> Result<(), &'static str> {
+    naoisis_gpu::renderer::check_adapter().map_err(|_| {
+        "there is no graphics driver with Vulkan, Metal or DirectX 12; install that of the graphics card, or one that draws without a \
+         graphics card (`mesa-vulkan-drivers` on Debian, Ubuntu and Fedora, `vulkan-swrast` on Arch)"
+    })
 }
 
 #[cfg(feature = "viewer")]
-fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+fn watch(program: Program<'static>, name: &str, file: Option<&ScenarioFile>, arguments: &PlayArguments) -> ExitCode {
+    use super::begin;
     use super::pictures::or_force;
     use super::window;
     use naoisis_record::record::film::Film;
@@ -160,25 +195,38 @@ fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: 
         Ok(app) => app,
         Err(message) => return report::usage_error(&message),
     };
-    app.insert_resource(arguments.agents.settings(name, &arguments.teams));
-    if let Err(fault) = app.start_match(&file.scenario) {
-        return report::scenario_error(&file.source.error(&fault));
+    match file {
+        Some(file) => {
+            app.insert_resource(arguments.agents.settings(name, &arguments.teams));
+            if let Err(fault) = app.start_match(&file.scenario) {
+                return report::scenario_error(&file.source.error(&fault));
+            }
+            app.insert_resource(PlayedFile(Some(file.clone())));
+        }
+        None => {
+            if let Err(message) = begin::restore(&mut app, name, &arguments.teams, &arguments.agents, arguments.seed) {
+                return report::usage_error(&message);
+            }
+        }
     }
-    app.insert_resource(PlayedFile(Some(file.clone())));
     if let Err(message) = arguments.game_controller.start(app.world_mut()) {
         return report::usage_error(&message);
     }
     // The program may be started in another folder the next time, so the path is absolute.
-    let path = std::path::Path::new(name).canonicalize();
-    if let Ok(path) = &path {
+    let path = Path::new(name).canonicalize();
+    if let Ok(path) = &path
+        && file.is_some()
+    {
         app.insert_resource(WatchedScenarioFile::of(path));
     }
-    let file = path.ok().and_then(|path| path.to_str().map(str::to_owned));
+    let path = path.ok().and_then(|path| path.to_str().map(str::to_owned));
     let mut memory = app.world_mut().resource_mut::<ViewerMemory>();
-    if let Some(file) = &file {
-        memory.note_recent(file);
+    if let Some(path) = &path {
+        memory.note_recent(path);
     }
-    memory.note_scenario(file.as_deref().unwrap_or(name));
+    if file.is_some() {
+        memory.note_scenario(path.as_deref().unwrap_or(name));
+    }
     if arguments.names_nothing_to_play() {
         app.insert_resource(StartPage(true));
     }
@@ -189,7 +237,7 @@ fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: 
             Err(error) => return report::usage_error(&format!("--record: {error}{}", or_force(&error))),
         }
     }
-    window::show(app)
+    window::show(app, &arguments.window)
 }
 
 #[cfg(all(test, feature = "viewer"))]

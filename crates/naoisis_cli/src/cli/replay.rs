@@ -120,7 +120,7 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
         report::note(BROKEN_OFF);
         app.world_mut().resource_mut::<Notice>().tell(BROKEN_OFF);
     }
-    window::show(app)
+    window::show(app, &arguments.window)
 }
 
 /// Returns a summary of a trace in a few lines.

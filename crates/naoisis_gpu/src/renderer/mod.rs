@@ -92,6 +92,19 @@ impl From<MeshMergeError> for GpuError {
     }
 }
 
+/// Checks whether there is a graphics card or a software adapter to draw with.
+///
+/// # Errors
+/// [`GpuError::NoAdapter`] if there is none.
+pub fn check_adapter() -> Result<(), GpuError> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::PRIMARY,
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
+    let adapter = bevy::tasks::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
+    adapter.map(drop).map_err(|_| GpuError::NoAdapter)
+}
+
 /// Draws images on a graphics card.
 pub struct GpuRenderer {
     apps: SubApps,
@@ -138,15 +151,7 @@ impl GpuRenderer {
     /// [`GpuError::NoAdapter`] if there is no adapter.
     pub fn new() -> Result<Self, GpuError> {
         let settings = WgpuSettings { backends: Some(wgpu::Backends::PRIMARY), ..default() };
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-            backends: wgpu::Backends::PRIMARY,
-            ..wgpu::InstanceDescriptor::new_without_display_handle()
-        });
-        let adapter = bevy::tasks::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
-        if adapter.is_err() {
-            return Err(GpuError::NoAdapter);
-        }
-        drop((adapter, instance));
+        check_adapter()?;
         let mut app = App::new();
         app.add_plugins((
             TaskPoolPlugin::default(),

@@ -1,7 +1,8 @@
 //! Keeps the records of a match in memory.
 //!
 //! A [`History`] has the record of every cycle of a match that is being played or was read from a trace. Records are compressed in blocks.
-//! One block at a time is unpacked.
+//! One block at a time is unpacked. When a long match takes too much memory, the older half keeps every second record, then every fourth, and
+//! so on: the whole match stays accessible. The events of a removed record are in the record before it.
 
 use bevy::prelude::*;
 use std::collections::VecDeque;
@@ -17,7 +18,7 @@ use naoisis_sim::interface::cycle_record::CycleRecord;
 const BLOCK: usize = 64;
 /// Size at which a block is full, whatever its number of records, bytes.
 const LARGEST_BLOCK_BYTES: usize = 8 << 20;
-/// Size beyond which the oldest blocks are removed, bytes.
+/// Size beyond which older records are removed, bytes.
 const MOST_BYTES: usize = 400 << 20;
 /// Compression level: the fastest of zstd.
 const LEVEL: i32 = 1;
@@ -43,6 +44,39 @@ impl Block {
         self
     }
 
+    /// Returns the unpacked bytes of a compressed block.
+    fn unpack(&self) -> Result<Vec<u8>, HistoryError> {
+        let size = self.ends.last().map_or(0, |(_, end)| *end);
+        zstd::bulk::decompress(&self.bytes, size).map_err(HistoryError::of)
+    }
+
+    /// Returns a block with every second record of this and a later block. Events of the others are in the record before. All blocks are
+    /// compressed.
+    fn thinned_with(&self, later: &Block) -> Result<Block, HistoryError> {
+        let mut joined = Block::default();
+        let mut kept: Option<CycleRecord> = None;
+        let mut add = |record: CycleRecord| -> Result<(), HistoryError> {
+            serde_json::to_writer(&mut joined.bytes, &record).map_err(HistoryError::of)?;
+            joined.ends.push((record.cycle, joined.bytes.len()));
+            Ok(())
+        };
+        for block in [self, later] {
+            let bytes = block.unpack()?;
+            let mut start = 0;
+            for (index, (_, end)) in block.ends.iter().enumerate() {
+                let record: CycleRecord = serde_json::from_slice(&bytes[start..*end]).map_err(HistoryError::of)?;
+                start = *end;
+                match &mut kept {
+                    Some(kept) if index % 2 == 1 => kept.events.extend(record.events),
+                    _ => kept.replace(record).map_or(Ok(()), &mut add)?,
+                }
+            }
+        }
+        kept.map_or(Ok(()), add)?;
+        joined.bytes = zstd::bulk::compress(&joined.bytes, LEVEL).map_err(HistoryError::of)?;
+        Ok(joined)
+    }
+
     /// Returns the range, in the unpacked bytes, of the first record at or after `cycle`.
     fn find(&self, cycle: u64) -> Option<Range<usize>> {
         let place = self.ends.partition_point(|(earlier, _)| *earlier < cycle);
@@ -65,6 +99,11 @@ pub struct History {
     kicks: Vec<KickMark>,
     /// The block that was unpacked last: the cycle of its last record, and its bytes.
     unpacked: Option<(u64, Vec<u8>)>,
+    /// The size beyond which older records are removed, bytes.
+    most_bytes: usize,
+    /// The index of the block that is thinned next, and the most cycles between two records since.
+    next_thinned: usize,
+    widest: u64,
 }
 
 impl Default for History {
@@ -80,6 +119,12 @@ pub struct HistoryError(String);
 
 naoisis_core::debug_as_displayed!(HistoryError);
 
+impl HistoryError {
+    fn of(error: impl core::fmt::Display) -> Self {
+        Self(error.to_string())
+    }
+}
+
 impl History {
     /// Creates an empty history whose records are at most `every` cycles apart.
     pub fn of_every(every: u64) -> Self {
@@ -91,12 +136,15 @@ impl History {
             marks: Vec::new(),
             kicks: Vec::new(),
             unpacked: None,
+            most_bytes: MOST_BYTES,
+            next_thinned: 0,
+            widest: 1,
         }
     }
 
     /// Removes all records.
     pub fn clear(&mut self) {
-        *self = Self::of_every(self.every);
+        *self = Self { most_bytes: self.most_bytes, ..Self::of_every(self.every) };
     }
 
     /// Returns whether there is no record.
@@ -150,7 +198,7 @@ impl History {
     /// If the record cannot be encoded.
     pub fn push(&mut self, record: &CycleRecord) -> Result<(), HistoryError> {
         let (cycle, events) = (record.cycle, &record.events);
-        if !self.last_cycle().is_some_and(|last| last < cycle && cycle - last <= self.every) {
+        if !self.last_cycle().is_some_and(|last| last < cycle && cycle - last <= self.every()) {
             self.clear();
         }
         serde_json::to_writer(&mut self.open.bytes, record).map_err(|error| HistoryError(error.to_string()))?;
@@ -169,7 +217,7 @@ impl History {
     /// If records cannot be compressed.
     pub fn append(&mut self, mut later: History) -> Result<(), HistoryError> {
         let Some(cycles) = later.cycles() else { return Ok(()) };
-        if !self.last_cycle().is_some_and(|last| last < *cycles.start() && *cycles.start() - last <= self.every) {
+        if !self.last_cycle().is_some_and(|last| last < *cycles.start() && *cycles.start() - last <= self.every()) {
             self.clear();
         }
         for history in [&mut *self, &mut later] {
@@ -181,8 +229,8 @@ impl History {
         self.packed.append(&mut later.packed);
         self.marks.append(&mut later.marks);
         self.kicks.append(&mut later.kicks);
-        self.forget_oldest();
-        Ok(())
+        self.widest = self.widest.max(later.every());
+        self.thin()
     }
 
     /// Returns the record of `cycle`, or the first record after it. Returns `None` if there is neither.
@@ -195,10 +243,7 @@ impl History {
             Some(packed) => {
                 let last = packed.last_cycle().unwrap_or_default();
                 if self.unpacked.as_ref().is_none_or(|(unpacked, _)| *unpacked != last) {
-                    let size = packed.ends.last().map_or(0, |(_, end)| *end);
-                    let bytes =
-                        zstd::bulk::decompress(&packed.bytes, size).map_err(|error| HistoryError(error.to_string()))?;
-                    self.unpacked = Some((last, bytes));
+                    self.unpacked = Some((last, packed.unpack()?));
                 }
                 match &self.unpacked {
                     Some((_, bytes)) => (bytes, packed.find(cycle)),
@@ -217,12 +262,7 @@ impl History {
     pub fn until(&self, cycle: u64) -> Result<History, HistoryError> {
         let whole = self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last <= cycle));
         let part = match self.packed.get(whole) {
-            Some(packed) => {
-                let size = packed.ends.last().map_or(0, |(_, end)| *end);
-                let bytes =
-                    zstd::bulk::decompress(&packed.bytes, size).map_err(|error| HistoryError(error.to_string()))?;
-                Block { bytes, ends: packed.ends.clone() }
-            }
+            Some(packed) => Block { bytes: packed.unpack()?, ends: packed.ends.clone() },
             None => self.open.clone(),
         };
         let packed: VecDeque<Block> = self.packed.iter().take(whole).cloned().collect();
@@ -234,7 +274,15 @@ impl History {
             marks: self.marks.iter().filter(|mark| mark.cycle <= cycle).copied().collect(),
             kicks: self.kicks.iter().filter(|kick| kick.cycle <= cycle).copied().collect(),
             unpacked: None,
+            most_bytes: self.most_bytes,
+            next_thinned: 0,
+            widest: self.widest,
         })
+    }
+
+    /// Returns the most cycles from one record to the next.
+    pub fn every(&self) -> u64 {
+        self.every.max(self.widest)
     }
 
     /// Returns the cycle of the last record before `cycle`, and that of the first record at or after it. If there is none after it: `None`
@@ -265,174 +313,32 @@ impl History {
         block.bytes = zstd::bulk::compress(&block.bytes, LEVEL).map_err(|error| HistoryError(error.to_string()))?;
         self.packed_bytes += block.bytes.len();
         self.packed.push_back(block);
-        self.forget_oldest();
-        Ok(())
+        self.thin()
     }
 
-    /// Removes the oldest records while the history takes too much memory.
-    fn forget_oldest(&mut self) {
-        while self.packed_bytes > MOST_BYTES
-            && let Some(oldest) = self.packed.pop_front()
-        {
-            self.packed_bytes -= oldest.bytes.len();
+    /// Removes every second record of older blocks while the history takes too much memory.
+    fn thin(&mut self) -> Result<(), HistoryError> {
+        // Each round thins the older half. Two blocks become one, so that blocks keep their size.
+        while self.packed_bytes > self.most_bytes && self.packed.len() > 2 {
+            if self.next_thinned >= self.packed.len() / 2 {
+                self.next_thinned = 0;
+            }
+            let at = self.next_thinned;
+            let Some(second) = self.packed.remove(at + 1) else { return Ok(()) };
+            let joined = self.packed[at].thinned_with(&second)?;
+            let gap = joined.ends.windows(2).map(|pair| pair[1].0 - pair[0].0).max().unwrap_or_default();
+            let next = self.packed.get(at + 1).unwrap_or(&self.open).ends.first();
+            let to_next = next.zip(joined.last_cycle()).map_or(0, |((next, _), last)| next - last);
+            self.widest = self.widest.max(gap).max(to_next);
+            self.packed_bytes =
+                self.packed_bytes + joined.bytes.len() - self.packed[at].bytes.len() - second.bytes.len();
+            self.packed[at] = joined;
             self.unpacked = None;
-            let forgotten = oldest.last_cycle().unwrap_or_default();
-            self.marks.retain(|mark| mark.cycle > forgotten);
-            self.kicks.retain(|kick| kick.cycle > forgotten);
+            self.next_thinned += 1;
         }
+        Ok(())
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::match_marks::MarkKind;
-    use super::*;
-    use crate::record::RecordPlugin;
-    use naoisis_core::events::MatchEvent;
-    use naoisis_core::robot::Roster;
-    use naoisis_core::robot::body::Body;
-    use naoisis_core::robot::head::HeadAngles;
-    use naoisis_core::team::Team;
-    use naoisis_sensing::appearance::stride::Stride;
-    use naoisis_sim::interface::gather::{CurrentRecord, gather_start};
-    use naoisis_sim::scenario::Scenario;
-    use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
-
-    #[test]
-    fn every_record_comes_back_as_it_was() {
-        let mut app = App::new();
-        app.add_plugins((NaoisisPlugins, RecordPlugin));
-        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
-        gather_start(app.world_mut());
-        let (mut history, mut records) = (History::default(), Vec::new());
-        for _ in 0..=200 {
-            let record = app.world().resource::<CurrentRecord>().record.clone();
-            history.push(&record).unwrap();
-            records.push(record);
-            app.run_cycles(1);
-        }
-        assert_eq!(history.cycles(), Some(0..=200));
-        // Forwards and backwards, so that blocks are unpacked again.
-        for cycle in (0..=200_u64).chain((0..=200).rev().step_by(7)) {
-            assert_eq!(history.record(cycle).unwrap().as_ref(), Some(&records[cycle as usize]), "cycle {cycle}");
-        }
-        assert_eq!(history.record(201).unwrap(), None);
-    }
-
-    #[test]
-    fn a_history_of_parts_is_that_of_the_whole() {
-        let mut whole = History::default();
-        let mut parts = [0..=99_u64, 100..=100, 101..=300].map(|cycles| {
-            let mut part = History::default();
-            cycles.for_each(|cycle| part.push(&empty_record(cycle)).unwrap());
-            part
-        });
-        (0..=300).for_each(|cycle| whole.push(&empty_record(cycle)).unwrap());
-        let [joined, later @ ..] = &mut parts;
-        later.iter().for_each(|part| joined.append(part.clone()).unwrap());
-        joined.append(History::default()).unwrap();
-        assert_eq!(joined.cycles(), Some(0..=300));
-        assert_eq!(joined.last_cycle(), Some(300));
-        for cycle in (0..=301).rev() {
-            assert_eq!(joined.record(cycle).unwrap(), whole.record(cycle).unwrap(), "cycle {cycle}");
-            assert_eq!(joined.around(cycle), whole.around(cycle), "cycle {cycle}");
-        }
-        // The joined history continues at its end.
-        joined.push(&empty_record(301)).unwrap();
-        assert_eq!(joined.cycles(), Some(0..=301));
-        // Other records replace it.
-        let mut other = History::default();
-        other.push(&empty_record(5)).unwrap();
-        joined.append(other).unwrap();
-        assert_eq!(joined.cycles(), Some(5..=5));
-    }
-
-    #[test]
-    fn legs_swing_in_playback_as_they_did() {
-        for (kick, wind_up_s, ball_y_m) in [
-            ("left_straight", 0.0, 0.05),
-            ("left_straight", 0.7, 0.05),
-            ("left_side", 0.7, -0.05),
-            ("left_side", 0.7, 0.05),
-        ] {
-            let mut app = App::new();
-            app.add_plugins((NaoisisPlugins, RecordPlugin));
-            let scenario = format!(
-                r#"{{ "rules": "free", "ball": {{ "position_m": [0.15, {ball_y_m}] }}, "kicks": {{ "wind_up_s": {wind_up_s} }},
-                     "robots": [{{ "number": 1, "behaviour": {{ "script": [{{ "from_s": 0.5, "kick": {{ "type": "{kick}" }} }}] }} }}] }}"#
-            );
-            app.start_match(&Scenario::from_json(&scenario).unwrap()).unwrap();
-            gather_start(app.world_mut());
-            let id = RobotId::new(Team::Blue, 1);
-            let entity = app.world().resource::<Roster>().get(id).unwrap();
-            app.world_mut().entity_mut(entity).insert(Stride::default());
-            let (mut history, mut live) = (History::default(), Vec::new());
-            for _ in 0..60 {
-                app.run_cycles(1);
-                history.push(&app.world().resource::<CurrentRecord>().record).unwrap();
-                live.push(*app.robot::<Stride>(id).unwrap());
-            }
-            let legs = |stride: Stride| stride.joints(id, HeadAngles::default(), &Body::default()).legs[0];
-            for (cycle, live) in (1..).zip(live) {
-                let kick = history.swing(id, cycle, 1.0 / 30.0, app.robot::<KickSettings>(id).unwrap());
-                let [was, again] = [live, Stride { kick, ..live }].map(legs);
-                assert!(
-                    (was.hip - again.hip).abs() < 1e-3 && (was.aside - again.aside).abs() < 1e-3,
-                    "{scenario}: {cycle}"
-                );
-            }
-        }
-    }
-
-    fn empty_record(cycle: u64) -> CycleRecord {
-        CycleRecord { cycle, ..default() }
-    }
-
-    #[test]
-    fn a_jump_of_the_clock_begins_a_new_history() {
-        let mut history = History::default();
-        let goal = MatchEvent::Goal { team: Team::Pink, scorer: None, own_goal: false, evidence: default() };
-        for cycle in 5..=80 {
-            let events = if cycle == 7 { vec![goal.clone()] } else { Vec::new() };
-            history.push(&CycleRecord { events, ..empty_record(cycle) }).unwrap();
-        }
-        assert_eq!(history.cycles(), Some(5..=80));
-        assert_eq!(history.marks(), [Mark { cycle: 7, kind: MarkKind::Goal, team: Some(Team::Pink) }]);
-        history.push(&empty_record(0)).unwrap();
-        assert_eq!((history.cycles(), history.marks()), (Some(0..=0), &[][..]));
-    }
-
-    #[test]
-    fn what_was_until_a_cycle_goes_on_in_another_way() {
-        let mut history = History::default();
-        for cycle in 0..=200 {
-            let goal = MatchEvent::Goal { team: Team::Pink, scorer: None, own_goal: false, evidence: default() };
-            let events = if cycle % 100 == 50 { vec![goal] } else { Vec::new() };
-            history.push(&CycleRecord { events, ..empty_record(cycle) }).unwrap();
-        }
-        for last in [0, 63, 64, 100, 199, 200, 500] {
-            let mut until = history.until(last).unwrap();
-            let last = last.min(200);
-            assert_eq!(until.cycles(), Some(0..=last));
-            assert_eq!(until.marks().len(), history.marks().iter().filter(|mark| mark.cycle <= last).count());
-            until.push(&CycleRecord { time_s: 7.0, ..empty_record(last + 1) }).unwrap();
-            assert_eq!(until.cycles(), Some(0..=last + 1));
-            for cycle in 0..=last {
-                assert_eq!(until.record(cycle).unwrap(), history.record(cycle).unwrap());
-            }
-        }
-    }
-
-    #[test]
-    fn where_only_every_so_many_cycles_have_a_record_the_next_one_is_found() {
-        let mut history = History::of_every(10);
-        for cycle in (0..=2000).step_by(10).chain([2003]) {
-            history.push(&empty_record(cycle)).unwrap();
-        }
-        assert_eq!(history.cycles(), Some(0..=2003));
-        for (asked, found) in [(0, 0), (1, 10), (640, 640), (641, 650), (1999, 2000), (2001, 2003)] {
-            assert_eq!(history.record(asked).unwrap().map(|record| record.cycle), Some(found));
-        }
-        assert_eq!(history.record(2004).unwrap(), None);
-    }
-}
+mod tests;

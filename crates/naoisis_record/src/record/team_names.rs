@@ -2,13 +2,17 @@
 
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::team::{PerTeam, Team};
-use naoisis_sim::scenario::{BehaviourSpec, Scenario};
+use naoisis_sim::scenario::{BehaviourSpec, Scenario, TeamsSpec};
+use std::path::Path;
+
+/// The endings of files that another program runs.
+const SCRIPTS: [&str; 10] = ["jar", "jl", "js", "lua", "mjs", "php", "py", "rb", "sh", "ts"];
 
 /// Returns the names of both teams: those of the scenario, or those of the registered teams with the behaviours of its robots. A team
-/// without a name is named by its colour.
+/// without a name is named by its colour, a program by its file.
 pub fn team_names(scenario: &Scenario, registry: &BehaviourRegistry) -> PerTeam<String> {
     PerTeam::new(|team| match &scenario.teams {
-        Some(teams) => teams.name(team).to_owned(),
+        Some(teams) => short(teams.name(team)),
         None => name_by_behaviours(team, scenario, registry).unwrap_or(team.name()).to_owned(),
     })
 }
@@ -21,4 +25,39 @@ fn name_by_behaviours<'a>(team: Team, scenario: &Scenario, registry: &'a Behavio
         _ => None,
     });
     registry.team_of(&behaviours.collect::<Option<Vec<_>>>()?)
+}
+
+/// The name of a team; of a command line, the name of the program's file without folders and ending.
+fn short(name: &str) -> String {
+    let Some(Some(words)) = TeamsSpec::command_line(name) else { return name.to_owned() };
+    let is_script = |word: &&String| {
+        Path::new(word).extension().is_some_and(|ending| SCRIPTS.iter().any(|script| ending == *script))
+    };
+    let is_python = words.first().is_some_and(|program| program.contains("python"));
+    let module = words.iter().skip_while(|word| *word != "-m").nth(1).filter(|_| is_python);
+    let file = words.iter().find(is_script).or(module).or(words.first());
+    let stem = file.and_then(|file| Path::new(file).file_stem()?.to_str());
+    stem.unwrap_or(name).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_are_named_by_their_files() {
+        let names = [
+            ("exec:python3 'my team.py' --option one", "my team"),
+            ("exec:/usr/bin/python3 -u ~/robots/strikers.py", "strikers"),
+            ("exec:python3 -m strikers", "strikers"),
+            ("exec:./target/release/strikers --config fast.toml -m 3", "strikers"),
+            ("exec:java -jar build/strikers.jar", "strikers"),
+            ("roles", "roles"),
+            ("exec:", "exec:"),
+            ("exec:'open", "exec:'open"),
+        ];
+        for (name, expected) in names {
+            assert_eq!(short(name), expected, "{name}");
+        }
+    }
 }

@@ -55,3 +55,46 @@ fn show_post(
         Transform::default(),
     ));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::pitch_frame::PitchFramePlugin;
+    use super::super::robot_model::RobotModelPlugin;
+    use super::super::shared::DisplayFraction;
+    use super::*;
+    use naoisis_core::team::RobotId;
+    use naoisis_sim::scenario::Scenario;
+    use naoisis_sim::simulation::{MatchApp, NaoisisPlugins, Snapshot};
+
+    /// The numbers of balls, robots and posts that have a visible mesh.
+    fn drawn(app: &mut App) -> [usize; 3] {
+        fn count<C: Component>(world: &mut World) -> usize {
+            let mut things = world.query_filtered::<(&Children, &Visibility), With<C>>();
+            let mut meshes = world.query::<&Mesh3d>();
+            let seen = things.iter(world).filter(|(children, visibility)| {
+                **visibility != Visibility::Hidden && children.iter().any(|child| meshes.get(world, child).is_ok())
+            });
+            seen.count()
+        }
+        let world = app.world_mut();
+        [count::<BallPhysics>(world), count::<RobotId>(world), count::<Post>(world)]
+    }
+
+    #[test]
+    fn a_restored_match_is_drawn_as_the_one_before() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, AssetPlugin::default(), NaoisisPlugins)).init_resource::<DisplayFraction>();
+        app.init_asset::<Mesh>().init_asset::<StandardMaterial>();
+        app.add_plugins((PitchFramePlugin, RobotModelPlugin, BallAndPostsPlugin));
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap().run_cycles(3);
+        app.update();
+        let before = drawn(&mut app);
+        assert_eq!(before[..2], [1, 6]);
+        let snapshot = Snapshot::take(app.world_mut()).unwrap();
+        for _ in 0..2 {
+            snapshot.restore(app.world_mut()).unwrap();
+            app.update();
+            assert_eq!(drawn(&mut app), before);
+        }
+    }
+}

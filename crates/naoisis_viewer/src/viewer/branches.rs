@@ -76,10 +76,7 @@ pub struct Branch {
 #[derive(Debug)]
 struct Aside {
     data: BranchData,
-    /// The end of the match, from which it continues; `None` for a trace.
-    present: Option<Moment>,
-    /// The moment that was shown, if it was in the past.
-    cursor: Option<f64>,
+    place: Place,
 }
 
 impl Branches {
@@ -203,7 +200,7 @@ fn fork(
     restore: impl FnOnce(&mut World) -> Result<(), SnapshotError>,
 ) -> Result<(), String> {
     let shown = world.resource::<Branches>().shown;
-    put_aside(world)?;
+    leave(world)?;
     let until = match &world.resource::<Branches>().list[shown].aside {
         Some(aside) => aside.data.until(cycle, time_s).map_err(|error| error.to_string()),
         None => return Ok(()),
@@ -238,37 +235,69 @@ fn show(world: &mut World, index: usize) -> Result<(), String> {
     if index == branches.shown || index >= branches.list.len() {
         return Ok(());
     }
-    put_aside(world)?;
+    leave(world)?;
     bring_back(world, index)?;
     world.resource_mut::<Branches>().shown = index;
     Ok(())
 }
 
 /// Stores the branch that is shown.
-fn put_aside(world: &mut World) -> Result<(), String> {
-    let cursor = world.resource::<Timeline>().cursor();
-    let present = if world.resource::<Timeline>().is_replay() {
-        None
-    } else {
+fn leave(world: &mut World) -> Result<(), String> {
+    let place = Place::of(world)?;
+    put_aside(world, place);
+    Ok(())
+}
+
+/// Where a branch was left: the end of the match, from which it continues, none for a trace; and the moment that was
+/// shown, if it was in the past.
+#[derive(Debug)]
+pub(super) struct Place {
+    present: Option<Moment>,
+    cursor: Option<f64>,
+}
+
+impl Place {
+    /// The place of the branch that is shown. The window then shows its present.
+    pub fn of(world: &mut World) -> Result<Place, String> {
+        let cursor = world.resource::<Timeline>().cursor();
+        if world.resource::<Timeline>().is_replay() {
+            return Ok(Place { present: None, cursor });
+        }
         timeline::return_to_present(world);
-        Some(Moment::of(world).map_err(|error| error.to_string())?)
-    };
+        let present = Some(Moment::of(world).map_err(|error| error.to_string())?);
+        Ok(Place { present, cursor })
+    }
+
+    /// The present of the match as the bytes of a saved match; none for a trace.
+    pub fn present_bytes(&self) -> &[u8] {
+        self.present.as_ref().map_or(&[], Moment::bytes)
+    }
+
+    /// Shows the moment again that was shown.
+    pub fn show(&self, world: &mut World) {
+        if let Some(cursor) = self.cursor {
+            timeline::go_to(world, cursor);
+        }
+    }
+}
+
+/// Stores the branch that is shown, as it was left.
+pub(super) fn put_aside(world: &mut World, place: Place) {
     let last_cycle = world.resource::<History>().last_cycle().unwrap_or_default();
     let data = BranchData::take(world);
     let mut branches = world.resource_mut::<Branches>();
     let shown = branches.shown;
     let branch = &mut branches.list[shown];
     branch.last_cycle = last_cycle;
-    branch.aside = Some(Aside { data, present, cursor });
-    Ok(())
+    branch.aside = Some(Aside { data, place });
 }
 
 /// Puts a stored branch back into the world, paused.
-fn bring_back(world: &mut World, index: usize) -> Result<(), String> {
-    let Some(Aside { data, present, cursor }) = world.resource_mut::<Branches>().list[index].aside.take() else {
+pub(super) fn bring_back(world: &mut World, index: usize) -> Result<(), String> {
+    let Some(Aside { data, place }) = world.resource_mut::<Branches>().list[index].aside.take() else {
         return Ok(());
     };
-    match present {
+    match &place.present {
         Some(present) => {
             present.put_back(world).map_err(|error| error.to_string())?;
             data.put(world);
@@ -278,9 +307,7 @@ fn bring_back(world: &mut World, index: usize) -> Result<(), String> {
     let mut playback = world.resource_mut::<Playback>();
     (playback.paused, playback.failed, playback.problem) = (true, false, None);
     *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
-    if let Some(cursor) = cursor {
-        timeline::go_to(world, cursor);
-    }
+    place.show(world);
     Ok(())
 }
 

@@ -130,6 +130,13 @@ pub(super) fn show(
                 events.write(event);
             }
         }
+        let only_goals = filter.kinds() == [LogKind::Goal];
+        let goals = ui.selectable_label(only_goals, RichText::new("Goals").size(text_size::SMALL));
+        goals.widget_info(|| WidgetInfo::selected(WidgetType::Button, true, only_goals, "Only goals"));
+        if goals.on_hover_text("Only goals; again: all events").clicked() {
+            is_used = true;
+            filter.hidden = if only_goals { EventFilter::default().hidden } else { only(LogKind::Goal) };
+        }
         let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let before = filter.clone();
         let words = RichText::new("Filter").size(text_size::SMALL);
@@ -148,7 +155,22 @@ pub(super) fn show(
     is_used
 }
 
+/// Every kind but this one.
+fn only(kind: LogKind) -> BTreeSet<LogKind> {
+    LogKind::ALL.into_iter().map(|(other, _)| other).filter(|other| *other != kind).collect()
+}
+
 impl EventFilter {
+    /// Lists only this kind.
+    pub(super) fn list_only(&mut self, kind: LogKind) {
+        self.hidden = only(kind);
+    }
+
+    /// The kinds that are listed.
+    fn kinds(&self) -> Vec<LogKind> {
+        LogKind::ALL.into_iter().map(|(kind, _)| kind).filter(|kind| !self.hidden.contains(kind)).collect()
+    }
+
     fn everything() -> Self {
         Self { hidden: BTreeSet::new(), team: None, robot: None }
     }
@@ -164,8 +186,17 @@ fn choose(ui: &mut egui::Ui, filter: &mut EventFilter, listed: &ListedEvents, ro
         let mut is_on = !filter.hidden.contains(&kind);
         let count = listed.counts.get(&kind).copied().unwrap_or_default();
         let words = if kind == LogKind::Mistake && !is_on { name.to_owned() } else { format!("{name} ({count})") };
-        let shown = ui.checkbox(&mut is_on, words);
+        let (shown, alone) = ui
+            .horizontal(|ui| {
+                let shown = ui.checkbox(&mut is_on, words);
+                (shown, ui.small_button(RichText::new("only").size(text_size::SMALL)))
+            })
+            .inner;
         shown.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, true, is_on, format!("List {name}")));
+        alone.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Only {name}")));
+        if alone.clicked() {
+            filter.list_only(kind);
+        }
         if shown.clicked() {
             if is_on {
                 filter.hidden.remove(&kind);
@@ -232,6 +263,13 @@ mod tests {
         assert_eq!(times(&no_kicks, &[]), (vec![1.0, 4.0], 2));
         assert_eq!(times(&EventFilter { team: Some(Team::Pink), ..all.clone() }, &[]), (vec![3.0, 4.0], 2));
         assert_eq!(times(&EventFilter { robot: Some(BLUE), ..all }, &[]), (vec![2.0], 3));
+    }
+
+    #[test]
+    fn one_kind_alone_is_all_that_is_listed() {
+        for (kind, _) in LogKind::ALL {
+            assert_eq!(EventFilter { hidden: only(kind), ..EventFilter::everything() }.kinds(), [kind]);
+        }
     }
 
     #[test]

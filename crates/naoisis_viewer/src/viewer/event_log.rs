@@ -263,6 +263,9 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
         }
         MatchEvent::PenaltyOver { robot, .. } => (Some(robot.team), false, format!("{robot} is back")),
         MatchEvent::HalfBegins { half } => (None, true, format!("Half {half} begins")),
+        MatchEvent::AgentLost { robot, .. } => {
+            (Some(robot.team), true, headline(event)?.trim_end_matches('.').to_owned())
+        }
         MatchEvent::FinalWhistle => (None, true, "Final whistle".to_owned()),
         MatchEvent::InvariantBroken { message } => (None, true, format!("Error in the simulation: {message}")),
         MatchEvent::Collision { .. } | MatchEvent::CommandRefused { .. } => return None,

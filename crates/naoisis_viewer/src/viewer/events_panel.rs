@@ -24,13 +24,11 @@ use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
 use naoisis_sim::scenario::Scenario;
 
-/// The number of entries that are shown, and of entries after the moment if the past is shown.
-const SHOWN: usize = 60;
-const TO_COME: usize = 2;
-/// The least height of the list, logical pixels.
+/// The height of a line of the list, and the least height of the list, logical pixels.
+const LINE: f32 = 19.0;
 const LEAST_HEIGHT: f32 = 48.0;
 /// The panel.
-const DOCK: Dock = Dock { name: "events", edge: Edge::Right, size: 230.0, least: 150.0, most_share: 0.35 };
+const DOCK: Dock = Dock { name: "events", edge: Edge::Right, size: 260.0, least: 150.0, most_share: 0.35 };
 /// How long before an event its replay starts, s.
 const RUN_UP_S: f64 = 2.0;
 
@@ -166,13 +164,10 @@ fn show_events(
             let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
             ui.label(RichText::new(text).color(team_colour(ui, id.team)));
         }
-        let list = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).auto_shrink(false);
-        let list = list.show(ui, |ui| {
-            for entry in around(log, now_s).iter().rev() {
-                let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
-                if show_entry(ui, entry, chosen, entry.time_s > now_s) {
-                    choices.write(EventChoice(entry.clone()));
-                }
+        let list = show_list(ui, log, height, now_s, |ui, entry| {
+            let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
+            if show_entry(ui, entry, chosen, entry.time_s > now_s) {
+                choices.write(EventChoice(entry.clone()));
             }
         });
         if let Some((entry, _)) = &shown.0
@@ -182,30 +177,68 @@ fn show_events(
             moments.write(TimelineCommand::GoTo(cycle));
             playback.paused = false;
         }
-        let others = ui.min_rect().bottom() - top - list.inner_rect.height();
+        let others = ui.min_rect().bottom() - top - list;
         ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of events"), others));
     });
     Ok(())
 }
 
-/// The entries until now that are shown, and a few after it.
-fn around(log: &[LogEntry], now_s: f64) -> &[LogEntry] {
-    let now = log.partition_point(|entry| entry.time_s <= now_s);
-    &log[now.saturating_sub(SHOWN)..(now + TO_COME).min(log.len())]
+/// Shows all entries, the latest first, with a line between those until now and those to come. When an event passes,
+/// the list scrolls to it. Returns the height of the list.
+fn show_list(
+    ui: &mut egui::Ui,
+    log: &[LogEntry],
+    height: f32,
+    now_s: f64,
+    mut show: impl FnMut(&mut egui::Ui, &LogEntry),
+) -> f32 {
+    let id = ui.id().with("first and latest shown event");
+    let (top, before): (f32, usize) = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    let line = LINE + ui.spacing().item_spacing.y;
+    let to_come = log.len() - log.partition_point(|entry| entry.time_s <= now_s);
+    let mut list = egui::ScrollArea::vertical()
+        .max_height(height)
+        .min_scrolled_height(height)
+        .auto_shrink(false)
+        .id_salt("events");
+    if to_come != before
+        && let Some(top) = scrolled(to_come as f32 * line, line, top, height)
+    {
+        list = list.vertical_scroll_offset(top);
+    }
+    let output = list.show_rows(ui, LINE, log.len(), |ui, lines| {
+        for index in lines {
+            if index == to_come && index > 0 {
+                let y = ui.cursor().top() - ui.spacing().item_spacing.y / 2.0;
+                ui.painter().hline(ui.max_rect().x_range(), y, (1.0, ui.visuals().strong_text_color()));
+            }
+            show(ui, &log[log.len() - 1 - index]);
+        }
+    });
+    ui.data_mut(|data| data.insert_temp(id, (output.state.offset.y, to_come)));
+    output.inner_rect.height()
+}
+
+/// Returns the new top of a list of this height that shows a line at `at` in its middle; `None` if the line is visible already.
+fn scrolled(at: f32, line: f32, top: f32, height: f32) -> Option<f32> {
+    let is_visible = at >= top && at + line <= top + height;
+    (!is_visible).then(|| (at - height / 2.0).max(0.0))
 }
 
 /// Shows a line of the list. Returns whether it was clicked.
 fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: bool) -> bool {
     ui.horizontal(|ui| {
+        ui.set_height(LINE);
         ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
         let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
-        let text = RichText::new(&entry.text).color(if is_to_come { colour.gamma_multiply(0.5) } else { colour });
+        let text = RichText::new(&entry.text).color(colour);
+        let text = if is_to_come { text.italics() } else { text };
         let text = match entry.important {
             true => text.strong().size(text_size::IMPORTANT),
             false => text.size(text_size::ENTRY),
         };
         let text = if chosen { text.underline() } else { text };
-        let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
+        let label = egui::Label::new(text).truncate().sense(egui::Sense::click());
         let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &entry.text));
         response.on_hover_text("Click: show the moment, the place and the reason").clicked()
@@ -260,17 +293,31 @@ mod tests {
     use naoisis_core::team::Team;
 
     #[test]
-    fn the_list_ends_with_a_little_of_what_is_to_come() {
+    fn all_events_are_listed_and_the_list_follows_the_moment() {
         let entry = |second: u32| LogEntry { time_s: f64::from(second), ..LogEntry::default() };
         let log: Vec<LogEntry> = (0..100).map(entry).collect();
-        let times = |now_s| {
-            let shown = around(&log, now_s);
-            [shown[0].time_s, shown[shown.len() - 1].time_s]
+        let context = egui::Context::default();
+        let lines = |now_s, height| {
+            let mut lines = Vec::new();
+            // The heights of letters are known from the second frame on.
+            for _ in 0..2 {
+                lines.clear();
+                let mut output = context.run_ui(egui::RawInput::default(), |ui| {
+                    show_list(ui, &log, height, now_s, |ui, entry| {
+                        show_entry(ui, entry, false, entry.time_s > now_s);
+                        lines.push(entry.time_s);
+                    });
+                });
+                output.textures_delta.clear();
+            }
+            lines
         };
-        assert_eq!(times(80.0), [21.0, 82.0]);
-        assert_eq!(times(1e9), [40.0, 99.0]);
-        assert_eq!(times(10.5), [0.0, 12.0]);
-        assert!(around(&[], 0.0).is_empty());
+        // In a high list everything is visible, also what is to come at the start of a trace.
+        assert_eq!(lines(0.0, 1e4).len(), 100);
+        for now_s in [80.0, 3.0, 99.0, 0.0] {
+            let shown = lines(now_s, 200.0);
+            assert!(shown.len() < 15 && shown.contains(&now_s), "{now_s}: {shown:?}");
+        }
     }
 
     #[test]

@@ -36,6 +36,8 @@
 //! | [`behaviour_state`] | the state of a behaviour, by reflection |
 //! | [`keyframes`], [`rebuild`] | the whole state at any moment: what records leave out is replayed in the background |
 //! | [`branches`] | branches of the match from any moment |
+//! | [`match_before`] | the match before another took its place, to go back to |
+//! | [`frames`] | fewer frames while nothing moves |
 //! | [`ghosts`] | another branch on the same pitch, translucent |
 //! | [`many_times`] | repetitions of a moment with other random numbers |
 //! | [`lanes`] | the whole match, one lane per robot; jumps to events |
@@ -52,6 +54,7 @@
 //! | [`statistics`] | the cost of a frame |
 //! | [`memory`] | state that persists between runs |
 //! | [`match_panel`] | scenario, teams, settings; watching of scenario files |
+//! | [`start_at`] | the time at which the match is shown first |
 //! | [`start_page`] | the first page; files that are dropped |
 //! | `scenario_list` | the list of built-in scenarios |
 //! | [`film`] | recording of the window |
@@ -91,6 +94,7 @@ mod events_panel;
 mod field;
 pub mod film;
 pub mod first_frame;
+pub mod frames;
 pub mod ghosts;
 pub mod interaction;
 pub mod keyframes;
@@ -99,6 +103,7 @@ mod labels;
 pub mod lanes;
 mod layout;
 pub mod many_times;
+pub mod match_before;
 pub mod match_panel;
 pub mod memory;
 mod new_file;
@@ -118,6 +123,7 @@ mod scenario_list;
 pub mod selection;
 pub mod shared;
 pub mod speed;
+pub mod start_at;
 pub mod start_page;
 pub mod statistics;
 pub mod teach;
@@ -162,6 +168,7 @@ impl PluginGroup for ViewerPlugins {
             })
             .add(EguiPlugin::default())
             .add(first_frame::FirstFramePlugin::default())
+            .add(frames::FramesPlugin)
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)
             .add(cycle_samples::CycleSamplesPlugin)
@@ -185,6 +192,7 @@ impl PluginGroup for ViewerPlugins {
             .add(panels::PanelsPlugin)
             .add(timeline_bar::TimelineBarPlugin)
             .add(match_panel::MatchPanelPlugin)
+            .add(start_at::StartAtPlugin)
             .add(start_page::StartPagePlugin)
             .add(film::FilmPlugin)
             .add(event_filter::EventFilterPlugin)
@@ -192,6 +200,7 @@ impl PluginGroup for ViewerPlugins {
             .add(camera_images::CameraImagesPlugin)
             .add(rebuild::RebuildPlugin)
             .add(branches::BranchesPlugin)
+            .add(match_before::MatchBeforePlugin)
             .add(ghosts::GhostsPlugin)
             .add(lanes::LanesPlugin)
             .add(plots::PlotsPlugin)

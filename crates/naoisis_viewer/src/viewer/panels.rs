@@ -10,7 +10,7 @@ use super::display_settings::{DisplaySettings, Switch};
 use super::keys::{self, HelpGroup};
 use super::layout::{self, LayoutSystems};
 use super::scenario_list;
-use super::shared::{Action, Playback, Selection, ViewerCommand, is_over};
+use super::shared::{Action, MatchBefore, Playback, Selection, ViewerCommand, is_over};
 use super::speed::Speed;
 use super::theme::{MARGIN, band, bright, card, dim, minutes, panel, problem_colour, text_size};
 use super::timeline::Timeline;
@@ -52,7 +52,6 @@ fn show_score(
 ) -> Result {
     /// The hint for new users.
     const HINT: &str = "Click a robot to see what it knows. H: all keys.";
-    let names = team_names.both();
     let text = match game.time_left_s(&clock) {
         Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
         None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
@@ -60,7 +59,11 @@ fn show_score(
     let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
     let text = if over { format!("{text}   end of the scenario") } else { text };
     let hint = if display.robot && selection.0.is_none() { HINT } else { "" };
+    /// The width of everything but the names, and of one of their letters, logical pixels.
+    const OTHERS: f32 = 560.0;
+    const LETTER: f32 = 9.5;
     layout::bar_above(contexts.ctx_mut()?, "score", |ui| {
+        let names = team_names.both(ui.available_width() - OTHERS, LETTER);
         let teams = |ui: &mut egui::Ui| {
             // As high as the highest of them, so that all are on one line.
             ui.set_min_height(SCORE_HEIGHT);
@@ -116,7 +119,7 @@ fn show_controls(
     mut actions: MessageWriter<Action>,
     playback: Res<Playback>,
     (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
-    scenario: Option<Res<Scenario>>,
+    (scenario, before): (Option<Res<Scenario>>, Res<MatchBefore>),
 ) -> Result {
     let is_over = is_over(&game, &clock, &playback) && !timeline.is_past();
     let mut send = |action| {
@@ -155,6 +158,12 @@ fn show_controls(
             }
             if button(ui, "🎲", "New match with the next seed (Shift R)") {
                 send(Action::Command(ViewerCommand::RestartWithNextSeed));
+            }
+            if let Some(name) = &before.0 {
+                let hint = format!("{name}, as it was left (Backspace)");
+                if ui.button(bright("Match before")).on_hover_text(hint).clicked() {
+                    send(Action::Command(ViewerCommand::MatchBefore));
+                }
             }
             ui.separator();
             if button(ui, "?", "Keys (H)") {
@@ -294,16 +303,28 @@ pub(super) struct TeamNames<'w> {
 }
 
 impl TeamNames<'_> {
-    /// Returns the names of blue and pink.
-    pub fn both(&self) -> [String; 2] {
+    /// Returns the names of blue and pink, cut so that both fit into a width with letters of about this width.
+    pub fn both(&self, width: f32, letter: f32) -> [String; 2] {
+        /// The range of the number of letters of a name.
+        const LETTERS: [usize; 2] = [6, 24];
+
+        let most = ((width / 2.0 / letter) as usize).clamp(LETTERS[0], LETTERS[1]);
         match &self.scenario {
             Some(scenario) => {
                 let PerTeam { blue, pink } = team_names(scenario, &self.registry);
-                [blue, pink]
+                [cut(blue, most), cut(pink, most)]
             }
             None => Team::BOTH.map(|team| team.name().to_owned()),
         }
     }
+}
+
+/// The first letters of a name, if it has more than `most`.
+fn cut(name: String, most: usize) -> String {
+    if name.chars().count() <= most {
+        return name;
+    }
+    name.chars().take(most - 1).chain(['…']).collect()
 }
 
 /// The name of a state of the game.
@@ -334,6 +355,12 @@ mod tests {
     #[test]
     fn times_are_minutes_and_seconds() {
         assert_eq!([0.0, 59.99, 60.0, 605.2].map(minutes), ["0:00", "0:59", "1:00", "10:05"]);
+    }
+
+    #[test]
+    fn long_names_are_cut() {
+        assert_eq!(cut("roles".to_owned(), 6), "roles");
+        assert_eq!(cut("the fast strikers".to_owned(), 6), "the f…");
     }
 
     #[test]

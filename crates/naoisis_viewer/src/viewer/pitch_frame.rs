@@ -20,7 +20,7 @@ use naoisis_sim::simulation::MatchEntity;
 /// The greatest speed on a pitch, m/s. A larger displacement means that an object was placed.
 const FASTEST_MPS: f32 = 12.0;
 /// Half the side of the hall's floor, m.
-const FLOOR_HALF_SIDE: f32 = 60.0;
+const FLOOR_HALF_SIDE: f32 = 600.0;
 
 /// Spawns the pitch root, light and sky, and makes simulated entities children of the pitch root.
 pub struct PitchFramePlugin;

@@ -13,7 +13,7 @@
 //! | `cycle`, `shown_cycle` | the current cycle of the match; the cycle that is shown, if it is in the past |
 //! | `paused`, `speed`, `replay`, `over` | how the match is shown |
 //! | `state`, `score` | the state of the game |
-//! | `ball`, `robots` | for each the `pose` (m, m, degrees) and the position in the window (`pixel`, if visible); for robots `penalised`, and `head` (yaw, pitch, degrees) |
+//! | `ball`, `robots` | for each the `pose` (m, m, degrees) and the position in the window (`pixel`, if visible); whether it is drawn (`drawn`); for robots `penalised`, and `head` (yaw, pitch, degrees) |
 //! | `selected`, `driven` | robots |
 //! | `filming` | whether the window is being recorded |
 //! | `shown` | the switches of the panels |
@@ -140,8 +140,9 @@ struct Reported<'w, 's> {
     overlays: Res<'w, Overlays>,
     notice: Res<'w, Notice>,
     roster: Res<'w, Roster>,
-    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty, &'static HeadAngles, &'static Body)>,
-    balls: Query<'w, 's, &'static Transform, With<Ball>>,
+    robots: Query<'w, 's, (&'static RobotId, Thing, &'static Penalty, &'static HeadAngles, &'static Body)>,
+    balls: Query<'w, 's, Thing, With<Ball>>,
+    meshes: Query<'w, 's, &'static ViewVisibility, With<Mesh3d>>,
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
     windows: Query<'w, 's, &'static Window>,
     keys: Res<'w, ButtonInput<KeyCode>>,
@@ -158,6 +159,9 @@ struct Reported<'w, 's> {
     taught: (Res<'w, Pen>, Res<'w, RobotsWorld>, Res<'w, Bookmarks>),
     looked: (Res<'w, Plots>, Res<'w, ListedEvents>, Res<'w, Ghosts>, Res<'w, Undo>),
 }
+
+/// The place of something on the pitch, and the parts of its model.
+type Thing = (&'static Transform, Option<&'static Children>);
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
     if let Err(error) = report.write(frame.0, reported.state()) {
@@ -231,7 +235,7 @@ impl Reported<'_, '_> {
         state
     }
 
-    fn thing(&self, place: &Transform, height: f32) -> Value {
+    fn thing(&self, (place, parts): (&Transform, Option<&Children>), height: f32) -> Value {
         let pose = pose_of(place);
         let point = world_from_pitch() * place.translation.truncate().extend(height);
         let camera = self.cameras.iter().next();
@@ -239,6 +243,7 @@ impl Reported<'_, '_> {
         json!({
             "pose": [pose.position.x, pose.position.y, to_degrees(pose.heading)],
             "pixel": pixel.map(|pixel| [pixel.x, pixel.y]),
+            "drawn": parts.is_some_and(|parts| self.meshes.iter_many(parts).any(|visible| visible.get())),
         })
     }
 }

@@ -71,6 +71,8 @@ pub enum ViewerCommand {
     Restart,
     /// Restarts with the next seed.
     RestartWithNextSeed,
+    /// Shows the match before, and keeps this one in its place.
+    MatchBefore,
     /// Starts the built-in scenario of this name.
     Load(&'static str),
 }
@@ -146,6 +148,8 @@ pub enum HandAction {
     Drive,
     /// Saves the current situation as a scenario file.
     KeepSituation,
+    /// Saves the match, to continue it later, and its trace.
+    KeepMatch,
     /// Undoes the last step.
     Undo,
     /// Redoes the last undone step.
@@ -216,6 +220,30 @@ impl Default for Playback {
             measured: (0.0, 0.0),
         }
     }
+}
+
+/// The name of the match before the one that is shown, and the time at which it was left, if it is kept.
+#[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
+pub struct MatchBefore(pub Option<String>);
+
+/// Prepares for keeping the match that is shown, before another takes its place, if it is to be kept.
+#[derive(Resource, Clone, Copy, Debug)]
+pub struct KeepMatch(pub fn(&mut World) -> Option<KeepLeft>);
+
+/// Keeps the match that was left. Another one is in the world already, but not yet its past.
+pub type KeepLeft = Box<dyn FnOnce(&mut World)>;
+
+/// Puts another match in place of the one that is shown, which is kept if the window has [`KeepMatch`].
+///
+/// # Errors
+/// That of `begin`. The current match then continues.
+pub fn replace_match<E>(world: &mut World, begin: impl FnOnce(&mut World) -> Result<(), E>) -> Result<(), E> {
+    let keep = world.get_resource::<KeepMatch>().copied().and_then(|KeepMatch(prepare)| prepare(world));
+    begin(world)?;
+    if let Some(keep) = keep {
+        keep(world);
+    }
+    Ok(())
 }
 
 /// Returns whether the match has ended.

@@ -74,7 +74,7 @@ fn show_bar(
                 commands.write(TimelineCommand::GoTo(cycle_at((at.x - rect.left()) / rect.width(), first, last)));
             }
             if let Some(cycle) = pointed {
-                response.on_hover_text(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
+                response.on_hover_text_at_pointer(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
             }
             ui.label(dim(time(end as f64)));
             let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Branch from here"));

@@ -4,16 +4,15 @@
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
 use bevy::math::ops;
-use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 
 pub mod free_area;
+mod haze;
 pub mod robot_view;
 pub mod viewpoint;
 
 use super::layout::{FreeArea, mouse_is_for_match};
-use super::palette;
 use super::pitch_frame::{PitchFrameSystems, PitchRoot, pose_of};
 use super::robot_model::RobotLimbs;
 use super::shared::{CameraSystems, RobotsWorld, Selection, SelectionSystems, ViewPreset};
@@ -61,7 +60,7 @@ impl Plugin for ViewerCameraPlugin {
             // By then, everything that the camera may follow has its place of this frame.
             .add_systems(
                 PostUpdate,
-                (follow, move_camera, hide_own_body)
+                (follow, move_camera, haze::thin_haze, hide_own_body)
                     .chain()
                     .after(PitchFrameSystems)
                     .before(TransformSystems::Propagate),
@@ -123,7 +122,7 @@ fn spawn_camera(mut commands: Commands, root: Res<PitchRoot>, pitch: Res<Pitch>,
         Projection::custom(perspective),
         // The one that needs no look-up table and keeps colours.
         Tonemapping::KhronosPbrNeutral,
-        DistanceFog { color: palette::SKY, falloff: FogFalloff::Linear { start: 12.0, end: 45.0 }, ..default() },
+        haze::haze(view.eye(), &pitch),
         ViewerCamera { current: view, wanted: view, mode: CameraMode::Pitch(Overview::Broadcast) },
         view.transform(),
     ));

@@ -23,8 +23,8 @@ const HIGHEST_LOOK: f32 = -1.2;
 const LOWEST_FLIGHT: f32 = 0.05;
 /// The distance of a flight for one notch of the wheel, m.
 const FLIGHT_PER_NOTCH: f32 = 0.3;
-/// The range of distances, m.
-const DISTANCES: [f32; 2] = [0.4, 40.0];
+/// The range of distances, m. The largest pitches fit into the narrowest windows.
+const DISTANCES: [f32; 2] = [0.4, 150.0];
 
 /// Views of the whole pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -7,6 +7,7 @@
 use bevy::prelude::*;
 use bevy::time::TimeSystems;
 use core::time::Duration;
+use std::path::Path;
 use std::time::Instant;
 
 #[cfg(test)]
@@ -16,19 +17,21 @@ use super::event_log::EventLog;
 use super::keyframes::{self, Keyframes, Simulator};
 use super::memory::ViewerMemory;
 use super::plots;
-use super::shared::{DisplayFraction, Notice, Playback, ViewerCommand, is_over};
+use super::shared::{DisplayFraction, Notice, Playback, ViewerCommand, is_over, replace_match};
 use super::speed::Speed;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
 use naoisis_core::cycle::{CycleClock, try_run_cycle};
 use naoisis_core::game::{Game, Interventions};
 use naoisis_record::record::history::History;
 use naoisis_sim::scenario::{Scenario, ScenarioFault, ScenarioFile};
-use naoisis_sim::simulation;
+use naoisis_sim::simulation::{self, Snapshot};
 
-/// The part of a frame for cycles at unlimited speed.
-const BUDGET: Duration = Duration::from_millis(12);
+/// The least and the longest time of a frame for cycles at unlimited speed.
+const BUDGETS: [Duration; 2] = [Duration::from_millis(12), Duration::from_millis(600)];
 /// The longest frame that the match follows in real time. With slower frames the match becomes slower, too.
-const LONGEST_FRAME: Duration = Duration::from_millis(500);
+const LONGEST_FRAME: Duration = Duration::from_secs(2);
+/// The longest time of a frame for cycles at other speeds. If they take longer, the match becomes slower, too.
+const LONGEST_CYCLES: Duration = Duration::from_millis(500);
 /// The time over which the achieved speed is measured, s.
 const MEASURED_OVER_S: f32 = 0.5;
 
@@ -47,8 +50,9 @@ impl Plugin for DrivePlugin {
             .init_resource::<PlayedFile>()
             .init_resource::<Notice>()
             .init_resource::<DisplayFraction>()
+            .init_resource::<FrameStart>()
             .add_systems(Startup, set_longest_frame)
-            .add_systems(First, (obey_commands, set_clocks).chain().before(TimeSystems))
+            .add_systems(First, (note_frame, obey_commands, set_clocks).chain().before(TimeSystems))
             .add_systems(FixedUpdate, run_cycle_in_time)
             .add_systems(RunFixedMainLoop, find_display_fraction.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
             .add_systems(Update, (run_cycles_as_fast_as_possible, measure_speed).chain());
@@ -63,7 +67,7 @@ fn set_longest_frame(mut time: ResMut<Time<Virtual>>) {
     time.set_max_delta(LONGEST_FRAME);
 }
 
-fn obey_commands(world: &mut World) {
+pub(super) fn obey_commands(world: &mut World) {
     let commands: Vec<ViewerCommand> = world.resource_mut::<Messages<ViewerCommand>>().drain().collect();
     for command in commands {
         match command {
@@ -82,6 +86,8 @@ fn obey_commands(world: &mut World) {
             ViewerCommand::SetSpeed(wanted) => set_speed(world, |_| wanted),
             ViewerCommand::Restart => restart(world, 0),
             ViewerCommand::RestartWithNextSeed => restart(world, 1),
+            // The module of the match before obeys this one.
+            ViewerCommand::MatchBefore => {}
             ViewerCommand::Load(name) => {
                 let result = load(world, name);
                 world.resource_mut::<Playback>().problem = result.err();
@@ -151,7 +157,15 @@ pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), St
 /// # Errors
 /// The fault of the scenario if it is invalid. The current match then continues.
 pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
-    simulation::start_match(world, scenario)?;
+    replace(world, |world| simulation::start_match(world, scenario))
+}
+
+/// Puts another match in place of the current one.
+///
+/// # Errors
+/// That of `begin`. The current match then continues.
+pub(super) fn replace<E>(world: &mut World, begin: impl FnOnce(&mut World) -> Result<(), E>) -> Result<(), E> {
+    replace_match(world, begin)?;
     timeline::forget(world);
     world.resource_mut::<EventLog>().clear();
     world.resource_mut::<Playback>().failed = false;
@@ -159,8 +173,30 @@ pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), Scenar
     Ok(())
 }
 
+/// Continues a saved match, in place of the current one.
+///
+/// # Errors
+/// A message about the file. The current match then continues.
+pub(super) fn go_on(world: &mut World, path: &Path) -> Result<(), String> {
+    let saved = Snapshot::load(path, world).map_err(|error| error.to_string())?;
+    replace(world, |world| saved.restore(world)).map_err(|error| format!("{}: {error}", path.display()))?;
+    world.insert_resource(PlayedFile::default());
+    Ok(())
+}
+
+/// Plays up to a cycle, for a part of a frame. Returns whether it was reached or the match cannot come that far.
+pub(super) fn play_until(world: &mut World, cycle: u64) -> bool {
+    let started = Instant::now();
+    while started.elapsed() < LONGEST_CYCLES {
+        if world.resource::<CycleClock>().cycle >= cycle || !advance(world) {
+            return true;
+        }
+    }
+    false
+}
+
 /// Sets Bevy's clocks to the period of the match and the wanted speed.
-fn set_clocks(
+pub(super) fn set_clocks(
     scenario: Option<Res<Scenario>>,
     mut playback: ResMut<Playback>,
     mut fixed: ResMut<Time<Fixed>>,
@@ -210,17 +246,42 @@ fn advance(world: &mut World) -> bool {
     result.is_ok()
 }
 
-fn run_cycle_in_time(world: &mut World) {
-    advance(world);
+/// The time at which the frame began.
+#[derive(Resource)]
+struct FrameStart(Instant);
+
+impl Default for FrameStart {
+    fn default() -> Self {
+        Self(Instant::now())
+    }
 }
 
-fn run_cycles_as_fast_as_possible(world: &mut World) {
+fn note_frame(mut start: ResMut<FrameStart>) {
+    start.0 = Instant::now();
+}
+
+fn run_cycle_in_time(world: &mut World) {
+    if world.resource::<FrameStart>().0.elapsed() < LONGEST_CYCLES {
+        advance(world);
+    }
+}
+
+fn run_cycles_as_fast_as_possible(world: &mut World, mut took: Local<Duration>) {
     let playback = world.resource::<Playback>();
     if playback.paused || playback.speed != Speed::Unlimited {
+        *took = Duration::ZERO;
         return;
     }
+    let budget = budget(world.resource::<Time<Real>>().delta().saturating_sub(*took));
     let started = Instant::now();
-    while started.elapsed() < BUDGET && advance(world) {}
+    while started.elapsed() < budget && advance(world) {}
+    *took = started.elapsed();
+}
+
+/// The time of a frame for cycles at unlimited speed, if the rest of the frame takes this long: where drawing is slow,
+/// cycles get more time than pictures.
+fn budget(rest: Duration) -> Duration {
+    (2 * rest).clamp(BUDGETS[0], BUDGETS[1])
 }
 
 fn find_display_fraction(

@@ -36,6 +36,18 @@ fn the_match_keeps_the_time_of_the_clock() {
 }
 
 #[test]
+fn slow_frames_do_not_slow_the_match_down() {
+    let mut app = app();
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(900)));
+    // Three frames are 2.7 s: 81 cycles.
+    assert_eq!(frames(&mut app, 3), 81);
+    // Where a picture takes 200 ms, cycles get the larger part of the time, and with fast frames they leave room for 60 of them a second.
+    assert!(budget(Duration::from_millis(200)) > Duration::from_millis(300));
+    assert!(budget(Duration::from_millis(4)) < Duration::from_millis(13));
+    assert!(budget(Duration::from_secs(9)) < Duration::from_secs(1));
+}
+
+#[test]
 fn speeds_scale_the_number_of_cycles() {
     for (speed, expected) in [(0.1, 1), (0.5, 7), (2.0, 30), (4.0, 60)] {
         let mut app = app();

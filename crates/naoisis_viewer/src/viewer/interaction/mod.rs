@@ -11,6 +11,7 @@ use bevy_egui::EguiPostUpdateSet;
 pub mod aim;
 pub mod driving;
 pub mod keep;
+pub mod keep_match;
 mod panel;
 mod referee_menu;
 pub mod undo;
@@ -46,7 +47,9 @@ impl Plugin for InteractionPlugin {
         app.init_resource::<MouseDrag>()
             .init_resource::<undo::Undo>()
             .init_resource::<Notice>()
+            .init_resource::<keep_match::SavedMatches>()
             .add_message::<HandAction>()
+            .add_systems(Last, keep_match::tell_of_traces)
             .configure_sets(Update, CameraMouse.run_if(|drag: Res<MouseDrag>| !drag.is_dragging()))
             .add_plugins((driving::DrivingPlugin, panel::InteractionPanelPlugin))
             .add_systems(
@@ -196,6 +199,10 @@ fn apply(world: &mut World) {
             keep::keep_past_situation(world);
             continue;
         }
+        if action == HandAction::KeepMatch {
+            keep_match::keep_match(world);
+            continue;
+        }
         if matches!(action, HandAction::Undo | HandAction::Redo) {
             undo::apply(world, action == HandAction::Undo);
             continue;
@@ -212,7 +219,7 @@ fn apply(world: &mut World) {
             HandAction::PenaliseOrReturn => penalise_or_return(world),
             HandAction::Drive => driving::toggle(world),
             HandAction::KeepSituation => keep::keep_situation(world),
-            HandAction::Undo | HandAction::Redo => {}
+            HandAction::KeepMatch | HandAction::Undo | HandAction::Redo => {}
         }
     }
 }

@@ -20,6 +20,7 @@ fn app() -> App {
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(33_334)))
         .init_resource::<Notice>()
         .init_resource::<undo::Undo>()
+        .init_resource::<keep_match::SavedMatches>()
         .insert_resource(Selection(Some(BLUE2)))
         .add_message::<HandAction>()
         .add_message::<SelectionCommand>()
@@ -159,4 +160,38 @@ fn a_driven_robot_goes_where_the_keys_say() {
     assert_eq!(app.world().resource::<Selection>().0, Some(blue3));
     act(&mut app, HandAction::Drive);
     assert_eq!(app.world().resource::<Driving>().robot, None);
+}
+
+#[test]
+fn a_match_is_saved_with_its_trace_and_goes_on_where_it_was() {
+    use crate::viewer::match_panel::{MatchCommand, MatchPanelPlugin};
+    use naoisis_record::record::read_trace::ReadTrace;
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = app();
+    app.add_plugins(MatchPanelPlugin).add_systems(Last, keep_match::tell_of_traces);
+    app.world_mut().resource_mut::<keep_match::SavedMatches>().folder = folder.path().to_owned();
+    undo::act(app.world_mut(), Intervention::PlaceRobot { robot: BLUE2, pose: Pose::new(1.0, 1.0, 0.0) });
+    (0..30).for_each(|_| app.update());
+    // The past is shown: the whole match is saved nevertheless.
+    app.world_mut().write_message(TimelineCommand::GoTo(10));
+    app.world_mut().resource_mut::<crate::viewer::shared::Playback>().paused = true;
+    app.update();
+    let last = app.world().resource::<naoisis_record::record::history::History>().last_cycle().unwrap();
+    act(&mut app, HandAction::KeepMatch);
+    assert_eq!(app.world().resource::<Timeline>().cursor(), Some(10.0));
+    let path = folder.path().join(format!("match3v3-{last:06}.naoisis"));
+    let trace = path.with_extension("jsonl.zst");
+    // Closing the window waits for the trace.
+    app.world_mut().write_message(AppExit::Success);
+    app.update();
+    let mut read = ReadTrace::open(&trace).unwrap();
+    assert_eq!(read.history.cycles(), Some(0..=last));
+    let placed = read.history.record(last).unwrap().unwrap();
+    app.world_mut().write_message(MatchCommand::Open(path));
+    app.update();
+    let placed = placed.robots.iter().find(|robot| robot.id == BLUE2).map(|robot| robot.pose);
+    assert!(app.cycle() == last && close(app.robot_pose(BLUE2), placed));
+    app.world_mut().resource_mut::<crate::viewer::shared::Playback>().paused = false;
+    (0..5).for_each(|_| app.update());
+    assert!(app.cycle() > last);
 }

@@ -9,12 +9,13 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+mod mistake_list;
 mod panel;
 pub mod tracks;
 
 use super::display_settings::DisplaySettings;
-use super::event_filter::{EventFilter, FoundMistakes, ListedEvents};
-use super::event_log::{LogEntry, LogKind};
+use super::event_filter::{EventFilter, ListedEvents};
+use super::event_log::LogEntry;
 use super::keyframes::Keyframes;
 use super::layout::LayoutSystems;
 use super::shared::{FindEvent, Notice, Playback, Selection, TimelineCommand};
@@ -43,7 +44,7 @@ impl Plugin for LanesPlugin {
             .init_resource::<ShownPart>()
             .add_message::<FindEvent>()
             .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
-            .add_systems(Update, (read_records, tell_mistakes, find_event).chain())
+            .add_systems(Update, (read_records, mistake_list::tell_mistakes, find_event).chain())
             .add_systems(EguiPrimaryContextPass, panel::show.run_if(is_open).in_set(LayoutSystems::Lanes));
     }
 }
@@ -227,26 +228,6 @@ fn find_event(
                 notice.tell(format!("No {}{whose} {} this moment", lanes.kind.name(), side_of(*wanted)));
             }
         }
-    }
-}
-
-/// Passes the mistakes to the list of events.
-fn tell_mistakes(lanes: Res<Lanes>, found: Option<ResMut<FoundMistakes>>) {
-    let mistakes = lanes.tracks.mistakes();
-    if let Some(mut found) = found.filter(|found| found.0.len() != mistakes.len()) {
-        found.0 = mistakes.iter().map(entry_of_mistake).collect();
-    }
-}
-
-fn entry_of_mistake(mistake: &Mistake) -> LogEntry {
-    LogEntry {
-        time_s: mistake.from_s,
-        team: Some(mistake.robot.team),
-        text: mistake_words(mistake),
-        robot: Some(mistake.robot),
-        place: Some(mistake.position_m),
-        kind: LogKind::Mistake,
-        ..default()
     }
 }
 

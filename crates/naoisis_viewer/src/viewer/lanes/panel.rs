@@ -8,6 +8,9 @@ use bevy_egui::egui::{
 
 use super::tracks::{BallSource, Condition, LaneTrack, Span, Tracks};
 use super::{EventKind, Lanes, cycle_of, mistake_words};
+use crate::viewer::display_settings::DisplaySettings;
+use crate::viewer::event_filter::EventFilter;
+use crate::viewer::event_log::LogKind;
 use crate::viewer::layout::{Dock, Edge, PanelSizes};
 use crate::viewer::palette;
 use crate::viewer::shared::{Action, FindEvent, Notice, Selection, SelectionCommand, TimelineCommand};
@@ -50,6 +53,7 @@ pub(super) fn show(
     mut events: MessageWriter<FindEvent>,
     (mut actions, mut sizes, mut part): (MessageWriter<Action>, ResMut<PanelSizes>, ResMut<ShownPart>),
     mut notice: ResMut<Notice>,
+    (mut filter, mut display): (ResMut<EventFilter>, ResMut<DisplaySettings>),
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
@@ -60,7 +64,11 @@ pub(super) fn show(
     dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         let (width, top) = (ui.available_width(), ui.cursor().top());
         let height = (ui.available_height() - rest(ui)).max(LEAST);
-        show_head(ui, &mut lanes, &mut part, &mut events);
+        if show_head(ui, &mut lanes, &mut part, &mut events) {
+            filter.list_only(LogKind::Mistake);
+            display.events = true;
+            lanes.kind = EventKind::Listed;
+        }
         if lanes.read.is_some() {
             ui.label(dim("The match is being read…").size(text_size::SMALL));
         }
@@ -72,7 +80,9 @@ pub(super) fn show(
                 mark_mistakes(ui, lane, mistakes.map(|mistake| cycle_of(mistake, clock.period_s)), &axis);
             }
         });
-        let area = rows.inner_rect;
+        // Below the lanes is the legend, even if there is room for more of them.
+        let bottom = rows.inner_rect.top() + LANE * lanes.tracks.robots().count() as f32;
+        let area = rows.inner_rect.with_max_y(bottom.min(rows.inner_rect.bottom()));
         // From here on, positions are those of the whole window.
         let axis = Axis { left: area.left() + NAMES, ..axis };
         let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
@@ -100,7 +110,7 @@ pub(super) fn show(
         }
         if let Some(at) = response.hover_pos() {
             let words = hint(&lanes, clock.period_s, axis.cycle(at.x).max(0.0) as u64, row(at), reach);
-            response.on_hover_text(format!("{}{words}", time(axis.cycle(at.x))));
+            response.on_hover_text_at_pointer(format!("{}{words}", time(axis.cycle(at.x))));
         }
         show_legend(ui, &lanes.tracks, axis.part.map(time));
         let others = ui.min_rect().bottom() - top - rows.inner_rect.height();
@@ -109,8 +119,14 @@ pub(super) fn show(
     Ok(())
 }
 
-/// Shows the choice of events to jump to.
-fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, part: &mut ShownPart, events: &mut MessageWriter<FindEvent>) {
+/// Shows the choice of events to jump to. Returns whether a list of the mistakes is wanted.
+fn show_head(
+    ui: &mut egui::Ui,
+    lanes: &mut Lanes,
+    part: &mut ShownPart,
+    events: &mut MessageWriter<FindEvent>,
+) -> bool {
+    let mut wants_list = false;
     ui.horizontal(|ui| {
         ui.label(bright("Lanes"));
         ui.separator();
@@ -137,13 +153,20 @@ fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, part: &mut ShownPart, events:
         if !mistakes.is_empty() {
             ui.separator();
             let count = format!("{} mistakes", mistakes.len());
-            let label = ui.label(RichText::new(count).color(problem_colour(ui)));
-            label.on_hover_ui(|ui| drop(ui.monospace(table(mistakes))));
+            let button = ui.button(RichText::new(count).color(problem_colour(ui)));
+            button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, "List mistakes"));
+            let button = button.on_hover_ui(|ui| {
+                ui.label("Click: a list of them; those before a goal stand out");
+                let table = RichText::new(table(mistakes)).monospace().size(text_size::SMALL);
+                ui.add(egui::Label::new(table).extend());
+            });
+            wants_list = button.clicked();
         }
         if part.0.is_some() && ui.button("Whole match").on_hover_text("Or a double click").clicked() {
             part.0 = None;
         }
     });
+    wants_list
 }
 
 fn show_lane(

@@ -130,7 +130,7 @@ fn show_test(
     };
     ui.separator();
     let before = expected.pink;
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label("A test:");
         for (is_pink, side) in [(false, Team::Blue), (true, Team::Pink)] {
             ui.selectable_value(&mut expected.pink, is_pink, side.name());

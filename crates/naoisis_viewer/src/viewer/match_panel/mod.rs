@@ -19,6 +19,7 @@ use super::teach::bookmark_file::OpenedTrace;
 use super::timeline;
 use choice::MatchChoice;
 use naoisis_record::record::read_trace::ReadTrace;
+use naoisis_sim::scenario::saved_match::EXTENSION;
 use naoisis_sim::scenario::{Scenario, ScenarioFile, TeamsSpec};
 use naoisis_sim::simulation;
 use trace_reading::{TraceReading, is_reading};
@@ -50,7 +51,7 @@ impl Plugin for MatchPanelPlugin {
 pub enum MatchCommand {
     /// A match between two teams, by name.
     Teams(Box<TeamsSpec>),
-    /// A scenario file, a built-in scenario or a trace, from the start.
+    /// A scenario file, a built-in scenario or a trace, from the start; or a saved match.
     Open(PathBuf),
     /// The match with another league, realism or robot model, from the start.
     Choose(MatchChoice),
@@ -152,11 +153,24 @@ fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
     drive::start(world, &Scenario { teams: Some(teams), ..scenario }).map_err(|fault| fault.to_string())
 }
 
+/// Returns a path that a user has typed, with the home folder in place of `~`.
+fn with_home(path: &Path) -> PathBuf {
+    let in_home = path.strip_prefix("~").ok().and_then(|rest| Some(dirs::home_dir()?.join(rest)));
+    in_home.unwrap_or_else(|| path.to_owned())
+}
+
 fn open(world: &mut World, path: &Path) -> Result<(), String> {
+    let path = &with_home(path);
     let name = path.to_string_lossy();
     if [".jsonl", ".jsonl.zst", ".mcap"].iter().any(|ending| name.ends_with(ending)) {
         let begun = world.resource_mut::<TraceReading>().begin(path);
         return begun.map_err(|error| format!("{}: cannot be read: {error}", path.display()));
+    }
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(EXTENSION)) {
+        drive::go_on(world, path)?;
+        world.insert_resource(WatchedScenarioFile::default());
+        note_opened(world, path);
+        return Ok(());
     }
     // The file is watched even if it is invalid: it may be valid the next time.
     if path.exists() {
@@ -247,6 +261,12 @@ mod tests {
         changed.cycle_s *= 2.0;
         send(&mut app, MatchCommand::Change(Box::new(changed)));
         assert!(problem(&app).unwrap().contains("cycle_s"));
+    }
+
+    #[test]
+    fn a_tilde_is_the_home_folder() {
+        assert_eq!(with_home(Path::new("~/a/b.json")), dirs::home_dir().unwrap().join("a/b.json"));
+        assert_eq!(with_home(Path::new("a/~b.json")), Path::new("a/~b.json"));
     }
 
     #[test]

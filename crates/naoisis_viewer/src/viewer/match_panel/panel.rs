@@ -9,7 +9,7 @@ use super::{MatchCommand, WatchedScenarioFile};
 use crate::viewer::display_settings::Switch;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
 use crate::viewer::scenario_list;
-use crate::viewer::shared::{Action, ViewerCommand};
+use crate::viewer::shared::{Action, HandAction, ViewerCommand};
 use crate::viewer::theme::{bright, dim};
 use crate::viewer::timeline::Timeline;
 use naoisis_core::ball::Rolling;
@@ -72,13 +72,20 @@ pub(super) fn show(
                 ui.label("");
                 ui.add(egui::Label::new(dim(source.words())).wrap());
                 ui.end_row();
+                ui.label("");
+                let save = egui::Button::new("Save the match");
+                let hint = "Its state, to continue it later, and its trace, as new files (Ctrl S)";
+                if ui.add_enabled(!timeline.is_replay(), save).on_hover_text(hint).clicked() {
+                    actions.write(Action::Hand(HandAction::KeepMatch));
+                }
+                ui.end_row();
                 // A scenario may have robots but no teams. Choosing one team then sets both.
                 let teams = scenario.teams.clone();
                 let nobody = || TeamsSpec::new(NOBODY, NOBODY);
                 let mut chosen = teams.clone().unwrap_or_else(nobody);
                 for (side, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
                     let label = ui.label(side).id;
-                    let list = ComboBox::from_id_salt(side).selected_text(name.as_str());
+                    let list = ComboBox::from_id_salt(side).width(220.0).truncate().selected_text(name.as_str());
                     list.show_ui(ui, |ui| {
                         for (team, recipe) in registry.teams() {
                             ui.selectable_value(name, team.to_owned(), team).on_hover_text(&recipe.description);

@@ -71,6 +71,11 @@ impl TraceReading {
         Ok(())
     }
 
+    /// Returns whether a trace is being read.
+    pub fn is_on(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// Cancels reading.
     pub fn give_up(&mut self) {
         self.0 = None;

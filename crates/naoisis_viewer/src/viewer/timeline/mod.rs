@@ -13,7 +13,7 @@ mod present;
 
 use super::event_log::EventLog;
 use super::keyframes::Keyframes;
-use super::shared::{DisplayFraction, Playback, TimelineCommand};
+use super::shared::{DisplayFraction, Playback, TimelineCommand, replace_match};
 use super::speed::Speed;
 use naoisis_core::cycle::{Cycle, CycleClock};
 use naoisis_record::record::RecordPlugin;
@@ -116,7 +116,8 @@ pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioF
         keyframes: Keyframes::default(),
         trace: Some((Box::new(trace.scenario), trace.fields)),
     };
-    show_trace(world, data)?;
+    replace_match(world, |world| begin_trace(world, &data))?;
+    data.put(world);
     go_to(world, first as f64);
     Ok(())
 }
@@ -175,6 +176,13 @@ impl BranchData {
 /// # Errors
 /// [`ScenarioFault`] when its scenario cannot be started here.
 pub fn show_trace(world: &mut World, data: BranchData) -> Result<(), ScenarioFault> {
+    begin_trace(world, &data)?;
+    data.put(world);
+    Ok(())
+}
+
+/// Starts the match of a trace, with robots that decide nothing.
+fn begin_trace(world: &mut World, data: &BranchData) -> Result<(), ScenarioFault> {
     if let Some((started_from, _)) = &data.trace {
         let as_played = simulation::resolved(world, started_from);
         let mut scenario = as_played.clone();
@@ -188,7 +196,6 @@ pub fn show_trace(world: &mut World, data: BranchData) -> Result<(), ScenarioFau
         // The robots have no behaviours now, but the scenario still tells the original ones.
         world.insert_resource(as_played);
     }
-    data.put(world);
     Ok(())
 }
 

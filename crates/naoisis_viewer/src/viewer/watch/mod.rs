@@ -39,9 +39,14 @@ pub(super) fn large_letters(context: &egui::Context) -> f32 {
 }
 
 fn show_score(mut contexts: EguiContexts, game: Res<Game>, clock: Res<CycleClock>, names: TeamNames) -> Result {
-    let names = names.both();
+    /// The width of the choice of the window's use on both sides, logical pixels.
+    const BESIDE: f32 = 360.0;
+    /// The width of everything but the names, and of one of their letters, as multiples of the height of the letters.
+    const OTHERS: f32 = 8.5;
+    const LETTER: f32 = 0.33;
     let context = contexts.ctx_mut()?;
     let size = large_letters(context);
+    let names = names.both(context.content_rect().width() - BESIDE - OTHERS * size, LETTER * size);
     let clock = match game.time_left_s(&clock) {
         Some(left) => format!("{}   {}", minutes(left), state_name(game.state)),
         None => minutes(clock.end_time_s() as f32),

@@ -1,0 +1,54 @@
+//! The haze in which the floor of the hall ends. It begins behind the pitch, wherever the camera is.
+
+use bevy::pbr::{DistanceFog, FogFalloff};
+use bevy::prelude::*;
+
+use super::super::palette;
+use super::ViewerCamera;
+use naoisis_core::pitch::Pitch;
+
+/// Where the haze begins and where it hides everything, as multiples of the distance of the farthest point of the carpet.
+const BEGINS: f32 = 1.2;
+const HIDES: f32 = 4.0;
+
+/// Moves the haze with the camera.
+pub(super) fn thin_haze(pitch: Res<Pitch>, camera: Single<(Ref<Transform>, &mut DistanceFog), With<ViewerCamera>>) {
+    let (place, mut fog) = camera.into_inner();
+    if place.is_changed() || pitch.is_changed() {
+        *fog = haze(place.translation, &pitch);
+    }
+}
+
+/// Returns the haze for a camera at `eye`, m, pitch frame.
+pub(super) fn haze(eye: Vec3, pitch: &Pitch) -> DistanceFog {
+    let corner = Vec2::new(pitch.half_length(), pitch.half_width()) + pitch.border_m;
+    let farthest_m = (eye.xy().abs() + corner).extend(eye.z).length();
+    let falloff = FogFalloff::Linear { start: BEGINS * farthest_m, end: HIDES * farthest_m };
+    DistanceFog { color: palette::SKY, falloff, ..default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::viewpoint::{Overview, Viewpoint};
+    use super::*;
+
+    #[test]
+    fn no_part_of_a_pitch_is_hidden_from_any_view_of_it() {
+        let adult = Pitch { length_m: 22.0, width_m: 14.0, ..Pitch::default() };
+        for pitch in [Pitch::default(), adult] {
+            let whole = [Overview::Broadcast, Overview::TopDown]
+                .into_iter()
+                .flat_map(|view| [0.3, 1.0, 3.0].map(|aspect| Viewpoint::of_pitch(view, &pitch, aspect)));
+            let from_a_corner = Viewpoint { distance: 40.0, ..Viewpoint::of_ball(Vec2::new(-11.0, -7.0)) };
+            for view in whole.chain([from_a_corner]) {
+                let FogFalloff::Linear { start, end } = haze(view.eye(), &pitch).falloff else { panic!("linear") };
+                assert!(start < end);
+                for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                    let corner = Vec2::new(x * pitch.half_length(), y * pitch.half_width());
+                    let distance_m = view.eye().distance(corner.extend(0.0));
+                    assert!(distance_m < start, "{view:?}: {corner} is {distance_m} m away, haze begins at {start} m");
+                }
+            }
+        }
+    }
+}

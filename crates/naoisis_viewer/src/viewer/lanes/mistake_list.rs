@@ -1,0 +1,80 @@
+//! Mistakes as entries of the list of events. Those shortly before a goal for the other team stand out.
+
+use bevy::prelude::*;
+
+use super::{Lanes, mistake_words};
+use crate::viewer::event_filter::FoundMistakes;
+use crate::viewer::event_log::{LogEntry, LogKind};
+use naoisis_core::cycle::CycleClock;
+use naoisis_core::team::Team;
+use naoisis_record::record::history::History;
+use naoisis_record::record::match_marks::MarkKind;
+use naoisis_record::record::mistakes::Mistake;
+
+/// The longest time from a mistake to a goal that it may have cost, s.
+const BEFORE_GOAL_S: f64 = 10.0;
+
+/// Passes the mistakes to the list of events.
+pub(super) fn tell_mistakes(
+    lanes: Res<Lanes>,
+    history: Res<History>,
+    clock: Res<CycleClock>,
+    found: Option<ResMut<FoundMistakes>>,
+    mut goals_before: Local<usize>,
+) {
+    let mistakes = lanes.tracks.mistakes();
+    let goals = history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal);
+    let goals: Vec<(f64, Team)> =
+        goals.filter_map(|goal| Some((goal.cycle as f64 * clock.period_s, goal.team?))).collect();
+    let is_new = |found: &ResMut<FoundMistakes>| found.0.len() != mistakes.len() || goals.len() != *goals_before;
+    if let Some(mut found) = found.filter(is_new) {
+        found.0 = mistakes.iter().map(|mistake| entry_of(mistake, &goals)).collect();
+        *goals_before = goals.len();
+    }
+}
+
+/// A mistake as an entry; `goals` are the times of all goals, s, and who scored.
+fn entry_of(mistake: &Mistake, goals: &[(f64, Team)]) -> LogEntry {
+    let team = mistake.robot.team;
+    let is_cost =
+        |(time_s, scored): &&(f64, Team)| *scored != team && (0.0..=BEFORE_GOAL_S).contains(&(time_s - mistake.from_s));
+    let cost = goals.iter().find(is_cost);
+    let words = mistake_words(mistake);
+    LogEntry {
+        time_s: mistake.from_s,
+        team: Some(team),
+        text: cost.map_or(words.clone(), |(time_s, scored)| {
+            format!("{words}, {:.0} s before a goal for {scored}", time_s - mistake.from_s)
+        }),
+        important: cost.is_some(),
+        robot: Some(mistake.robot),
+        place: Some(mistake.position_m),
+        kind: LogKind::Mistake,
+        ..default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_core::team::RobotId;
+    use naoisis_record::record::mistakes::MistakeKind;
+
+    #[test]
+    fn mistakes_before_a_goal_of_the_others_stand_out() {
+        let robot = RobotId::new(Team::Pink, 1);
+        let mistake = |from_s| Mistake {
+            kind: MistakeKind::KickMissed,
+            robot,
+            other: None,
+            from_s,
+            until_s: from_s,
+            position_m: Vec2::ZERO,
+            worst: None,
+        };
+        let goals = [(30.0, Team::Blue), (60.0, Team::Pink)];
+        let costly = [19.0, 26.0, 31.0, 55.0].map(|from_s| entry_of(&mistake(from_s), &goals).important);
+        assert_eq!(costly, [false, true, false, false]);
+        assert_eq!(entry_of(&mistake(26.0), &goals).text, "pink1: kick missed, 4 s before a goal for blue");
+    }
+}

@@ -1,0 +1,281 @@
+//! The match before: when another match or a trace takes the place of the one that is shown, that one is kept with its
+//! past, its branches and its bookmarks, and can be shown again.
+
+use bevy::prelude::*;
+
+use super::branches::{self, Branches, Place};
+use super::drive::{self, PlayedFile};
+use super::interaction::undo::Undo;
+use super::match_panel::WatchedScenarioFile;
+use super::match_panel::trace_reading::TraceReading;
+use super::shared::{KeepLeft, KeepMatch, MatchBefore, Notice, ViewerCommand};
+use super::teach::bookmark_file::OpenedTrace;
+use super::teach::bookmarks::Bookmarks;
+use super::theme::minutes;
+use super::timeline::Timeline;
+use naoisis_core::cycle::CycleClock;
+use naoisis_sim::scenario::Scenario;
+
+/// The shortest match that is kept although nobody has worked on it, s.
+const SHORTEST_S: f64 = 5.0;
+
+/// Keeps the match before.
+pub struct MatchBeforePlugin;
+
+impl Plugin for MatchBeforePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<MatchBefore>()
+            .init_resource::<Kept>()
+            .insert_resource(KeepMatch(prepare))
+            .add_systems(First, show.run_if(is_wanted).before(drive::obey_commands));
+    }
+}
+
+fn is_wanted(mut commands: MessageReader<ViewerCommand>) -> bool {
+    commands.read().any(|command| *command == ViewerCommand::MatchBefore)
+}
+
+/// The match before the one that is shown. [`MatchBefore`] has its name.
+#[derive(Resource, Debug, Default)]
+struct Kept(Option<Box<Before>>);
+
+/// A match that was left, with everything that belongs to it.
+#[derive(Debug)]
+struct Before {
+    name: String,
+    /// Whether it has more than the same match would have if it were played again.
+    is_worked_on: bool,
+    branches: Branches,
+    bookmarks: Bookmarks,
+    played: PlayedFile,
+    watched: WatchedScenarioFile,
+    trace: OpenedTrace,
+}
+
+/// A match that is about to be left.
+#[derive(Debug)]
+struct Leaving {
+    name: String,
+    is_worked_on: bool,
+    place: Place,
+}
+
+/// Prepares for leaving the match that is shown, if it is to be kept: one that was worked on, or else a longer one
+/// unless one that was worked on would be lost for it.
+fn prepare(world: &mut World) -> Option<KeepLeft> {
+    if world.get_resource::<Branches>()?.list().is_empty() {
+        return None;
+    }
+    let is_better_kept = world.resource::<Kept>().0.as_ref().is_some_and(|before| before.is_worked_on);
+    let is_short = world.resource::<CycleClock>().end_time_s() < SHORTEST_S;
+    if !is_worked_on(world) && (is_short || is_better_kept) {
+        return None;
+    }
+    let leaving = leaving(world).ok()?;
+    leaving.place.show(world);
+    Some(Box::new(|world| keep(world, leaving)))
+}
+
+/// Whether the match has more than the same match would have if it were played again.
+fn is_worked_on(world: &World) -> bool {
+    world.resource::<Timeline>().is_replay()
+        || world.resource::<Branches>().list().len() > 1
+        || world.get_resource::<Bookmarks>().is_some_and(|bookmarks| !bookmarks.list().is_empty())
+        || world.get_resource::<Undo>().is_some_and(|undo| undo.counts()[0] > 0)
+}
+
+fn leaving(world: &mut World) -> Result<Leaving, String> {
+    let scenario = world.get_resource::<Scenario>().map(|scenario| scenario.name.as_str()).unwrap_or_default();
+    let scenario = if scenario.is_empty() { "a match" } else { scenario };
+    let name = format!("{scenario} at {}", minutes(world.resource::<CycleClock>().end_time_s() as f32));
+    Ok(Leaving { name, is_worked_on: is_worked_on(world), place: Place::of(world)? })
+}
+
+/// Keeps the match that was left. Another one is in the world already, but not yet its past.
+fn keep(world: &mut World, leaving: Leaving) {
+    if leaving.is_worked_on {
+        world.resource_mut::<Notice>().tell(format!("{} is kept: Backspace shows it again", leaving.name));
+    }
+    let before = take(world, leaving);
+    store(world, before);
+}
+
+fn store(world: &mut World, before: Before) {
+    world.resource_mut::<MatchBefore>().0 = Some(before.name.clone());
+    world.resource_mut::<Kept>().0 = Some(Box::new(before));
+}
+
+/// Takes everything of the match that was left out of the world.
+fn take(world: &mut World, leaving: Leaving) -> Before {
+    let Leaving { name, is_worked_on, place } = leaving;
+    branches::put_aside(world, place);
+    fn of<R: Resource + Clone + Default>(world: &World) -> R {
+        world.get_resource::<R>().cloned().unwrap_or_default()
+    }
+    Before {
+        name,
+        is_worked_on,
+        branches: core::mem::take(&mut *world.resource_mut::<Branches>()),
+        bookmarks: of(world),
+        played: of(world),
+        watched: of(world),
+        trace: of(world),
+    }
+}
+
+/// Puts a match that was left into the world, paused.
+fn put_back(world: &mut World, before: Before) -> Result<(), String> {
+    let Before { branches, bookmarks, played, watched, trace, .. } = before;
+    let shown = branches.shown();
+    world.insert_resource(branches);
+    branches::bring_back(world, shown)?;
+    world.insert_resource(bookmarks);
+    world.insert_resource(played);
+    world.insert_resource(watched);
+    world.insert_resource(trace);
+    Ok(())
+}
+
+/// Shows the match before, as it was left, and keeps the current one in its place.
+fn show(world: &mut World) {
+    let text = swap(world).unwrap_or_else(|message| message);
+    world.resource_mut::<Notice>().tell(text);
+}
+
+fn swap(world: &mut World) -> Result<String, String> {
+    let is_there = world.resource::<Kept>().0.is_some() && world.contains_resource::<Branches>();
+    if !is_there || world.resource::<Branches>().list().is_empty() {
+        return Err("There is no match before this one".to_owned());
+    }
+    let leaving = leaving(world)?;
+    if let Some(mut reading) = world.get_resource_mut::<TraceReading>() {
+        reading.give_up();
+    }
+    let current = take(world, leaving);
+    let Some(before) = world.resource_mut::<Kept>().0.take() else { return Ok(String::new()) };
+    let text = format!("{}, as it was left; Backspace: back to {}", before.name, current.name);
+    match put_back(world, *before) {
+        Ok(()) => {
+            store(world, current);
+            Ok(text)
+        }
+        Err(message) => {
+            world.resource_mut::<MatchBefore>().0 = None;
+            put_back(world, current).and(Err(message))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::viewer::branches::{BranchCommand, BranchesPlugin};
+    use crate::viewer::display_settings::DisplaySettings;
+    use crate::viewer::drive::DrivePlugin;
+    use crate::viewer::event_log::EventLogPlugin;
+    use crate::viewer::match_panel::{MatchCommand, MatchPanelPlugin};
+    use crate::viewer::rebuild::RebuildPlugin;
+    use crate::viewer::shared::{Selection, TimelineCommand};
+    use bevy::time::TimeUpdateStrategy;
+    use core::time::Duration;
+    use naoisis_record::record::RecordPlugin;
+    use naoisis_record::record::history::History;
+    use naoisis_record::record::recorder::{self, EndReason};
+    use naoisis_record::record::trace::TraceRecorder;
+    use naoisis_record::whatif::Moment;
+    use naoisis_sim::scenario::TeamsSpec;
+    use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
+    use std::path::Path;
+
+    /// A match with ten cycles per frame.
+    fn app() -> App {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, RebuildPlugin, BranchesPlugin));
+        app.add_plugins((MatchPanelPlugin, MatchBeforePlugin))
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(333_340)))
+            .init_resource::<DisplaySettings>()
+            .init_resource::<Selection>();
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        app.update();
+        app
+    }
+
+    fn send(app: &mut App, message: impl Message) {
+        app.world_mut().write_message(message);
+        app.update();
+    }
+
+    fn branches(app: &App) -> [usize; 2] {
+        let branches = app.world().resource::<Branches>();
+        [branches.list().len(), branches.shown()]
+    }
+
+    fn past(app: &App) -> u64 {
+        app.world().resource::<History>().last_cycle().unwrap_or_default()
+    }
+
+    #[test]
+    fn a_match_with_branches_is_kept_when_another_takes_its_place() {
+        let mut app = app();
+        (0..20).for_each(|_| app.update());
+        let moment = Box::new(Moment::of(app.world_mut()).unwrap());
+        let cycle = app.cycle();
+        send(&mut app, BranchCommand::PlayOn { moment, cycle, seed: 5 });
+        let root = app.world().resource::<Branches>().list()[0].last_cycle;
+        (0..5).for_each(|_| app.update());
+        let (branch, ball) = (past(&app), app.ball());
+        assert_eq!(branches(&app), [2, 1]);
+        // One key, another team, or another scenario ends it.
+        let others = MatchCommand::Teams(Box::new(TeamsSpec::new("chasers", "chasers")));
+        send(&mut app, others);
+        assert_eq!(branches(&app), [1, 0]);
+        send(&mut app, ViewerCommand::Restart);
+        send(&mut app, ViewerCommand::Load("match7v7"));
+        send(&mut app, ViewerCommand::MatchBefore);
+        assert_eq!((branches(&app), past(&app), app.ball()), ([2, 1], branch, ball));
+        send(&mut app, BranchCommand::Show(0));
+        assert_eq!((branches(&app), past(&app)), ([2, 0], root));
+        // The other match was kept meanwhile.
+        send(&mut app, ViewerCommand::MatchBefore);
+        assert_eq!(app.world().resource::<Scenario>().name, "match7v7");
+        // A match that cannot begin changes nothing.
+        let wrong = MatchCommand::Teams(Box::new(TeamsSpec::new("nobody", "chasers")));
+        send(&mut app, wrong);
+        assert_eq!(app.world().resource::<Scenario>().name, "match7v7");
+        send(&mut app, ViewerCommand::MatchBefore);
+        assert_eq!(branches(&app), [2, 0]);
+    }
+
+    fn write_trace(path: &Path) {
+        let mut app = App::new();
+        app.add_plugins((NaoisisPlugins, RecordPlugin));
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::create(path).unwrap())]);
+        app.run_cycles(60);
+        assert!(recorder::finish(app.world_mut(), EndReason::Duration).into_iter().all(|said| said.is_ok()));
+    }
+
+    #[test]
+    fn a_trace_is_shown_again_at_the_moment_at_which_it_was_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trace.jsonl");
+        write_trace(&path);
+        let mut app = app();
+        send(&mut app, MatchCommand::Open(path));
+        // The thread may take any time: the test waits for it, but not for ever.
+        for _ in 0..200_000 {
+            if app.world().resource::<Timeline>().is_replay() && past(&app) == 60 {
+                break;
+            }
+            app.update();
+            std::thread::yield_now();
+        }
+        app.world_mut().resource_mut::<crate::viewer::shared::Playback>().paused = true;
+        send(&mut app, TimelineCommand::GoTo(42));
+        send(&mut app, ViewerCommand::Load("match7v7"));
+        assert!(!app.world().resource::<Timeline>().is_replay());
+        send(&mut app, ViewerCommand::MatchBefore);
+        let timeline = app.world().resource::<Timeline>();
+        assert_eq!((timeline.is_replay(), timeline.cursor(), past(&app)), (true, Some(42.0), 60));
+    }
+}
