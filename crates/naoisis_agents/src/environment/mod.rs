@@ -7,13 +7,17 @@
 pub mod action;
 pub mod attempts;
 pub mod challenge;
+mod ending;
 pub mod entry;
 mod episode;
 mod gaze;
 pub mod observation;
+mod player;
+pub mod results;
 pub mod reward;
 mod same;
 mod saved;
+mod situation;
 mod vector;
 
 pub use action::ActionKind;
