@@ -25,18 +25,20 @@
 use bevy::prelude::*;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::action::ActionKind;
+pub use super::attempt_error::AttemptError;
 use super::challenge::{Challenge, ChallengeError, SuccessRate};
 use super::episode::{EnvironmentSettings, Episode, Start, StartError};
 use super::observation::{ObservationKind, ball_of};
 pub use super::player::ChallengePlayer;
+use super::recorded_commands::{RecordCommandsPlugin, RecordedCommands};
 use crate::agents::{RobotCommand, dismiss, with_remote_robots};
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::cycle::CycleClock;
-use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStream;
 use naoisis_core::robot::Roster;
@@ -81,51 +83,6 @@ pub fn success_rate(attempts: &[Attempt]) -> SuccessRate {
     SuccessRate { episodes: attempts.len(), successes: times.len(), mean_time_s }
 }
 
-/// Why a challenge cannot be played.
-#[derive(thiserror::Error)]
-#[non_exhaustive]
-pub enum AttemptError {
-    /// The challenge is invalid.
-    #[error(transparent)]
-    Challenge(#[from] ChallengeError),
-    /// No team has this name.
-    #[error("there is no team `{name}`{meant}; expected one of {known}")]
-    NoTeam {
-        /// Its name.
-        name: String,
-        /// A suggestion, in words.
-        meant: String,
-        /// All names of teams.
-        known: String,
-    },
-    /// The command line of a program is malformed.
-    #[error("`{0}` names no program; expected a command line after `exec:`, with closed quotes")]
-    NoProgram(String),
-    /// There is no episode to play back.
-    #[error("{player}: no episode of {tried} succeeds, so there is nothing to play back")]
-    NothingToPlayBack {
-        /// The player that should succeed.
-        player: String,
-        /// The number of episodes.
-        tried: u64,
-    },
-    /// The program of a robot was lost.
-    #[error("the program of {robot} was lost in the episode of seed {seed}: {message}")]
-    Lost {
-        /// The seed of the episode.
-        seed: u64,
-        /// The robot.
-        robot: RobotId,
-        /// What happened.
-        message: String,
-    },
-    /// An episode cannot start, for example because a behaviour does not exist.
-    #[error(transparent)]
-    Start(#[from] StartError),
-}
-
-naoisis_core::debug_as_displayed!(AttemptError);
-
 /// Plays episodes of a challenge and passes their results to the callback in the order of their seeds. When `stop`
 /// turns true, running episodes are finished and no new ones start.
 ///
@@ -156,8 +113,11 @@ pub fn scenario_of_episode(
     seed: u64,
     world: &World,
 ) -> Result<Scenario, AttemptError> {
+    if !player.has_own_robots() {
+        return Err(AttemptError::Outside(player.clone()));
+    }
     let scenario = challenge.scenario().map_err(ChallengeError::from)?.scenario;
-    let first = Box::new(played_by(player, &scenario, challenge, world)?);
+    let first = played_by(player, &scenario, challenge, world)?;
     Ok(Episode::scenario_of(&first, &[], &challenge.situation, Episode::first_seed(seed)))
 }
 
@@ -278,10 +238,8 @@ impl Prepared {
                 actions.fill_with(|| chance.random_range(-1.0..=1.0));
             }
             episode.step(settings, &actions, &mut rewards);
-            for event in episode.world.resource::<CycleEvents>().iter() {
-                if let MatchEvent::AgentLost { robot, message, .. } = event {
-                    return Err(AttemptError::Lost { seed, robot: *robot, message: message.clone() });
-                }
+            if let Some((robot, message)) = episode.lost.take() {
+                return Err(AttemptError::Lost { seed, robot, message });
             }
         }
         dismiss(&mut episode.world, "the episode is over");
@@ -292,24 +250,32 @@ impl Prepared {
     }
 }
 
+/// The seed of the first episode that is tried for playing back: none of those that are counted.
+const FIRST_RECORDED: u64 = 2_000_000_001;
+
 /// The commands of `player` in its first successful episode, by cycle and robot.
 fn commands_of_success(
     challenge: &Challenge,
     player: &ChallengePlayer,
     simulator: &impl Fn() -> App,
 ) -> Result<Vec<Vec<RobotCommand>>, AttemptError> {
-    /// The seed of the first episode that is tried: none of those that are counted.
-    const FIRST_SEED: u64 = 2_000_000_001;
     /// The most episodes that are tried.
     const MOST_TRIES: u64 = 100;
 
     let prepared = Prepared::new(challenge, player, simulator)?;
-    let mut episode = Episode::new(world(simulator), 0);
-    for seed in FIRST_SEED..FIRST_SEED + MOST_TRIES {
-        episode.recorded = Some(Vec::new());
-        let is_success = prepared.play(&mut episode, seed)?.is_success;
-        if let Some(commands) = episode.recorded.take().filter(|_| is_success) {
-            return Ok(commands);
+    let recording = || {
+        let mut app = simulator();
+        app.add_plugins(RecordCommandsPlugin);
+        app
+    };
+    let mut episode = Episode::new(world(recording), 0);
+    for seed in FIRST_RECORDED..FIRST_RECORDED + MOST_TRIES {
+        episode.world.insert_resource(RecordedCommands::default());
+        if prepared.play(&mut episode, seed)?.is_success {
+            let mut cycles = core::mem::take(&mut episode.world.resource_mut::<RecordedCommands>().0);
+            let of_robot = |cycle: &mut BTreeMap<_, _>, id| cycle.remove(id).unwrap_or_default();
+            let of_cycle = |mut cycle| challenge.control.iter().map(|id| of_robot(&mut cycle, id)).collect();
+            return Ok(cycles.drain(..).map(of_cycle).collect());
         }
     }
     Err(AttemptError::NothingToPlayBack { player: player.to_string(), tried: MOST_TRIES })
@@ -327,16 +293,24 @@ fn digest(world: &World) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::challenge::CHALLENGES;
+    use naoisis_sim::scenario::Realism;
     use naoisis_sim::simulation::NaoisisPlugins;
 
-    fn attempts(challenge: &str, player: &str, attempts: &Attempts) -> Result<Vec<Attempt>, AttemptError> {
-        let simulator = || {
-            let mut app = App::new();
-            app.add_plugins(NaoisisPlugins);
-            app
-        };
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }
+
+    fn attempts(
+        challenge: &str,
+        realism: Realism,
+        player: &str,
+        attempts: &Attempts,
+    ) -> Result<Vec<Attempt>, AttemptError> {
         let mut played = Vec::new();
-        let challenge = Challenge::named(challenge)?;
+        let challenge = Challenge::named(challenge)?.with(realism, None)?;
         let Ok(player) = player.parse();
         play_attempts(&challenge, &player, attempts, simulator, &AtomicBool::new(false), |attempt| {
             played.push(attempt);
@@ -346,38 +320,54 @@ mod tests {
 
     #[test]
     fn what_comes_of_attempts_does_not_depend_on_threads() {
-        let some = |threads| attempts("FindBall", "random", &Attempts { episodes: 6, first_seed: 3, threads }).unwrap();
+        let some = |threads| {
+            attempts("FindBall", Realism::Paper, "random", &Attempts { episodes: 6, first_seed: 3, threads }).unwrap()
+        };
         assert_eq!(some(1), some(3));
         assert_eq!(some(1).iter().map(|attempt| attempt.seed).collect::<Vec<_>>(), [3, 4, 5, 6, 7, 8]);
     }
 
     #[test]
-    fn the_rates_of_the_files_are_those_that_come_out() {
-        for name in ["FindBall", "ScoreEmptyGoal"] {
-            let challenge = Challenge::named(name).unwrap();
-            let rates = &challenge.success_rates["paper"];
-            assert!(["idle", "random", "ahead"].iter().all(|player| rates.contains_key(*player)), "{name}");
-            assert!(rates.len() > 3, "{name}");
-            for (player, written) in rates {
-                let few = Attempts { episodes: 8, first_seed: 1, threads: 2 };
-                let found = success_rate(&attempts(name, player, &few).unwrap()).share().unwrap();
-                let written = written.share().unwrap();
-                assert!(
-                    found.low <= written.high && written.low <= found.high,
-                    "{name} {player} {found:?} {written:?}"
-                );
+    fn every_task_is_solved_by_some_player_and_not_by_one_that_does_nothing() {
+        for (name, _) in CHALLENGES.iter().filter(|(name, _)| !name.starts_with("Match")) {
+            let rates = &Challenge::named(name).unwrap().success_rates["ideal"];
+            for blind in ["idle", "random", "ahead"] {
+                let share = rates.get(blind).and_then(SuccessRate::share).unwrap();
+                assert!(share.value < 0.1, "{name} {blind} {share:?}");
             }
+            let share = |rate: &SuccessRate| rate.share().map_or(0.0, |share| share.value);
+            let (best, written) = rates.iter().max_by(|one, other| share(one.1).total_cmp(&share(other.1))).unwrap();
+            let some = |player: &str, episodes| {
+                let few = Attempts { episodes, first_seed: 1, threads: 2 };
+                success_rate(&attempts(name, Realism::Ideal, player, &few).unwrap())
+            };
+            let (found, written) = (some(best, 16).share().unwrap(), written.share().unwrap());
+            assert!(found.value > 0.0, "{name} {best}");
+            assert!(found.low <= written.high && written.low <= found.high, "{name} {best} {found:?} {written:?}");
+            let idle = some("idle", 4);
+            assert!(idle.successes < idle.episodes, "{name} {idle:?}");
         }
+    }
+
+    #[test]
+    fn what_is_played_back_succeeds_where_it_was_recorded() {
+        let challenge = Challenge::named("GoToBall").unwrap().with(Realism::Ideal, None).unwrap();
+        let player = ChallengePlayer::OpenLoop(Box::new(ChallengePlayer::Behaviour("chaser".to_owned())));
+        let prepared = Prepared::new(&challenge, &player, &simulator).unwrap();
+        let mut episode = Episode::new(world(simulator), 0);
+        let mut is_success = |seed| prepared.play(&mut episode, seed).unwrap().is_success;
+        assert!((FIRST_RECORDED..FIRST_RECORDED + 5).any(&mut is_success));
+        assert!((1..6).filter(|seed| is_success(*seed)).count() <= 1);
     }
 
     #[test]
     fn who_does_not_exist_cannot_play() {
         let one = Attempts { episodes: 1, first_seed: 1, threads: 1 };
-        let error = attempts("TwoOnTwo", "team nobody", &one).unwrap_err().to_string();
+        let error = attempts("TwoOnTwo", Realism::Paper, "team nobody", &one).unwrap_err().to_string();
         assert!(error.starts_with("there is no team `nobody`; expected one of chasers"), "{error}");
-        let error = attempts("TwoOnTwo", "nobody", &one).unwrap_err().to_string();
+        let error = attempts("TwoOnTwo", Realism::Paper, "nobody", &one).unwrap_err().to_string();
         assert!(error.contains("nobody"), "{error}");
-        let error = attempts("TwoOnTwo", "exec:'", &one).unwrap_err().to_string();
+        let error = attempts("TwoOnTwo", Realism::Paper, "exec:'", &one).unwrap_err().to_string();
         assert_eq!(error, "`exec:'` names no program; expected a command line after `exec:`, with closed quotes");
     }
 }

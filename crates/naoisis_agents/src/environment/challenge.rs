@@ -153,17 +153,15 @@ impl Challenge {
             fields.insert("duration_s".to_owned(), limit_s.into());
         }
         let file = ScenarioFile::from_text(&format!("{scenario:#}"), Format::Json, &self.name)?;
-        match file.check_with(&self.settings) {
-            Err(errors) if !errors.is_empty() => Err(errors.into_iter().next().unwrap()),
-            changed => Ok(changed.unwrap_or(file)),
-        }
+        let changed = file.check_with(&self.settings);
+        changed.or_else(|errors| errors.into_iter().next().map_or(Ok(file), Err))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use naoisis_sim::scenario::Scenario;
+    use naoisis_sim::scenario::{Realisms, Scenario};
     use std::path::Path;
 
     #[test]
@@ -181,6 +179,15 @@ mod tests {
         for name in names {
             let challenge = Challenge::named(name).unwrap();
             assert_eq!(challenge.name, name);
+            assert!(!challenge.hard.is_empty() && challenge.description.ends_with('.'), "{name}");
+            let rates = challenge.success_rates.iter();
+            assert!(rates.clone().all(|(realism, _)| Realism::NAMES.contains(&realism.as_str())), "{name}");
+            for realism in [Realism::Ideal, Realism::Realistic] {
+                let with = |robot| challenge.clone().with(realism, robot).unwrap().scenario().unwrap().scenario;
+                assert_eq!(with(Some("booster_k1")).model, "booster_k1");
+                assert_eq!(with(None).realism, Realisms::all(realism));
+                assert!(realism == Realism::Ideal || with(None).model != "nao", "{name}");
+            }
             let scenario = challenge.scenario().unwrap().scenario;
             assert!(challenge.control.iter().all(|id| scenario.has_robot(*id)), "{name}");
             assert!(challenge.control.contains(&challenge.solo), "{name}");

@@ -15,14 +15,11 @@ use crate::agents::{self, AgentSettings, ProgramStartError, RobotCommand};
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::{CycleClock, perceive, run_cycle};
+use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStream;
 use naoisis_core::referee::GameStatus;
 use naoisis_core::robot::Roster;
-use naoisis_core::robot::head::HeadCommand;
-use naoisis_core::robot::kick::KickCommand;
-use naoisis_core::robot::motion::WalkCommand;
-use naoisis_core::robot::posture::PostureCommand;
 use naoisis_core::team::{PerTeam, RobotId};
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraImages;
@@ -118,8 +115,8 @@ pub struct Episode {
     pub(super) memories: Vec<Memory>,
     pub(super) standings: Vec<Standing>,
     pub(super) course: Course,
-    /// The commands of the controlled robots in each cycle, if they are recorded.
-    pub(super) recorded: Option<Vec<Vec<RobotCommand>>>,
+    /// The robot whose program was lost in the last step, and what happened.
+    pub(super) lost: Option<(RobotId, String)>,
     /// The state after the last step.
     pub progress: EpisodeProgress,
 }
@@ -129,7 +126,7 @@ impl Episode {
     pub fn new(world: World, seed: u64) -> Self {
         let (memories, standings, progress) = (Vec::new(), Vec::new(), EpisodeProgress::default());
         let (stop, seeds, course) = (Arc::default(), seeds(seed), Course::default());
-        Self { world, start: None, stop, seeds, memories, standings, course, recorded: None, progress }
+        Self { world, start: None, stop, seeds, memories, standings, course, lost: None, progress }
     }
 
     /// Restarts the sequence of episodes with `seed`.
@@ -219,9 +216,10 @@ impl Episode {
                 let _ = agents::command(world, *id, given);
             }
             run_cycle(world);
-            if let Some(recorded) = &mut self.recorded {
-                recorded.push(settings.control.iter().map(|id| commanded(world, *id)).collect());
-            }
+            self.lost = world.resource::<CycleEvents>().iter().find_map(|event| match event {
+                MatchEvent::AgentLost { robot, message, .. } => Some((*robot, message.clone())),
+                _ => None,
+            });
             cycles += 1;
             progress = settings.end.progress(world, &settings.control, &mut self.course);
         }
@@ -263,18 +261,6 @@ impl Episode {
 fn one_of<'a>(first: &'a Scenario, others: &'a [Scenario], seed: u64) -> &'a Scenario {
     let index = RandomStream::for_match(seed, "scenario").random_range(0..=others.len());
     index.checked_sub(1).and_then(|index| others.get(index)).unwrap_or(first)
-}
-
-/// The motion that a robot was commanded in the last cycle.
-fn commanded(world: &World, id: RobotId) -> RobotCommand {
-    let Some(robot) = world.resource::<Roster>().get(id) else { return RobotCommand::default() };
-    RobotCommand {
-        walk: world.get::<WalkCommand>(robot).copied(),
-        head: world.get::<HeadCommand>(robot).copied(),
-        kick: world.get::<KickCommand>(robot).and_then(|kick| kick.0),
-        posture: world.get::<PostureCommand>(robot).and_then(|posture| posture.0),
-        ..default()
-    }
 }
 
 /// The pose of a robot by its own odometry.

@@ -5,6 +5,7 @@
 //! [`Environments`] steps many worlds together. The Python package wraps these types.
 
 pub mod action;
+mod attempt_error;
 pub mod attempts;
 pub mod challenge;
 mod ending;
@@ -13,6 +14,7 @@ mod episode;
 mod gaze;
 pub mod observation;
 mod player;
+mod recorded_commands;
 pub mod results;
 pub mod reward;
 mod same;

@@ -167,3 +167,65 @@ impl ChallengeResult {
         Ok(different)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::simulation::NaoisisPlugins;
+
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }
+
+    fn found_ball() -> (Challenge, ChallengeResult) {
+        let challenge = Challenge::named("FindBall").unwrap().with(Realism::Realistic, None).unwrap();
+        let player = ChallengePlayer::Behaviour("chaser".to_owned());
+        let attempts = Attempts { episodes: 5, first_seed: 7, threads: 2 };
+        let mut episodes = Vec::new();
+        let go_on = AtomicBool::new(false);
+        play_attempts(&challenge, &player, &attempts, simulator, &go_on, |attempt| episodes.push(attempt)).unwrap();
+        let result = ChallengeResult::new(&challenge, (Realism::Realistic, None), &player, episodes);
+        (challenge, result)
+    }
+
+    #[test]
+    fn a_result_comes_out_the_same_and_a_changed_one_differs_at_its_episode() {
+        let (challenge, result) = found_ball();
+        let text = serde_json::to_string(&ResultFile { results: vec![result.clone()] }).unwrap();
+        assert_eq!(ResultFile::from_text(&text).unwrap().results, [result.clone()]);
+        let go_on = AtomicBool::new(false);
+        let verify = |result: &ChallengeResult| result.verify(&challenge, 2, simulator, &go_on, || ()).unwrap();
+        assert_eq!(verify(&result), None);
+        let moved = |attempt: &mut Attempt| attempt.end_state = "0123456789abcdef".to_owned();
+        let changes: [fn(&mut Attempt); 2] = [moved, |attempt| attempt.is_success = !attempt.is_success];
+        for (index, change) in changes.into_iter().enumerate() {
+            let mut changed = result.clone();
+            change(&mut changed.episodes[2 + index]);
+            assert_eq!(verify(&changed), Some(result.episodes[2 + index].clone()));
+        }
+    }
+
+    #[test]
+    fn what_contradicts_itself_is_refused() {
+        let (_, result) = found_ball();
+        let refused = |change: fn(&mut ChallengeResult)| {
+            let mut changed = result.clone();
+            change(&mut changed);
+            let text = serde_json::to_string(&ResultFile { results: vec![changed] }).unwrap();
+            ResultFile::from_text(&text).unwrap_err().to_string()
+        };
+        assert_eq!(refused(|result| result.version = 0), "FindBall is of version 0; expected 1");
+        assert!(refused(|result| result.challenge = "FindBal".to_owned()).contains("did you mean `FindBall`?"));
+        let chaser = "FindBall, chaser: ";
+        for (words, change) in [
+            ("there are no episodes", (|result| result.episodes.clear()) as fn(&mut ChallengeResult)),
+            ("the seeds of its episodes are no sequence", |result| result.episodes[1].seed = 3),
+            ("its rate is not that of its episodes", |result| result.rate.successes = 9),
+            ("its mean time is not that of its episodes", |result| result.rate.mean_time_s = Some(1.0)),
+        ] {
+            assert_eq!(refused(change), format!("{chaser}{words}"));
+        }
+    }
+}

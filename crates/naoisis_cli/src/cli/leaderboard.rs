@@ -64,6 +64,9 @@ pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> ExitCo
     let mut status = ExitCode::SUCCESS;
     let mut rows = Vec::new();
     for path in files {
+        if interrupt.is_stopped() {
+            break;
+        }
         let read = read_results(&path).and_then(|file| {
             if !arguments.verify
                 || verify(program, &file, arguments.threads, &interrupt, &mut printer) == ExitCode::SUCCESS
