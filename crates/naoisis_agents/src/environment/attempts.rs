@@ -35,7 +35,7 @@ use super::challenge::{Challenge, ChallengeError, SuccessRate};
 use super::episode::{EnvironmentSettings, Episode, Start, StartError};
 use super::observation::{ObservationKind, ball_of};
 pub use super::player::ChallengePlayer;
-use super::recorded_commands::{RecordCommandsPlugin, RecordedCommands};
+use super::recorded_commands::{RecordedCommands, record_commands};
 use crate::agents::{RobotCommand, dismiss, with_remote_robots};
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::cycle::CycleClock;
@@ -265,7 +265,7 @@ fn commands_of_success(
     let prepared = Prepared::new(challenge, player, simulator)?;
     let recording = || {
         let mut app = simulator();
-        app.add_plugins(RecordCommandsPlugin);
+        record_commands(&mut app);
         app
     };
     let mut episode = Episode::new(world(recording), 0);

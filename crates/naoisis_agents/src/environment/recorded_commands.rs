@@ -9,14 +9,10 @@ use naoisis_core::cycle::{Cycle, CycleHalf, CycleSystems};
 use naoisis_core::team::RobotId;
 use naoisis_sim::interface::vocabulary::Commanded;
 
-/// Records the commands of all robots as [`RecordedCommands`].
-pub(super) struct RecordCommandsPlugin;
-
-impl Plugin for RecordCommandsPlugin {
-    fn build(&self, app: &mut App) {
-        let between = record.after(CycleSystems::Decide).before(CycleSystems::Act).in_set(CycleHalf::Act);
-        app.init_resource::<RecordedCommands>().add_systems(Cycle, between);
-    }
+/// Lets `app` record the commands of all robots as [`RecordedCommands`]. It may be finished, so this is no plugin.
+pub(super) fn record_commands(app: &mut App) {
+    let between = record.after(CycleSystems::Decide).before(CycleSystems::Act).in_set(CycleHalf::Act);
+    app.init_resource::<RecordedCommands>().add_systems(Cycle, between);
 }
 
 /// The commands of all robots in each cycle.
