@@ -11,7 +11,7 @@ fn a_challenge_tells_how_often_it_succeeds() {
     let output = naoisis(folder.path(), &arguments);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let words = text(&output.stdout);
-    assert!(words.contains("ScoreEmptyGoal-v0: A robot before an empty goal"), "{words}");
+    assert!(words.contains("ScoreEmptyGoal-v0, realism paper: A robot before an empty goal"), "{words}");
     let rates: Value = serde_json::from_slice(&fs::read(folder.path().join("rates.json")).unwrap()).unwrap();
     let result = &rates["results"][0];
     assert_eq!((&result["player"], &result["realism"]), (&"striker".into(), &"paper".into()));

@@ -3,7 +3,6 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::episode::EpisodeProgress;
 use super::observation::ball_of;
 use super::situation::Area;
 use naoisis_core::cycle::CycleClock;
@@ -50,6 +49,26 @@ pub struct EndConditions {
     pub hold_s: f32,
     /// The time before which the conditions do not count, s.
     pub after_s: f32,
+}
+
+/// The state of an episode after a step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct EpisodeProgress {
+    /// Whether the task has ended; no reward can follow.
+    pub terminated: bool,
+    /// Whether the time limit has ended it.
+    pub truncated: bool,
+    /// Whether the task succeeded.
+    pub is_success: bool,
+    /// Whether it is a success of each team: of the one that scored the goal, or won the match, that ended the task.
+    pub success_of: PerTeam<bool>,
+}
+
+impl EpisodeProgress {
+    /// Whether the episode is over.
+    pub fn is_over(self) -> bool {
+        self.terminated || self.truncated
+    }
 }
 
 /// What the conditions need to know of the earlier cycles of an episode.

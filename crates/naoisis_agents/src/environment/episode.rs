@@ -3,11 +3,10 @@
 use bevy::prelude::*;
 use core::sync::atomic::{AtomicBool, Ordering};
 use rand::{Rng, RngExt};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 use super::action::{ActionKind, command};
-use super::ending::{Course, EndConditions};
+use super::ending::{Course, EndConditions, EpisodeProgress};
 use super::observation::{Memory, ObservationKind, observe};
 use super::reward::{RewardWeights, Standing};
 use super::situation::Situation;
@@ -20,7 +19,7 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStream;
 use naoisis_core::referee::GameStatus;
 use naoisis_core::robot::Roster;
-use naoisis_core::team::{PerTeam, RobotId};
+use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraImages;
 use naoisis_sensing::sensing::odometry::Odometry;
@@ -81,26 +80,6 @@ pub struct EnvironmentSettings {
     pub cycles_per_step: u32,
     /// The weights of the reward.
     pub reward: RewardWeights,
-}
-
-/// The state of an episode after a step.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub struct EpisodeProgress {
-    /// Whether the task has ended; no reward can follow.
-    pub terminated: bool,
-    /// Whether the time limit has ended it.
-    pub truncated: bool,
-    /// Whether the task succeeded.
-    pub is_success: bool,
-    /// Whether it is a success of each team: of the one that scored the goal, or won the match, that ended the task.
-    pub success_of: PerTeam<bool>,
-}
-
-impl EpisodeProgress {
-    /// Whether the episode is over.
-    pub fn is_over(self) -> bool {
-        self.terminated || self.truncated
-    }
 }
 
 /// One world, in which episodes are played one after the other.

@@ -24,8 +24,9 @@ mod vector;
 
 pub use action::ActionKind;
 pub use challenge::Challenge;
+pub use ending::EpisodeProgress;
 pub use entry::ObservationEntry;
-pub use episode::{EnvironmentSettings, Episode, EpisodeProgress, Start, StartError};
+pub use episode::{EnvironmentSettings, Episode, Start, StartError};
 pub use observation::ObservationKind;
 pub use reward::RewardWeights;
 pub use saved::SavedWorld;

@@ -6,8 +6,8 @@ use naoisis_sim::simulation::{Snapshot, SnapshotError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-use super::ending::Course;
-use super::episode::{EpisodeProgress, Start};
+use super::ending::{Course, EpisodeProgress};
+use super::episode::Start;
 use super::observation::Memory;
 use super::reward::Standing;
 use super::vector::Environments;
