@@ -22,6 +22,7 @@
 //! 20. [MCAP files](mcap): a match in Lichtblick, Foxglove, Rerun and their libraries.
 //! 21. [Data sets of images](data_sets): labelled images for training detectors.
 //! 22. [Booster programs](booster): programs for Booster's SDK, and the topics of its demo, over DDS.
+//! 23. [Challenges](challenges): tasks, baselines, results that others verify, a table of them.
 //!
 //! The programs in `examples/` show one idea each and run without a window:
 //!
@@ -89,6 +90,9 @@ pub mod architecture {}
 
 #[doc = include_str!("paper.md")]
 pub mod paper {}
+
+#[doc = include_str!("challenges.md")]
+pub mod challenges {}
 
 #[doc = include_str!("python.md")]
 pub mod python {}

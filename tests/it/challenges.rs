@@ -7,17 +7,18 @@ use std::fs;
 #[test]
 fn a_challenge_tells_how_often_it_succeeds() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments =
-        ["challenge", "ScoreEmptyGoal", "--behaviour", "striker", "--episodes", "6", "--json", "rates.json"];
+    let arguments = ["challenge", "ScoreEmptyGoal", "--behaviour", "striker", "--episodes", "6", "--out", "rates.json"];
     let output = naoisis(folder.path(), &arguments);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let words = text(&output.stdout);
-    assert!(words.contains("ScoreEmptyGoal-v0: A robot before an empty goal"), "{words}");
+    assert!(words.contains("ScoreEmptyGoal-v0, realism paper: A robot before an empty goal"), "{words}");
     let rates: Value = serde_json::from_slice(&fs::read(folder.path().join("rates.json")).unwrap()).unwrap();
-    let rate = &rates["success_rates"]["striker"];
+    let result = &rates["results"][0];
+    assert_eq!((&result["player"], &result["realism"]), (&"striker".into(), &"paper".into()));
+    let rate = &result["rate"];
     assert_eq!(rate["episodes"], 6);
     assert!(rate["successes"].as_u64().unwrap() >= 5 && rate["mean_time_s"].as_f64().unwrap() > 3.0, "{rate}");
-    assert_eq!(rates["episodes"]["striker"].as_array().unwrap().len(), 6);
+    assert_eq!(result["episodes"].as_array().unwrap().len(), 6);
     // Nothing is written over unasked.
     let again = naoisis(folder.path(), &arguments);
     assert_eq!(again.status.code(), Some(2));
@@ -32,10 +33,71 @@ fn a_challenge_that_cannot_be_played_is_refused() {
         (&["TwoOnTwo", "--team", "nobody"], "there is no team `nobody`; expected one of chasers"),
         (&["TwoOnTwo", "--team", "roles", "--behaviour", "striker"], "cannot be used with"),
         (&["TwoOnTwo", "--episodes", "0"], "0 is not in 1..=1000000"),
+        (&["TwoOnTwo", "--realism", "true"], "expected one of paper, ideal, realistic"),
+        (&["TwoOnTwo", "--robot", "naq"], "there is no model `naq`"),
+        (&["TwoOnTwo", "--team", "exec:"], "names no program"),
+        (&["TwoOnTwo", "--behaviour", "random", "--scenario", "new.json"], "decides outside of the match"),
+        (&["all", "--scenario", "new.json"], "expected one task"),
+        (
+            &["FindBall", "--team", "exec:true", "--episodes", "1"],
+            "the program of blue1 was lost in the episode of seed 1",
+        ),
     ] {
         let output = naoisis(folder.path(), &[&["challenge"], arguments].concat());
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert!(text(&output.stderr).contains(words), "{}", text(&output.stderr));
         assert!(!text(&output.stderr).contains("panicked"));
     }
+}
+
+#[test]
+fn results_are_verified_and_make_a_table_without_those_that_are_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| naoisis(folder.path(), arguments);
+    let players = ["--behaviour", "chaser", "--behaviour", "open loop of chaser", "--behaviour", "idle"];
+    let played = ["challenge", "FindBall", "--realism", "ideal", "--episodes", "4", "--record", "--out", "good.json"];
+    let output = run(&[&played[..], &players].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = run(&["challenge", "--verify", "good.json"]);
+    assert!(output.status.success());
+    assert!(text(&output.stdout).contains("FindBall-v1, ideal, open loop of chaser: the same in 4 episodes"));
+
+    let mut results: Value = serde_json::from_slice(&fs::read(folder.path().join("good.json")).unwrap()).unwrap();
+    results["results"][1]["episodes"][2]["end_state"] = "0123456789abcdef".into();
+    fs::write(folder.path().join("changed.json"), results.to_string()).unwrap();
+    let output = run(&["challenge", "--verify", "changed.json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let words = text(&output.stdout);
+    assert!(words.contains("open loop of chaser: differs at episode 3 (seed 1000000003): "), "{words}");
+
+    fs::write(folder.path().join("torn.json"), "{\"results\": [").unwrap();
+    let output = run(&["leaderboard", ".", "--verify", "--json", "table.txt", "--html", "table.html"]);
+    assert_eq!(output.status.code(), Some(1));
+    let errors = text(&output.stderr);
+    assert!(errors.contains("left out: ./changed.json: it comes out otherwise"), "{errors}");
+    assert!(errors.contains("left out: ./torn.json: this is no file of results"), "{errors}");
+    let table: Value = serde_json::from_slice(&fs::read(folder.path().join("table.txt")).unwrap()).unwrap();
+    let players: Vec<&Value> = table.as_array().unwrap().iter().map(|row| &row["player"]).collect();
+    assert_eq!((players.len(), players[0]), (3, &"chaser".into()));
+    assert!(fs::read_to_string(folder.path().join("table.html")).unwrap().contains("<td>chaser</td>"));
+}
+
+#[test]
+fn an_episode_is_a_scenario_that_goes_the_same_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = naoisis(folder.path(), arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let task = ["challenge", "ScoreEmptyGoal", "--behaviour", "striker", "--seed", "3"];
+    run(&[&task[..], &["--episodes", "1", "--out", "one.json"]].concat());
+    run(&[&task[..], &["--scenario", "episode.json"]].concat());
+    let result: Value = serde_json::from_slice(&fs::read(folder.path().join("one.json")).unwrap()).unwrap();
+    let time_s = result["results"][0]["rate"]["mean_time_s"].as_f64().unwrap();
+    let within = format!("blue.goals >= 1 within {} s", time_s + 0.02);
+    run(&["run", "episode.json", "--expect", &within]);
+    let earlier = format!("blue.goals >= 1 within {} s", time_s - 0.1);
+    let output = naoisis(folder.path(), &["run", "episode.json", "--expect", &earlier]);
+    assert_eq!(output.status.code(), Some(1));
 }

@@ -23,62 +23,31 @@
 //! ```
 
 use bevy::prelude::*;
-use core::convert::Infallible;
-use core::fmt;
-use core::str::FromStr;
 use rand::RngExt;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::action::ActionKind;
+pub use super::attempt_error::AttemptError;
 use super::challenge::{Challenge, ChallengeError, SuccessRate};
 use super::episode::{EnvironmentSettings, Episode, Start, StartError};
-use super::observation::ObservationKind;
-use crate::agents::with_remote_robots;
+use super::observation::{ObservationKind, ball_of};
+pub use super::player::ChallengePlayer;
+use super::recorded_commands::{RecordedCommands, record_commands};
+use crate::agents::{RobotCommand, dismiss, with_remote_robots};
 use naoisis_core::behaviour::BehaviourRegistry;
 use naoisis_core::cycle::CycleClock;
+use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStream;
+use naoisis_core::robot::Roster;
 use naoisis_core::statistics;
+use naoisis_core::team::RobotId;
 use naoisis_sensing::sensing::jobs::SensingThreads;
 use naoisis_sim::scenario::wording::did_you_mean;
-use naoisis_sim::scenario::{BehaviourSpec, Scenario};
+use naoisis_sim::scenario::{BehaviourSpec, Scenario, TeamsSpec};
 use naoisis_sim::simulation::{play_in_order, resolved};
-
-/// The controller of the robots of a challenge.
-#[derive(Clone, PartialEq, Eq, Debug)]
-#[non_exhaustive]
-pub enum ChallengePlayer {
-    /// Random actions.
-    Random,
-    /// The behaviour with this name, for each robot.
-    Behaviour(String),
-    /// The team with this name.
-    Team(String),
-}
-
-impl FromStr for ChallengePlayer {
-    type Err = Infallible;
-
-    /// Parses `random`, the name of a behaviour, or `team` and the name of a team.
-    fn from_str(word: &str) -> Result<Self, Infallible> {
-        Ok(match (word, word.strip_prefix("team ")) {
-            ("random", _) => ChallengePlayer::Random,
-            (_, Some(team)) => ChallengePlayer::Team(team.to_owned()),
-            _ => ChallengePlayer::Behaviour(word.to_owned()),
-        })
-    }
-}
-
-impl fmt::Display for ChallengePlayer {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            ChallengePlayer::Random => formatter.write_str("random"),
-            ChallengePlayer::Behaviour(name) => formatter.write_str(name),
-            ChallengePlayer::Team(name) => write!(formatter, "team {name}"),
-        }
-    }
-}
 
 /// The episodes to play.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -93,7 +62,8 @@ pub struct Attempts {
 }
 
 /// The result of an episode.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Attempt {
     /// Its seed.
@@ -102,6 +72,8 @@ pub struct Attempt {
     pub is_success: bool,
     /// Its duration, s.
     pub time_s: f64,
+    /// A number that depends on where ball and robots were at its end, as sixteen hexadecimal digits.
+    pub end_state: String,
 }
 
 /// The success rate of `attempts`.
@@ -110,30 +82,6 @@ pub fn success_rate(attempts: &[Attempt]) -> SuccessRate {
     let mean_time_s = statistics::mean(&times).map(|mean| mean.value);
     SuccessRate { episodes: attempts.len(), successes: times.len(), mean_time_s }
 }
-
-/// Why a challenge cannot be played.
-#[derive(thiserror::Error)]
-#[non_exhaustive]
-pub enum AttemptError {
-    /// The challenge is invalid.
-    #[error(transparent)]
-    Challenge(#[from] ChallengeError),
-    /// No team has this name.
-    #[error("there is no team `{name}`{meant}; expected one of {known}")]
-    NoTeam {
-        /// Its name.
-        name: String,
-        /// A suggestion, in words.
-        meant: String,
-        /// All names of teams.
-        known: String,
-    },
-    /// An episode cannot start, for example because a behaviour does not exist.
-    #[error(transparent)]
-    Start(#[from] StartError),
-}
-
-naoisis_core::debug_as_displayed!(AttemptError);
 
 /// Plays episodes of a challenge and passes their results to the callback in the order of their seeds. When `stop`
 /// turns true, running episodes are finished and no new ones start.
@@ -148,17 +96,36 @@ pub fn play_attempts(
     stop: &AtomicBool,
     mut finished: impl FnMut(Attempt),
 ) -> Result<(), AttemptError> {
-    let settings = settings(challenge, player, simulator().world())?;
-    let worker = || {
-        let mut app = simulator();
-        // The cores are used by the episodes, so each match has one thread.
-        app.insert_resource(SensingThreads(1));
-        Episode::new(core::mem::take(app.world_mut()), 0)
-    };
-    let play = |episode: &mut Episode, index: usize| {
-        play(episode, &settings, player, attempts.first_seed.wrapping_add(index as u64))
-    };
+    let prepared = Prepared::new(challenge, player, &simulator)?;
+    let worker = || Episode::new(world(&simulator), 0);
+    let play =
+        |episode: &mut Episode, index: usize| prepared.play(episode, attempts.first_seed.wrapping_add(index as u64));
     play_in_order(0..attempts.episodes, attempts.threads, stop, worker, play, |attempt| attempt.map(&mut finished))
+}
+
+/// The scenario of the episode with `seed`, in which `player` plays the controlled robots.
+///
+/// # Errors
+/// If the player does not exist, or decides outside of the match, like `random`.
+pub fn scenario_of_episode(
+    challenge: &Challenge,
+    player: &ChallengePlayer,
+    seed: u64,
+    world: &World,
+) -> Result<Scenario, AttemptError> {
+    if !player.has_own_robots() {
+        return Err(AttemptError::Outside(player.clone()));
+    }
+    let scenario = challenge.scenario().map_err(ChallengeError::from)?.scenario;
+    let first = played_by(player, &scenario, challenge, world)?;
+    Ok(Episode::scenario_of(&first, &[], &challenge.situation, Episode::first_seed(seed)))
+}
+
+fn world(simulator: impl Fn() -> App) -> World {
+    let mut app = simulator();
+    // The cores are used by the episodes, so each match has one thread.
+    app.insert_resource(SensingThreads(1));
+    core::mem::take(app.world_mut())
 }
 
 fn settings(
@@ -191,67 +158,159 @@ fn played_by(
     world: &World,
 ) -> Result<Scenario, AttemptError> {
     let registry = world.resource::<BehaviourRegistry>();
-    let team = match player {
-        ChallengePlayer::Random => {
+    let size = challenge.control.len().try_into().unwrap_or(u8::MAX);
+    let behaviour: Box<dyn Fn(RobotId) -> BehaviourSpec> = match player {
+        ChallengePlayer::Random | ChallengePlayer::Ahead | ChallengePlayer::OpenLoop(_) => {
             let scenario = with_remote_robots(world, scenario, &challenge.control);
             return Ok(scenario.map_err(StartError::from)?);
         }
-        ChallengePlayer::Behaviour(_) => None,
-        ChallengePlayer::Team(name) => Some(registry.team(name).ok_or_else(|| {
-            let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
-            let meant = did_you_mean(name, known.iter().copied());
-            AttemptError::NoTeam { name: name.clone(), meant, known: known.join(", ") }
-        })?),
+        ChallengePlayer::Behaviour(name) => Box::new(|_| BehaviourSpec::Named(name.clone())),
+        ChallengePlayer::Team(name) => match TeamsSpec::command_line(name) {
+            Some(words) => {
+                let words = words.filter(|words| !words.is_empty());
+                let words = words.ok_or_else(|| AttemptError::NoProgram(name.clone()))?;
+                Box::new(move |_| BehaviourSpec::Program(words.clone()))
+            }
+            None => {
+                let team = registry.team(name).ok_or_else(|| {
+                    let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
+                    let meant = did_you_mean(name, known.iter().copied());
+                    AttemptError::NoTeam { name: name.clone(), meant, known: known.join(", ") }
+                })?;
+                Box::new(move |id| BehaviourSpec::Named(team.behaviour_of(id.number, size).into_owned()))
+            }
+        },
     };
     let mut scenario = resolved(world, scenario);
-    let size = challenge.control.len().try_into().unwrap_or(u8::MAX);
     for robot in scenario.robots.iter_mut().filter(|robot| challenge.control.contains(&robot.id())) {
-        robot.behaviour = BehaviourSpec::Named(match (team, player) {
-            (Some(team), _) => team.behaviour_of(robot.id().number, size).into_owned(),
-            (None, player) => player.to_string(),
-        });
+        robot.behaviour = behaviour(robot.id());
     }
     Ok(scenario)
 }
 
-fn play(
-    episode: &mut Episode,
-    settings: &EnvironmentSettings,
-    player: &ChallengePlayer,
-    seed: u64,
-) -> Result<Attempt, AttemptError> {
-    episode.seed(seed);
-    episode.begin(settings)?;
-    let mut chance = RandomStream::for_match(seed, "random actions");
-    let numbers = match player {
-        ChallengePlayer::Random => settings.control.len() * settings.action.len(),
-        // The robots decide for themselves.
-        ChallengePlayer::Behaviour(_) | ChallengePlayer::Team(_) => 0,
-    };
-    let mut actions = vec![0.0; numbers];
-    let mut rewards = vec![0.0; settings.control.len()];
-    while !episode.progress.is_over() {
-        actions.fill_with(|| chance.random_range(-1.0..=1.0));
-        episode.step(settings, &actions, &mut rewards);
+/// A player that is ready for a challenge.
+struct Prepared {
+    settings: EnvironmentSettings,
+    player: ChallengePlayer,
+    /// The commands to play back, by cycle and robot.
+    commands: Vec<Vec<RobotCommand>>,
+}
+
+impl Prepared {
+    fn new(
+        challenge: &Challenge,
+        player: &ChallengePlayer,
+        simulator: &impl Fn() -> App,
+    ) -> Result<Self, AttemptError> {
+        let mut settings = settings(challenge, player, simulator().world())?;
+        if *player != ChallengePlayer::Random {
+            settings.cycles_per_step = 1;
+        }
+        let commands = match player {
+            ChallengePlayer::OpenLoop(player) => commands_of_success(challenge, player, simulator)?,
+            _ => Vec::new(),
+        };
+        Ok(Self { settings, player: player.clone(), commands })
     }
-    // Robots have already perceived in the cycle that would come next.
-    let time_s = episode.world.resource::<CycleClock>().start_time_s();
-    Ok(Attempt { seed, is_success: episode.progress.is_success, time_s })
+
+    fn play(&self, episode: &mut Episode, seed: u64) -> Result<Attempt, AttemptError> {
+        let settings = &self.settings;
+        episode.seed(seed);
+        episode.begin(settings)?;
+        let mut chance = RandomStream::for_match(seed, "random actions");
+        let numbers = if self.player.has_own_robots() { 0 } else { settings.control.len() * settings.action.len() };
+        let mut actions = vec![0.0; numbers];
+        if self.player == ChallengePlayer::Ahead {
+            // No walk to the side, no turn, the head straight, and no kick.
+            for action in actions.chunks_mut(settings.action.len()) {
+                action[0] = 1.0;
+            }
+        }
+        let mut rewards = vec![0.0; settings.control.len()];
+        let mut cycles = self.commands.iter();
+        while !episode.progress.is_over() {
+            if let ChallengePlayer::OpenLoop(_) = self.player {
+                let nothing = || vec![RobotCommand::default(); settings.control.len()];
+                episode.step_with(settings, cycles.next().cloned().unwrap_or_else(nothing), &mut rewards);
+                continue;
+            }
+            if self.player == ChallengePlayer::Random {
+                actions.fill_with(|| chance.random_range(-1.0..=1.0));
+            }
+            episode.step(settings, &actions, &mut rewards);
+            if let Some((robot, message)) = episode.lost.take() {
+                return Err(AttemptError::Lost { seed, robot, message });
+            }
+        }
+        dismiss(&mut episode.world, "the episode is over");
+        // Robots have already perceived in the cycle that would come next.
+        let time_s = episode.world.resource::<CycleClock>().start_time_s();
+        let end_state = format!("{:016x}", digest(&episode.world));
+        Ok(Attempt { seed, is_success: episode.progress.is_success, time_s, end_state })
+    }
+}
+
+/// The seed of the first episode that is tried for playing back: none of those that are counted.
+const FIRST_RECORDED: u64 = 2_000_000_001;
+
+/// The commands of `player` in its first successful episode, by cycle and robot.
+fn commands_of_success(
+    challenge: &Challenge,
+    player: &ChallengePlayer,
+    simulator: &impl Fn() -> App,
+) -> Result<Vec<Vec<RobotCommand>>, AttemptError> {
+    /// The most episodes that are tried.
+    const MOST_TRIES: u64 = 100;
+
+    let prepared = Prepared::new(challenge, player, simulator)?;
+    let recording = || {
+        let mut app = simulator();
+        record_commands(&mut app);
+        app
+    };
+    let mut episode = Episode::new(world(recording), 0);
+    for seed in FIRST_RECORDED..FIRST_RECORDED + MOST_TRIES {
+        episode.world.insert_resource(RecordedCommands::default());
+        if prepared.play(&mut episode, seed)?.is_success {
+            let mut cycles = core::mem::take(&mut episode.world.resource_mut::<RecordedCommands>().0);
+            let of_robot = |cycle: &mut BTreeMap<_, _>, id| cycle.remove(id).unwrap_or_default();
+            let of_cycle = |mut cycle| challenge.control.iter().map(|id| of_robot(&mut cycle, id)).collect();
+            return Ok(cycles.drain(..).map(of_cycle).collect());
+        }
+    }
+    Err(AttemptError::NothingToPlayBack { player: player.to_string(), tried: MOST_TRIES })
+}
+
+/// A number that depends on the positions of ball and robots, by the method of Fowler, Noll and Vo (FNV-1a).
+fn digest(world: &World) -> u64 {
+    let pose = |pose: &Pose| [pose.position.x, pose.position.y, pose.heading];
+    let ball = ball_of(world).map(|(ball, velocity)| [ball.x, ball.y, velocity.length()]);
+    let robots = world.resource::<Roster>().iter().filter_map(|(_, robot)| world.get::<Pose>(robot).map(pose));
+    let bytes = ball.into_iter().chain(robots).flatten().flat_map(|value| value.to_bits().to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::challenge::CHALLENGES;
+    use naoisis_sim::scenario::Realism;
     use naoisis_sim::simulation::NaoisisPlugins;
 
-    fn attempts(challenge: &str, player: &str, attempts: &Attempts) -> Result<Vec<Attempt>, AttemptError> {
-        let simulator = || {
-            let mut app = App::new();
-            app.add_plugins(NaoisisPlugins);
-            app
-        };
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }
+
+    fn attempts(
+        challenge: &str,
+        realism: Realism,
+        player: &str,
+        attempts: &Attempts,
+    ) -> Result<Vec<Attempt>, AttemptError> {
         let mut played = Vec::new();
-        let challenge = Challenge::named(challenge)?;
+        let challenge = Challenge::named(challenge)?.with(realism, None)?;
         let Ok(player) = player.parse();
         play_attempts(&challenge, &player, attempts, simulator, &AtomicBool::new(false), |attempt| {
             played.push(attempt);
@@ -261,43 +320,54 @@ mod tests {
 
     #[test]
     fn what_comes_of_attempts_does_not_depend_on_threads() {
-        let some = |threads| attempts("FindBall", "random", &Attempts { episodes: 6, first_seed: 3, threads }).unwrap();
+        let some = |threads| {
+            attempts("FindBall", Realism::Paper, "random", &Attempts { episodes: 6, first_seed: 3, threads }).unwrap()
+        };
         assert_eq!(some(1), some(3));
         assert_eq!(some(1).iter().map(|attempt| attempt.seed).collect::<Vec<_>>(), [3, 4, 5, 6, 7, 8]);
     }
 
     #[test]
-    fn the_rates_of_the_files_are_those_that_come_out() {
-        for name in ["FindBall", "ScoreEmptyGoal"] {
+    fn every_task_is_solved_by_some_player_and_not_by_one_that_does_nothing() {
+        for (name, _) in CHALLENGES.iter().filter(|(name, _)| !name.starts_with("Match")) {
             let challenge = Challenge::named(name).unwrap();
-            assert!(["idle", "random"].iter().all(|player| challenge.success_rates.contains_key(*player)), "{name}");
-            assert!(challenge.success_rates.len() > 2, "{name}");
-            for (player, written) in &challenge.success_rates {
-                let few = Attempts { episodes: 8, first_seed: 1, threads: 2 };
-                let found = success_rate(&attempts(name, player, &few).unwrap()).share().unwrap();
-                let written = written.share().unwrap();
-                assert!(
-                    found.low <= written.high && written.low <= found.high,
-                    "{name} {player} {found:?} {written:?}"
-                );
+            let Some(rates) = challenge.success_rates.get("ideal") else { continue };
+            for share in ["idle", "random", "ahead"].iter().filter_map(|blind| rates.get(*blind)?.share()) {
+                assert!(share.value < 0.1, "{name} {share:?}");
             }
+            let share = |rate: &SuccessRate| rate.share().map_or(0.0, |share| share.value);
+            let (best, written) = rates.iter().max_by(|one, other| share(one.1).total_cmp(&share(other.1))).unwrap();
+            let some = |player: &str, episodes| {
+                let few = Attempts { episodes, first_seed: 1, threads: 2 };
+                success_rate(&attempts(name, Realism::Ideal, player, &few).unwrap())
+            };
+            let (found, written) = (some(best, 16).share().unwrap(), written.share().unwrap());
+            assert!(found.value > 0.0, "{name} {best}");
+            assert!(found.low <= written.high && written.low <= found.high, "{name} {best} {found:?} {written:?}");
+            let idle = some("idle", 4);
+            assert!(idle.successes < idle.episodes, "{name} {idle:?}");
         }
+    }
+
+    #[test]
+    fn what_is_played_back_succeeds_where_it_was_recorded() {
+        let challenge = Challenge::named("GoToBall").unwrap().with(Realism::Ideal, None).unwrap();
+        let player = ChallengePlayer::OpenLoop(Box::new(ChallengePlayer::Behaviour("chaser".to_owned())));
+        let prepared = Prepared::new(&challenge, &player, &simulator).unwrap();
+        let mut episode = Episode::new(world(simulator), 0);
+        let mut is_success = |seed| prepared.play(&mut episode, seed).unwrap().is_success;
+        assert!((FIRST_RECORDED..FIRST_RECORDED + 5).any(&mut is_success));
+        assert!((1..6).filter(|seed| is_success(*seed)).count() <= 1);
     }
 
     #[test]
     fn who_does_not_exist_cannot_play() {
         let one = Attempts { episodes: 1, first_seed: 1, threads: 1 };
-        let error = attempts("TwoOnTwo", "team nobody", &one).unwrap_err().to_string();
+        let error = attempts("TwoOnTwo", Realism::Paper, "team nobody", &one).unwrap_err().to_string();
         assert!(error.starts_with("there is no team `nobody`; expected one of chasers"), "{error}");
-        let error = attempts("TwoOnTwo", "nobody", &one).unwrap_err().to_string();
+        let error = attempts("TwoOnTwo", Realism::Paper, "nobody", &one).unwrap_err().to_string();
         assert!(error.contains("nobody"), "{error}");
-    }
-
-    #[test]
-    fn a_player_is_a_word() {
-        for word in ["random", "striker", "team roles"] {
-            let Ok(player) = word.parse::<ChallengePlayer>();
-            assert_eq!(player.to_string(), word);
-        }
+        let error = attempts("TwoOnTwo", Realism::Paper, "exec:'", &one).unwrap_err().to_string();
+        assert_eq!(error, "`exec:'` names no program; expected a command line after `exec:`, with closed quotes");
     }
 }

@@ -1,19 +1,16 @@
 //! Named learning tasks as data: the scenario of an episode, the controlled robots, its end, and the condition of success.
 
-use bevy::prelude::*;
-use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
+pub use super::ending::EndConditions;
 use super::reward::RewardWeights;
-use naoisis_core::events::MatchEvent;
-use naoisis_core::geometry::{Pose, to_radians, wrap_angle};
-use naoisis_core::random::RandomStream;
+pub use super::situation::{Area, Shot, Situation, StartArea};
 use naoisis_core::statistics::{self, Estimate};
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::team::RobotId;
 use naoisis_sim::scenario::wording::did_you_mean;
-use naoisis_sim::scenario::{Format, Scenario, ScenarioError, ScenarioFile};
+use naoisis_sim::scenario::{Format, Realism, ScenarioError, ScenarioFile, Setting};
 
 /// A named learning task.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
@@ -25,6 +22,8 @@ pub struct Challenge {
     pub version: u32,
     /// A description in one or two sentences.
     pub description: String,
+    /// What makes the task hard.
+    pub hard: String,
     /// The scenario of the episodes, as in a file.
     scenario: Value,
     /// The robots that are controlled.
@@ -44,9 +43,18 @@ pub struct Challenge {
     pub cycles_per_step: u32,
     /// The weights of the reward.
     pub reward: RewardWeights,
-    /// Success rates of some [players](super::attempts::ChallengePlayer), as measured by `naoisis challenge`.
-    pub success_rates: BTreeMap<String, SuccessRate>,
+    /// Success rates of some [players](super::attempts::ChallengePlayer) in each realism, as measured by `naoisis challenge`.
+    pub success_rates: BTreeMap<String, BTreeMap<String, SuccessRate>>,
+    /// Settings laid over the scenario, see [`with`](Self::with).
+    #[serde(skip)]
+    settings: Vec<Setting>,
 }
+
+/// The seed of the first episode while players are developed.
+pub const DEVELOPMENT_SEED: u64 = 1;
+
+/// The seed of the first episode of results that are published. Players must not be developed with the seeds from here on.
+pub const RECORD_SEED: u64 = 1_000_000_001;
 
 /// The success rate of a player.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -64,104 +72,6 @@ impl SuccessRate {
     /// The success rate with its confidence interval; `None` without episodes.
     pub fn share(&self) -> Option<Estimate> {
         statistics::share(self.successes, self.episodes)
-    }
-}
-
-/// What ends an episode, besides its time limit and the final whistle.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct EndConditions {
-    /// A goal for this team is a success, a goal for the other team a failure.
-    pub goal_for: Option<Team>,
-    /// The final whistle is a success if this team has won.
-    pub win_for: Option<Team>,
-    /// The episode succeeds when the first controlled robot sees the ball.
-    pub ball_seen: bool,
-    /// The episode fails when the ball leaves the pitch.
-    pub ball_out: bool,
-}
-
-impl EndConditions {
-    /// Whether `events` end the episode: the team that scored, or `None` inside if nobody did.
-    pub(super) fn of_events<'a>(&self, events: impl Iterator<Item = &'a MatchEvent>) -> Option<Option<Team>> {
-        let mut ended = None;
-        for event in events {
-            match (event, self.goal_for) {
-                (MatchEvent::Goal { team, .. }, Some(_)) => return Some(Some(*team)),
-                (MatchEvent::BallOut { .. }, _) if self.ball_out => ended = Some(None),
-                _ => {}
-            }
-        }
-        ended
-    }
-}
-
-/// A range: the least and the greatest value.
-type Range = [f32; 2];
-
-/// The areas from which start positions are drawn. Everything else starts as in the scenario.
-#[derive(Clone, PartialEq, Debug, Default, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Situation {
-    /// The area of the ball, pitch frame.
-    pub ball: Option<Area>,
-    /// The areas of robots.
-    pub robots: BTreeMap<RobotId, StartArea>,
-}
-
-/// An area on the pitch, pitch frame.
-#[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Area {
-    /// The range along the pitch, m.
-    x_m: Range,
-    /// The range across the pitch, m.
-    y_m: Range,
-}
-
-/// The area in which a robot may start, pitch frame.
-#[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StartArea {
-    /// The range along the pitch, m.
-    x_m: Range,
-    /// The range across the pitch, m.
-    y_m: Range,
-    /// The range of its heading, deg.
-    heading_deg: Range,
-}
-
-fn draw([low, high]: Range, stream: &mut RandomStream) -> f32 {
-    low + (high - low) * stream.random::<f32>()
-}
-
-impl Situation {
-    /// Whether nothing is drawn.
-    pub fn is_empty(&self) -> bool {
-        self.ball.is_none() && self.robots.is_empty()
-    }
-
-    /// The scenario with start positions drawn by its seed.
-    pub(super) fn drawn(&self, scenario: Scenario) -> Scenario {
-        /// The greatest number of draws of the positions, which are repeated if robots overlap.
-        const MOST_TRIES: usize = 100;
-
-        let mut stream = RandomStream::for_match(scenario.seed, "situation");
-        for _ in 0..MOST_TRIES {
-            let mut tried = scenario.clone();
-            if let (Some(area), Some(ball)) = (self.ball, &mut tried.ball) {
-                ball.position_m = Vec2::new(draw(area.x_m, &mut stream), draw(area.y_m, &mut stream)).extend(0.0);
-            }
-            for robot in &mut tried.robots {
-                let Some(place) = self.robots.get(&robot.id()) else { continue };
-                let [x, y] = [place.x_m, place.y_m].map(|range| draw(range, &mut stream));
-                robot.pose = Pose::new(x, y, wrap_angle(to_radians(draw(place.heading_deg, &mut stream))));
-            }
-            if tried.validate().is_ok() {
-                return tried;
-            }
-        }
-        scenario
     }
 }
 
@@ -202,7 +112,8 @@ macro_rules! embedded {
     };
 }
 
-embedded! { "FindBall" "ScoreEmptyGoal" "ScoreAgainstKeeper" "TwoOnTwo" "FirstGoal" "Match3v3" }
+embedded! { "FindBall" "ScoreEmptyGoal" "ScoreAgainstKeeper" "TwoOnTwo" "FirstGoal" "Match3v3"
+"GoToBall" "GetUp" "WalkAcross" "KickAccuracy" "InterceptBall" "KeepGoal" "Localise" "PassAndScore" "OneOnOne" "Match5v5" }
 
 impl Challenge {
     /// The built-in challenge `name`.
@@ -218,6 +129,20 @@ impl Challenge {
         serde_json::from_str(text).map_err(|error| ChallengeError::Malformed { name: name.to_owned(), error })
     }
 
+    /// The challenge in another `realism`, and with another `model` of the robots if there is one. Without, `realistic` has the NAO V6 in the
+    /// place of the paper's NAO, for which there are no figures of a real robot.
+    ///
+    /// # Errors
+    /// If the scenario is invalid then, for example because there is no such model.
+    pub fn with(mut self, realism: Realism, model: Option<&str>) -> Result<Self, ChallengeError> {
+        let is_paper = self.scenario()?.scenario.model == "nao";
+        let model = model.or((realism == Realism::Realistic && is_paper).then_some("nao_v6"));
+        let words = [Some(format!("realism={realism}")), model.map(|model| format!("model={model}"))];
+        self.settings = words.into_iter().flatten().filter_map(|words| words.parse().ok()).collect();
+        self.scenario()?;
+        Ok(self)
+    }
+
     /// The scenario of the episodes, with the time limit as its duration.
     ///
     /// # Errors
@@ -227,13 +152,16 @@ impl Challenge {
         if let (Some(limit_s), Some(fields)) = (self.limit_s, scenario.as_object_mut()) {
             fields.insert("duration_s".to_owned(), limit_s.into());
         }
-        ScenarioFile::from_text(&format!("{scenario:#}"), Format::Json, &self.name)
+        let file = ScenarioFile::from_text(&format!("{scenario:#}"), Format::Json, &self.name)?;
+        let changed = file.check_with(&self.settings);
+        changed.or_else(|errors| errors.into_iter().next().map_or(Ok(file), Err))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naoisis_sim::scenario::{Realisms, Scenario};
     use std::path::Path;
 
     #[test]
@@ -251,6 +179,15 @@ mod tests {
         for name in names {
             let challenge = Challenge::named(name).unwrap();
             assert_eq!(challenge.name, name);
+            assert!(!challenge.hard.is_empty() && challenge.description.ends_with('.'), "{name}");
+            let rates = challenge.success_rates.iter();
+            assert!(rates.clone().all(|(realism, _)| Realism::NAMES.contains(&realism.as_str())), "{name}");
+            for realism in [Realism::Ideal, Realism::Realistic] {
+                let with = |robot| challenge.clone().with(realism, robot).unwrap().scenario().unwrap().scenario;
+                assert_eq!(with(Some("booster_k1")).model, "booster_k1");
+                assert_eq!(with(None).realism, Realisms::all(realism));
+                assert!(realism == Realism::Ideal || with(None).model != "nao", "{name}");
+            }
             let scenario = challenge.scenario().unwrap().scenario;
             assert!(challenge.control.iter().all(|id| scenario.has_robot(*id)), "{name}");
             assert!(challenge.control.contains(&challenge.solo), "{name}");

@@ -3,30 +3,28 @@
 use bevy::prelude::*;
 use core::sync::atomic::{AtomicBool, Ordering};
 use rand::{Rng, RngExt};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 use super::action::{ActionKind, command};
-use super::challenge::{EndConditions, Situation};
+use super::ending::{Course, EndConditions, EpisodeProgress};
 use super::observation::{Memory, ObservationKind, observe};
 use super::reward::{RewardWeights, Standing};
-use crate::agents::{self, RobotCommand};
+use super::situation::Situation;
+use crate::agents::{self, AgentSettings, ProgramStartError, RobotCommand};
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::cycle::{CycleClock, perceive, run_cycle};
-use naoisis_core::events::CycleEvents;
-use naoisis_core::game::{Game, GameState};
+use naoisis_core::events::{CycleEvents, MatchEvent};
 use naoisis_core::geometry::Pose;
 use naoisis_core::random::RandomStream;
 use naoisis_core::referee::GameStatus;
 use naoisis_core::robot::Roster;
-use naoisis_core::team::{PerTeam, RobotId, Team};
+use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::camera::CameraImages;
 use naoisis_sensing::sensing::odometry::Odometry;
-use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::scenario::{Scenario, ScenarioFault};
-use naoisis_sim::simulation::{Snapshot, start_match};
+use naoisis_sim::simulation::{Snapshot, give_belief, start_match};
 
 /// The start of episodes.
 pub enum Start {
@@ -53,6 +51,9 @@ pub enum StartError {
     /// The simulator cannot continue from its moment.
     #[error("{0}")]
     Moment(String),
+    /// A program that plays cannot be started.
+    #[error(transparent)]
+    Program(#[from] ProgramStartError),
     /// The match of the episode differs from the one that the environment was made for.
     #[error("an episode cannot start: {0}")]
     Different(String),
@@ -81,26 +82,6 @@ pub struct EnvironmentSettings {
     pub reward: RewardWeights,
 }
 
-/// The state of an episode after a step.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub struct EpisodeProgress {
-    /// Whether the task has ended; no reward can follow.
-    pub terminated: bool,
-    /// Whether the time limit has ended it.
-    pub truncated: bool,
-    /// Whether the task succeeded.
-    pub is_success: bool,
-    /// Whether it is a success of each team: of the one that scored the goal, or won the match, that ended the task.
-    pub success_of: PerTeam<bool>,
-}
-
-impl EpisodeProgress {
-    /// Whether the episode is over.
-    pub fn is_over(self) -> bool {
-        self.terminated || self.truncated
-    }
-}
-
 /// One world, in which episodes are played one after the other.
 pub struct Episode {
     /// The current match.
@@ -112,6 +93,9 @@ pub struct Episode {
     pub(super) seeds: RandomStream,
     pub(super) memories: Vec<Memory>,
     pub(super) standings: Vec<Standing>,
+    pub(super) course: Course,
+    /// The robot whose program was lost in the last step, and what happened.
+    pub(super) lost: Option<(RobotId, String)>,
     /// The state after the last step.
     pub progress: EpisodeProgress,
 }
@@ -120,12 +104,23 @@ impl Episode {
     /// Creates a world without an episode, from a simulator without a match.
     pub fn new(world: World, seed: u64) -> Self {
         let (memories, standings, progress) = (Vec::new(), Vec::new(), EpisodeProgress::default());
-        Self { world, start: None, stop: Arc::default(), seeds: seeds(seed), memories, standings, progress }
+        let (stop, seeds, course) = (Arc::default(), seeds(seed), Course::default());
+        Self { world, start: None, stop, seeds, memories, standings, course, lost: None, progress }
     }
 
     /// Restarts the sequence of episodes with `seed`.
     pub fn seed(&mut self, seed: u64) {
         self.seeds = seeds(seed);
+    }
+
+    /// The seed of the match of the first episode after [`seed`](Self::seed).
+    pub(super) fn first_seed(seed: u64) -> u64 {
+        seeds(seed).next_u64()
+    }
+
+    /// The scenario of the episode whose match has `seed`.
+    pub(super) fn scenario_of(first: &Scenario, others: &[Scenario], situation: &Situation, seed: u64) -> Scenario {
+        situation.drawn(Scenario { seed, ..one_of(first, others, seed).clone() })
     }
 
     /// Starts the next episode.
@@ -136,8 +131,7 @@ impl Episode {
         let seed = self.seeds.next_u64();
         match &**self.start.as_ref().unwrap_or(&settings.start) {
             Start::Scenarios { first, others, situation } => {
-                let scenario = Scenario { seed, ..one_of(first, others, seed).clone() };
-                start_match(&mut self.world, &situation.drawn(scenario))?;
+                start_match(&mut self.world, &Self::scenario_of(first, others, situation, seed))?;
             }
             Start::Moment(snapshot) => {
                 let restored = snapshot.restore_with_chance(&mut self.world, seed);
@@ -145,13 +139,16 @@ impl Episode {
             }
         }
         for id in &settings.control {
-            if settings.observation == ObservationKind::Belief {
-                // All controlled robots are remote and exist, so this cannot fail.
-                let _ = agents::believe(&mut self.world, *id);
+            if settings.observation == ObservationKind::Belief || settings.end.believed_within_m.is_some() {
+                give_belief(&mut self.world, *id);
             }
+        }
+        if self.world.contains_resource::<AgentSettings>() {
+            agents::start_programs(&mut self.world)?;
         }
         perceive(&mut self.world);
         self.progress = EpisodeProgress::default();
+        self.course = Course::default();
         self.memories.clear();
         let odometry_of =
             |id: &RobotId| self.world.resource::<Roster>().get(*id).map(|robot| odometry(&self.world, robot));
@@ -164,9 +161,9 @@ impl Episode {
 
     /// Plays a step with the `actions` of all agents one after the other, and writes the reward of each agent to `rewards`.
     pub fn step(&mut self, settings: &EnvironmentSettings, actions: &[f32], rewards: &mut [f32]) {
-        let world = &mut self.world;
+        let world = &self.world;
         let length = settings.action.len();
-        let mut commands: Vec<RobotCommand> = settings
+        let commands: Vec<RobotCommand> = settings
             .control
             .iter()
             .zip(actions.chunks(length))
@@ -175,6 +172,17 @@ impl Episode {
                 RobotCommand { say, ..command(settings.action, action, world, *id) }
             })
             .collect();
+        self.step_with(settings, commands, rewards);
+    }
+
+    /// Plays a step with the `commands` of all agents, like [`step`](Self::step).
+    pub(super) fn step_with(
+        &mut self,
+        settings: &EnvironmentSettings,
+        mut commands: Vec<RobotCommand>,
+        rewards: &mut [f32],
+    ) {
+        let world = &mut self.world;
         let mut progress = EpisodeProgress::default();
         let mut cycles = 0;
         let is_stopped = || self.stop.load(Ordering::Relaxed);
@@ -187,8 +195,12 @@ impl Episode {
                 let _ = agents::command(world, *id, given);
             }
             run_cycle(world);
+            self.lost = world.resource::<CycleEvents>().iter().find_map(|event| match event {
+                MatchEvent::AgentLost { robot, message, .. } => Some((*robot, message.clone())),
+                _ => None,
+            });
             cycles += 1;
-            progress = progress_of(world, settings);
+            progress = settings.end.progress(world, &settings.control, &mut self.course);
         }
         let period_s = cycles as f32 * world.resource::<CycleClock>().period();
         for ((id, reward), standing) in settings.control.iter().zip(rewards).zip(&mut self.standings) {
@@ -251,37 +263,4 @@ fn team_message(world: &World, id: RobotId) -> Option<TeamMessage> {
 
 fn seeds(seed: u64) -> RandomStream {
     RandomStream::for_match(seed, "episodes")
-}
-
-/// Whether the last cycle ended the episode.
-fn progress_of(world: &World, settings: &EnvironmentSettings) -> EpisodeProgress {
-    let ended = |is_success, of: Option<Team>| EpisodeProgress {
-        terminated: true,
-        truncated: false,
-        is_success,
-        success_of: PerTeam::new(|team| of == Some(team)),
-    };
-    if let Some(scorer) = settings.end.of_events(world.resource::<CycleEvents>().iter()) {
-        return ended(scorer.is_some() && scorer == settings.end.goal_for, scorer);
-    }
-    let sees_ball = |id: &&RobotId| {
-        let entity = world.resource::<Roster>().get(**id);
-        entity.and_then(|entity| world.get::<Percepts>(entity)).is_some_and(|percepts| percepts.ball.is_some())
-    };
-    if settings.end.ball_seen
-        && let Some(id) = settings.control.first().filter(sees_ball)
-    {
-        return ended(true, Some(id.team));
-    }
-    let cycle = world.resource::<CycleClock>().cycle;
-    let last_cycle = world.get_resource::<Scenario>().and_then(Scenario::last_cycle);
-    let game = world.resource::<Game>();
-    let terminated = game.state == GameState::Finished;
-    let has_won = |team: Team| terminated && game.score[team] > game.score[team.opponent()];
-    EpisodeProgress {
-        terminated,
-        truncated: last_cycle.is_some_and(|last| cycle >= last),
-        is_success: settings.end.win_for.is_some_and(has_won),
-        success_of: PerTeam::new(|team| settings.end.win_for.is_some() && has_won(team)),
-    }
 }

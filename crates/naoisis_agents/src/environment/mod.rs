@@ -5,21 +5,28 @@
 //! [`Environments`] steps many worlds together. The Python package wraps these types.
 
 pub mod action;
+mod attempt_error;
 pub mod attempts;
 pub mod challenge;
+mod ending;
 pub mod entry;
 mod episode;
 mod gaze;
 pub mod observation;
+mod player;
+mod recorded_commands;
+pub mod results;
 pub mod reward;
 mod same;
 mod saved;
+mod situation;
 mod vector;
 
 pub use action::ActionKind;
 pub use challenge::Challenge;
+pub use ending::EpisodeProgress;
 pub use entry::ObservationEntry;
-pub use episode::{EnvironmentSettings, Episode, EpisodeProgress, Start, StartError};
+pub use episode::{EnvironmentSettings, Episode, Start, StartError};
 pub use observation::ObservationKind;
 pub use reward::RewardWeights;
 pub use saved::SavedWorld;

@@ -6,7 +6,8 @@ use naoisis_sim::simulation::{Snapshot, SnapshotError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-use super::episode::{EpisodeProgress, Start};
+use super::ending::{Course, EpisodeProgress};
+use super::episode::Start;
 use super::observation::Memory;
 use super::reward::Standing;
 use super::vector::Environments;
@@ -26,6 +27,7 @@ struct SavedEpisode {
     memories: Vec<Memory>,
     standings: Vec<Standing>,
     progress: EpisodeProgress,
+    course: Course,
 }
 
 impl Environments {
@@ -45,6 +47,7 @@ impl Environments {
                     memories: episode.memories.clone(),
                     standings: episode.standings.clone(),
                     progress: episode.progress,
+                    course: episode.course,
                 };
                 Ok(SavedWorld { snapshot, episode: encode(&saved).map_err(SnapshotError::NotEncoded)? })
             })
@@ -71,6 +74,7 @@ impl Environments {
             episode.memories = state.memories;
             episode.standings = state.standings;
             episode.progress = state.progress;
+            episode.course = state.course;
         }
         for (has_begun, world) in self.has_begun.iter_mut().zip(saved) {
             *has_begun = world.snapshot.is_some();

@@ -1,8 +1,9 @@
-//! `naoisis challenge`: success rates of a learning task.
+//! `naoisis challenge`: success rates of learning tasks, as a file that others verify.
 
 use clap::Args;
 use core::fmt::Write;
-use serde_json::{Map, Value, json};
+use serde_json::to_string_pretty;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,33 +13,53 @@ use super::outputs::{Output, check_files};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::environment::Challenge;
-use naoisis_agents::environment::attempts::{Attempt, Attempts, ChallengePlayer, play_attempts, success_rate};
+use naoisis_agents::environment::attempts::{
+    Attempt, AttemptError, Attempts, ChallengePlayer, play_attempts, scenario_of_episode,
+};
+use naoisis_agents::environment::challenge::{CHALLENGES, ChallengeError, RECORD_SEED, SuccessRate};
+use naoisis_agents::environment::results::{ChallengeResult, ResultFile};
 use naoisis_core::replace_file::replace_file;
+use naoisis_sim::scenario::Realism;
 
 /// Arguments of `naoisis challenge`.
 #[derive(Args, Debug, Clone)]
 pub struct ChallengeArguments {
-    /// The task, see `naoisis list challenges`
-    #[arg(value_name = "NAME")]
-    name: String,
-    /// The behaviour of its robots, or `random` for random actions [default: each one with a rate in the task's file]
-    #[arg(long, value_name = "B", conflicts_with = "team")]
-    behaviour: Option<String>,
-    /// The team that plays its robots
-    #[arg(long, value_name = "T")]
+    /// The task, see `naoisis list challenges`, or `all`
+    #[arg(value_name = "NAME", required_unless_present = "verify", conflicts_with = "verify")]
+    name: Option<String>,
+    /// The behaviour of its robots, `random`, `ahead`, or `open loop of PLAYER`; repeatable [default: those with a rate in the task's file]
+    #[arg(long, value_name = "B")]
+    behaviour: Vec<String>,
+    /// The team that plays its robots, or a program: "exec:python3 team.py"
+    #[arg(long, value_name = "T", conflicts_with = "behaviour")]
     team: Option<String>,
+    /// The realism [default: paper, and for `all` ideal and realistic]
+    #[arg(long, value_name = "paper|ideal|realistic", value_parser = realism)]
+    realism: Option<Realism>,
+    /// The model of the robots, instead of the task's
+    #[arg(long, value_name = "MODEL")]
+    robot: Option<String>,
     /// Number of episodes
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     episodes: u32,
     /// Seed of the first episode; each further episode has the next seed
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Play the seeds for results that are published, from 1000000001
+    #[arg(long, conflicts_with = "seed")]
+    record: bool,
     /// Number of threads [default: one per core]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Write the rates, as in the task's file, and the result of each episode
+    /// Write a file of results: the rates, and each episode
+    #[arg(long, value_name = "FILE", visible_alias = "json")]
+    out: Option<PathBuf>,
+    /// Play nothing, and write the episode of the seed as a scenario for `run` and `play`
+    #[arg(long, value_name = "FILE", conflicts_with = "out")]
+    scenario: Option<PathBuf>,
+    /// Play a file of results again, and report whether everything comes out the same
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    verify: Option<PathBuf>,
     /// Replace an existing file
     #[arg(long)]
     force: bool,
@@ -47,104 +68,232 @@ pub struct ChallengeArguments {
     quiet: bool,
 }
 
+/// Parses a level of realism.
+fn realism(word: &str) -> Result<Realism, String> {
+    [Realism::Paper, Realism::Ideal, Realism::Realistic]
+        .into_iter()
+        .find(|realism| realism.name() == word)
+        .ok_or_else(|| format!("expected one of {}", Realism::NAMES.join(", ")))
+}
+
 /// Runs the command.
 pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
-    let challenge = match Challenge::named(&arguments.name) {
-        Ok(challenge) => challenge,
+    let challenges = match challenges(arguments) {
+        Ok(challenges) => challenges,
         Err(error) => return report::usage_error(&error.to_string()),
     };
-    if let Some(path) = &arguments.json {
-        let output = Output { option: "--json", path: path.clone() };
-        if let Err(message) = check_files(Path::new(""), &[output], arguments.force) {
+    for (option, path) in [("--out", &arguments.out), ("--scenario", &arguments.scenario)] {
+        let Some(path) = path else { continue };
+        if let Err(message) = check_files(Path::new(""), &[Output { option, path: path.clone() }], arguments.force) {
             return report::usage_error(&message);
         }
+    }
+    if let Some(path) = &arguments.scenario {
+        return write_scenario(program, arguments, &challenges, path);
     }
     let watched = Interrupt::watch(|| report::note("finishing the running ones; interrupt again to stop at once"));
     let interrupt = match watched {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let attempts = Attempts {
-        episodes: arguments.episodes as usize,
-        first_seed: arguments.seed,
-        threads: arguments.threads.map_or(cores, usize::from),
-    };
-    let mut played: Vec<(ChallengePlayer, Vec<Attempt>)> = Vec::new();
-    for player in players(&challenge, arguments) {
-        let progress = progress_bar(attempts.episodes, 0, arguments.quiet);
-        let mut rows = Vec::new();
-        let done = play_attempts(
-            &challenge,
-            &player,
-            &attempts,
-            || program.simulator(),
-            interrupt.stop(),
-            |attempt| {
-                progress.inc(1);
-                rows.push(attempt);
-            },
-        );
-        progress.finish_and_clear();
-        if let Err(error) = done {
-            return report::usage_error(&error.to_string());
-        }
-        played.push((player, rows));
-    }
-    if let Some(path) = &arguments.json {
-        let value = as_json(&challenge, &played);
-        let written = replace_file(path, |mut file| {
-            serde_json::to_writer_pretty(&mut file, &value)?;
-            std::io::Write::write_all(&mut file, b"\n")
-        });
-        if let Err(problem) = written {
-            return report::failure(&format!("--json: {}: {problem}", path.display()));
-        }
-    }
     let mut printer = Printer::default();
+    if let Some(path) = &arguments.verify {
+        let status = match read_results(path) {
+            Ok(file) => verify(program, &file, arguments.threads, &interrupt, &mut printer),
+            Err(message) => report::usage_error(&message),
+        };
+        return interrupt.finish(printer.finish(status));
+    }
+    let mut file = ResultFile::default();
+    for (realism, challenge) in &challenges {
+        if !arguments.quiet {
+            let Challenge { name, version, description, .. } = challenge;
+            printer.print(format_args!("{name}-v{version}, realism {realism}: {description}\n"));
+        }
+        for player in players(challenge, *realism, arguments) {
+            let episodes = match play(program, challenge, &player, arguments, &interrupt) {
+                Ok(episodes) => episodes,
+                // In tables of baselines, a player without a success has nothing to play back.
+                Err(AttemptError::NothingToPlayBack { .. }) if arguments.behaviour.is_empty() => continue,
+                Err(error) => return report::usage_error(&error.to_string()),
+            };
+            let result = ChallengeResult::new(challenge, (*realism, arguments.robot.as_deref()), &player, episodes);
+            if !arguments.quiet {
+                printer.print(in_words(&result.player, &result.rate));
+            }
+            if !result.episodes.is_empty() {
+                file.results.push(result);
+            }
+        }
+    }
+    if let Some(path) = &arguments.out
+        && let Err(message) = write(path, "--out", to_string_pretty(&file))
+    {
+        return report::failure(&message);
+    }
     if !arguments.quiet {
-        printer.print(in_words(&challenge, &played));
+        printer.print("Intervals are those of 95 % confidence.\n");
     }
     interrupt.finish(printer.finish(ExitCode::SUCCESS))
 }
 
-/// Returns the players of the arguments, by default all that have a rate in the challenge.
-fn players(challenge: &Challenge, arguments: &ChallengeArguments) -> Vec<ChallengePlayer> {
+/// The challenges of the arguments, each in each realism.
+fn challenges(arguments: &ChallengeArguments) -> Result<Vec<(Realism, Challenge)>, ChallengeError> {
+    let Some(name) = &arguments.name else { return Ok(Vec::new()) };
+    let (names, default): (Vec<&str>, &[Realism]) = if name == "all" {
+        (CHALLENGES.iter().map(|(name, _)| *name).collect(), &[Realism::Ideal, Realism::Realistic])
+    } else {
+        (vec![name], &[Realism::Paper])
+    };
+    let realisms = arguments.realism.as_ref().map_or(default, core::slice::from_ref);
+    let variants = names.iter().flat_map(|name| realisms.iter().map(move |realism| (*realism, *name)));
+    variants
+        .map(|(realism, name)| Ok((realism, Challenge::named(name)?.with(realism, arguments.robot.as_deref())?)))
+        .collect()
+}
+
+/// The players of the arguments, by default those that have a rate in the challenge.
+fn players(challenge: &Challenge, realism: Realism, arguments: &ChallengeArguments) -> Vec<ChallengePlayer> {
     let player = |word: &str| {
         let Ok(player) = word.parse();
         player
     };
-    match (&arguments.behaviour, &arguments.team) {
-        (Some(behaviour), _) => vec![player(behaviour)],
-        (None, Some(team)) => vec![ChallengePlayer::Team(team.clone())],
-        (None, None) => challenge.success_rates.keys().map(|word| player(word)).collect(),
+    if let Some(team) = &arguments.team {
+        return vec![ChallengePlayer::Team(team.clone())];
+    }
+    if !arguments.behaviour.is_empty() {
+        return arguments.behaviour.iter().map(|word| player(word)).collect();
+    }
+    let rates = challenge.success_rates.get(realism.name()).or(challenge.success_rates.values().next());
+    rates.into_iter().flat_map(|rates| rates.keys()).map(|word| player(word)).collect()
+}
+
+fn play(
+    program: Program,
+    challenge: &Challenge,
+    player: &ChallengePlayer,
+    arguments: &ChallengeArguments,
+    interrupt: &Interrupt,
+) -> Result<Vec<Attempt>, AttemptError> {
+    let attempts = Attempts {
+        episodes: arguments.episodes as usize,
+        first_seed: first_seed(arguments),
+        threads: threads(arguments.threads),
+    };
+    let progress = progress_bar(attempts.episodes, 0, arguments.quiet);
+    let mut rows = Vec::new();
+    let simulator = || program.simulator();
+    let done = play_attempts(challenge, player, &attempts, simulator, interrupt.stop(), |attempt| {
+        progress.inc(1);
+        rows.push(attempt);
+    });
+    progress.finish_and_clear();
+    done.map(|()| rows)
+}
+
+fn first_seed(arguments: &ChallengeArguments) -> u64 {
+    if arguments.record { RECORD_SEED } else { arguments.seed }
+}
+
+fn threads(wanted: Option<u16>) -> usize {
+    wanted.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
+}
+
+/// Writes the first episode of the first player as a scenario.
+fn write_scenario(
+    program: Program,
+    arguments: &ChallengeArguments,
+    challenges: &[(Realism, Challenge)],
+    path: &Path,
+) -> ExitCode {
+    let [(realism, challenge)] = challenges else {
+        return report::usage_error("--scenario: expected one task, not all");
+    };
+    let Some(player) = players(challenge, *realism, arguments).into_iter().next() else {
+        return report::usage_error("--scenario: expected --behaviour or --team");
+    };
+    let scenario = scenario_of_episode(challenge, &player, first_seed(arguments), program.simulator().world());
+    match scenario.map(|scenario| write(path, "--scenario", to_string_pretty(&scenario))) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(message)) => report::failure(&message),
+        Err(error) => report::usage_error(&error.to_string()),
     }
 }
 
-fn as_json(challenge: &Challenge, played: &[(ChallengePlayer, Vec<Attempt>)]) -> Value {
-    let rates = played.iter().map(|(player, rows)| (player.to_string(), json!(success_rate(rows))));
-    let episodes = played.iter().map(|(player, rows)| (player.to_string(), json!(rows)));
-    json!({
-        "challenge": challenge.name, "version": challenge.version,
-        "success_rates": rates.collect::<Map<_, _>>(), "episodes": episodes.collect::<Map<_, _>>(),
-    })
+/// Writes a text in JSON as a file.
+pub(super) fn write(path: &Path, option: &str, text: serde_json::Result<String>) -> Result<(), String> {
+    let written =
+        replace_file(path, |mut file| std::io::Write::write_all(&mut file, format!("{}\n", text?).as_bytes()));
+    written.map_err(|problem| format!("{option}: {}: {problem}", path.display()))
 }
 
-/// Returns the success rates as text.
-fn in_words(challenge: &Challenge, played: &[(ChallengePlayer, Vec<Attempt>)]) -> String {
-    let mut text = format!("{}-v{}: {}\n", challenge.name, challenge.version, challenge.description);
-    for (player, rows) in played {
-        let rate = success_rate(rows);
-        let Some(share) = rate.share() else { continue };
-        let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
-        let time = rate.mean_time_s.map(|mean_s| format!(", after {mean_s:.1} s on average")).unwrap_or_default();
-        let _ = writeln!(
-            text,
-            "{:14} {value:5.1} % of {} succeed ({low:.1} to {high:.1}){time}",
-            player.to_string(),
-            rate.episodes
-        );
+/// Reads a file of results.
+///
+/// # Errors
+/// A message with the name of the file.
+pub(super) fn read_results(path: &Path) -> Result<ResultFile, String> {
+    let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    ResultFile::from_text(&text).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Plays all results of a file again and prints what comes out otherwise.
+pub(super) fn verify(
+    program: Program,
+    file: &ResultFile,
+    wanted: Option<u16>,
+    interrupt: &Interrupt,
+    printer: &mut Printer,
+) -> ExitCode {
+    let mut status = ExitCode::SUCCESS;
+    for result in &file.results {
+        let name = format!("{}-v{}, {}, {}", result.challenge, result.version, result.realism, result.player);
+        let progress = progress_bar(result.episodes.len(), 0, false);
+        let played = result.challenge().map_err(|error| error.to_string()).and_then(|challenge| {
+            let simulator = || program.simulator();
+            let found = result.verify(&challenge, threads(wanted), simulator, interrupt.stop(), || progress.inc(1));
+            found.map_err(|error| error.to_string())
+        });
+        progress.finish_and_clear();
+        let different = match played {
+            Ok(different) => different,
+            Err(message) => return report::failure(&format!("{name}: {message}")),
+        };
+        let Some(found) = different else {
+            if interrupt.is_stopped() {
+                printer.print(format_args!("{name}: broken off\n"));
+                return ExitCode::FAILURE;
+            }
+            printer.print(format_args!("{name}: the same in {} episodes\n", result.episodes.len()));
+            continue;
+        };
+        status = ExitCode::FAILURE;
+        let index = result.episodes.iter().position(|written| written.seed == found.seed).unwrap_or_default();
+        let written = result.episodes.get(index).map(outcome).unwrap_or_default();
+        let now = outcome(&found);
+        let how =
+            if written == now { "with robots or ball elsewhere at the end".to_owned() } else { format!("now {now}") };
+        printer.print(format_args!(
+            "{name}: differs at episode {} (seed {}): {written} in the file, {how}\n",
+            index + 1,
+            found.seed
+        ));
+        if result.naoisis != env!("CARGO_PKG_VERSION") {
+            printer.print(format_args!("It was played by naoisis {}.\n", result.naoisis));
+        }
     }
-    text.push_str("Intervals are those of 95 % confidence.\n");
+    status
+}
+
+fn outcome(attempt: &Attempt) -> String {
+    format!("a {} after {:.2} s", if attempt.is_success { "success" } else { "failure" }, attempt.time_s)
+}
+
+/// Returns a success rate as a line of text.
+fn in_words(player: &str, rate: &SuccessRate) -> String {
+    let Some(share) = rate.share() else { return String::new() };
+    let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
+    let time = rate.mean_time_s.map(|mean_s| format!(", after {mean_s:.1} s on average")).unwrap_or_default();
+    let mut text = String::new();
+    let _ = writeln!(text, "{player:22} {value:5.1} % of {} succeed ({low:.1} to {high:.1}){time}", rate.episodes);
     text
 }

@@ -53,6 +53,7 @@ mod expect;
 mod figures;
 mod game_controller;
 mod interrupt;
+mod leaderboard;
 mod list;
 mod live;
 mod logs;
@@ -124,8 +125,10 @@ enum Command {
     /// Play on from one moment of a match many times, with other random numbers
     #[command(name = "whatif")]
     WhatIf(whatif::WhatIfArguments),
-    /// Measure the success rate of a learning task, with behaviours or random actions
+    /// Measure success rates in learning tasks, and verify those of others
     Challenge(challenge::ChallengeArguments),
+    /// Make a table from results of learning tasks
+    Leaderboard(leaderboard::LeaderboardArguments),
     /// Fit a robot model to logs of a real robot
     Calibrate(calibrate::CalibrateArguments),
     /// Make a data set of labelled images, for training detectors
@@ -169,6 +172,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Realism(arguments)) => realism::realism(program, &arguments),
         Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
         Some(Command::Challenge(arguments)) => challenge::challenge(program, &arguments),
+        Some(Command::Leaderboard(arguments)) => leaderboard::leaderboard(program, &arguments),
         Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
         Some(Command::Dataset(arguments)) => dataset::dataset(program, &arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),

@@ -1,0 +1,231 @@
+//! Results of challenges as files: written by one program, verified by another.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::attempts::{Attempt, AttemptError, Attempts, ChallengePlayer, play_attempts, success_rate};
+use super::challenge::{Challenge, ChallengeError, SuccessRate};
+use naoisis_sim::scenario::Realism;
+
+/// A file of results.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResultFile {
+    /// The results.
+    pub results: Vec<ChallengeResult>,
+}
+
+/// The result of one player in one challenge.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct ChallengeResult {
+    /// The version of naoisis that played it.
+    pub naoisis: String,
+    /// The name of the challenge.
+    pub challenge: String,
+    /// The version of the challenge.
+    pub version: u32,
+    /// The realism.
+    pub realism: Realism,
+    /// The model of the robots, if it is another than the challenge's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
+    /// The [player](ChallengePlayer), in words.
+    pub player: String,
+    /// The success rate.
+    pub rate: SuccessRate,
+    /// The episodes, in the order of their seeds.
+    pub episodes: Vec<Attempt>,
+}
+
+/// Why a result is refused.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum ResultError {
+    /// The text is no file of results.
+    #[error("this is no file of results: {0}")]
+    Malformed(#[from] serde_json::Error),
+    /// The challenge does not exist, or not with this robot.
+    #[error(transparent)]
+    Challenge(#[from] ChallengeError),
+    /// The challenge has changed since.
+    #[error("{challenge} is of version {found}; expected {expected}")]
+    Version {
+        /// The name of the challenge.
+        challenge: String,
+        /// The version in the file.
+        found: u32,
+        /// The version of this program.
+        expected: u32,
+    },
+    /// Rate and episodes contradict each other.
+    #[error("{challenge}, {player}: {message}")]
+    Inconsistent {
+        /// The name of the challenge.
+        challenge: String,
+        /// The player.
+        player: String,
+        /// The contradiction.
+        message: &'static str,
+    },
+}
+
+naoisis_core::debug_as_displayed!(ResultError);
+
+impl ResultFile {
+    /// Reads a file of results and checks that each result is possible. That it is true is checked by [`ChallengeResult::verify`].
+    ///
+    /// # Errors
+    /// The first fault.
+    pub fn from_text(text: &str) -> Result<Self, ResultError> {
+        let file: ResultFile = serde_json::from_str(text)?;
+        file.results.iter().try_for_each(|result| result.check())?;
+        Ok(file)
+    }
+}
+
+impl ChallengeResult {
+    /// The result of `episodes`.
+    pub fn new(
+        challenge: &Challenge,
+        (realism, robot): (Realism, Option<&str>),
+        player: &ChallengePlayer,
+        episodes: Vec<Attempt>,
+    ) -> Self {
+        Self {
+            naoisis: env!("CARGO_PKG_VERSION").to_owned(),
+            challenge: challenge.name.clone(),
+            version: challenge.version,
+            realism,
+            robot: robot.map(str::to_owned),
+            player: player.to_string(),
+            rate: success_rate(&episodes),
+            episodes,
+        }
+    }
+
+    fn check(&self) -> Result<(), ResultError> {
+        self.challenge()?;
+        let inconsistent = |message| {
+            let (challenge, player) = (self.challenge.clone(), self.player.clone());
+            Err(ResultError::Inconsistent { challenge, player, message })
+        };
+        let follows = |pair: &[Attempt]| pair[0].seed.checked_add(1) == Some(pair[1].seed);
+        let expected = success_rate(&self.episodes);
+        let difference_s = self.rate.mean_time_s.unwrap_or(0.0) - expected.mean_time_s.unwrap_or(0.0);
+        match () {
+            () if self.episodes.is_empty() => inconsistent("there are no episodes"),
+            () if !self.episodes.windows(2).all(follows) => inconsistent("the seeds of its episodes are no sequence"),
+            () if (self.rate.episodes, self.rate.successes) != (expected.episodes, expected.successes) => {
+                inconsistent("its rate is not that of its episodes")
+            }
+            () if difference_s.abs() > 1e-6 => inconsistent("its mean time is not that of its episodes"),
+            () => Ok(()),
+        }
+    }
+
+    /// The challenge in the realism and with the robot of this result.
+    ///
+    /// # Errors
+    /// If this program does not have it.
+    pub fn challenge(&self) -> Result<Challenge, ResultError> {
+        let challenge = Challenge::named(&self.challenge)?;
+        if challenge.version != self.version {
+            let (found, expected) = (self.version, challenge.version);
+            return Err(ResultError::Version { challenge: challenge.name, found, expected });
+        }
+        Ok(challenge.with(self.realism, self.robot.as_deref())?)
+    }
+
+    /// Plays the episodes again, with one call of `played` after each, and returns the first that came out otherwise, as it was now.
+    ///
+    /// # Errors
+    /// If an episode cannot start.
+    pub fn verify(
+        &self,
+        challenge: &Challenge,
+        threads: usize,
+        simulator: impl Fn() -> App + Sync,
+        stop: &AtomicBool,
+        mut played: impl FnMut(),
+    ) -> Result<Option<Attempt>, AttemptError> {
+        let Ok(player) = self.player.parse::<ChallengePlayer>();
+        let first_seed = self.episodes.first().map_or(0, |attempt| attempt.seed);
+        let attempts = Attempts { episodes: self.episodes.len(), first_seed, threads };
+        let found_one = AtomicBool::new(false);
+        let mut different = None;
+        let mut written = self.episodes.iter();
+        play_attempts(challenge, &player, &attempts, simulator, &found_one, |attempt| {
+            played();
+            if written.next() != Some(&attempt) && different.is_none() {
+                different = Some(attempt);
+            }
+            found_one.store(different.is_some() || stop.load(Ordering::Relaxed), Ordering::Relaxed);
+        })?;
+        Ok(different)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naoisis_sim::simulation::NaoisisPlugins;
+
+    fn simulator() -> App {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app
+    }
+
+    fn found_ball() -> (Challenge, ChallengeResult) {
+        let challenge = Challenge::named("FindBall").unwrap().with(Realism::Realistic, None).unwrap();
+        let player = ChallengePlayer::Behaviour("chaser".to_owned());
+        let attempts = Attempts { episodes: 5, first_seed: 7, threads: 2 };
+        let mut episodes = Vec::new();
+        let go_on = AtomicBool::new(false);
+        play_attempts(&challenge, &player, &attempts, simulator, &go_on, |attempt| episodes.push(attempt)).unwrap();
+        let result = ChallengeResult::new(&challenge, (Realism::Realistic, None), &player, episodes);
+        (challenge, result)
+    }
+
+    #[test]
+    fn a_result_comes_out_the_same_and_a_changed_one_differs_at_its_episode() {
+        let (challenge, result) = found_ball();
+        let text = serde_json::to_string(&ResultFile { results: vec![result.clone()] }).unwrap();
+        assert_eq!(ResultFile::from_text(&text).unwrap().results, [result.clone()]);
+        let go_on = AtomicBool::new(false);
+        let verify = |result: &ChallengeResult| result.verify(&challenge, 2, simulator, &go_on, || ()).unwrap();
+        assert_eq!(verify(&result), None);
+        let moved = |attempt: &mut Attempt| attempt.end_state = "0123456789abcdef".to_owned();
+        let changes: [fn(&mut Attempt); 2] = [moved, |attempt| attempt.is_success = !attempt.is_success];
+        for (index, change) in changes.into_iter().enumerate() {
+            let mut changed = result.clone();
+            change(&mut changed.episodes[2 + index]);
+            assert_eq!(verify(&changed), Some(result.episodes[2 + index].clone()));
+        }
+    }
+
+    #[test]
+    fn what_contradicts_itself_is_refused() {
+        let (_, result) = found_ball();
+        let refused = |change: fn(&mut ChallengeResult)| {
+            let mut changed = result.clone();
+            change(&mut changed);
+            let text = serde_json::to_string(&ResultFile { results: vec![changed] }).unwrap();
+            ResultFile::from_text(&text).unwrap_err().to_string()
+        };
+        assert_eq!(refused(|result| result.version = 0), "FindBall is of version 0; expected 1");
+        assert!(refused(|result| result.challenge = "FindBal".to_owned()).contains("did you mean `FindBall`?"));
+        let chaser = "FindBall, chaser: ";
+        for (words, change) in [
+            ("there are no episodes", (|result| result.episodes.clear()) as fn(&mut ChallengeResult)),
+            ("the seeds of its episodes are no sequence", |result| result.episodes[1].seed = 3),
+            ("its rate is not that of its episodes", |result| result.rate.successes = 9),
+            ("its mean time is not that of its episodes", |result| result.rate.mean_time_s = Some(1.0)),
+        ] {
+            assert_eq!(refused(change), format!("{chaser}{words}"));
+        }
+    }
+}
