@@ -130,14 +130,23 @@ fn find(arguments: &PlayArguments, has_window: bool) -> Result<(String, Scenario
     if let Some(name) = &arguments.scenario {
         return Ok((name.clone(), check(name)?));
     }
-    #[cfg(feature = "viewer")]
-    if has_window
-        && let Some(name) = naoisis_viewer::viewer::memory::ViewerMemory::of_user().remembered.scenario
-        && let Ok(file) = ScenarioFile::find(&name)
-    {
-        return Ok((name, file));
+    match last_watched().filter(|_| has_window) {
+        Some(last) => Ok(last),
+        None => Ok((DEFAULT_SCENARIO.to_owned(), check(DEFAULT_SCENARIO)?)),
     }
-    Ok((DEFAULT_SCENARIO.to_owned(), check(DEFAULT_SCENARIO)?))
+}
+
+/// Returns the scenario that was watched last, if it still exists.
+#[cfg(feature = "viewer")]
+fn last_watched() -> Option<(String, ScenarioFile)> {
+    let name = naoisis_viewer::viewer::memory::ViewerMemory::of_user().remembered.scenario?;
+    let file = ScenarioFile::find(&name).ok()?;
+    Some((name, file))
+}
+
+#[cfg(not(feature = "viewer"))]
+fn last_watched() -> Option<(String, ScenarioFile)> {
+    None
 }
 
 /// Checks whether a window can be opened. The error says why not.
