@@ -194,7 +194,7 @@ mod tests {
     fn a_result_comes_out_the_same_and_a_changed_one_differs_at_its_episode() {
         let (challenge, result) = found_ball();
         let text = serde_json::to_string(&ResultFile { results: vec![result.clone()] }).unwrap();
-        assert_eq!(ResultFile::from_text(&text).unwrap().results, [result.clone()]);
+        assert_eq!(ResultFile::from_text(&text).unwrap().results, core::slice::from_ref(&result));
         let go_on = AtomicBool::new(false);
         let verify = |result: &ChallengeResult| result.verify(&challenge, 2, simulator, &go_on, || ()).unwrap();
         assert_eq!(verify(&result), None);

@@ -343,7 +343,8 @@ fn is_last(packet: &ControlPacket, rules: &Rules) -> bool {
         ProtocolVersion::V18 => packet.is_knockout,
         _ => rules.shoot_out || rules.extra_time_halves > 0,
     };
-    !packet.is_first_half && !(lead == 0 && needs_winner)
+    let goes_on = packet.is_first_half || (lead == 0 && needs_winner);
+    !goes_on
 }
 
 #[cfg(test)]

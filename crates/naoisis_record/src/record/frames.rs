@@ -192,7 +192,11 @@ mod tests {
         assert!(matches!(FrameRecorder::create(folder.path(), 1, vec![]), Err(RecordError::NotEmpty(_))));
         let file = folder.path().join("diary.txt");
         assert!(matches!(FrameRecorder::create(&file, 1, vec![]), Err(RecordError::NotAFolder(_))));
-        let new = folder.path().join("new/folder");
+        let new = folder.path().join("new");
+        let in_missing = new.join("folder");
+        assert!(
+            matches!(FrameRecorder::create(&in_missing, 1, vec![]), Err(RecordError::Io { path, .. }) if path == in_missing)
+        );
         assert!(FrameRecorder::create(&new, 1, vec![]).is_ok());
         assert_eq!(fs::read_dir(new).unwrap().count(), 0);
     }
