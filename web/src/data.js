@@ -12,7 +12,8 @@ const LINE = 4;
 /** The match in the blocks of the page, and what is wrong with it in `notes`. Throws an error in words if there is none. */
 export async function readMatch(blocks) {
   const match = { columns: new Map(), strings: [""], events: [], reasons: [], kicks: [], notes: [], warnings: [], gaps: [], head: null, end: null };
-  let isDamaged = false;
+  // The number of the last part that was read, and whether a block was not.
+  let [parts, isDamaged] = [0, false];
   for (const [index, block] of blocks.entries()) {
     const text = block.textContent.trim();
     // Whole blocks end with a full stop.
@@ -30,14 +31,14 @@ export async function readMatch(blocks) {
     if (json.match) match.head = json;
     else if (json.end) match.end = json;
     else if (json.part) {
-      if (isDamaged) match.gaps.push([match.columns.get("cycle")?.at(-1) ?? 0, columns.get("cycle")[0]]);
-      isDamaged = false;
+      if (json.part !== parts + 1) match.gaps.push([match.columns.get("cycle")?.at(-1) ?? 0, columns.get("cycle")[0]]);
+      [parts, isDamaged] = [json.part, false];
       addPart(match, json, columns);
     }
   }
   const at = (cycle) => minutes(cycle * match.head.cycle_s);
   for (const [from, to] of match.gaps) match.warnings.push(`A part of the match is damaged and left out: ${at(from)} to ${at(to)}.`);
-  if (isDamaged) match.warnings.push("The end of the match is damaged and left out.");
+  if (isDamaged || (match.end && match.end.parts !== parts)) match.warnings.push("The end of the match is damaged and left out.");
   if (!match.head) throw new Error("There is no match in this page.");
   if (!match.columns.get("cycle")) throw new Error("This page has a match, but nothing of it was played.");
   if (!match.end && !match.warnings.length) match.warnings.push("The page has no end: the program that wrote it was stopped, or the match was still going on.");

@@ -253,11 +253,16 @@ test("a page that is broken says so in words", async () => {
   const part = whole.indexOf(opening, whole.indexOf(opening, first + 1) + 1);
   const middle = part + 2000;
   make("letter.html", whole.slice(0, middle) + (whole[middle] === "A" ? "B" : "A") + whole.slice(middle + 1));
+  make("missing.html", whole.slice(0, part) + whole.slice(whole.indexOf(opening, part + 1)));
+  const end = whole.lastIndexOf(opening);
+  make("short.html", whole.slice(0, whole.lastIndexOf(opening, end - 1)) + whole.slice(end));
   const last = whole.lastIndexOf('<script type="application/octet-stream">') + 100;
   make("last.html", whole.slice(0, last) + (whole[last] === "A" ? "B" : "A") + whole.slice(last + 1));
   for (const [name, words] of [
     ["cut.html", /breaks off here: the program that wrote it was stopped/],
     ["letter.html", /A part of the match is damaged and left out: \d+:\d\d to \d+:\d\d/],
+    ["missing.html", /A part of the match is damaged and left out: \d+:\d\d to \d+:\d\d/],
+    ["short.html", /The end of the match is damaged and left out/],
     ["last.html", /The end of the match is damaged and left out/],
   ]) {
     const { page, state, text, done } = await open(name, { hash: "#t=10" });

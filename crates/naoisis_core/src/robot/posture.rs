@@ -75,6 +75,16 @@ fn strip_x_m(body: &Body) -> [f32; 2] {
 }
 
 impl Posture {
+    /// Returns the name of the posture in tables and labels.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Posture::Upright => "upright",
+            Posture::Fallen { .. } => "fallen",
+            Posture::GettingUp { .. } => "getting_up",
+            Posture::Diving { .. } => "diving",
+        }
+    }
+
     /// Whether the robot stands on its feet.
     pub fn is_upright(self) -> bool {
         self == Posture::Upright

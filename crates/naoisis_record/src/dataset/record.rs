@@ -99,7 +99,8 @@ pub fn metadata(facts: MatchFacts<'_>, moment: &Moment, shot: &Shot, looks: &Mat
                 "id": robot.id,
                 "model": model,
                 "pose": [robot.pose.position.x, robot.pose.position.y, to_degrees(robot.pose.heading)],
-                "posture": robot.posture,
+                "posture": robot.posture.name(),
+                "lying_on": robot.posture.lying_on(),
                 "head_deg": [to_degrees(robot.head.yaw), to_degrees(robot.head.pitch)],
             })
         })

@@ -10,7 +10,7 @@ use std::io;
 
 use super::nanoseconds;
 use super::pitch::pitch;
-use super::robots::{Robot, ball_frame, calibration, frames};
+use super::robots::{RecordedFrames, Robot, ball_frame, calibration, frames};
 use super::senses::{ErrorOfBelief, annotations, belief_scene, percepts_scene};
 use super::shapes::{Entity, colour, scene, timestamp};
 use crate::record::beliefs::{Sensed, truth};
@@ -54,6 +54,8 @@ pub(in crate::record) struct Channels {
     has_game: bool,
     /// Whether records have percepts.
     has_percepts: bool,
+    /// The frames of robots that records have.
+    has_frames: RecordedFrames,
     /// The truth at the end of the previous cycle, when the robots sensed.
     sensed: Sensed,
     /// The cycle from which on the next message between two robots is written.
@@ -83,14 +85,24 @@ impl Channels {
         let ball_radius_m = scenario.ball.unwrap_or_default().radius_m;
         let (cycle_s, sensed, next_message) = (scenario.cycle_s, Sensed::of(record), BTreeMap::new());
         let has_game = fields.is_all() || fields.names().iter().any(|name| name == "game");
-        let has_percepts = fields.has("robots.percepts");
-        Self { robots, ball_radius_m, cycle_s, due: 0, drawn: None, has_game, has_percepts, sensed, next_message }
+        Self {
+            robots,
+            ball_radius_m,
+            cycle_s,
+            due: 0,
+            drawn: None,
+            has_game,
+            has_percepts: fields.has("robots.percepts"),
+            has_frames: RecordedFrames::of(fields),
+            sensed,
+            next_message,
+        }
     }
 
     /// Writes a cycle. Images are taken from the world, if it has any.
     pub(in crate::record) fn write(&mut self, record: &CycleRecord, world: &World, sink: &mut impl ChannelSink) {
         let time_ns = nanoseconds(record.time_s);
-        sink.log("/tf", time_ns, &frames(&self.robots, record, time_ns));
+        sink.log("/tf", time_ns, &frames(&self.robots, record, self.has_frames, time_ns));
         self.draw(record, time_ns, sink);
         let every = (1.0 / (SENSE_HZ * self.cycle_s)).round().max(1.0) as u64;
         let is_due = record.cycle >= self.due;
@@ -161,7 +173,7 @@ impl Channels {
         let Some(belief) = &robot.belief else { return };
         let own_end = record.game.own_end(id.team);
         sink.log(&format!("/{id}/belief"), time_ns, &belief_scene(id, belief, own_end, time_ns));
-        let Some(pose) = self.sensed.pose(id) else { return };
+        let Some(pose) = self.sensed.pose(id).filter(|_| self.has_frames.poses) else { return };
         let others = record.robots.iter().filter(|other| other.id.team != id.team && other.penalised.is_none());
         let opponents: Vec<_> =
             others.filter_map(|other| Some((other.id, self.sensed.pose(other.id)?.position))).collect();

@@ -14,6 +14,7 @@ use naoisis_sensing::appearance::robot::RobotDesign;
 use naoisis_sensing::appearance::scene::world_from_body;
 use naoisis_sensing::sensing::camera::CameraSettings;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
 /// Name of the ball's frame.
@@ -55,16 +56,20 @@ impl Robot {
         })
     }
 
-    /// Returns the transforms of the robot and its head after a cycle.
-    fn frames(&self, record: &RobotRecord, time_ns: u64) -> [FrameTransform; 2] {
+    /// Returns the transforms of the robot and its head after a cycle, as far as `has` says that their truth was recorded.
+    fn frames(
+        &self,
+        record: &RobotRecord,
+        has: RecordedFrames,
+        time_ns: u64,
+    ) -> impl Iterator<Item = FrameTransform> + use<> {
         let name = self.id.to_string();
         let HeadAngles { yaw, pitch } = record.head;
         let turned = Quat::from_rotation_z(yaw) * Quat::from_rotation_y(pitch);
         let robot_from_head = Affine3A::from_rotation_translation(turned, self.body.neck_m);
-        [
-            frame(time_ns, PITCH, &name, world_from_body(record.pose, record.posture, &self.body)),
-            frame(time_ns, &name, &self.head_frame(), robot_from_head),
-        ]
+        let body = frame(time_ns, PITCH, &name, world_from_body(record.pose, record.posture, &self.body));
+        let head = frame(time_ns, &name, &self.head_frame(), robot_from_head);
+        has.poses.then_some(body).into_iter().chain(has.heads.then_some(head))
     }
 
     /// Draws the body and the head, with the robot's name above.
@@ -85,9 +90,23 @@ impl Robot {
     }
 }
 
-/// Returns the transforms of all robots and of the ball after a cycle.
-pub(super) fn frames(robots: &[Robot], record: &CycleRecord, time_ns: u64) -> FrameTransforms {
-    let of_robot = |robot: &Robot| record.robot(robot.id).map(|there| robot.frames(there, time_ns));
+/// The frames of robots whose truth is recorded.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RecordedFrames {
+    pub poses: bool,
+    heads: bool,
+}
+
+impl RecordedFrames {
+    /// Returns the frames that records with these fields have.
+    pub(super) fn of(fields: &Fields) -> Self {
+        Self { poses: fields.has("robots.pose"), heads: fields.has("robots.head_deg") }
+    }
+}
+
+/// Returns the transforms of all robots, as far as `has` says that their truth was recorded, and of the ball after a cycle.
+pub(super) fn frames(robots: &[Robot], record: &CycleRecord, has: RecordedFrames, time_ns: u64) -> FrameTransforms {
+    let of_robot = |robot: &Robot| record.robot(robot.id).map(|there| robot.frames(there, has, time_ns));
     let mut transforms: Vec<FrameTransform> = robots.iter().filter_map(of_robot).flatten().collect();
     let balls = record.ball.iter().chain(record.more_balls()).zip(1..);
     transforms.extend(
@@ -151,21 +170,35 @@ mod tests {
         let robot = Robot::of(&Scenario::default(), id);
         let mut record = RobotRecord::new(id);
         (record.pose, record.head) = (Pose::new(1.0, -2.0, 2.5), HeadAngles { yaw: 0.4, pitch: 0.2 });
-        let [base, head] = robot.frames(&record, 7);
+        let frames: Vec<_> = robot.frames(&record, RecordedFrames { poses: true, heads: true }, 7).collect();
+        let [base, head] = frames.as_slice() else { panic!("{frames:?}") };
         assert_eq!((base.parent_frame_id.as_str(), head.child_frame_id.as_str()), ("pitch", "pink2/head"));
         let ball = Vec3::new(1.2, 0.3, 0.05);
         for (mount, camera) in robot.cameras.mounts.iter().zip(robot.camera_frames()) {
             let view = robot.cameras.view(mount.name, &robot.body, record.head).unwrap();
             let expected = view.project(ball).unwrap();
-            let seen = (affine(&head) * affine(&camera)).inverse().transform_point3(ball);
+            let seen = (affine(head) * affine(&camera)).inverse().transform_point3(ball);
             let k = calibration(&view.intrinsics, String::new()).k;
             let pixel = [k[0] as f32 * seen.x / seen.z + k[2] as f32, k[4] as f32 * seen.y / seen.z + k[5] as f32];
             let pixel = bevy::math::Vec2::from_array(pixel) + 0.5;
             // The rounding of rotations moves a point by up to a tenth of a pixel.
             assert!(pixel.abs_diff_eq(expected, 0.1), "{}: {pixel} {expected}", mount.name);
         }
-        let forward = affine(&base).transform_vector3(Vec3::X).truncate();
+        let forward = affine(base).transform_vector3(Vec3::X).truncate();
         assert!(forward.abs_diff_eq(record.pose.forward(), 1e-3));
+    }
+
+    #[test]
+    fn a_robot_whose_pose_was_not_recorded_has_no_frame() {
+        let id = RobotId::new(Team::Pink, 2);
+        let robot = Robot::of(&Scenario::default(), id);
+        let names = |fields: &[&str]| -> Vec<String> {
+            let fields: Fields = fields.join(",").parse().unwrap();
+            robot.frames(&RobotRecord::new(id), RecordedFrames::of(&fields), 0).map(|of| of.child_frame_id).collect()
+        };
+        assert_eq!(names(&["ball"]), [""; 0]);
+        assert_eq!(names(&["robots.pose"]), ["pink2"]);
+        assert_eq!(names(&[]), ["pink2", "pink2/head"]);
     }
 
     #[test]

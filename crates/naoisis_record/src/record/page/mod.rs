@@ -8,8 +8,8 @@
 //! | block | when | contents |
 //! |---|---|---|
 //! | `match` | at the start | name, seed, pitch, robots with bodies and cameras |
-//! | `part` | after 7.5 s of the match, then at doubling intervals up to 2 min | columns, events with their reasons, kicks, decisions, new texts |
-//! | `end` | at the end | score, tables and heat maps |
+//! | `part` | after 7.5 s of the match, then at doubling intervals up to 2 min | its number from 1, columns, events with their reasons, kicks, decisions, new texts |
+//! | `end` | at the end | the number of parts, score, tables and heat maps |
 //!
 //! If the program is killed, the page has all parts that were written, and says that it breaks off. A column has whole numbers, one for
 //! each sample, or rows of lists. The truth is sampled 30 times a second and everything else 10 times. Resolution: poses 5 mm and 0.5°,

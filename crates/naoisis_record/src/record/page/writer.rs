@@ -58,6 +58,8 @@ pub struct PageWriter {
     /// The cycles from which on the next samples of the truth and of everything else are due.
     due: [u64; 2],
     last_cycle: Option<u64>,
+    /// The number of parts up to now.
+    parts: u32,
     part_begins_s: f64,
     part_length_s: f64,
     thinning: Thinning,
@@ -89,6 +91,7 @@ impl PageWriter {
             sensed: BTreeMap::new(),
             due: [0; 2],
             last_cycle: None,
+            parts: 0,
             part_begins_s: record.time_s,
             part_length_s: FIRST_PART_S,
             thinning: Thinning::default(),
@@ -120,7 +123,10 @@ impl PageWriter {
         }
         let open = self.kick_follower.finish();
         self.add_kicks(open, last);
-        self.part() + &block(&end_of(end, &self.summary, &self.fields), &Columns::default())
+        let part = self.part();
+        let mut end = end_of(end, &self.summary, &self.fields);
+        end["parts"] = json!(self.parts);
+        part + &block(&end, &Columns::default())
     }
 
     /// Returns the rest of the page of a match whose end is not known.
@@ -240,8 +246,9 @@ impl PageWriter {
             format!("To keep the page small, {words}, from {}:{:02} on.", at / 60, at % 60)
         });
         let (first_string, strings) = self.strings.take_new();
+        self.parts += 1;
         let json = json!({
-            "part": 1,
+            "part": self.parts,
             "first_string": first_string,
             "strings": strings,
             "events": core::mem::take(&mut self.events),

@@ -79,7 +79,7 @@ impl RobotRow {
             turn_degps: velocity.map(|velocity| to_degrees(velocity.angular)),
             head_yaw_deg: head.map(|head| to_degrees(head.yaw)),
             head_pitch_deg: head.map(|head| to_degrees(head.pitch)),
-            posture: has("robots.posture").and_then(|robot| word(&robot.posture)).map(|word| snake_case(&word)),
+            posture: has("robots.posture").map(|robot| robot.posture.name().to_owned()),
             penalty: robot.penalised.map(|penalty| penalty.reason.name().to_owned()),
             penalty_left_s: robot.penalised.map(|penalty| penalty.time_left_s),
             odometry_x_m: odometry.map(|pose| pose.position.x),
@@ -96,18 +96,6 @@ impl RobotRow {
             kick_direction_deg: kick.map(|kick| to_degrees(kick.direction)),
         }
     }
-}
-
-/// Converts a word such as `GettingUp` to `getting_up`.
-fn snake_case(word: &str) -> String {
-    let mut snake = String::new();
-    for (index, letter) in word.char_indices() {
-        if letter.is_ascii_uppercase() && index > 0 {
-            snake.push('_');
-        }
-        snake.push(letter.to_ascii_lowercase());
-    }
-    snake
 }
 
 impl PerceptRow {
