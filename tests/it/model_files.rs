@@ -273,7 +273,7 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     assert_eq!(
         lines[2],
         "random.ron: note: the file leaves these out, so a `realistic` match uses the paper's figures instead of a real robot's: \
-         kicks.direction_sd_deg, vision.noise, sonar.noise, odometry.noise, falls, breakdowns, latency, messages.loss"
+         cameras.lens, kicks.direction_sd_deg, vision.noise, sonar.noise, odometry.noise, falls, breakdowns, latency and 1 more"
     );
     assert!(lines[3].starts_with("random.ron: note: `sources` has no source for: "), "{said}");
     assert!(lines[3].contains("body.arms, ") && lines[3].ends_with(" more") && lines.len() == 4, "{said}");
@@ -345,7 +345,7 @@ fn a_match_says_which_settings_do_not_reach_whom_and_what_its_models_leave_open(
     )"#;
     fs::write(folder.path().join("match.ron"), scenario).unwrap();
     let unreached = "`kicks` of the scenario does not reach blue, whose model is `random.ron`: say it beside that `model`, or in it";
-    let left_open = "random: the file leaves these out, so a `realistic` match uses the paper's figures instead of a real robot's: kicks.direction_sd_deg, ";
+    let left_open = "random: the file leaves these out, so a `realistic` match uses the paper's figures instead of a real robot's: cameras.lens, kicks.direction_sd_deg, ";
     let checked = naoisis(folder.path(), &["check", "match.ron"]);
     let said = text(&checked.stdout);
     assert!(said.contains(unreached) && said.contains(left_open) && said.lines().count() == 3, "{said}");

@@ -137,7 +137,7 @@ impl RobotCamerasItem<'_, '_> {
         };
         (self.images.cycle, self.images.arrived) = (Some(clock.cycle), Some(clock.cycle));
         let head = self.gaze.map_or(*self.head, |gaze| gaze.actual(*self.head));
-        let turn = if settings.lens.exposure_s > 0.0 {
+        let turn = if settings.lens.sees_turns() {
             let angles = Vec2::new(robot.pose.heading + head.yaw, head.pitch);
             self.last_look.turn(clock.cycle, angles, clock.period())
         } else {

@@ -10,7 +10,7 @@ use naoisis_core::kick_geometry::KickType;
 
 /// Returns the settings with measures, which the model of a robot other than the NAO must give.
 fn measured() -> impl Iterator<Item = &'static str> {
-    RobotSettings::EXACT.iter().copied().chain(["motion"])
+    RobotSettings::EXACT.iter().copied().chain(["cameras", "motion"])
 }
 
 impl RobotModel {
@@ -30,7 +30,7 @@ impl RobotModel {
         let settings = self.all_settings();
         let lacks = |part: &str| match part {
             "kicks" => has_no_kicks(&settings),
-            "vision" => has_no_cameras(&settings),
+            "cameras" | "vision" => has_no_cameras(&settings),
             "sonar" => settings.get("sonar").and_then(|sonar| sonar.get("fitted")) == Some(&Value::Bool(false)),
             _ => false,
         };

@@ -9,6 +9,8 @@ use super::shape;
 use super::teams_spec::TeamsSpec;
 use super::types::{BallSpec, Scenario};
 use naoisis_core::team::Team;
+use naoisis_sensing::sensing::camera::CameraSettings;
+use naoisis_sensing::sensing::camera::lens::Lens;
 use naoisis_sensing::sensing::fidelity::{Fidelity, SensorFidelity};
 use naoisis_sensing::sensing::odometry::{OdometryNoise, OdometrySettings};
 use naoisis_sensing::sensing::sonar::{SonarNoise, SonarSettings};
@@ -30,7 +32,8 @@ impl Scenario {
         };
         let mut settings = self.settings.clone();
         settings.take_realism_from(real.settings);
-        // The realism changes the errors of sensors, but not the source of their readings or what they look for.
+        // The realism changes the errors of sensors, but neither their mounts, the source of their readings nor what they look for.
+        settings.cameras = with_errors_of(&self.settings.cameras, &settings.cameras);
         settings.vision = VisionSettings { noise: settings.vision.noise, ..self.settings.vision };
         settings.sonar.source = self.settings.sonar.source;
         settings.odometry = OdometrySettings { noise: settings.odometry.noise, ..self.settings.odometry };
@@ -62,7 +65,14 @@ impl Scenario {
                 models.push((model.clone(), of_model));
             }
             let of_model = models.iter().find(|(name, _)| *name == model).map(|(_, of_model)| of_model);
-            of_model.is_some_and(|real| robot.own.differs_in_realism(&real.own))
+            of_model.is_some_and(|real| {
+                let mut own = robot.own.clone();
+                let of_real = real.own.cameras.as_ref().unwrap_or(&self.settings.cameras);
+                if own.cameras.as_ref().is_none_or(|cameras| *cameras == with_errors_of(cameras, of_real)) {
+                    own.cameras.clone_from(&real.own.cameras);
+                }
+                own.differs_in_realism(&real.own)
+            })
         };
         let mut of_teams = self.teams.iter().flat_map(|teams| Team::BOTH.map(|team| teams.robot(team, 1)));
         let any_has_own = self.robots.iter().any(&mut has_own) || of_teams.any(|robot| has_own(&robot));
@@ -106,6 +116,12 @@ impl Scenario {
             own.odometry.iter_mut().for_each(|odometry| odometry.set_fidelity(fidelity));
         }
     }
+}
+
+/// Returns `cameras` with the errors of `real`: noise, vignetting, exposure and readout. Distortion belongs to their optics.
+fn with_errors_of(cameras: &CameraSettings, real: &CameraSettings) -> CameraSettings {
+    let lens = Lens { distortion: cameras.lens.distortion, ..real.lens };
+    CameraSettings { lens, noise: real.noise, ..cameras.clone() }
 }
 
 #[cfg(test)]
@@ -201,7 +217,7 @@ mod tests {
         let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;
         assert_eq!(
             renamed.realism_in_words(),
-            "ideal but for ball, motion, kicks, vision, sonar, odometry, falls, breakdowns, latency, messages"
+            "ideal but for ball, cameras, motion, kicks, vision, sonar, odometry, falls, breakdowns, latency, messages"
         );
     }
 }

@@ -19,10 +19,10 @@ macro_rules! robot_settings {
                 body: naoisis_core::robot::body::Body,
                 /// The joints of the head.
                 head: naoisis_core::robot::head::HeadLimits,
-                /// The cameras.
-                cameras: naoisis_sensing::sensing::camera::CameraSettings,
             }
             real {
+                /// The cameras.
+                cameras: naoisis_sensing::sensing::camera::CameraSettings ["lens", "noise"],
                 /// How it walks.
                 motion: naoisis_core::robot::motion::MotionLimits ["gait"],
                 /// How it kicks.

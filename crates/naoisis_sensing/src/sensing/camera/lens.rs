@@ -1,4 +1,4 @@
-//! Lens and exposure of a real camera: distortion, vignetting, and motion blur while the camera turns.
+//! Lens and exposure of a real camera: distortion, vignetting, and motion blur and rolling shutter while the camera turns.
 //!
 //! Blur of the lens and wrong exposure are part of the [noise](super::noise).
 
@@ -24,6 +24,10 @@ pub struct Lens {
     /// Exposure time, s: the image is blurred by the turn of the camera in this time.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub exposure_s: f32,
+    /// Time between the exposures of the first and the last row (rolling shutter), s: while the camera turns, the rows above the middle show
+    /// an earlier direction and those below it a later one. Labels and depth are displaced like the colours.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub readout_s: f32,
 }
 
 /// The direction of a robot's cameras at their last image.
@@ -56,6 +60,8 @@ pub(crate) struct LensEffect {
     intrinsics: CameraIntrinsics,
     /// The motion of the image during the exposure, pixels.
     smear: Vec2,
+    /// The motion of the image from the first row to the last, pixels.
+    skew: Vec2,
 }
 
 /// Memory reused from image to image.
@@ -72,8 +78,13 @@ impl Lens {
     /// The effect on an image with these `intrinsics`, while the camera turns at this speed (yaw and pitch, rad/s).
     pub(crate) fn effect(self, intrinsics: CameraIntrinsics, turn: Vec2) -> LensEffect {
         // A turn to the left moves the image to the right, a turn downwards moves it up.
-        let smear = self.exposure_s * intrinsics.focal * Vec2::new(turn.x, -turn.y);
-        LensEffect { lens: self, intrinsics, smear }
+        let speed = intrinsics.focal * Vec2::new(turn.x, -turn.y);
+        LensEffect { lens: self, intrinsics, smear: self.exposure_s * speed, skew: self.readout_s * speed }
+    }
+
+    /// Returns whether images depend on the turn of the camera.
+    pub(crate) fn sees_turns(self) -> bool {
+        self.exposure_s > 0.0 || self.readout_s > 0.0
     }
 }
 
@@ -82,6 +93,9 @@ impl LensEffect {
     pub fn apply(&self, image: &mut Image, buffer: &mut LensBuffer) {
         if self.smear.abs().max_element() >= 1.0 {
             smear(image, &mut buffer.copy, self.smear);
+        }
+        if self.skew.abs().max_element() >= 1.0 {
+            skew(image, &mut buffer.copy, self.skew);
         }
         if !self.intrinsics.is_pinhole() {
             self.distort(image, buffer);
@@ -156,6 +170,24 @@ fn smear(image: &mut Image, copy: &mut Image, way: Vec2) {
         }
         for (channel, sum) in pixel.iter_mut().zip(sums) {
             *channel = (sum / count) as u8;
+        }
+    }
+}
+
+/// Moves each row by its share of `way`, pixels: the first by half of it backwards, the last by half of it forwards.
+fn skew(image: &mut Image, copy: &mut Image, way: Vec2) {
+    core::mem::swap(image, copy);
+    image.clear();
+    (image.width, image.height) = (copy.width, copy.height);
+    let last_row = copy.height.max(2) as f32 - 1.0;
+    for row in 0..copy.height {
+        let offset = way * (row as f32 / last_row - 0.5);
+        for column in 0..copy.width {
+            let [column, row] = nearest_pixel(copy, Vec2::new(column as f32, row as f32) + 0.5 - offset);
+            let index = row * copy.width as usize + column;
+            image.rgb.extend(&copy.rgb[3 * index..3 * index + 3]);
+            image.labels.extend(copy.labels.get(index));
+            image.depth_m.extend(copy.depth_m.get(index));
         }
     }
 }
@@ -265,6 +297,12 @@ mod tests {
         assert!((9..=11).contains(&row.iter().filter(|level| **level > 100).count()), "{row:?}");
         assert_eq!(image.colour(100, 58).unwrap(), [100; 3]);
         assert!((bright(&image) - Vec2::new(100.5, 60.5)).length() < 0.6);
+        // With a rolling shutter it is also displaced: row 60 of 240 is read a quarter of the readout before the middle one.
+        let rolling = Lens { readout_s: 0.05, ..default() };
+        let mut image = dot(pinhole().size, Vec2::new(100.5, 60.5));
+        rolling.effect(pinhole(), turn).apply(&mut image, &mut LensBuffer::default());
+        let expected = Vec2::new(100.5 - 0.249 * 0.1 * pinhole().focal.x, 60.5);
+        assert!(bright(&image).distance(expected) < 0.6, "{} {expected}", bright(&image));
         // Slow turns have no visible effect.
         let mut still = dot(pinhole().size, Vec2::new(100.5, 60.5));
         lens.effect(pinhole(), 0.1 * turn).apply(&mut still, &mut LensBuffer::default());

@@ -239,7 +239,7 @@ pub struct CameraSettings {
     pub design: RobotDesign,
     /// Light and noise.
     pub noise: ImageNoise,
-    /// Distortion, vignetting and exposure.
+    /// Distortion, vignetting, exposure and readout.
     pub lens: Lens,
     /// Whether pixels integrate the light over their area, as those of a sensor do, so that distant lines remain continuous.
     pub antialiasing: bool,
