@@ -5,6 +5,7 @@ use naoisis::pitch::Pitch;
 use naoisis::prelude::*;
 
 use crate::support::{blue, collect_events, headless_app, match_of, pink};
+use naoisis::behaviour::reasons::{Reasons, ask_for_reasons};
 use naoisis::belief::covariance::{ELLIPSE_95, ELLIPSOID_95};
 use naoisis::belief::error::{BeliefError, Truth};
 use naoisis::belief::{point_team_from_pitch, team_from_pitch};
@@ -28,6 +29,32 @@ fn play(blue: &str, pink: &str, seed: u64, seconds: usize, more: &str) -> (Score
     let mut app = match_of(&json);
     let events = collect_events(&mut app, 30 * seconds);
     (app.game().score, events)
+}
+
+#[test]
+fn a_robot_chooses_the_option_that_its_reasons_value_most() {
+    for teams in ["chasers", "roles", "passers"] {
+        for scenario in ["match3v3", "spl2025", "hsl2026_middle"] {
+            let mut scenario = Scenario::named(scenario).unwrap();
+            let spec = scenario.teams.as_mut().unwrap();
+            (spec.blue, spec.pink) = (teams.to_owned(), teams.to_owned());
+            let mut app = headless_app();
+            app.start_match(&scenario).unwrap();
+            ask_for_reasons(app.world_mut());
+            let mut choices = 0;
+            for _ in 0..1800 {
+                app.run_cycles(1);
+                let world = app.world_mut();
+                for (id, reasons) in world.query::<(&RobotId, &Reasons)>().iter(world) {
+                    let Some(choice) = reasons.choice() else { continue };
+                    choices += 1;
+                    let is_best = reasons.options.iter().all(|option| option.value <= choice.value + 1e-3);
+                    assert!(is_best, "{teams} {}, {id} chose {}: {:?}", scenario.name, choice.name, reasons.options);
+                }
+            }
+            assert!(choices > 3000, "{teams} {}: {choices}", scenario.name);
+        }
+    }
 }
 
 #[test]

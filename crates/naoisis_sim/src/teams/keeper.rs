@@ -10,6 +10,8 @@ use naoisis_core::behaviour::reasons::{Choice, Reasons};
 use naoisis_core::kick_geometry::Side;
 use naoisis_core::pitch::End;
 use naoisis_core::robot::posture::PostureRequest;
+use naoisis_sensing::belief::{BallBelief, RobotBelief};
+use std::borrow::Cow;
 
 /// Distance of the keeper's place from the middle of the goal line, m.
 const GUARD_DISTANCE_M: f32 = 0.45;
@@ -56,48 +58,86 @@ pub fn keep(
         return Decision { walk, target: Some(place), head, intention: "keep", ..default() };
     };
     let (position, velocity) = (ball.position_m, ball.velocity_mps);
-    if let Some(y) = crossing(position, velocity, player.position().x, 0.5 * player.pitch.goal.width_m + 0.15) {
+    if let Some(y) = crossing(position, velocity, player.position().x, half_goal_m(player)) {
         memory.attacks = false;
         let posture = dive(player, position, velocity, y);
         let place = Vec2::new(player.position().x, y);
         let walk = player.walk_to(place, Vec2::X, &default());
         return Decision { walk, target: Some(place), posture, intention: "save", ..default() };
     }
-    let in_area = player.is_own_area_for_keeper_only() && player.pitch.in_penalty_area(End::NegativeX, position);
-    let clear_distance = if memory.attacks { clear_m + GIVE_UP_M } else { clear_m };
-    let distance = position.distance(goal);
-    let nearer_mate = player.belief.team_mates.iter().any(|mate| {
-        mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
-    });
-    let sweeps = (clear_distance..SWEEP_S * player.limits.max_linear_mps).contains(&distance)
-        && is_first_at(player, memory, position);
-    memory.attacks =
-        (in_area || sweeps || distance < clear_distance && !nearer_mate) && velocity.length() < SHOT_SPEED_MPS;
+    memory.attacks = clearing(player, memory, ball, clear_m).0 > 0.0;
     if memory.attacks {
         return clear(player, memory);
     }
     memory.kick = None;
-    let place =
-        guard_place(position, goal, player.pitch.goal.width_m / 2.0, guard_m.max(coming_out_m(player, distance)));
+    let out_m = guard_m.max(coming_out_m(player, position.distance(goal)));
+    let place = guard_place(position, goal, player.pitch.goal.width_m / 2.0, out_m);
     let facing = (position - player.position()).normalize_or(Vec2::X);
     let walk = player.go_and_stay(place, facing, &player.obstacles());
     Decision { walk, target: Some(place), intention: "keep", ..default() }
 }
 
-/// Returns the reasons for the keeper's decision: the distance of the ball from the goal, m, and its speed towards it, m/s.
-pub fn reasons(player: &Player, _before: PlayerMemory, decision: &Decision) -> Reasons {
+/// Returns how far the ball is within the keeper's reach, m, and why if it is not by the distance from the goal. The keeper clears the ball
+/// if this is positive.
+fn clearing(player: &Player, memory: &PlayerMemory, ball: &BallBelief, clear_m: f32) -> (f32, Option<&'static str>) {
+    /// The reach to a ball that the keeper clears or leaves whatever its distance, m.
+    const BY_RULE_M: f32 = 0.1;
+    let position = ball.position_m;
+    let clear_distance = if memory.attacks { clear_m + GIVE_UP_M } else { clear_m };
+    let distance = position.distance(player.own_goal());
+    let is_nearer = |mate: &RobotBelief| {
+        mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
+    };
+    let sweeps = (clear_distance..SWEEP_S * player.limits.max_linear_mps).contains(&distance);
+    if ball.velocity_mps.length() >= SHOT_SPEED_MPS {
+        (-BY_RULE_M, Some("the ball is too fast"))
+    } else if player.is_own_area_for_keeper_only() && player.pitch.in_penalty_area(End::NegativeX, position) {
+        (BY_RULE_M, Some("only the keeper may play the ball in its area"))
+    } else if sweeps && is_first_at(player, memory, position) {
+        (BY_RULE_M, Some("it is the first at the ball"))
+    } else if distance < clear_distance && player.belief.team_mates.iter().any(is_nearer) {
+        (-BY_RULE_M, Some("a team-mate is nearer"))
+    } else {
+        (clear_distance - distance, None)
+    }
+}
+
+/// Returns the reasons for the keeper's decision.
+pub fn reasons(player: &Player, before: PlayerMemory, decision: &Decision) -> Reasons {
+    reasons_at(player, &before, decision, CLEAR_DISTANCE_M)
+}
+
+/// Returns the reasons for the decision of a keeper that clears the ball when it is nearer to the goal than `clear_m`. An option with a
+/// positive value is due; staying in the goal has zero. `before` is the player's memory before the decision.
+pub(super) fn reasons_at(player: &Player, before: &PlayerMemory, decision: &Decision, clear_m: f32) -> Reasons {
     let Some(ball) = player.ball() else { return Reasons::default() };
-    let (distance, speed) = (ball.position_m.distance(player.own_goal()), -ball.velocity_mps.x);
+    let (position, speed) = (ball.position_m, -ball.velocity_mps.x);
     let chosen = match decision.intention {
+        "attack" | "kick" => "clear",
         taken @ ("save" | "keep") => taken,
-        _ => "clear",
+        // Something that the rules demand.
+        _ => return Reasons::default(),
+    };
+    let (reach_m, why) = clearing(player, before, ball, clear_m);
+    let distance = position.distance(player.own_goal());
+    let why = why.map_or_else(|| format!("the ball is {distance:.1} m from the goal").into(), Cow::Borrowed);
+    // A save comes before everything else.
+    let save = match crossing(position, ball.velocity_mps, player.position().x, half_goal_m(player)) {
+        Some(_) => (reach_m.max(0.0) + speed, "the ball comes towards the goal"),
+        None if speed > SHOT_SPEED_MPS => (-speed, "the ball passes beside the goal"),
+        None => (speed - SHOT_SPEED_MPS, "the ball comes"),
     };
     let options = vec![
-        Choice::new("save", speed - SHOT_SPEED_MPS, format!("the ball comes at {speed:.1} m/s")),
-        Choice::new("clear", CLEAR_DISTANCE_M - distance, format!("the ball is {distance:.1} m from the goal")),
+        Choice::new("save", save.0, format!("{} at {speed:.1} m/s", save.1)),
+        Choice::new("clear", reach_m, why),
         Choice::new("keep", 0.0, "otherwise"),
     ];
     Reasons::of(options, chosen)
+}
+
+/// Half of the width in which the keeper saves balls, m.
+fn half_goal_m(player: &Player) -> f32 {
+    0.5 * player.pitch.goal.width_m + 0.15
 }
 
 /// Whether the keeper is sooner behind the ball than its team-mates, and clearly sooner than the opponents.
@@ -169,7 +209,6 @@ mod tests {
     use crate::teams::player::tests::PlayerFixture;
     use approx::assert_abs_diff_eq;
     use naoisis_core::geometry::Pose;
-    use naoisis_sensing::belief::RobotBelief;
 
     #[test]
     fn the_guard_stands_on_the_line_from_the_ball_to_the_goal() {

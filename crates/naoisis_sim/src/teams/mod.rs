@@ -74,9 +74,10 @@ impl Plugin for BuiltInTeamsPlugin {
             return;
         }
         app.register_type::<PlayerMemory>();
-        let chaser = Task(chaser::decide, roles::reasons);
+        let chaser = Task(chaser::decide, chaser::reasons);
         let [striker, keeper] = [Task(striker::decide, roles::reasons), Task(keeper::decide, keeper::reasons)];
-        let [passer, passing_keeper] = [Task(passer::decide, passer::reasons), Task(passer::keep, keeper::reasons)];
+        let [passer, passing_keeper] =
+            [Task(passer::decide, passer::reasons), Task(passer::keep, passer::reasons_of_keeper)];
         add_role::<Chaser>(app, "chaser", chaser, [chaser, chaser]);
         add_role::<Keeper>(app, "keeper", keeper, [striker, keeper]);
         add_role::<Striker>(app, "striker", striker, [striker, keeper]);

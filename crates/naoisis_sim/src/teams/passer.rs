@@ -17,7 +17,7 @@ use super::options::{KickOption, best, options};
 use super::passing::{Pass, meet};
 use super::player::{Decision, Player, PlayerMemory};
 use super::positioning::{time_to_ball_s, wait_for_the_ball};
-use super::roles::is_soonest;
+use super::roles::{is_soonest, reasons_of_turn, soonest_mate_s};
 use super::rule_limits::is_for_the_keeper_only;
 use super::worth::{Company, is_futile, reach_m};
 use naoisis_core::behaviour::reasons::Reasons;
@@ -114,8 +114,13 @@ fn with_reported_opponents(player: &Player, memory: &PlayerMemory) -> Belief {
 
 /// Whether the player goes for the ball: no field player of its team is there sooner.
 fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
-    let is_field_player = |id: Option<RobotId>| !id.is_some_and(|id| player.is_goalkeeper(id));
-    is_soonest(player, memory, FRESH_TEAM_MATE_S, is_field_player, |place| time_to_ball_s(player, ball, place))
+    let counts = |id| is_field_player(player, id);
+    is_soonest(player, memory, FRESH_TEAM_MATE_S, counts, |place| time_to_ball_s(player, ball, place))
+}
+
+/// Whether a team-mate is a field player, or may be one.
+fn is_field_player(player: &Player, id: Option<RobotId>) -> bool {
+    !id.is_some_and(|id| player.is_goalkeeper(id))
 }
 
 /// The known field players of the own team: jersey numbers and places, m, team frame.
@@ -204,13 +209,21 @@ pub fn reasons(player: &Player, mut memory: PlayerMemory, decision: &Decision) -
     let player = &Player { belief: &belief, ..*player };
     let Some(ball) = player.ball() else { return Reasons::default() };
     if !matches!(decision.intention, "attack" | "kick") {
-        return super::roles::reasons(player, memory, decision);
+        let time_s = |place| time_to_ball_s(player, ball, place);
+        let mate_s = soonest_mate_s(player, FRESH_TEAM_MATE_S, |id| is_field_player(player, id), time_s);
+        return reasons_of_turn(player, &memory, decision, [time_s(player.position()), mate_s]);
     }
     let mates = mates(player);
     let company = Company { mates: &mates, opponents: &player.belief.opponents };
     let (options, _) = options_at_ball(player, &mut memory, company, ball);
     let chosen = best(&options).and_then(|best| options.iter().position(|option| option == best));
     Reasons { chosen, options: options.iter().map(KickOption::choice).collect() }
+}
+
+/// Returns the reasons for the decision of a keeper of passers.
+pub fn reasons_of_keeper(player: &Player, memory: PlayerMemory, decision: &Decision) -> Reasons {
+    let belief = with_reported_opponents(player, &memory);
+    super::keeper::reasons_at(&Player { belief: &belief, ..*player }, &memory, decision, KEEPER_CLEAR_M)
 }
 
 #[cfg(test)]

@@ -62,19 +62,54 @@ pub(super) fn is_soonest(
     })
 }
 
-/// Returns the reasons for going for the ball, or for leaving it to a team-mate: the times to the ball, s.
-pub fn reasons(player: &Player, _before: PlayerMemory, decision: &Decision) -> Reasons {
+/// Returns the time of the soonest of the team-mates that `counts` accepts and that were seen or heard within `fresh_s`, s. Infinite if
+/// there is none. `time_s`: the time from a place to the ball, s.
+pub(super) fn soonest_mate_s(
+    player: &Player,
+    fresh_s: f32,
+    counts: impl Fn(Option<RobotId>) -> bool,
+    time_s: impl Fn(Vec2) -> f32,
+) -> f32 {
+    let mates = player.belief.team_mates.iter().filter(|mate| mate.age_s < fresh_s && counts(mate.id));
+    mates.map(|mate| time_s(mate.position_m)).fold(f32::INFINITY, f32::min)
+}
+
+/// Returns the reasons for going for the ball, or for leaving it to another field player: the times to the ball, s.
+pub fn reasons(player: &Player, before: PlayerMemory, decision: &Decision) -> Reasons {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return Reasons::default() };
-    let time_s = |place: Vec2| time_to_ball_s(player, place, ball);
-    let own_s = time_s(player.position());
-    let others = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
-    let others_s = others.map(|mate| time_s(mate.position_m)).fold(f32::INFINITY, f32::min);
-    let mut options = vec![Choice::new("attack", -own_s, format!("{own_s:.1} s to the ball"))];
-    if others_s.is_finite() {
-        options.push(Choice::new("support", -others_s, format!("{others_s:.1} s for the nearest team-mate")));
+    let time_s = |place| time_to_ball_s(player, place, ball);
+    let is_field_player = |id: Option<RobotId>| !id.is_some_and(|id| player.is_goalkeeper(id));
+    let mate_s = soonest_mate_s(player, FRESH_TEAM_MATE_S, is_field_player, time_s);
+    reasons_of_turn(player, &before, decision, [time_s(player.position()), mate_s])
+}
+
+/// Returns the reasons for having the turn at the ball or not, by the times to the ball, s, of the player and of the soonest team-mate.
+/// `before` is the player's memory before the decision.
+pub(super) fn reasons_of_turn(
+    player: &Player,
+    before: &PlayerMemory,
+    decision: &Decision,
+    [own_s, mate_s]: [f32; 2],
+) -> Reasons {
+    let (attacks, waits) = match decision.intention {
+        "attack" | "kick" => (true, "support"),
+        waits @ ("support" | "receive") => (false, waits),
+        // Something that the rules demand.
+        _ => return Reasons::default(),
+    };
+    let mut options = Vec::new();
+    if player.ball().is_some_and(|ball| is_for_the_keeper_only(player, ball.position_m)) {
+        options.push(Choice::new(waits, 0.0, "only the keeper may play the ball there"));
+    } else {
+        let preference_s = if before.attacks { TURN_PREFERENCE_S } else { 0.0 };
+        let turn =
+            if before.attacks { format!(", {TURN_PREFERENCE_S} s less for having the turn") } else { String::new() };
+        options.push(Choice::new("attack", preference_s - own_s, format!("{own_s:.1} s to the ball{turn}")));
+        if mate_s.is_finite() {
+            options.push(Choice::new(waits, -mate_s, format!("{mate_s:.1} s for the nearest team-mate")));
+        }
     }
-    let chosen = if decision.intention == "kick" { "attack" } else { decision.intention };
-    Reasons::of(options, chosen)
+    Reasons::of(options, if attacks { "attack" } else { waits })
 }
 
 /// The places of supporters relative to the ball on a pitch of [`PLACES_FOR_LENGTH_M`], ahead and to the left, m; the first is for
