@@ -61,7 +61,7 @@ pub struct Shape<'py> {
     others: Vec<(String, String)>,
     solo: bool,
     observation: String,
-    camera: String,
+    camera: Option<String>,
     image_size: [u32; 2],
     action: String,
     cycles_per_step: Option<u32>,
@@ -157,19 +157,27 @@ impl Environments {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let camera: CameraName =
-            shape.camera.parse().map_err(|error: NotACameraName| PyValueError::new_err(format!("camera: {error}")))?;
         let mounts = file.scenario.settings.cameras.mounts;
-        // The default is a NAO's, and of no matter where nobody looks.
-        if mounts.get(camera).is_none() && (sees_images || camera != CameraName::TOP) {
-            let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
-            let message = format!("camera: there is no '{camera}'; expected {}", names.join(" or "));
-            return Err(PyValueError::new_err(message));
+        let camera = match &shape.camera {
+            Some(word) => {
+                let name: CameraName =
+                    word.parse().map_err(|error: NotACameraName| PyValueError::new_err(format!("camera: {error}")))?;
+                if mounts.get(name).is_none() {
+                    let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
+                    let message = format!("camera: there is no '{name}'; expected {}", names.join(" or "));
+                    return Err(PyValueError::new_err(message));
+                }
+                Some(name)
+            }
+            None => mounts.names().next(),
+        };
+        let camera = camera.filter(|_| sees_images);
+        if sees_images && camera.is_none() {
+            return Err(PyValueError::new_err("observation: a robot without a camera has no image"));
         }
-        let camera = sees_images.then_some(camera);
-        if sees_images {
+        if let Some(camera) = camera {
             let [height, width] = shape.image_size;
-            let which = serde_json::to_string(&shape.camera).unwrap_or_default();
+            let which = serde_json::to_string(&camera).unwrap_or_default();
             let values = [("width", width.to_string()), ("height", height.to_string()), ("which", which)];
             let mut settings: Vec<Setting> = values
                 .iter()

@@ -58,8 +58,10 @@ fn agent_error(py: Python<'_>, error: AgentError) -> PyErr {
     match_error(py, &error.to_string())
 }
 
-fn camera_side(word: &str) -> PyResult<CameraName> {
-    word.parse().map_err(|error: NotACameraName| PyValueError::new_err(error.to_string()))
+/// Returns the camera with a name, `None` for a robot's first.
+fn camera_named(word: Option<&str>) -> PyResult<Option<CameraName>> {
+    let named = word.map(|word| word.parse().map_err(|error: NotACameraName| PyValueError::new_err(error.to_string())));
+    named.transpose()
 }
 
 /// An array of rows, columns and, if there are several, channels.
@@ -275,23 +277,23 @@ impl Match {
         })
     }
 
-    fn image<'py>(&self, py: Python<'py>, robot: &str, camera: &str) -> PyResult<Bound<'py, PyAny>> {
-        let (id, side) = (robot_id(robot)?, camera_side(camera)?);
-        let image = self.with(py, |played| played.picture(py, id, side, Layers::default()))?;
+    fn image<'py>(&self, py: Python<'py>, robot: &str, camera: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+        let (id, camera) = (robot_id(robot)?, camera_named(camera)?);
+        let image = self.with(py, |played| played.picture(py, id, camera, Layers::default()))?;
         array(py, image.rgb, [image.width, image.height], 3)
     }
 
-    fn labels<'py>(&self, py: Python<'py>, robot: &str, camera: &str) -> PyResult<Bound<'py, PyAny>> {
-        let (id, side) = (robot_id(robot)?, camera_side(camera)?);
+    fn labels<'py>(&self, py: Python<'py>, robot: &str, camera: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+        let (id, camera) = (robot_id(robot)?, camera_named(camera)?);
         let layers = Layers { labels: true, depth: false };
-        let image = self.with(py, |played| played.picture(py, id, side, layers))?;
+        let image = self.with(py, |played| played.picture(py, id, camera, layers))?;
         array(py, image.labels, [image.width, image.height], 1)
     }
 
-    fn depth<'py>(&self, py: Python<'py>, robot: &str, camera: &str) -> PyResult<Bound<'py, PyAny>> {
-        let (id, side) = (robot_id(robot)?, camera_side(camera)?);
+    fn depth<'py>(&self, py: Python<'py>, robot: &str, camera: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+        let (id, camera) = (robot_id(robot)?, camera_named(camera)?);
         let layers = Layers { labels: false, depth: true };
-        let image = self.with(py, |played| played.picture(py, id, side, layers))?;
+        let image = self.with(py, |played| played.picture(py, id, camera, layers))?;
         array(py, image.depth_m, [image.width, image.height], 1)
     }
 

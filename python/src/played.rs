@@ -122,10 +122,19 @@ impl Played {
         })
     }
 
-    /// A picture of a robot's camera: the newest that the match rendered, unless other layers are wanted than that has.
-    pub fn picture(&mut self, py: Python<'_>, id: RobotId, side: CameraName, layers: Layers) -> PyResult<Image> {
+    /// Returns the picture of a robot's `camera`, `None` for its first: the newest one if it has these layers, else a new one.
+    pub fn picture(
+        &mut self,
+        py: Python<'_>,
+        id: RobotId,
+        camera: Option<CameraName>,
+        layers: Layers,
+    ) -> PyResult<Image> {
         let robot = self.robot(py, id)?;
         let mounts = self.world.get::<CameraSettings>(robot).map(|settings| settings.mounts).unwrap_or_default();
+        let Some(side) = camera.or_else(|| mounts.names().next()) else {
+            return Err(PyValueError::new_err(format!("{id}: it has no camera")));
+        };
         if mounts.get(side).is_none() {
             let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
             let message = format!("{id}: there is no camera '{side}'; expected {}", names.join(" or "));

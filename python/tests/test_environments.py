@@ -15,15 +15,12 @@ import naoisis
 import naoisis.tables
 
 TASKS = [f"{name}-v{version}" for name, version, _ in naoisis.challenges()]
-# Their robots are Booster K1, which have another camera than a NAO.
-OF_K1 = ["WalkAcross-v0", "KickAccuracy-v0", "Match5v5-v0"]
 
 
 @pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("observation", ["perception", "belief", "truth", "image"])
 def test_gymnasium_accepts_every_task(task, observation):
-    camera = "head" if task in OF_K1 else "top"
-    env = gymnasium.make(f"naoisis/{task}", observation=observation, camera=camera, render_mode="rgb_array")
+    env = gymnasium.make(f"naoisis/{task}", observation=observation, render_mode="rgb_array")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(env.unwrapped)

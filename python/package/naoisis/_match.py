@@ -193,23 +193,23 @@ class Match:
         """The belief of a robot, in the frame of its team; None for a robot without beliefs."""
         return self._match.belief(robot)
 
-    def image(self, robot: str, camera: str = "top") -> np.ndarray:
-        """The image of a robot's camera: ``uint8``, rows from the top, columns, and red, green and blue.
+    def image(self, robot: str, camera: str | None = None) -> np.ndarray:
+        """The image of a robot's camera [default: its first]: ``uint8``, rows from the top, columns, and red, green and blue.
 
         Cameras have the names of the robot's model, for example ``top`` and ``bottom`` for a NAO.
         It is the newest image that the match rendered for the robot; if the match renders none, it is rendered now.
         """
         return self._match.image(robot, camera)
 
-    def labels(self, robot: str, camera: str = "top") -> np.ndarray:
-        """The class of each pixel of a robot's camera: ``uint8``, rows and columns; the numbers of :data:`naoisis.LABELS`.
+    def labels(self, robot: str, camera: str | None = None) -> np.ndarray:
+        """The class of each pixel of a robot's camera [default: its first]: ``uint8``; the numbers of :data:`naoisis.LABELS`.
 
         With ``cameras.labels`` in the scenario they belong to the image of :meth:`image`, else they are rendered now.
         """
         return self._match.labels(robot, camera)
 
-    def depth(self, robot: str, camera: str = "top") -> np.ndarray:
-        """The depth of each pixel along the axis of a robot's camera, m: ``float32``, rows and columns; 0 is the sky.
+    def depth(self, robot: str, camera: str | None = None) -> np.ndarray:
+        """The depth of each pixel along the axis of a robot's camera [default: its first], m: ``float32``; 0 is the sky.
 
         With ``cameras.depth`` in the scenario it belongs to the image of :meth:`image`, else it is rendered now.
         """

@@ -29,7 +29,7 @@ class CommonOptions(TypedDict, total=False):
     cycles_per_step: int | None
     set: Mapping[str, Any] | None
     realism: str | None
-    camera: str
+    camera: str | None
     image_size: tuple[int, int]
 
 
@@ -83,9 +83,9 @@ class Worlds:
         if not isinstance(size, Sequence) or len(size) != 2:
             raise TypeError(f"image_size: expected height and width, not {size!r}")
         height, width = size
-        camera = options.get("camera", "top")
+        camera = options.get("camera")
         for name, word in (("observation", observation), ("action", action), ("camera", camera)):
-            if not isinstance(word, str):
+            if not isinstance(word, str) and not (name == "camera" and word is None):
                 raise TypeError(f"{name}: expected a text, not {word!r}")
         self.inner = _naoisis.Environments(
             made,

@@ -44,7 +44,7 @@ class MatchEnv(gymnasium.Env):
         set: Fields of the scenario to change.
         realism: The level of realism.
         camera: The name of the camera of images in the robot's model: for a NAO ``"top"`` or ``"bottom"``, for a Booster K1
-            ``"head"``.
+            ``"head"`` [default: the robot's first].
         image_size: Height and width of images, pixels.
         render_mode: ``"rgb_array"`` for pictures of the field, ``"human"`` for a window, which needs a display and Tk.
 
