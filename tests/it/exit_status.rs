@@ -23,6 +23,13 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
+fn the_program_says_its_name_and_version() {
+    let said = |option: &str| text(&naoisis(folder().path(), &[option]).stdout);
+    assert_eq!(said("--version"), format!("naoisis {}\n", env!("CARGO_PKG_VERSION")));
+    assert!(said("--help").starts_with("A simulator of humanoid robot soccer"), "{}", said("--help"));
+}
+
+#[test]
 fn every_command_says_by_its_status_how_it_went() {
     let folder = folder();
     let table: &[(&str, i32)] = &[

@@ -140,6 +140,7 @@ impl ChallengeResult {
     }
 
     /// Plays the episodes again, with one call of `played` after each, and returns the first that came out otherwise, as it was now.
+    /// If `stop` is set meanwhile, the remaining episodes are not played.
     ///
     /// # Errors
     /// If an episode cannot start.

@@ -73,7 +73,8 @@ pub fn leaderboard(program: Program, arguments: &LeaderboardArguments) -> ExitCo
             {
                 return Ok(file);
             }
-            Err(format!("{}: it comes out otherwise", path.display()))
+            let why = if interrupt.is_stopped() { "it is not verified" } else { "it comes out otherwise" };
+            Err(format!("{}: {why}", path.display()))
         });
         match read {
             Ok(ResultFile { results }) => {

@@ -90,7 +90,7 @@ mod window;
 
 /// A simulator of humanoid robot soccer: coarse motion, strict perception.
 #[derive(Parser, Debug)]
-#[command(version, about, propagate_version = true)]
+#[command(name = "naoisis", version, propagate_version = true)]
 struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
