@@ -33,7 +33,7 @@ impl Scenario {
         let mut settings = self.settings.clone();
         settings.take_realism_from(real.settings);
         // The realism changes the errors of sensors, but neither their mounts, the source of their readings nor what they look for.
-        settings.cameras = with_errors_of(&self.settings.cameras, &settings.cameras);
+        settings.cameras = with_errors_of(self.settings.cameras, settings.cameras);
         settings.vision = VisionSettings { noise: settings.vision.noise, ..self.settings.vision };
         settings.sonar.source = self.settings.sonar.source;
         settings.odometry = OdometrySettings { noise: settings.odometry.noise, ..self.settings.odometry };
@@ -67,9 +67,9 @@ impl Scenario {
             let of_model = models.iter().find(|(name, _)| *name == model).map(|(_, of_model)| of_model);
             of_model.is_some_and(|real| {
                 let mut own = robot.own.clone();
-                let of_real = real.own.cameras.as_ref().unwrap_or(&self.settings.cameras);
-                if own.cameras.as_ref().is_none_or(|cameras| *cameras == with_errors_of(cameras, of_real)) {
-                    own.cameras.clone_from(&real.own.cameras);
+                let of_real = real.own.cameras.unwrap_or(self.settings.cameras);
+                if own.cameras.is_none_or(|cameras| cameras == with_errors_of(cameras, of_real)) {
+                    own.cameras = real.own.cameras;
                 }
                 own.differs_in_realism(&real.own)
             })
@@ -119,9 +119,9 @@ impl Scenario {
 }
 
 /// Returns `cameras` with the errors of `real`: noise, vignetting, exposure and readout. Distortion belongs to their optics.
-fn with_errors_of(cameras: &CameraSettings, real: &CameraSettings) -> CameraSettings {
+fn with_errors_of(cameras: CameraSettings, real: CameraSettings) -> CameraSettings {
     let lens = Lens { distortion: cameras.lens.distortion, ..real.lens };
-    CameraSettings { lens, noise: real.noise, ..cameras.clone() }
+    CameraSettings { lens, noise: real.noise, ..cameras }
 }
 
 #[cfg(test)]
