@@ -48,6 +48,30 @@ fn players_know_where_they_are() {
     }
 }
 
+#[test]
+fn a_robot_whose_penalty_ends_at_half_time_knows_where_it_is_put() {
+    let mut app = match_of(
+        r#"{ "league": "hsl2026_middle", "realism": "ideal", "teams": { "blue": "roles", "pink": "roles" },
+             "rules": { "half_s": 20, "initial_s": 3, "inactive": false },
+             "interventions": [{ "at_s": 15, "do": { "penalise": { "robot": "blue3", "reason": "pushing" } } }] }"#,
+    );
+    let blue3 = RobotId::new(Team::Blue, 3);
+    let penalised = |app: &App| app.robot::<Penalty>(blue3).unwrap().is_active();
+    let mut was_penalised = false;
+    for _ in 0..150 * 30 {
+        if app.game().half == 2 {
+            break;
+        }
+        was_penalised = penalised(&app);
+        app.run_cycles(1);
+    }
+    assert!(was_penalised && app.game().half == 2 && !penalised(&app));
+    // The status tells it late.
+    app.run_cycles(60);
+    let [place, heading] = errors(&app, blue3).unwrap();
+    assert!(place < 0.5 && heading < 20.0, "{place} m, {heading} degrees");
+}
+
 /// Carries a playing robot elsewhere. Whether it knows within ten seconds where it is, to 30 cm and 15 degrees,
 /// and goes on to.
 fn finds_itself(localisation: &str, seed: u64) -> bool {

@@ -174,6 +174,12 @@ impl Pitch {
             && point.y.abs() <= self.penalty_area.width_m / 2.0 + half_line
     }
 
+    /// The nearest point on the pitch, goal lines and side lines included.
+    pub(crate) fn within_lines(&self, point: Vec2) -> Vec2 {
+        let corner = Vec2::new(self.half_length(), self.half_width());
+        point.clamp(-corner, corner)
+    }
+
     fn areas(&self) -> impl Iterator<Item = AreaDimensions> + use<> {
         core::iter::once(self.penalty_area).chain(self.goal_area)
     }

@@ -8,6 +8,14 @@ use crate::game::{BallOutRestart, SetPlayKind};
 use crate::team::Team;
 
 impl Referee<'_, '_> {
+    /// Returns whether the ball goes into a goal or out in this cycle, which comes before offences away from it.
+    pub(super) fn ball_leaves_play(&self) -> bool {
+        let crossing = self.seen.ball.as_ref().and_then(|ball| boundary::crossing(ball, self.seen.pitch));
+        crossing.is_some_and(|crossing| {
+            goal::judge(self.seen, &crossing).is_some() || ball_out::judge(self.seen, &crossing).is_some()
+        })
+    }
+
     /// Judges goals and outs, unless the ball has just been placed.
     pub(super) fn judge_ball(&mut self) -> Option<Stoppage> {
         let ball = self.seen.ball.as_ref().filter(|_| self.decisions.ball.is_none())?;

@@ -118,7 +118,7 @@ impl Referee<'_, '_> {
         if let Some(kick_off) = &mut self.memory.kick_off {
             kick_off.advance(self.seen);
         }
-        let double_touch = judge_double_touch(self.seen, &self.memory.plays);
+        let double_touch = judge_double_touch(self.seen, &self.memory.plays).filter(|_| !self.ball_leaves_play());
         self.memory.plays.advance(self.seen);
         self.follow_set_play();
         if let (Some((robot, evidence)), Some(ball)) = (double_touch, self.seen.ball) {
@@ -131,6 +131,9 @@ impl Referee<'_, '_> {
         let stopped = stoppage.is_some() || self.decisions.ball.is_some();
         let goes_on = self.penalty_kick_goes_on() || !stopped && attack_goes_on(self.seen);
         let half_is_over = self.run_clock() && !goes_on;
+        if half_is_over {
+            self.call_off_restart();
+        }
         match stoppage {
             Some(Stoppage::Mercy) => self.end_match(),
             _ if half_is_over => self.end_half(),
@@ -191,7 +194,9 @@ impl Referee<'_, '_> {
             {
                 self.penalise(index, reason, evidence);
                 self.restart_after_offence(index, reason);
-                if let (PenaltyReason::BallHolding, Some(ball), None) = (reason, self.seen.ball, self.decisions.ball) {
+                if let (PenaltyReason::BallHolding, Some(ball), None) = (reason, self.seen.ball, self.decisions.ball)
+                    && !self.ball_leaves_play()
+                {
                     self.put_ball(ball.position);
                 }
             }

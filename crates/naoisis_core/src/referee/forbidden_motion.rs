@@ -116,6 +116,7 @@ impl Referee<'_, '_> {
 mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
+    use crate::game::Intervention;
     use crate::robot::posture::LyingOn;
     use crate::team::{RobotId, Team};
 
@@ -196,6 +197,18 @@ mod tests {
             situation.robots[1].penalty.is_active()
         };
         assert_eq!([0, 8, 20].map(after), [false, false, true]);
+    }
+
+    #[test]
+    fn a_ball_that_is_placed_in_a_brief_stop_stays_there() {
+        let mut situation = in_state(GameState::Playing);
+        situation.game.stop = Some(BriefStop { ball_m: Some(Vec2::ZERO), cycles: 0, duration_cycles: None });
+        let place = Vec2::new(1.0, 0.5);
+        situation.interventions = vec![Intervention::PlaceBall { position_m: place, velocity_mps: Vec2::ZERO }];
+        assert_eq!(situation.pass().ball, Some(place));
+        situation.interventions = vec![Intervention::Resume];
+        let decided = situation.pass();
+        assert!(decided.game.stop.is_none() && decided.ball.is_none_or(|ball| ball == place), "{:?}", decided.ball);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::decide::Referee;
 use super::placing::Occupied;
 use crate::ball::FASTEST_MPS;
 use crate::events::MatchEvent;
-use crate::game::{GameState, Intervention, PenaltyReason, Score};
+use crate::game::{ActivePenalty, GameState, Intervention, Penalty, PenaltyReason, Score};
 use crate::geometry::{Pose, wrap_angle};
 use crate::team::RobotId;
 
@@ -81,6 +81,19 @@ impl Referee<'_, '_> {
                 }
             }
             Intervention::PickUp { robot } => {
+                let index = self.find(robot)?;
+                let served = self.decisions.robots[index].penalty.0;
+                let goes_on =
+                    |served: &ActivePenalty| !served.is_for_the_match() && served.reason != PenaltyReason::ShootOut;
+                if let Some(served) = served.filter(goes_on) {
+                    // Its penalty becomes that of a robot that is picked up, and does not become shorter.
+                    let rule = "A robot that serves a penalty may be picked up.";
+                    let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
+                    let cycles = self.penalty_cycles(PenaltyReason::PickUp, robot.team).max(served.cycles_left);
+                    self.decisions.robots[index].penalty = Penalty(None);
+                    self.remove(index, PenaltyReason::PickUp, cycles, evidence);
+                    return Ok(());
+                }
                 return self.apply(Intervention::Penalise { robot, reason: PenaltyReason::PickUp, duration_s: None });
             }
             Intervention::Return { robot } => {

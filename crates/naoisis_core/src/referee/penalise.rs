@@ -43,7 +43,8 @@ impl Referee<'_, '_> {
         let offences = near_m.is_some();
         let near_m = near_m.unwrap_or(PUSHING_FREE_KICK_M);
         let Some(ball_m) = self.offence_near_ball(robot, near_m).filter(|_| !mutual) else { return };
-        let place = self.seen.robots[other].pose.position;
+        // A robot in the mouth of the goal is in the area.
+        let place = self.seen.pitch.within_lines(self.seen.robots[other].pose.position);
         if rules.penalty_kicks && self.seen.pitch.in_penalty_area(self.seen.game.own_end(id.team), place) {
             self.begin_penalty_kick(id.team.opponent());
         } else if rules.pushing_free_kick || offences {
@@ -61,7 +62,10 @@ impl Referee<'_, '_> {
     fn offence_near_ball(&self, robot: usize, near_m: f32) -> Option<Vec2> {
         let ball = self.seen.ball?.position;
         let game = &self.decisions.game;
-        let is_play = game.set_play.is_none() && game.state == GameState::Playing && self.decisions.ball.is_none();
+        let is_play = game.set_play.is_none()
+            && game.state == GameState::Playing
+            && self.decisions.ball.is_none()
+            && !self.ball_leaves_play();
         (is_play && self.seen.robots[robot].pose.position.distance(ball) <= near_m).then_some(ball)
     }
 
@@ -85,7 +89,7 @@ impl Referee<'_, '_> {
     }
 
     /// Counts the offence, and returns the duration of its penalty in cycles of play.
-    fn penalty_cycles(&mut self, reason: PenaltyReason, team: Team) -> u64 {
+    pub(super) fn penalty_cycles(&mut self, reason: PenaltyReason, team: Team) -> u64 {
         let rules = self.seen.rules;
         if reason == PenaltyReason::IllegalPosition && self.decisions.game.state == GameState::Set {
             return self.illegal_place_cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s), team);

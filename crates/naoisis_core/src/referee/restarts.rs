@@ -38,6 +38,9 @@ impl Referee<'_, '_> {
         let place = Occupied::by_posts(self.seen.pitch, self.seen.posts, None).free_ball_place(place, radius);
         self.decisions.ball = Some(place);
         self.decisions.ball_velocity = Vec2::ZERO;
+        if let Some(stop) = &mut self.decisions.game.stop {
+            stop.ball_m = Some(place);
+        }
         self.memory.last_touch = None;
         for index in 0..self.decisions.robots.len() {
             self.move_aside(index, place, radius);
@@ -91,6 +94,7 @@ impl Referee<'_, '_> {
         game.half = game.half.saturating_add(1);
         game.blue_end = game.blue_end.opposite();
         (game.cycles_left, game.overtime_cycles) = (Some(rules.half_cycles(game.half, &self.seen.clock)), 0);
+        (game.stop, game.set_play) = (None, None);
         let half = game.half;
         self.memory.pushes = default();
         self.decisions.events.push(MatchEvent::HalfBegins { half });
@@ -101,7 +105,7 @@ impl Referee<'_, '_> {
             self.place_for_kick_off(Some(team));
             if self.seen.rules.initial_s > 0.0 {
                 let game = &mut self.decisions.game;
-                (game.kick_off_team, game.drop_ball, game.set_play) = (team, false, None);
+                (game.kick_off_team, game.drop_ball) = (team, false);
                 self.enter(GameState::Initial);
                 return;
             }
@@ -145,7 +149,7 @@ impl Referee<'_, '_> {
         self.whistle();
         self.decisions.game.state = GameState::Finished;
         self.decisions.game.state_cycles = 0;
-        self.decisions.game.set_play = None;
+        (self.decisions.game.stop, self.decisions.game.set_play) = (None, None);
         self.decisions.events.push(MatchEvent::FinalWhistle);
     }
 
@@ -180,7 +184,7 @@ impl Referee<'_, '_> {
         let game = &mut self.decisions.game;
         game.kick_off_team = team.unwrap_or(game.kick_off_team);
         game.drop_ball = team.is_none();
-        game.set_play = None;
+        (game.stop, game.set_play) = (None, None);
         self.memory.clock_at_stoppage = game.cycles_left;
         self.memory.kick_off = None;
         self.memory.stuck = default();
@@ -348,8 +352,18 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Begins a free kick; play continues.
+    /// Takes back the restart that began in this cycle, as the half is over.
+    pub(super) fn call_off_restart(&mut self) {
+        let is_restart = |event: &MatchEvent| matches!(event, MatchEvent::FreeKick { .. } | MatchEvent::ThrowIn { .. });
+        if self.decisions.events.iter().any(is_restart) {
+            self.decisions.events.retain(|event| !is_restart(event));
+            (self.decisions.game.stop, self.decisions.game.set_play, self.decisions.ball) = (None, None, None);
+        }
+    }
+
+    /// Begins a free kick; play continues. A `place` beyond the lines is moved onto them.
     pub(super) fn begin_free_kick(&mut self, kind: SetPlayKind, team: Team, place: Vec2) {
+        let place = self.seen.pitch.within_lines(place);
         let place = match kind {
             SetPlayKind::IndirectFreeKick => set_play::indirect_free_kick_place(self.seen, team, place),
             _ => place,

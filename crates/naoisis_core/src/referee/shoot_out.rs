@@ -11,14 +11,15 @@ use super::decide::Referee;
 use super::placing::Occupied;
 use super::removal::waiting_pose;
 use super::set_play::MOVED_CLEARLY_M;
-use super::snapshot::{BallSnapshot, MatchSnapshot};
+use super::snapshot::{BallSnapshot, MatchSnapshot, RobotSnapshot};
 use crate::events::MatchEvent;
 use crate::game::{
-    ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, ShootOut, ShootOutProcedure, Shot, ShotRank, Standing,
+    ActivePenalty, Evidence, Game, GameState, Penalty, PenaltyReason, ShootOut, ShootOutProcedure, Shot, ShotRank,
+    Standing,
 };
 use crate::geometry::Pose;
 use crate::pitch::{End, Pitch};
-use crate::team::Team;
+use crate::team::{RobotId, Team};
 
 /// The end of the goal for all shots.
 const GOAL: End = End::NegativeX;
@@ -151,6 +152,7 @@ impl Referee<'_, '_> {
     /// Begins a shoot-out after a drawn match.
     pub(super) fn begin_shoot_out(&mut self) {
         self.end_penalties();
+        self.decisions.game.stop = None;
         self.decisions.game.shoot_out = Some(ShootOut { team: self.seen.rules.first_kick_off, ..default() });
         self.decisions.events.push(MatchEvent::ShootOutBegins);
         self.prepare_shot();
@@ -167,8 +169,8 @@ impl Referee<'_, '_> {
         game.drop_ball = false;
         game.set_play = None;
         game.blue_end = if team == Team::Blue { GOAL.opposite() } else { GOAL };
-        let attacker = self.first_of(team, 2);
-        let keeper = self.first_of(team.opponent(), 1);
+        let attacker = self.first_of(team, |game, id| !game.is_goalkeeper(id));
+        let keeper = self.first_of(team.opponent(), Game::is_goalkeeper);
         let pitch = self.seen.pitch;
         let (behind_ball, _) = places_for_shot(pitch, self.seen.rules.shoot_out_procedure, true);
         let attacker_x = GOAL.sign() * behind_ball.position.x;
@@ -198,11 +200,12 @@ impl Referee<'_, '_> {
         self.enter(GameState::Set);
     }
 
-    /// The robot of a team with the least number of at least `number`, or with the least number if there is none.
-    fn first_of(&self, team: Team, number: u8) -> Option<usize> {
-        let numbers =
-            || self.seen.robots.iter().enumerate().filter(|(_, robot)| robot.id.team == team && !robot.is_out());
-        let first = numbers().find(|(_, robot)| robot.id.number >= number).or_else(|| numbers().next());
+    /// The index of the first robot of a team that may play and that is `preferred`, or else of the first that may play.
+    fn first_of(&self, team: Team, preferred: impl Fn(&Game, RobotId) -> bool) -> Option<usize> {
+        let may_play = |(_, robot): &(usize, &RobotSnapshot)| robot.id.team == team && !robot.is_out();
+        let mut robots = self.seen.robots.iter().enumerate().filter(may_play);
+        let first =
+            robots.clone().find(|(_, robot)| preferred(&self.decisions.game, robot.id)).or_else(|| robots.next());
         first.map(|(index, _)| index)
     }
 
@@ -267,7 +270,6 @@ impl Referee<'_, '_> {
 mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
-    use crate::team::RobotId;
 
     /// A drawn match that has just become a shoot-out.
     fn drawn() -> MatchFixture {
@@ -285,6 +287,17 @@ mod tests {
             situation.pass();
         }
         situation
+    }
+
+    #[test]
+    fn the_robot_that_replaced_the_goalkeeper_keeps_the_goal() {
+        let mut situation = MatchFixture::three_a_side();
+        situation.rules.shoot_out = true;
+        (situation.game.half, situation.game.cycles_left) = (2, Some(1));
+        situation.game.goalkeepers.pink = Some(3);
+        situation.pass();
+        let present = situation.robots.iter().filter(|robot| robot.is_present()).map(|robot| robot.id.to_string());
+        assert_eq!(present.collect::<Vec<_>>(), ["blue2", "pink3"]);
     }
 
     #[test]

@@ -23,8 +23,11 @@ impl Referee<'_, '_> {
         }
         self.check_substitution([robot, by])?;
         let requests = &mut self.memory.substitution_requests;
-        requests.retain(|request| request[0] != robot && request[1] != by);
-        requests.push([robot, by]);
+        match requests.iter().find(|request| request[0] == robot || request[1] == by) {
+            Some(request) if *request == [robot, by] => {}
+            Some([out, on]) => return Err(format!("{on} is to replace {out} already")),
+            None => requests.push([robot, by]),
+        }
         Ok(())
     }
 
@@ -247,5 +250,12 @@ mod tests {
         };
         assert_eq!(refused(BLUE2, BLUE3, sent_off).as_deref(), Some("blue2 is sent off"));
         assert_eq!(refused(BLUE2, BLUE3, |_| {}), None);
+        let waits = |situation: &mut MatchFixture| {
+            situation.rules.substitution = SubstitutionProcedure::InTimeouts;
+            situation.interventions = vec![REPLACE];
+            situation.pass();
+        };
+        assert_eq!(refused(blue1, BLUE3, waits).as_deref(), Some("blue3 is to replace blue2 already"));
+        assert_eq!(refused(BLUE2, BLUE3, waits), None);
     }
 }

@@ -211,9 +211,12 @@ impl SimpleBeliefMemory {
             self.hand_placements = status.hand_placements;
             self.own = start();
         }
+        // A robot whose penalty ends at half time is put to its place, and does not return from beside the pitch.
+        let mut is_placed = false;
         if status.restarts != self.restarts {
             self.restarts = status.restarts;
             if !status.penalised {
+                is_placed = true;
                 self.place_for_kick_off(kick_off_place(kicking_off));
             }
         }
@@ -225,7 +228,7 @@ impl SimpleBeliefMemory {
             }
         }
         let comes_back = self.penalised && !status.penalised;
-        if comes_back && shot.is_none() && status.state != GameState::Finished {
+        if comes_back && !is_placed && shot.is_none() && status.state != GameState::Finished {
             let ball = self.heard.iter().find_map(|heard| heard.ball);
             match return_place {
                 ReturnPlace::HalfwayLine => self.own.come_back_at_halfway_line(landmarks, ball),
