@@ -37,7 +37,7 @@ impl PacketSource<'_> {
     /// The packet of this state.
     pub fn packet(&self, version: ProtocolVersion, for_monitors: bool) -> ControlPacket {
         let PacketSource { rules, clock, .. } = *self;
-        if let Some(game) = self.game_before_the_break() {
+        if let Some(game) = self.game_before_the_break().or_else(|| self.game_after_the_shot()) {
             return PacketSource { game: &game, ..*self }.packet(version, for_monitors);
         }
         let game = self.game;
@@ -63,7 +63,7 @@ impl PacketSource<'_> {
             } else {
                 GamePhase::Normal
             },
-            state: if self.is_between_shots() { GameState::Finished } else { game.state },
+            state: game.state,
             set_play: game.set_play.map(|set_play| set_play.kind),
             is_first_half: game.half == 1 || game.half == rules.halves + 1,
             kicking_team: self.kicking_team(for_monitors).map(|team| self.team_numbers[team]),
@@ -90,14 +90,21 @@ impl PacketSource<'_> {
         })
     }
 
-    /// Whether the next shot of a shoot-out has just been prepared: until then a GameController tells `finished`.
-    fn is_between_shots(&self) -> bool {
-        /// The time for which it does, s; in a shorter `set`, half of that.
+    /// The state of the game at the end of the shot before, which is told for a moment when the next shot has been prepared.
+    fn game_after_the_shot(&self) -> Option<Game> {
+        /// The time for which it is told, s; in a shorter `set`, half of that.
         const SHOT_OVER_S: f32 = 1.0;
         let Self { game, rules, clock, .. } = *self;
         let cycles = u64::from(clock.cycles_in(SHOT_OVER_S.min(0.5 * rules.set_s)));
-        let is_later = game.shoot_out.is_some_and(|shoot_out| shoot_out.taken.blue + shoot_out.taken.pink > 0);
-        is_later && game.state == GameState::Set && game.state_cycles < cycles
+        let is_later = |shoot_out: &ShootOut| shoot_out.taken.blue + shoot_out.taken.pink > 0;
+        let shoot_out = game.shoot_out.filter(is_later)?;
+        let team = shoot_out.team.opponent();
+        (game.state == GameState::Set && game.state_cycles < cycles).then(|| Game {
+            state: GameState::Finished,
+            blue_end: game.blue_end.opposite(),
+            shoot_out: Some(ShootOut { team, shot: shoot_out.last[team as usize], ..shoot_out }),
+            ..game.clone()
+        })
     }
 
     /// The cycles left on the primary and the secondary clock, as a GameController runs them. In `set` the secondary
@@ -106,7 +113,7 @@ impl PacketSource<'_> {
         let PacketSource { game, rules, clock, .. } = *self;
         let of_half = game.cycles_left.unwrap_or(0);
         match (game.state, game.shoot_out) {
-            (GameState::Set | GameState::Playing, Some(shoot_out)) => {
+            (GameState::Set | GameState::Playing | GameState::Finished, Some(shoot_out)) => {
                 let shot = u64::from(clock.cycles_in(shoot_out.shot_s(rules)));
                 [shot.saturating_sub(shoot_out.shot.cycles), 0]
             }
@@ -152,7 +159,7 @@ impl PacketSource<'_> {
             goalkeeper: if shoots { 0 } else { self.game.goalkeepers[team].unwrap_or(RobotId::GOALKEEPER) },
             // Goals of a shoot-out are added to the others.
             score: byte(self.game.score[team].saturating_add(goals)),
-            shots: byte(taken + u32::from(shoots && !self.is_between_shots())),
+            shots: byte(taken + u32::from(shoots && self.game.state != GameState::Finished)),
             shots_scored: self.shots_scored[team],
             message_budget: u16::try_from(messages_left).unwrap_or(u16::MAX),
             players,
@@ -166,6 +173,9 @@ impl PacketSource<'_> {
         if active.reason == PenaltyReason::SentOff {
             // It does not come back, and its cautions are forgotten.
             return PlayerPacket { penalty: version.penalty_code(active.reason), ..PlayerPacket::default() };
+        }
+        if active.reason == PenaltyReason::ShootOut {
+            return PlayerPacket { penalty: version.penalty_code(active.reason), ..cautioned };
         }
         PlayerPacket {
             penalty: version.penalty_code(active.reason),
@@ -329,7 +339,8 @@ mod tests {
             let of = |team: &TeamPacket| (team.score, team.shots, team.goalkeeper);
             (told.state, of(&told.teams[0]), of(&told.teams[1]))
         };
-        assert_eq!(told(0), (GameState::Finished, (3, 1, 1), (2, 0, 0)));
+        // After the shot it is still blue's, and the sides have not changed: pink is on the left in a game that goes on with blue there.
+        assert_eq!(told(0), (GameState::Finished, (2, 0, 1), (3, 1, 0)));
         assert_eq!(told(30), (GameState::Set, (3, 1, 1), (2, 1, 0)));
     }
 
