@@ -44,6 +44,8 @@ fn a_description_plays_after_two_commands() {
     assert!(unknown.0 == Some(2) && unknown.2.contains("there is no joint `neck`"), "{}", unknown.2);
     let angle = run(&["robot", "import", description, "--stand", "left_knee_pitch_joint=bent"]);
     assert!(angle.0 == Some(2) && angle.2.contains("left_knee=0.5"), "{}", angle.2);
+    let beyond = run(&["robot", "import", description, "--stand", "left_knee_pitch_joint=9"]);
+    assert!(beyond.0 == Some(2) && beyond.2.contains("cannot stand at 9 rad; its limits are"), "{}", beyond.2);
 }
 
 #[test]

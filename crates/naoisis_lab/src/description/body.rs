@@ -306,7 +306,9 @@ impl<'a> Standing<'a> {
             (Some(of_head), Some(link)) => {
                 // The arms may be above the head if all joints are at 0.
                 let height = of_head.max(torso_top);
-                figures.found("body.height_m", metres(height), self.shape_source(link));
+                let top_of = |link: usize| top(&[link]).unwrap_or(f64::MIN);
+                let highest = head_links.iter().copied().max_by(|one, other| top_of(*one).total_cmp(&top_of(*other)));
+                figures.found("body.height_m", metres(height), self.shape_source(highest.unwrap_or(link)));
                 height
             }
             (None, Some(_)) => {

@@ -188,8 +188,12 @@ fn find_arms(tree: &Tree, straight: &[DAffine3], head: Head, legs: Option<&Legs>
 /// # Errors
 /// If a joint in the options does not exist.
 pub(super) fn standing(tree: &Tree, limbs: &Limbs, options: &ImportOptions) -> Result<Posture, DescriptionError> {
-    for (name, _) in &options.stand {
-        named(tree, name)?;
+    for (name, angle) in &options.stand {
+        let limits = tree.joint(named(tree, name)?).limits;
+        if let Some([least, most]) = limits.filter(|[least, most]| !(*least..=*most).contains(angle)) {
+            let (name, angle, limits) = (name.clone(), angle.to_string(), format!("{least} and {most}"));
+            return Err(DescriptionError::BeyondLimits { name, angle, limits });
+        }
     }
     if !options.stand.is_empty() {
         return Ok(options.stand.clone());

@@ -120,6 +120,16 @@ pub enum DescriptionError {
         /// All joints.
         known: Vec<String>,
     },
+    /// A joint of the standing robot is beyond its limits.
+    #[error("`{name}` cannot stand at {angle} rad; its limits are {limits} rad")]
+    BeyondLimits {
+        /// The name of the joint.
+        name: String,
+        /// The angle, radians.
+        angle: String,
+        /// The limits, radians.
+        limits: String,
+    },
     /// There is no camera with this name.
     #[error(
         "there is no camera `{name}`; {}",

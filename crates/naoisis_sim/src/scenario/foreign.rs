@@ -85,7 +85,13 @@ fn scenario_of_game(game: &Map<String, Value>, path: &Path) -> Result<Value, (St
         "teams": { "blue": "roles", "pink": "roles" },
     });
     if size > 0 {
-        scenario["rules"] = json!({ "team_size": size });
+        scenario["rules"]["team_size"] = json!(size);
+    }
+    if !word("type").is_empty() {
+        // Only a knockout match needs a winner.
+        let is_knockout = word("type") == "KNOCKOUT";
+        scenario["rules"]["shoot_out"] = json!(is_knockout);
+        scenario["rules"]["extra_time_halves"] = json!(if is_knockout { 2 } else { 0 });
     }
     if let Some(seed) = game.get("random_seed").and_then(Value::as_u64) {
         scenario["seed"] = json!(seed);
