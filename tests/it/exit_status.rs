@@ -64,6 +64,8 @@ fn every_command_says_by_its_status_how_it_went() {
         ("convert t.jsonl t.html", 2),
         ("convert t.jsonl t.html --force", 0),
         ("convert t.jsonl t.gif", 2),
+        ("convert t.jsonl no/such/u.html", 2),
+        ("convert t.jsonl u.mcap --parquet no/such/folder", 2),
         ("convert typo.json u.html", 2),
         ("run short.json --html page", 2),
         ("check short.json match3v3", 0),

@@ -53,7 +53,7 @@ fn a_trace_becomes_what_the_ending_says() {
     assert!(naoisis(folder, &["replay", TRACE, "r.html", "--force"]).status.success());
     let (status, words) = convert(folder, "nowhere/c.html");
     assert!(
-        status == Some(1) && words.starts_with("error: nowhere/c.html: there is no folder nowhere; expected"),
+        status == Some(2) && words.starts_with("error: nowhere/c.html: there is no folder nowhere; expected"),
         "{words}"
     );
     for (file, said) in [

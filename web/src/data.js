@@ -105,7 +105,9 @@ class Match {
     this.senses = this.get("sense");
     this.startS = this.cycles[0] * this.cycleS;
     this.endS = this.cycles.at(-1) * this.cycleS;
-    this.robots = head.robots.map((robot, index) => ({ ...robot, index, team: robot.id.startsWith("pink") ? "pink" : "blue", number: Number(robot.id.replace(/\D/g, "")) }));
+    // Without the angles of the head it is not known where the cameras look.
+    const cameras = (robot) => (this.has("robots.head_deg") ? robot.cameras : []);
+    this.robots = head.robots.map((robot, index) => ({ ...robot, cameras: cameras(robot), index, team: robot.id.startsWith("pink") ? "pink" : "blue", number: Number(robot.id.replace(/\D/g, "")) }));
     this.events = events.map(([cycle, kind, words, about, place, why]) => {
       const robot = this.robots.find((robot) => robot.id === about);
       return { timeS: cycle * this.cycleS, kind, words, robot, team: robot?.team ?? about, place, why };
@@ -114,6 +116,12 @@ class Match {
     // Where the lists of each robot begin, sample by sample.
     this.starts = this.robots.map(({ id }) => Object.fromEntries(["b", "o", "m", "p", "v", "t", "l", "g"].map((name) => [name, starts(this.get(`${id}.${name}`), name)])));
     this.lines = this.robots.map(({ id }) => starts(this.get(`${id}.lk`).map((kind) => Number(kind === LINE)), "l"));
+  }
+
+  /** Whether a field, or a part of it, was recorded. */
+  has(field) {
+    const names = this.head.fields ?? [];
+    return !names.length || names.some((name) => name === field || field.startsWith(`${name}.`) || name.startsWith(`${field}.`));
   }
 
   /** The sample of the truth at a time, and how far it is to the next, 0 to 1. */
@@ -171,7 +179,10 @@ class Match {
   game(at) {
     const of = (name) => this.get(name)[at.index];
     const seconds = (name) => (of(name) === undefined ? undefined : of(name) < 0 ? null : of(name) / 10);
-    return { state: STATES[of("state")], half: of("half"), blue: of("blue"), pink: of("pink"), leftS: seconds("left"), secondS: seconds("second"), blueEnd: of("blue_end") };
+    // The team that shoots in the lowest two bits, then the goals of both in six each.
+    const shots = of("shots");
+    const shootOut = shots ? { team: (shots & 3) === 2 ? "pink" : "blue", blue: (shots >> 2) & 63, pink: (shots >> 8) & 63 } : null;
+    return { shootOut, state: STATES[of("state")], half: of("half"), blue: of("blue"), pink: of("pink"), leftS: seconds("left"), secondS: seconds("second"), blueEnd: of("blue_end") };
   }
 
   /** What a robot believed, saw and wanted at a time; places in the pitch frame. */

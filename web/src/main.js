@@ -195,7 +195,11 @@ class Page {
   key(event) {
     const isTyping = event.target.matches("select, input:not([type=range]), [role=tab]");
     if (event.ctrlKey || event.altKey || event.metaKey || isTyping) return;
-    const number = Number(event.key);
+    // The robot with that number: of the chosen robot's team, or of the other if it is chosen already.
+    const chosen = this.match.robots[this.robot];
+    const numbered = (team) => this.match.robots.find((robot) => robot.team === team && robot.number === Number(event.key));
+    const teams = chosen?.team === "pink" ? ["pink", "blue"] : ["blue", "pink"];
+    const next = teams.map(numbered).find((robot) => robot && robot !== chosen);
     const act = {
       " ": () => this.play(!this.isPlaying),
       ArrowLeft: () => this.seek(this.timeS - (event.shiftKey ? 10 : 1)),
@@ -210,7 +214,7 @@ class Page {
       d: () => this.look("orbit"),
       e: () => this.look("eyes"),
       Escape: () => this.choose(null),
-    }[event.key] ?? (number >= 1 && number <= this.match.robots.length ? () => this.choose(number - 1) : null);
+    }[event.key] ?? (next ? () => this.choose(next.index) : null);
     if (!act || (event.key === " " && event.target.matches("button, summary"))) return;
     event.preventDefault();
     act();
@@ -260,7 +264,8 @@ class Page {
     const half = game.half && `half ${game.half}`;
     const second = (game.secondS ?? null) === null ? "" : ` ${Math.ceil(game.secondS)} s`;
     const way = game.blueEnd === undefined ? "" : `; blue plays ${game.blueEnd ? "←" : "→"}`;
-    $("phase").textContent = game.state === "finished" ? "finished" : [half, game.state && game.state + second].filter(Boolean).join(", ") + way;
+    const shots = game.shootOut && `penalty shoot-out ${game.shootOut.blue} : ${game.shootOut.pink}${game.state === "finished" ? "" : `, ${game.shootOut.team} shoots`}`;
+    $("phase").textContent = shots ? shots : game.state === "finished" ? "finished" : [half, game.state && game.state + second].filter(Boolean).join(", ") + way;
     $("time").textContent = minutes(timeS, 1);
     $("seek").value = timeS;
     $("seek").setAttribute("aria-valuetext", [minutes(timeS), half, score].filter(Boolean).join(", "));
@@ -290,7 +295,8 @@ class Page {
     const background = isDark.matches ? 0x10141b : 0xdfe6ee;
     const isGoing = view.settle(moment, isStill);
     const { width, height } = stage.size;
-    const isEyes = view.mode === "eyes" && robot !== null;
+    const hasEyes = robot !== null && match.robots[robot].cameras.length > 0;
+    const isEyes = view.mode === "eyes" && hasEyes;
     const eyes = (box) => {
       const mount = stage.lookOut(moment.robots[robot], match.robots[robot], this.camera, box[2] / box[3]);
       if (!mount) return;
@@ -299,13 +305,13 @@ class Page {
       Object.assign($("eyes-frame").style, { width: `${box[2]}px`, height: `${box[3]}px` });
       $("eyes-label").textContent = `${match.robots[robot].id} sees: ${mount.name}`;
     };
-    $("eyes-frame").hidden = robot === null;
+    $("eyes-frame").hidden = !hasEyes;
     $("eyes-frame").dataset.large = isEyes;
     if (isEyes) eyes([0, 0, width, height]);
     else {
       stage.place(moment);
       stage.draw(view.camera, [0, 0, width, height], background);
-      if (robot !== null) {
+      if (hasEyes) {
         const wide = Math.round(Math.min(260, width * 0.32));
         eyes([12, 12, wide, Math.round(wide * 0.75)]);
       }

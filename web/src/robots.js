@@ -2,10 +2,16 @@
 import { POSTURES, KINDS } from "./data.js";
 import { el } from "./dom.js";
 
-const SHOWN = [["belief", "Belief, with ellipses of 95 %"], ["sight", "What it sees"], ["wish", "What it wants"]];
+/** What can be shown on the pitch, and the fields that it needs. */
+const SHOWN = [
+  ["belief", "Belief, with ellipses of 95 %", ["robots.belief"]],
+  ["sight", "What it sees", ["robots.percepts"]],
+  ["wish", "What it wants", ["robots.intention", "robots.drawings"]],
+];
 const cm = (metres) => (metres < 1 ? `${Math.round(100 * metres)} cm` : `${metres.toFixed(2)} m`);
 /** Whole degrees within (-180, 180]. */
 const degrees = (angle) => 180 - ((((540 - Math.round((angle * 180) / Math.PI)) % 360) + 360) % 360);
+const inWords = ({ x, y, turn }) => (x || y || turn ? `${Math.hypot(x, y).toFixed(2)} m/s, ${Math.round((turn * 180) / Math.PI)}°/s` : "to stand");
 const place = ({ x, y }) => `${x.toFixed(2)}, ${y.toFixed(2)} m`;
 
 export class RobotPanel {
@@ -16,7 +22,8 @@ export class RobotPanel {
       button.addEventListener("click", () => page.choose(page.robot === index ? null : index));
       return button;
     });
-    this.checks = SHOWN.map(([name, words]) => {
+    const isThere = ([, , fields]) => fields.some((field) => page.match.has(field));
+    this.checks = SHOWN.filter(isThere).map(([name, words]) => {
       const check = el("input", { type: "checkbox", checked: true });
       check.addEventListener("change", () => {
         page.shows[name] = check.checked;
@@ -60,14 +67,14 @@ export class RobotPanel {
     if (mind?.pose) rows.push(["believes to be at", `${place(mind.pose)}: ${cm(Math.hypot(mind.pose.x - now.x, mind.pose.y - now.y))} off`]);
     if (mind?.ball) rows.push(["believes the ball at", `${place(mind.ball)}${ball ? `: ${cm(Math.hypot(mind.ball.x - ball.x, mind.ball.y - ball.y))} off` : ""}${mind.ball.isHeard ? ", as a team-mate told" : ""}`]);
     else if (mind?.pose) rows.push(["believes the ball", "lost"]);
-    if (mind) {
+    if (mind && match.has("robots.percepts")) {
       const counts = new Map(mind.seenBall ? [["ball", 1]] : []);
       for (const { kind } of mind.things) counts.set(KINDS[kind], (counts.get(KINDS[kind]) ?? 0) + 1);
       rows.push(["sees", [...counts].map(([name, count]) => (count > 1 ? `${count} x ${name}` : name)).join(", ") || "nothing that it knows"]);
-      const { x, y, turn } = mind.walk;
-      const walk = x || y || turn ? `${Math.hypot(x, y).toFixed(2)} m/s, ${Math.round((turn * 180) / Math.PI)}°/s` : "to stand";
-      rows.push(["wants", [mind.target?.words || mind.intention, walk].filter(Boolean).join(": ")]);
     }
+    const wish = mind && (mind.target?.words || mind.intention);
+    const walk = mind && match.has("robots.command") ? inWords(mind.walk) : "";
+    if (wish || walk) rows.push(["wants", [wish, walk].filter(Boolean).join(": ")]);
     const words = JSON.stringify(rows);
     if (words !== this.words) this.facts.replaceChildren(...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
     this.words = words;

@@ -1,12 +1,15 @@
 // The match in numbers: tables, heat maps, passes, and what the page has.
 import { el, minutes, svg } from "./dom.js";
 
+const metres = (value) => Number(value.toFixed(3));
+
 export function showMatch(box, match) {
   const { head, end, notes } = match;
   const [blue, pink] = head.teams ?? ["blue", "pink"];
   const parts = [];
   if (end) {
     parts.push(el("p", { className: "result" }, el("span", { className: "blue" }, `${blue} ${end.score.blue}`), " : ", el("span", { className: "pink" }, `${end.score.pink} ${pink}`)));
+    if (end.how) parts.push(el("p", { className: "hint" }, end.how));
     if (end.teams?.length) parts.push(table("Teams", ["", "blue", "pink"], end.teams));
   }
   if (match.kicks.length) parts.push(el("h3", {}, "Passes and shots"), passes(match));
@@ -15,12 +18,12 @@ export function showMatch(box, match) {
     parts.push(el("div", { className: "maps" }, ...end.heat.maps.map(([words, cells]) => heatMap(head.pitch, end.heat, words, cells))));
   }
   if (end?.robots?.length) parts.push(table("Robots", end.robot_columns ?? [], end.robots));
-  const facts = [["scenario", head.name || "without a name"], ["seed", head.seed], ["realism", head.realism], ["pitch", `${head.pitch.length_m} x ${head.pitch.width_m} m`], ["played", `${minutes(match.endS - match.startS)} min`]];
+  const facts = [["scenario", head.name || "without a name"], ["seed", head.seed], ["realism", head.realism], ["pitch", `${metres(head.pitch.length_m)} x ${metres(head.pitch.width_m)} m`], ["played", `${minutes(match.endS - match.startS)} min`]];
   if (head.description) facts.unshift(["", head.description]);
   parts.push(el("h3", {}, "About"), el("dl", { className: "facts" }, ...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, String(value))])));
   const has = "Positions 30 times a second; what robots saw, believed and wanted 10 times a second; every event. Nothing is loaded from a network.";
   parts.push(el("ul", { className: "notes" }, ...[has, ...notes].map((words) => el("li", {}, words))));
-  const keys = [["space", "play, pause"], ["← →", "1 s, with shift 10 s"], [", .", "one step"], ["[ ]", "event before, next event"], ["1 2 3 …", "choose a robot"], ["esc", "choose none"], ["d a e", "3-D, above, eyes"]];
+  const keys = [["space", "play, pause"], ["← →", "1 s, with shift 10 s"], [", .", "one step"], ["[ ]", "event before, next event"], ["1 2 3 …", "choose a robot, again: the other team's"], ["esc", "choose none"], ["d a e", "3-D, above, eyes"]];
   parts.push(el("h3", {}, "Keys"), el("dl", { className: "facts" }, ...keys.flatMap(([key, words]) => [el("dt", {}, key), el("dd", {}, words)])));
   box.append(...parts);
 }

@@ -1,5 +1,5 @@
 // The page in a headless Chromium. NAOISIS_PAGES is a folder that `.ci/web` fills: match.html and match.jsonl of one match,
-// poses.html of a trace with few fields, and hostile.html. What the page looks like is left in test-results.
+// poses.html of a trace with few fields, shots.html of a shoot-out, and hostile.html. What the page looks like is left in test-results.
 import assert from "node:assert/strict";
 import { existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
@@ -290,5 +290,22 @@ test("a match that was recorded without its game has no score, and says so", asy
   assert.match(await text("title"), /roles against chasers/);
   await page.getByRole("tab", { name: "Match" }).click();
   assert.match(await text("match"), /recorded with these fields only: ball, robots\.pose/);
+  // Nor does it say what robots saw, wanted, or where their heads looked.
+  await page.keyboard.press("2");
+  const robot = await text("robot");
+  assert.match(robot, /is at/);
+  assert.doesNotMatch(robot, /sees|wants|Belief|What it/);
+  assert.equal(await page.locator("#eyes-frame").isHidden(), true);
+  await done();
+});
+
+test("a shoot-out has its own score and a winner", async () => {
+  const { page, text, done } = await open("shots.html");
+  const shots = await page.evaluate(() => globalThis.naoisisPage.match.events.filter(({ kind }) => kind.startsWith("shot")).map(({ timeS }) => timeS));
+  assert.ok(shots.length >= 2);
+  await goTo(page, shots[0] - 0.2);
+  assert.match(await text("phase"), /^penalty shoot-out 0 : 0, (blue|pink) shoots$/);
+  await page.getByRole("tab", { name: "Match" }).click();
+  assert.match(await text("match"), /penalty shoot-out \d+ : \d+, won by (blue|pink)/);
   await done();
 });

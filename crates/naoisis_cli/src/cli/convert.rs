@@ -63,6 +63,19 @@ impl Target<'_> {
         }
     }
 
+    /// Checks that the folder is there in which the target will be.
+    fn check_folder(&self) -> Result<(), String> {
+        let (Target::File(path, _) | Target::Tables(path, _)) = self;
+        match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            Some(folder) => Err(format!(
+                "{}: there is no folder {}; expected a folder that is there",
+                path.display(),
+                folder.display()
+            )),
+            None => Ok(()),
+        }
+    }
+
     fn recorder(&self, fields: &Fields) -> Result<Box<dyn Recorder>, RecordError> {
         match self {
             Target::File(file, format) => format.create(file),
@@ -86,7 +99,8 @@ pub fn convert(program: Program<'_>, arguments: &ConvertArguments) -> ExitCode {
     targets.extend(parquet.iter().map(|folder| Target::Tables(folder, TableFormat::Parquet)));
     targets.extend(csv.iter().map(|folder| Target::Tables(folder, TableFormat::Csv)));
     let outputs: Vec<Output> = targets.iter().flat_map(Target::outputs).collect();
-    if let Err(message) = check_files(trace, &outputs, *force) {
+    let checked = check_files(trace, &outputs, *force).and_then(|()| targets.iter().try_for_each(Target::check_folder));
+    if let Err(message) = checked {
         return report::usage_error(&message);
     }
     let interrupt = match Interrupt::watch(|| {}) {
@@ -142,7 +156,13 @@ fn write(
             printer.finish(ExitCode::SUCCESS);
             Ok(())
         }
-        Err(ConvertError::Record(error)) => Err(report::failure(&error.to_string())),
+        Err(ConvertError::Record(error)) => {
+            let rest = match target {
+                Target::File(file, _) if file.exists() => "; what was written before it can still be used",
+                _ => "",
+            };
+            Err(report::failure(&format!("{error}{rest}")))
+        }
         Err(error) => {
             // What was made of a damaged trace is no match. The error is about the trace, whether this succeeds or not.
             let _ = new_file.map(fs::remove_file);

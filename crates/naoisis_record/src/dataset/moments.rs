@@ -235,7 +235,7 @@ pub fn drawn(empty: &Scene, cast: &Cast, ranges: &super::ranges::Ranges, stream:
             (is_on_carpet && others.all(|is_free| is_free) && posts.all(|is_free| is_free)).then_some(place)
         });
         let Some(place) = free else { continue };
-        let heading = TAU * stream.uniform();
+        let heading = wrap_angle(TAU * stream.uniform());
         let yaw = 2.0 * stream.uniform() - 1.0;
         let posture = if stream.chance(ranges.scenes.lying_chance) {
             Posture::fallen(if stream.chance(0.5) { LyingOn::Front } else { LyingOn::Back })

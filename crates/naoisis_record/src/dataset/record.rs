@@ -8,6 +8,7 @@ use super::looks::{ImageLooks, MatchLooks};
 use super::moments::Moment;
 use super::shot::Shot;
 use naoisis_core::geometry::to_degrees;
+use naoisis_sensing::appearance::scene::SceneBall;
 
 /// A split of a data set.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -114,6 +115,7 @@ pub fn metadata(facts: MatchFacts<'_>, moment: &Moment, shot: &Shot, looks: &Mat
             Some(json!({ "object": object.name, "label": object.label, "visible": (*visible)? }))
         })
         .collect();
+    let ball = |ball: &SceneBall| json!({ "position_m": ball.centre(), "radius_m": ball.radius });
     json!({
         "match": facts.index,
         "seed": facts.seed,
@@ -136,7 +138,8 @@ pub fn metadata(facts: MatchFacts<'_>, moment: &Moment, shot: &Shot, looks: &Mat
             "turn_degps": [to_degrees(moment.turn.x), to_degrees(moment.turn.y)],
         },
         "robots": robots,
-        "ball": moment.scene.ball.map(|ball| json!({ "position_m": ball.centre(), "radius_m": ball.radius })),
+        "ball": moment.scene.ball.as_ref().map(ball),
+        "more_balls": moment.scene.more_balls.iter().map(ball).collect::<Vec<_>>(),
         "in_image": in_image,
         "looks": looks,
         "image_looks": image,

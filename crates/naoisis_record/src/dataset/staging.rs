@@ -106,7 +106,8 @@ pub fn staged(
     let mut builder = Builder { stage, objects: Vec::new() };
     builder.add(Label::Clutter, None, "things".to_owned(), Vec3::ZERO, surroundings.things.clone());
     add_goals(&mut builder, scene, &pitch, looks);
-    if let Some(ball) = scene.ball {
+    for (ball, number) in scene.balls().zip(1..) {
+        let name = if number == 1 { "ball".to_owned() } else { format!("ball_{number}") };
         let turn = Mat3::from_quat(
             Quat::from_rotation_arc(Vec3::Z, direction(stream)) * Quat::from_rotation_arc(Vec3::X, direction(stream)),
         );
@@ -115,7 +116,7 @@ pub fn staged(
             frame_from_shape: Affine3A::from_mat3_translation(turn, ball.centre()),
             ..Part::at((), Label::Ball, Colour(looks.ball.ground), shape, ball.centre())
         };
-        builder.add(Label::Ball, Some(Class::Ball), "ball".to_owned(), ball.centre(), vec![part]);
+        builder.add(Label::Ball, Some(Class::Ball), name, ball.centre(), vec![part]);
         if let Some(body) = builder.stage.bodies.last_mut() {
             body.patches.clone_from(&looks.ball.patches);
         }

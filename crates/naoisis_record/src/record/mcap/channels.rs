@@ -58,6 +58,8 @@ pub(in crate::record) struct Channels {
     has_frames: RecordedFrames,
     /// The truth at the end of the previous cycle, when the robots sensed.
     sensed: Sensed,
+    /// The time of the percepts of each robot that were written as annotations last, s.
+    annotated: BTreeMap<RobotId, f64>,
     /// The cycle from which on the next message between two robots is written.
     next_message: BTreeMap<[RobotId; 2], u64>,
 }
@@ -95,6 +97,7 @@ impl Channels {
             has_percepts: fields.has("robots.percepts"),
             has_frames: RecordedFrames::of(fields),
             sensed,
+            annotated: BTreeMap::new(),
             next_message,
         }
     }
@@ -181,8 +184,8 @@ impl Channels {
         sink.log_json(&format!("/{id}/belief_error"), time_ns, &ErrorOfBelief::from(error));
     }
 
-    /// Writes the images that arrived in this cycle, if there are any, and the objects recognised in them.
-    fn write_images(&self, record: &CycleRecord, world: &World, sink: &mut impl ChannelSink) {
+    /// Writes the images that arrived in this cycle, if there are any, and the objects recognised in earlier ones.
+    fn write_images(&mut self, record: &CycleRecord, world: &World, sink: &mut impl ChannelSink) {
         if !world.contains_resource::<Roster>() {
             return;
         }
@@ -203,9 +206,22 @@ impl Channels {
                 let (timestamp, format) = (timestamp(taken_ns), "png".to_owned());
                 let message = CompressedImage { timestamp, frame_id: camera.clone(), data: data.into(), format };
                 sink.log(&topic, time_ns, &message);
-                if let Some(seen) = record.robot(robot.id) {
-                    sink.log(&format!("/{camera}/annotations"), time_ns, &annotations(mount.name, &seen.percepts));
-                }
+            }
+        }
+        for robot in 0..self.robots.len() {
+            self.write_annotations(robot, record, world, sink);
+        }
+    }
+
+    /// Writes the objects recognised in the images of a robot, when they arrive. They have the time of their image.
+    fn write_annotations(&mut self, robot: usize, record: &CycleRecord, world: &World, sink: &mut impl ChannelSink) {
+        let Robot { id, cameras, .. } = &self.robots[robot];
+        let Some(seen) = record.robot(*id) else { return };
+        let is_new = self.annotated.insert(*id, seen.percepts.time_s) != Some(seen.percepts.time_s);
+        for mount in cameras.mounts.iter().filter(|_| is_new) {
+            if newest_image(world, *id, mount.name).is_some() {
+                let topic = format!("/{}/annotations", self.robots[robot].camera_frame(mount.name));
+                sink.log(&topic, nanoseconds(record.time_s), &annotations(mount.name, &seen.percepts));
             }
         }
     }

@@ -77,6 +77,7 @@ pub(super) fn end_of(end: &MatchEnd, summary: &MatchSummary, fields: &Fields) ->
     json!({
         "end": end.reason,
         "score": end.score,
+        "how": end.result.and_then(|result| result.how()),
         "teams": if fields.is_all() { team_rows(summary) } else { Vec::new() },
         "robot_columns": ROBOT_COLUMNS,
         "robots": if fields.is_all() { robot_rows(summary) } else { Vec::new() },

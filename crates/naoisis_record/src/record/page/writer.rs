@@ -17,7 +17,7 @@ use naoisis_core::game::PenaltyReason;
 use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;
 use naoisis_core::team::RobotId;
-use naoisis_sim::interface::cycle_record::{CycleRecord, PenaltyRecord, RobotRecord};
+use naoisis_sim::interface::cycle_record::{CycleRecord, PenaltyRecord, RobotRecord, ShootOutRecord};
 use naoisis_sim::interface::fields::Fields;
 use naoisis_sim::scenario::Scenario;
 
@@ -64,8 +64,13 @@ pub struct PageWriter {
     part_length_s: f64,
     thinning: Thinning,
     written_bytes: usize,
+    /// The thinning of which the page says what it leaves out.
+    said: Thinning,
     began_s: f64,
+    /// The length of the match, s, unless its clock tells the time that is left.
     length_s: f64,
+    /// The length of a half, s, and the number of halves, if the match ends by its clock.
+    halves: Option<[f64; 2]>,
 }
 
 impl PageWriter {
@@ -75,7 +80,8 @@ impl PageWriter {
         let robots: Vec<RobotId> = record.robots.iter().map(|robot| robot.id).collect();
         let text = format!("{TEMPLATE}{}", block(&match_of(scenario, &robots, &fields), &Columns::default()));
         let rules = &scenario.rules;
-        let played_s = rules.clock.then(|| f64::from(rules.half_s) * f64::from(rules.halves));
+        let halves = rules.clock.then(|| [f64::from(rules.half_s), f64::from(rules.halves)]);
+        let length_s = scenario.duration_s.map(f64::from);
         let mut writer = Self {
             cycle_s: scenario.cycle_s,
             robots,
@@ -97,7 +103,9 @@ impl PageWriter {
             thinning: Thinning::default(),
             written_bytes: text.len(),
             began_s: record.time_s,
-            length_s: scenario.duration_s.map(f64::from).or(played_s).unwrap_or(UNKNOWN_LENGTH_S),
+            said: Thinning::default(),
+            halves: halves.filter(|_| length_s.is_none()),
+            length_s: length_s.or(halves.map(|[half_s, count]| half_s * count)).unwrap_or(UNKNOWN_LENGTH_S),
         };
         writer.add(record);
         (writer, text)
@@ -108,7 +116,7 @@ impl PageWriter {
         let is_full = record.time_s - self.part_begins_s >= self.part_length_s;
         let part = is_full.then(|| self.part());
         if let Some(part) = &part {
-            self.thin(record.time_s, part.len());
+            self.thin(record, part.len());
             self.part_begins_s = record.time_s;
             self.part_length_s = (2.0 * self.part_length_s).min(LONGEST_PART_S);
         }
@@ -175,6 +183,7 @@ impl PageWriter {
         add("game.score", "pink", game.score.pink.min(MOST_GOALS) as i32);
         add("game.time_left_s", "left", tenths(game.time_left_s));
         add("game.secondary_time_left_s", "second", tenths(game.secondary_time_left_s));
+        add("game.shoot_out", "shots", shoot_out_number(game.shoot_out.as_ref()));
         add("game.blue_end", "blue_end", i32::from(game.blue_end == End::PositiveX));
         let place = ball.map(|ball| ball.position_m).unwrap_or_default();
         columns.push(About::Ball, "in", i32::from(ball.is_some()));
@@ -241,7 +250,8 @@ impl PageWriter {
         if self.columns.is_empty() {
             return String::new();
         }
-        let left_out = self.thinning.words().map(|words| {
+        let changed = (self.thinning != core::mem::replace(&mut self.said, self.thinning)).then_some(self.thinning);
+        let left_out = changed.and_then(Thinning::words).map(|words| {
             let at = self.part_begins_s.round() as u64;
             format!("To keep the page small, {words}, from {}:{:02} on.", at / 60, at % 60)
         });
@@ -261,9 +271,16 @@ impl PageWriter {
         text
     }
 
-    /// Leaves out more from `time_s` on if the page would become too large at the rate of the last part, which had `bytes`.
-    fn thin(&mut self, time_s: f64, bytes: usize) {
-        let rest_s = (self.began_s + self.length_s - time_s).max(0.0);
+    /// Leaves out more from now on if the page would become too large at the rate of the last part, which had `bytes`.
+    fn thin(&mut self, record: &CycleRecord, bytes: usize) {
+        let elapsed_s = record.time_s - self.began_s;
+        let clock_left_s = record.game.time_left_s.filter(|_| self.fields.has("game.time_left_s"));
+        let rest_s = match (self.halves, clock_left_s) {
+            (Some(halves), Some(left_s)) => rest_of_match_s(elapsed_s, halves, f64::from(record.game.half), left_s),
+            _ => self.length_s - elapsed_s,
+        };
+        // A match may always last longer: extra time, a shoot-out.
+        let rest_s = rest_s.max(0.5 * self.part_length_s);
         let in_the_end = self.written_bytes as f64 + bytes as f64 / self.part_length_s * rest_s;
         // Short parts compress less well.
         let most = if self.part_length_s < LONGEST_PART_S { 1.3 * BUDGET_BYTES } else { BUDGET_BYTES };
@@ -273,6 +290,27 @@ impl PageWriter {
     }
 }
 
+/// Returns a shoot-out as a number: the team that shoots (1 blue, 2 pink), and the goals of blue and pink in six bits each above; 0 if there
+/// is none.
+fn shoot_out_number(shoot_out: Option<&ShootOutRecord>) -> i32 {
+    shoot_out.map_or(0, |ShootOutRecord { team, goals, .. }| {
+        let [blue, pink] = [goals.blue, goals.pink].map(|goals| goals.min(63) as i32);
+        1 + *team as i32 + 4 * blue + 256 * pink
+    })
+}
+
+/// Returns the expected time until the end of a match of `count` halves of `half_s`, s, after `elapsed_s`: in this `half`, from 1, `left_s`
+/// are left on the clock. The clock is expected to stand as often in the rest of the match as up to now.
+fn rest_of_match_s(elapsed_s: f64, [half_s, count]: [f64; 2], half: f64, left_s: f64) -> f64 {
+    /// The time for each second of the clock in a match that is too young to tell, and the clock until it does, s.
+    const TIME_PER_CLOCK: f64 = 1.35;
+    const YOUNG_S: f64 = 60.0;
+    let rest_s = left_s + half_s * (count - half).max(0.0);
+    let clock_s = half_s * count - rest_s;
+    let pace = if clock_s < YOUNG_S { TIME_PER_CLOCK } else { (elapsed_s / clock_s).max(1.0) };
+    rest_s * pace
+}
+
 /// Returns the robot in the record. A robot that is not there counts as removed.
 fn robot_in(record: &CycleRecord, id: RobotId) -> std::borrow::Cow<'_, RobotRecord> {
     use std::borrow::Cow;
@@ -280,4 +318,29 @@ fn robot_in(record: &CycleRecord, id: RobotId) -> std::borrow::Cow<'_, RobotReco
         let penalised = Some(PenaltyRecord { reason: PenaltyReason::Manual, time_left_s: 0.0 });
         Cow::Owned(RobotRecord { penalised, ..RobotRecord::new(id) })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_of_a_match_is_expected_by_its_clock() {
+        let halves = [600.0, 2.0];
+        // Too young to tell: 1150 s of clock.
+        assert_eq!(rest_of_match_s(60.0, halves, 1.0, 550.0), 1.35 * 1150.0);
+        // 400 s of the clock have taken 600 s: the other 800 take 1200.
+        assert_eq!(rest_of_match_s(600.0, halves, 1.0, 200.0), 1200.0);
+        // In the last half, and in extra time, which may not be known before.
+        assert_eq!(rest_of_match_s(1500.0, halves, 2.0, 200.0), 300.0);
+        assert!(rest_of_match_s(2000.0, halves, 3.0, 100.0) > 100.0);
+    }
+
+    #[test]
+    fn a_shoot_out_is_a_number_with_its_team_and_goals() {
+        let goals = naoisis_core::game::Score { blue: 2, pink: 3 };
+        let shoot_out = ShootOutRecord { team: naoisis_core::team::Team::Pink, taken: goals, goals };
+        assert_eq!(shoot_out_number(Some(&shoot_out)), 2 + 4 * 2 + 256 * 3);
+        assert_eq!(shoot_out_number(None), 0);
+    }
 }
