@@ -291,7 +291,8 @@ test("a match that was recorded without its game has no score, and says so", asy
   await page.getByRole("tab", { name: "Match" }).click();
   assert.match(await text("match"), /recorded with these fields only: ball, robots\.pose/);
   // Nor does it say what robots saw, wanted, or where their heads looked.
-  await page.keyboard.press("2");
+  await page.getByRole("tab", { name: "Robots" }).click();
+  await page.getByRole("button", { name: "blue2" }).click();
   const robot = await text("robot");
   assert.match(robot, /is at/);
   assert.doesNotMatch(robot, /sees|wants|Belief|What it/);
