@@ -17,12 +17,16 @@ fn a_game_of_webots_league_is_a_scenario() {
     fs::write(folder.path().join("reds.json"), team).unwrap();
     let scenario = Scenario::load(&path).unwrap();
     let expected = Scenario::from_json(
-        r#"{ "league": "hsl2026_small", "seed": 123, "rules": { "team_size": 5 }, "teams": { "blue": "roles", "pink": "roles" } }"#,
+        r#"{ "league": "hsl2026_small", "seed": 123, "rules": { "team_size": 5, "shoot_out": false }, "teams": { "blue": "roles", "pink": "roles" } }"#,
     );
     let expected = expected.unwrap();
     assert_eq!((scenario.seed, &scenario.rules, &scenario.teams), (123, &expected.rules, &expected.teams));
     assert!(scenario.description.contains("Reds (red there, pink here) against team 25"), "{}", scenario.description);
     assert_eq!((scenario.rules.team_size, scenario.field), (5, expected.field));
+    // Only a knockout match needs a winner.
+    fs::write(&path, GAME.replace("NORMAL", "KNOCKOUT")).unwrap();
+    let rules = Scenario::load(&path).unwrap().rules;
+    assert!(rules.shoot_out && rules.extra_time_halves == 2);
 
     let error = |from: &str, to: &str| {
         fs::write(&path, GAME.replace(from, to)).unwrap();

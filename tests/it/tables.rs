@@ -35,7 +35,7 @@ fn a_trace_becomes_tables_once_or_by_force() {
     assert_eq!(convert(folder, "--parquet p --force").0, Some(0));
     assert!(fs::read(folder.join("p/robots.parquet")).unwrap() == before, "the same trace, the same bytes");
     let (status, words) = convert(folder, "--parquet nowhere/p");
-    assert!(status == Some(1) && words.starts_with("error: nowhere/p: there is no folder nowhere"), "{words}");
+    assert!(status == Some(2) && words.starts_with("error: nowhere/p: there is no folder nowhere"), "{words}");
     let (status, words) = convert(folder, "--csv t.jsonl.zst");
     assert!(status == Some(1) && words.starts_with("error: t.jsonl.zst: this is a file; expected a folder"), "{words}");
     assert_eq!(convert(folder, "").0, Some(2));
