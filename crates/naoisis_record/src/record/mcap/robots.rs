@@ -192,13 +192,12 @@ mod tests {
     fn a_robot_whose_pose_was_not_recorded_has_no_frame() {
         let id = RobotId::new(Team::Pink, 2);
         let robot = Robot::of(&Scenario::default(), id);
-        let names = |fields: &[&str]| -> Vec<String> {
-            let fields: Fields = fields.join(",").parse().unwrap();
+        let names = |fields: Fields| -> Vec<String> {
             robot.frames(&RobotRecord::new(id), RecordedFrames::of(&fields), 0).map(|of| of.child_frame_id).collect()
         };
-        assert_eq!(names(&["ball"]), [""; 0]);
-        assert_eq!(names(&["robots.pose"]), ["pink2"]);
-        assert_eq!(names(&[]), ["pink2", "pink2/head"]);
+        assert_eq!(names("ball".parse().unwrap()), [""; 0]);
+        assert_eq!(names("robots.pose".parse().unwrap()), ["pink2"]);
+        assert_eq!(names(Fields::default()), ["pink2", "pink2/head"]);
     }
 
     #[test]
