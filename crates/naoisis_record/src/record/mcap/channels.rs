@@ -18,6 +18,7 @@ use crate::record::encoder::Layer;
 use crate::record::event_words::event_words;
 use crate::record::match_renderer::newest_image;
 use crate::record::png_file::encode_png;
+use naoisis_core::camera_model::CameraMount;
 use naoisis_core::events::MatchEvent;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
@@ -217,12 +218,15 @@ impl Channels {
     fn write_annotations(&mut self, robot: usize, record: &CycleRecord, world: &World, sink: &mut impl ChannelSink) {
         let Robot { id, cameras, .. } = &self.robots[robot];
         let Some(seen) = record.robot(*id) else { return };
-        let is_new = self.annotated.insert(*id, seen.percepts.time_s) != Some(seen.percepts.time_s);
-        for mount in cameras.mounts.iter().filter(|_| is_new) {
-            if newest_image(world, *id, mount.name).is_some() {
-                let topic = format!("/{}/annotations", self.robots[robot].camera_frame(mount.name));
-                sink.log(&topic, nanoseconds(record.time_s), &annotations(mount.name, &seen.percepts));
-            }
+        let of_image = |mount: &&CameraMount| newest_image(world, *id, mount.name).is_some();
+        let mounts: Vec<&CameraMount> = cameras.mounts.iter().filter(of_image).collect();
+        let time_s = seen.percepts.time_s;
+        if mounts.is_empty() || self.annotated.insert(*id, time_s) == Some(time_s) {
+            return;
+        }
+        for mount in mounts {
+            let topic = format!("/{}/annotations", self.robots[robot].camera_frame(mount.name));
+            sink.log(&topic, nanoseconds(record.time_s), &annotations(mount.name, &seen.percepts));
         }
     }
 }
