@@ -4,7 +4,9 @@
 //! area, the defending ones behind their penalty mark, the keeper in its penalty area) and of 2025, on both pitches.
 
 use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_2;
 
+use crate::game::{KickOffProcedure, Rules};
 use crate::geometry::{Pose, angle_of};
 use crate::pitch::{End, Pitch};
 
@@ -20,6 +22,10 @@ const CIRCLE_CLEARANCE: f32 = 0.2;
 /// Distance of the defenders' first row behind its penalty mark, m: the base reaches 0.15 m ahead, and robots do not know their
 /// position exactly.
 const MARK_CLEARANCE: f32 = 0.3;
+/// Distance from the side line at which robots that walk in stand, m: their feet reach the line.
+const BESIDE_LINE_M: f32 = 0.15;
+/// Distance of kick-off positions from the middle of the pitch, m, within which the jersey number decides from which side the robot walks in.
+const MIDDLE_M: f32 = 0.1;
 /// Distance of the last row in front of the penalty area, m.
 const AREA_CLEARANCE: f32 = 0.2;
 
@@ -39,6 +45,23 @@ pub fn formation(pitch: &Pitch, team_size: u8, number: u8, own_end: End, kicking
         End::NegativeX => in_team,
         End::PositiveX => in_team.turned_half(),
     }
+}
+
+/// Returns the pose, in the pitch frame, at which a robot is placed for a kick-off by `rules`: that of its [`formation`] or, if robots walk in,
+/// beside the nearer side line with a view across the pitch. From the middle, odd numbers go to the left and even ones to the right.
+pub fn start_pose(pitch: &Pitch, rules: &Rules, number: u8, own_end: End, kicking_off: bool) -> Pose {
+    let place = formation(pitch, rules.team_size, number, own_end, kicking_off);
+    if !rules.walk_in || rules.kick_off != KickOffProcedure::ReadyAndSet {
+        return place;
+    }
+    let to_the_line = pitch.half_width() + BESIDE_LINE_M.min(pitch.border_m / 2.0);
+    let is_even = number.is_multiple_of(2);
+    let side = match place.position.y {
+        y if y.abs() >= MIDDLE_M => y.signum(),
+        _ if is_even == (own_end == End::NegativeX) => -1.0,
+        _ => 1.0,
+    };
+    Pose { position: Vec2::new(place.position.x, side * to_the_line), heading: -side * FRAC_PI_2 }
 }
 
 /// The position of the field player with `index`, the striker being 0, in the team frame.
@@ -98,6 +121,27 @@ pub(in crate::referee) mod tests {
     fn pitches() -> [Pitch; 2] {
         let spl2025 = include_str!("../../../../assets/fields/spl2025.ron");
         [Pitch::default(), ron_options().from_str(spl2025).unwrap()]
+    }
+
+    #[test]
+    fn robots_walk_in_from_beside_their_half() {
+        let rules = Rules { walk_in: true, kick_off: KickOffProcedure::ReadyAndSet, team_size: 7, ..Rules::default() };
+        for pitch in pitches() {
+            for number in 1..=7 {
+                let [left, right] = End::BOTH.map(|end| start_pose(&pitch, &rules, number, end, false));
+                // The teams stand opposite each other.
+                assert_abs_diff_eq!(right.turned_half().position, left.position, epsilon = 1e-5);
+                let place = formation(&pitch, 7, number, End::NegativeX, false);
+                assert_eq!(left.position.x, place.position.x);
+                let beside_m = left.position.y.abs();
+                assert!(beside_m > pitch.half_width() + 0.1 && beside_m < pitch.carpet_half_extents().y);
+                assert_abs_diff_eq!(left.heading, -left.position.y.signum() * FRAC_PI_2);
+            }
+            // Where robots are placed for kick-offs, they do not walk in.
+            let placed = Rules { kick_off: KickOffProcedure::Placed, ..rules.clone() };
+            let expected = formation(&pitch, 7, 2, End::NegativeX, true);
+            assert_eq!(start_pose(&pitch, &placed, 2, End::NegativeX, true), expected);
+        }
     }
 
     #[test]

@@ -130,7 +130,7 @@ mod timeout;
 pub mod touch;
 
 pub use custom_rules::CustomRule;
-pub use formation::formation;
+pub use formation::{formation, start_pose};
 pub use memory::{RefereeMemory, RobotMemory};
 pub use positions::IllegalPosition;
 pub use status::{Announcement, GameStatus, SetPlayStatus};

@@ -8,9 +8,9 @@ use core::f32::consts::TAU;
 
 use bevy::prelude::*;
 
-use super::formation::formation;
+use super::formation::start_pose;
 use super::snapshot::{Disc, MatchSnapshot};
-use crate::game::Game;
+use crate::game::{Game, Rules};
 use crate::geometry::{Pose, unit};
 use crate::pitch::Pitch;
 use crate::robot::body::{Body, Footprint};
@@ -150,7 +150,7 @@ fn places_around(centre: Vec2) -> impl Iterator<Item = Vec2> {
 pub struct LineUp<'a> {
     pitch: &'a Pitch,
     game: &'a Game,
-    team_size: u8,
+    rules: &'a Rules,
     kick_off_team: Option<Team>,
     occupied: Occupied,
     /// The number of occupied positions around each position of the formation, for each body.
@@ -164,14 +164,19 @@ impl<'a> LineUp<'a> {
         posts: &[Disc],
         ball: Option<Disc>,
         game: &'a Game,
-        team_size: u8,
+        rules: &'a Rules,
         kick_off_team: Option<Team>,
     ) -> Self {
         let occupied = Occupied::by_posts(pitch, posts, ball);
-        Self { pitch, game, team_size, kick_off_team, occupied, tried: Vec::new() }
+        Self { pitch, game, rules, kick_off_team, occupied, tried: Vec::new() }
     }
 
-    /// Places a robot at the free position nearest to its position in the formation.
+    /// Keeps the place of a robot that waits beside the pitch free.
+    pub fn keep_free(&mut self, pose: Pose, bounds: &Body) {
+        self.occupied.add_robot(pose, bounds);
+    }
+
+    /// Places a robot at the free position nearest to its own.
     pub fn put_down(&mut self, id: RobotId, bounds: &Body) -> Pose {
         let wanted = self.place_of(id);
         // Jersey numbers beyond those of a formation share its positions: a position that was occupied for one need not be tried for the
@@ -187,10 +192,11 @@ impl<'a> LineUp<'a> {
         pose
     }
 
-    /// A robot's position in the formation.
+    /// The pose at which a robot is placed if it is free: its position in the formation, or where it walks in from.
     pub fn place_of(&self, id: RobotId) -> Pose {
         let kicks_off = self.kick_off_team == Some(id.team);
-        formation(self.pitch, self.team_size, self.game.role_number(id), self.game.own_end(id.team), kicks_off)
+        let (number, own_end) = (self.game.role_number(id), self.game.own_end(id.team));
+        start_pose(self.pitch, self.rules, number, own_end, kicks_off)
     }
 
     /// The position of a ball of `radius`, m: the free position nearest to the centre mark.
@@ -202,6 +208,7 @@ impl<'a> LineUp<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::game::KickOffProcedure;
     use proptest::prelude::*;
 
     #[test]
@@ -257,14 +264,16 @@ mod tests {
         #[test]
         fn whoever_is_put_down_stands_free_and_on_the_carpet_while_there_is_room(
             posts in proptest::collection::vec((-1.2f32..1.2, -0.95f32..0.95, 0.005f32..0.3), 0..4),
-            team_size in 1u8..=11, kick_off_team in proptest::option::of(proptest::sample::select(Team::BOTH.to_vec())),
+            team_size in 1u8..=11, walk_in: bool, kick_off_team in proptest::option::of(proptest::sample::select(Team::BOTH.to_vec())),
         ) {
             let (bounds, game) = (Body::default(), Game::default());
             let pitch = Pitch { length_m: 2.0, width_m: 1.5, border_m: 0.4, ..Pitch::default() };
             let posts: Vec<Disc> =
                 posts.into_iter().map(|(x, y, radius)| Disc { centre: Vec2::new(x, y), radius }).collect();
             let ball = Disc { centre: Vec2::ZERO, radius: 0.03 };
-            let mut line_up = LineUp::new(&pitch, &posts, Some(ball), &game, team_size, kick_off_team);
+            let kick_off = if walk_in { KickOffProcedure::ReadyAndSet } else { KickOffProcedure::Placed };
+            let rules = Rules { team_size, walk_in, kick_off, ..Rules::default() };
+            let mut line_up = LineUp::new(&pitch, &posts, Some(ball), &game, &rules, kick_off_team);
             for id in Team::BOTH.into_iter().flat_map(|team| (1..=team_size).map(move |number| RobotId::new(team, number))) {
                 let free = line_up.occupied.clone();
                 let pose = line_up.put_down(id, &bounds);

@@ -208,8 +208,10 @@ impl Referee<'_, '_> {
         self.decisions.game.restarts = self.decisions.game.restarts.saturating_add(1);
         let Self { seen, decisions, memory, .. } = self;
         let ball = seen.ball.map(|ball| Disc { centre: Vec2::ZERO, radius: ball.radius });
-        let team_size = seen.rules.team_size;
-        let mut line_up = LineUp::new(seen.pitch, seen.posts, ball, &decisions.game, team_size, team);
+        let mut line_up = LineUp::new(seen.pitch, seen.posts, ball, &decisions.game, seen.rules, team);
+        for robot in decisions.robots.iter().filter(|robot| !robot.is_present()) {
+            line_up.keep_free(robot.pose, &robot.bounds);
+        }
         for (robot, record) in decisions.robots.iter_mut().zip(&mut memory.robots) {
             if robot.is_present() {
                 robot.pose = line_up.put_down(robot.id, &robot.bounds);

@@ -66,7 +66,7 @@ pub struct GameStatus {
     /// The offence, if the robot is penalised.
     pub penalty: Option<PenaltyReason>,
     /// Number of times that this robot was placed for a restart. When the number changes, the robot has been placed at its kick-off
-    /// position in its team's formation.
+    /// position in its team's formation or, if the rules say `walk_in`, beside the pitch.
     pub restarts: u32,
     /// Number of times that this robot was placed by hand. When the number changes, the robot stood at an illegal position and has been
     /// placed at its position for a kick-off of the other team; or, in a shoot-out, behind the ball as shooter or on the goal line as
@@ -147,7 +147,7 @@ impl Announcement {
     }
 }
 
-/// Whether the game has changed in a way that is announced at once: changes of its clocks and the end of a set play are not.
+/// Returns whether robots must be told at once of the change from `before` to `after`. Clocks and the end of a set play can wait.
 fn is_announced_at_once(before: &Game, after: &Game) -> bool {
     let begun = |game: &Game| game.set_play.map(|set_play| (set_play.kind, set_play.team));
     let begins_set_play = after.set_play.is_some() && begun(before) != begun(after);

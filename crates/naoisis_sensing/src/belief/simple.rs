@@ -29,7 +29,7 @@ use naoisis_core::geometry::{Pose, unit};
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::referee::shoot_out::places_for_shot;
-use naoisis_core::referee::{GameStatus, formation};
+use naoisis_core::referee::{GameStatus, formation, start_pose};
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::motion_limits::MotionLimits;
 use naoisis_core::team::RobotId;
@@ -145,11 +145,12 @@ fn estimate(
         let settings = &robot.settings.with_known(robot.steps, &view, robot.vision.noise.gaze);
         let id = *robot.id;
         let number = id.role_number(status.goalkeeper);
-        let place = |kicking_off| formation(&pitch, rules.team_size, number, End::NegativeX, kicking_off);
         let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
+        let placed = || start_pose(&pitch, &rules, number, End::NegativeX, kicking_off);
+        let by_hand = || formation(&pitch, rules.team_size, number, End::NegativeX, false);
         let shot = status.shoot_out.map(|team| places_for_shot(&pitch, rules.shoot_out_procedure, team == id.team));
         let start = || Localiser::placed(settings.localisation, id, belief.pose);
-        memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, (rules.return_place, shot), place);
+        memory.begin_cycle(start, odometry.0, status, landmarks, (rules.return_place, shot), placed, by_hand);
         let ground = robot.steps.0.gait.map_or(1.0, |gait| gait.slip.scale);
         let is_walking = odometry.0 != memory.odometry;
         memory.pass_time(odometry.0, ground, settings, period);
@@ -200,9 +201,9 @@ impl SimpleBeliefMemory {
         odometry: Pose,
         status: &GameStatus,
         landmarks: &Landmarks,
-        kicking_off: bool,
         (return_place, shot): (ReturnPlace, Option<(Pose, Vec2)>),
-        kick_off_place: impl Fn(bool) -> Pose,
+        placed: impl FnOnce() -> Pose,
+        by_hand: impl FnOnce() -> Pose,
     ) {
         if !self.begun {
             self.begun = true;
@@ -217,14 +218,14 @@ impl SimpleBeliefMemory {
             self.restarts = status.restarts;
             if !status.penalised {
                 is_placed = true;
-                self.place_for_kick_off(kick_off_place(kicking_off));
+                self.place_for_kick_off(placed());
             }
         }
         if status.hand_placements != self.hand_placements {
             self.hand_placements = status.hand_placements;
             match shot {
                 Some((pose, ball)) => self.place(pose, ball),
-                None => self.place_for_kick_off(kick_off_place(false)),
+                None => self.place_for_kick_off(by_hand()),
             }
         }
         let comes_back = self.penalised && !status.penalised;

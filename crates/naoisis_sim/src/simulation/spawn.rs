@@ -96,7 +96,7 @@ pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
     }
 }
 
-/// Returns the robots of the scenario, including those of its teams, lined up for a kick-off and ordered by id. All of their behaviours are
+/// Returns the robots of the scenario, including those of its teams, at their places at the start and ordered by id. All of their behaviours are
 /// registered.
 pub(super) fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
@@ -124,6 +124,9 @@ fn seat_substitutes(scenario: &Scenario, robots: &mut [RobotSpec]) {
     let Scenario { field, rules, .. } = scenario;
     let game = Game::at_start(rules, &clock_of(scenario));
     let mut seated = Occupied::by_posts(field, &[], None);
+    for robot in robots.iter().filter(|robot| !robot.substitute) {
+        seated.add_robot(robot.pose, &scenario.body_of(robot));
+    }
     for robot in robots.iter_mut().filter(|robot| robot.substitute) {
         let (body, own_end) = (scenario.body_of(robot), game.own_end(robot.team));
         robot.pose = waiting_pose(field, rules.return_place, own_end, Vec2::ZERO, &body, &seated);
@@ -131,7 +134,7 @@ fn seat_substitutes(scenario: &Scenario, robots: &mut [RobotSpec]) {
     }
 }
 
-/// Returns the robots of a team at their places for the first kick-off.
+/// Returns the robots of a team at their places at the start.
 fn team_of(
     scenario: &Scenario,
     registry: &BehaviourRegistry,

@@ -127,14 +127,17 @@ pub struct Rules {
     /// from it (HSL 2026, penalty kick). Otherwise they only stay out of the penalty area.
     pub penalty_kick_behind_mark: bool,
 
-    /// Duration of `initial` before the `standby` or the first `ready` of each half, s. After a half, a GameController calls the first half
-    /// of it `finished`. Without `ready` and `set` there is no `initial`.
+    /// Duration of `initial` before the `standby` or the first `ready` of each half, s. Between halves, a GameController tells
+    /// `finished` in the first half of this time, then `initial`. Without `ready` and `set` there is no `initial`.
     pub initial_s: f32,
     /// Duration of the brief stop with which a free kick, kick-in, goal kick or corner kick begins, s: nobody moves, and all clocks stand
     /// (GameController of the HSL 2026).
     pub free_kick_stop_s: f32,
     /// The procedure of a kick-off.
     pub kick_off: KickOffProcedure,
+    /// Whether robots are placed beside their half of the pitch before each half and after time-outs, and walk in from there during `ready`, as
+    /// in the rule book of 2025. Otherwise they are placed at their kick-off positions. Without effect without `ready`.
+    pub walk_in: bool,
     /// Least duration of the `standby` before a half's first `ready`, s (2025: 10); 0 for no `standby`.
     pub standby_s: f32,
     /// Greatest random extension of `standby`, s (2025: 110).
@@ -357,6 +360,7 @@ impl Default for Rules {
             initial_s: 0.0,
             free_kick_stop_s: 0.0,
             kick_off: KickOffProcedure::Placed,
+            walk_in: false,
             standby_s: 0.0,
             standby_random_s: 0.0,
             motion_in_set_s: None,

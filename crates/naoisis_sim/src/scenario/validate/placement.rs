@@ -183,7 +183,7 @@ impl Scenario {
     pub fn line_up<'a>(&'a self, game: &'a Game, kick_off_team: Option<Team>, ball: Option<Vec2>) -> LineUp<'a> {
         let posts: Vec<Disc> = posts(self).map(|(centre, radius)| Disc { centre, radius }).collect();
         let ball = ball.zip(self.ball).map(|(centre, ball)| Disc { centre, radius: ball.radius_m });
-        LineUp::new(&self.field, &posts, ball, game, self.rules.team_size, kick_off_team)
+        LineUp::new(&self.field, &posts, ball, game, &self.rules, kick_off_team)
     }
 }
 
