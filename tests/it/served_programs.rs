@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use naoisis::agents::server::Address;
 use naoisis::agents::{self, AgentSettings, AgentsPlugin, Server};
+use naoisis::behaviour::AskAhead;
 use naoisis::prelude::*;
 use serde_json::{Value, json};
 use std::fs;
@@ -291,4 +292,34 @@ fn a_program_that_was_lost_may_come_back_and_one_too_many_is_refused_in_words() 
     // In the middle of a match nobody tells it where it stands.
     assert!(!welcome.contains("\"pose\""), "{welcome}");
     assert_eq!(cycle, Some(2));
+}
+
+#[test]
+fn a_window_stays_alive_while_a_program_thinks() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut app, mut server, path) = served_match(folder.path(), 1);
+    let hello = "{\"hello\": {\"name\": \"slow\", \"protocol\": 1, \"belief\": true}}\n";
+    let mut program = BufReader::new(connected(&path, hello));
+    server.let_in(app.world_mut(), || false, |_| {});
+    let mut line = String::new();
+    program.read_line(&mut line).unwrap();
+    assert!(line.contains("welcome"), "{line}");
+    let AskAhead(ask_ahead) = *app.world().resource::<AskAhead>();
+    for cycle in 1..4 {
+        for _ in 0..3 {
+            assert_eq!(ask_ahead(app.world_mut()), Ok(Some(RobotId::new(Team::Blue, 1))));
+            assert_eq!(app.cycle(), cycle);
+        }
+        // The program was asked once.
+        line.clear();
+        program.read_line(&mut line).unwrap();
+        let asked: Value = serde_json::from_str(&line).unwrap();
+        assert_eq!(asked["cycle"], cycle);
+        let answer = json!({ "cycle": cycle, "command": { "walk": [0.005, 0.0, 0.0] } });
+        writeln!(program.get_mut(), "{answer}").unwrap();
+        while ask_ahead(app.world_mut()) != Ok(None) {}
+        app.run_cycles(1);
+        assert_eq!(app.cycle(), cycle);
+    }
+    assert!(app.robot_pose(RobotId::new(Team::Blue, 1)).unwrap().position.x > -0.99);
 }

@@ -233,11 +233,32 @@ pub struct CyclePanic {
 
 debug_as_displayed!(CyclePanic);
 
-/// Runs one cycle and catches panics of its systems, such as behaviours. Another match can be started in `world` afterwards.
+/// Runs one cycle, or the second half of the cycle that [`perceive`] has begun, and catches panics of its systems, such as behaviours.
+/// Another match can be started in `world` afterwards.
 ///
 /// # Errors
 /// If a system panics.
 pub fn try_run_cycle(world: &mut World) -> Result<(), CyclePanic> {
+    let result = run_caught(world);
+    world.insert_resource(PendingHalf::Whole);
+    result
+}
+
+/// Runs the first half of a cycle like [`perceive`], and catches panics of its systems.
+///
+/// # Errors
+/// If a system panics.
+pub fn try_perceive(world: &mut World) -> Result<(), CyclePanic> {
+    if *world.resource::<PendingHalf>() == PendingHalf::Act {
+        return Ok(());
+    }
+    world.insert_resource(PendingHalf::Perceive);
+    let result = run_caught(world);
+    world.insert_resource(if result.is_ok() { PendingHalf::Act } else { PendingHalf::Whole });
+    result
+}
+
+fn run_caught(world: &mut World) -> Result<(), CyclePanic> {
     let run = |world: &mut World, schedule: &mut Schedule| {
         let result = catch_unwind(AssertUnwindSafe(|| schedule.run(world)));
         result.map_err(|payload| {
@@ -247,7 +268,6 @@ pub fn try_run_cycle(world: &mut World) -> Result<(), CyclePanic> {
         })
     };
     let result = world.try_schedule_scope(Cycle, run);
-    world.insert_resource(PendingHalf::Whole);
     result.unwrap_or_else(|error| Err(CyclePanic { message: error.to_string() }))
 }
 
@@ -284,5 +304,19 @@ mod tests {
         assert_eq!(panic.to_string(), "a system of the match panicked: cycle 2");
         assert_eq!(try_run_cycle(app.world_mut()), Ok(()));
         assert_eq!((app.world().resource::<CycleClock>().cycle, app.world().resource::<Ran>().0), (3, 2));
+    }
+
+    #[test]
+    fn a_panic_in_the_first_half_ends_the_cycle() {
+        let mut app = App::new();
+        app.add_plugins(CyclePlugin::default()).add_systems(
+            Cycle,
+            (|clock: Res<CycleClock>| assert!(clock.cycle != 2, "cycle {}", clock.cycle)).in_set(CycleSystems::Sense),
+        );
+        let world = app.world_mut();
+        assert_eq!((try_perceive(world), try_perceive(world), try_run_cycle(world)), (Ok(()), Ok(()), Ok(())));
+        assert!(try_perceive(world).is_err());
+        assert_eq!(*world.resource::<PendingHalf>(), PendingHalf::Whole);
+        assert_eq!((try_run_cycle(world), world.resource::<CycleClock>().cycle), (Ok(()), 3));
     }
 }

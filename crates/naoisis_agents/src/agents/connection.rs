@@ -175,7 +175,12 @@ impl Connection {
         self.stream.set_nonblocking(false).is_err() || is_ready
     }
 
-    /// Whether the program has closed the connection. Call it only while the program owes no message.
+    /// Whether [`receive`](Self::receive) would return at once. Waits up to 20 ms.
+    pub fn is_ready_soon(&mut self) -> bool {
+        self.has_message_or_end()
+    }
+
+    /// Whether the program has closed the connection. Call it only while no message of the program is awaited.
     pub fn has_hung_up(&mut self) -> bool {
         self.is_ready() && !matches!(self.next_message(), Ok(Some(_)))
     }

@@ -48,16 +48,18 @@ mod remote;
 pub mod schema;
 pub mod server;
 mod settings;
+mod start;
 
 pub use naoisis_sim::interface::command::CommandError;
 pub use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
 pub use player::AgentPlayer;
-pub use plugin::{AgentsPlugin, ProgramStartError, dismiss, start_programs};
+pub use plugin::{AgentsPlugin, dismiss};
 pub use remote::{
     AgentError, PlayedElsewhere, belief, believe, command, perception, remote_robots, with_remote_robots,
 };
 pub use server::Server;
 pub use settings::{AgentSettings, BreakOff, ErrorLines, LeagueNumbers};
+pub use start::{ProgramStartError, start_programs};
 
 /// A stub for other systems than Unix, where programs cannot be started.
 #[cfg(not(unix))]

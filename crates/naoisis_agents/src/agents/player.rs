@@ -42,6 +42,11 @@ impl AgentPlayer {
         self.0.as_ref()?.hello.as_ref()
     }
 
+    /// Whether the program was started and its hello was not received yet.
+    pub(super) fn waits_to_be_greeted(&self) -> bool {
+        self.0.as_ref().is_some_and(|agent| agent.hello.is_none())
+    }
+
     /// Whether a program plays the robot, or the program may still come.
     pub(super) fn has_program(&self) -> bool {
         self.0.is_some()
@@ -65,19 +70,38 @@ pub struct Agent {
     fields: Fields,
     /// The commands that were refused in the last cycle.
     pub(super) refused: Vec<RefusedCommand>,
-    /// The time at which the answer is due.
+    /// The time at which the hello or the answer is due.
     deadline: Option<Instant>,
+    /// Whether the program was asked and its answer was not received yet.
+    pub(super) is_asked: bool,
 }
 
 impl Agent {
-    /// A program that has not said hello yet.
-    pub(super) fn new(connection: Connection, process: Option<Process>) -> Self {
-        Self { connection, process, hello: None, fields: Fields::default(), refused: Vec::new(), deadline: None }
+    /// A program whose hello is due at `deadline`.
+    pub(super) fn new(connection: Connection, process: Option<Process>, deadline: Option<Instant>) -> Self {
+        Self {
+            connection,
+            process,
+            hello: None,
+            fields: Fields::default(),
+            refused: Vec::new(),
+            deadline,
+            is_asked: false,
+        }
     }
 
-    /// Whether the program has said hello, or has closed the connection.
+    /// Whether the program owes its hello or an answer, has not sent it, and may still do so. Waits up to 20 ms for it.
+    pub(super) fn is_silent(&mut self) -> bool {
+        (self.hello.is_none() || self.is_asked) && !self.is_late() && !self.connection.is_ready_soon()
+    }
+
+    /// Whether the program has said hello, has closed the connection, or is too late.
     pub(super) fn has_spoken(&mut self) -> bool {
-        self.connection.is_ready()
+        self.connection.is_ready() || self.is_late()
+    }
+
+    fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|deadline| deadline <= Instant::now())
     }
 
     /// Whether the program has closed the connection.
@@ -86,12 +110,12 @@ impl Agent {
     }
 
     /// Receives the hello of the program. If the program sends anything else, it is told the fault.
-    pub(super) fn hello(&mut self, deadline: Option<Instant>) -> Result<Hello, Loss> {
-        let said = self.connection.receive::<Value>(deadline).and_then(|said| {
+    pub(super) fn hello(&mut self) -> Result<Hello, Loss> {
+        let said = self.connection.receive::<Value>(self.deadline).and_then(|said| {
             // The version is checked first, as another version may have other fields.
             match said.pointer("/hello/protocol").and_then(Value::as_u64) {
                 Some(protocol) if protocol != u64::from(PROTOCOL) => {
-                    Err(self.refuse(format!("it uses protocol {protocol}; expected {PROTOCOL}"), deadline))
+                    Err(self.refuse(format!("it uses protocol {protocol}; expected {PROTOCOL}")))
                 }
                 _ => read_value::<HelloMessage>(&said)
                     .map_err(|error| malformed(&error.to_string(), said.to_string().as_bytes())),
@@ -104,7 +128,7 @@ impl Agent {
                 _ => loss.message,
             };
             if loss.reason == AgentLoss::Malformed {
-                let _ = self.refuse(loss.message.clone(), deadline);
+                let _ = self.refuse(loss.message.clone());
             }
             self.with_exit_status(loss)
         })?;
@@ -119,7 +143,6 @@ impl Agent {
         (robot, pose): (RobotId, Option<Pose>),
         scenario: &Scenario,
         renders_images: bool,
-        deadline: Option<Instant>,
     ) -> Result<(), Loss> {
         let mounts = scenario.settings_of(&scenario.robot(robot)).cameras.mounts;
         let unknown = hello.images.iter().find(|camera| mounts.get(**camera).is_none());
@@ -134,21 +157,21 @@ impl Agent {
             None
         };
         if let Some(reason) = refusal {
-            return Err(self.refuse(reason, deadline));
+            return Err(self.refuse(reason));
         }
         self.fields = match Fields::of_perception(&hello.fields) {
             Ok(fields) => fields,
-            Err(error) => return Err(self.refuse(error.to_string(), deadline)),
+            Err(error) => return Err(self.refuse(error.to_string())),
         };
         self.hello = Some(hello.clone());
         let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot, pose)));
-        self.connection.send(&welcome, deadline).map_err(|loss| self.with_exit_status(loss))
+        self.connection.send(&welcome, self.deadline).map_err(|loss| self.with_exit_status(loss))
     }
 
     /// Tells the program why it may not play.
-    pub(super) fn refuse(&mut self, reason: String, deadline: Option<Instant>) -> Loss {
+    pub(super) fn refuse(&mut self, reason: String) -> Loss {
         // A program that does not listen notices the end of the connection.
-        let _ = self.connection.send(&Message::Refused { reason: &reason, protocol: PROTOCOL }, deadline);
+        let _ = self.connection.send(&Message::Refused { reason: &reason, protocol: PROTOCOL }, self.deadline);
         Loss::new(AgentLoss::Refused, reason)
     }
 
@@ -162,6 +185,7 @@ impl Agent {
         settings: &AgentSettings,
     ) -> Result<(), Loss> {
         self.deadline = settings.answer_timeout.map(|time| Instant::now() + time);
+        self.is_asked = true;
         let turn = Turn {
             cycle: clock.cycle,
             time_s: clock.start_time_s(),
@@ -195,6 +219,7 @@ impl Agent {
 
     /// Receives the answer of the program for this cycle.
     pub(super) fn answer(&mut self, cycle: u64) -> Result<Answer, Loss> {
+        self.is_asked = false;
         let answer = self.connection.receive::<Answer>(self.deadline).map_err(|loss| self.with_exit_status(loss))?;
         if answer.cycle != cycle {
             let message = format!("it answered for cycle {}; expected {cycle}", answer.cycle);

@@ -19,10 +19,10 @@ use std::time::Instant;
 use super::connection::{Connection, Stream};
 use super::loss::Loss;
 use super::player::{Agent, AgentPlayer};
-use super::plugin::begin;
 use super::protocol::Hello;
 use super::remote::{PlayedElsewhere, remote_robots};
 use super::settings::AgentSettings;
+use super::start::begin;
 use naoisis_core::behaviour::Program;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
@@ -88,7 +88,7 @@ pub struct Server {
     listener: Listener,
     address: Address,
     /// The programs that have connected and not said hello yet.
-    silent: Vec<Newcomer>,
+    silent: Vec<Agent>,
 }
 
 #[derive(Debug)]
@@ -158,8 +158,8 @@ impl Server {
             self.look(world, &mut said);
             thread::sleep(LOOK);
         }
-        for mut newcomer in self.silent.drain(..) {
-            newcomer.agent.refuse(ALL_PLAYED.to_owned(), newcomer.deadline);
+        for mut agent in self.silent.drain(..) {
+            agent.refuse(ALL_PLAYED.to_owned());
         }
     }
 
@@ -170,41 +170,22 @@ impl Server {
         while self.silent.len() < MOST_SILENT
             && let Ok(stream) = self.listener.accept()
         {
-            self.silent.push(Newcomer::of(stream, settings));
+            let connection = Connection::new(stream, settings.longest_message, settings.break_off.clone());
+            let deadline = settings.answer_timeout.map(|time| Instant::now() + time);
+            self.silent.push(Agent::new(connection, None, deadline));
         }
         if self.silent.is_empty() {
             return;
         }
         let settings = settings.clone();
         // In the order of their connections.
-        let spoken: Vec<Newcomer> = self.silent.extract_if(.., Newcomer::has_spoken).collect();
-        for newcomer in spoken {
-            match introduce(world, newcomer, &settings) {
+        let spoken: Vec<Agent> = self.silent.extract_if(.., Agent::has_spoken).collect();
+        for agent in spoken {
+            match introduce(world, agent, &settings) {
                 Ok((robot, name)) => said(&format!("{robot} is played by {name}")),
                 Err(loss) => said(&format!("a program was refused: {loss}")),
             }
         }
-    }
-}
-
-/// A program that has connected and has not said hello yet.
-#[derive(Debug)]
-struct Newcomer {
-    agent: Agent,
-    /// The time at which the hello is due.
-    deadline: Option<Instant>,
-}
-
-impl Newcomer {
-    fn of(stream: Stream, settings: &AgentSettings) -> Self {
-        let connection = Connection::new(stream, settings.longest_message, settings.break_off.clone());
-        let deadline = settings.answer_timeout.map(|time| Instant::now() + time);
-        Self { agent: Agent::new(connection, None), deadline }
-    }
-
-    /// Whether the program has said hello, or has closed the connection.
-    fn has_spoken(&mut self) -> bool {
-        self.agent.has_spoken() || self.deadline.is_some_and(|deadline| deadline <= Instant::now())
     }
 }
 
@@ -255,20 +236,16 @@ pub fn free_robots(world: &World) -> Vec<RobotId> {
 }
 
 /// Lets a program that has connected play the robot that it wants, or else the first free one.
-fn introduce(
-    world: &mut World,
-    Newcomer { mut agent, deadline }: Newcomer,
-    settings: &AgentSettings,
-) -> Result<(RobotId, String), Loss> {
-    let hello = agent.hello(deadline)?;
+fn introduce(world: &mut World, mut agent: Agent, settings: &AgentSettings) -> Result<(RobotId, String), Loss> {
+    let hello = agent.hello()?;
     if settings.token.is_some() && hello.token != settings.token {
-        return Err(agent.refuse("its token is wrong; expected that of `naoisis serve --token`".to_owned(), deadline));
+        return Err(agent.refuse("its token is wrong; expected that of `naoisis serve --token`".to_owned()));
     }
     let robot = match wanted(world, &hello) {
         Ok(robot) => robot,
-        Err(reason) => return Err(agent.refuse(reason, deadline)),
+        Err(reason) => return Err(agent.refuse(reason)),
     };
-    begin(world, robot, &mut agent, &hello, deadline)?;
+    begin(world, robot, &mut agent, &hello)?;
     if let Some(entity) = world.resource::<Roster>().get(robot) {
         world.entity_mut(entity).insert(AgentPlayer(Some(agent)));
     }

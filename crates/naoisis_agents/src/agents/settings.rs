@@ -47,7 +47,7 @@ pub struct AgentSettings {
 /// environment.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LeagueNumbers {
-    /// The numbers of the teams; `None` if they are not known yet.
+    /// The league's number of each team; `None` before the numbers are known.
     pub team_numbers: Option<PerTeam<u8>>,
     /// The offset, which is added to every port.
     pub port_offset: u16,

@@ -44,8 +44,9 @@ pub mod reasons;
 pub mod remarks;
 pub mod script;
 
-use crate::cycle::{Cycle, CycleHalf, CycleSystems};
+use crate::cycle::{Cycle, CycleHalf, CyclePanic, CycleSystems};
 use crate::knowledge::Knowledge;
+use crate::team::RobotId;
 use barrier::{BarrierError, Breach};
 pub use function::{Behaviour, IntoBehaviour, behaviour};
 pub use parameters::BehaviourParam;
@@ -98,6 +99,12 @@ pub enum DecideSystems {
     /// Behaviours decide.
     Behave,
 }
+
+/// A function that begins a cycle in which programs play, without waiting for them for more than 20 ms: it runs the first half, asks the
+/// programs, and returns the first robot whose program has not answered yet. If it returns `None`, [`run_cycle`](crate::cycle::run_cycle)
+/// waits for no program. Windows call it, so that they stay alive while a program thinks.
+#[derive(Resource, Clone, Copy, Debug)]
+pub struct AskAhead(pub fn(&mut World) -> Result<Option<RobotId>, CyclePanic>);
 
 /// The system set of one registered behaviour, by the number of behaviours registered before it.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -129,6 +129,11 @@ fn show_controls(
         if let Some(problem) = &playback.problem {
             ui.label(RichText::new(problem).color(problem_colour(ui)));
         }
+        if let Some((robot, waited_s)) = playback.awaited() {
+            ui.label(format!(
+                "The match waits for the program of {robot}, which has not answered for {waited_s:.0} s."
+            ));
+        }
         // In narrow windows, the buttons take several lines.
         ui.horizontal_wrapped(|ui| {
             let button = |ui: &mut egui::Ui, text: &str, hint: &str| {

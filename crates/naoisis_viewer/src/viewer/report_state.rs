@@ -212,6 +212,7 @@ impl Reported<'_, '_> {
             "filming": self.filming.is_on(),
             "overlays": self.overlays.of_robots.values().map(|shows| switches_of(shows, self.display.workspace)).sum::<usize>(),
             "problem": self.playback.problem,
+            "awaited": self.playback.awaited().map(|(robot, _)| robot),
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
             "costs": self.display.statistics.then(|| costs(&self.statistics)),
             "event": self.event.0.as_ref().map(|(entry, _)| &entry.text),

@@ -1,6 +1,7 @@
 //! Messages between the parts of the viewer, the order of their senders and receivers, and state that all parts use.
 
 use bevy::prelude::*;
+use std::time::Instant;
 
 use super::display_settings::{Switch, Workspace};
 use super::speed::Speed;
@@ -182,6 +183,9 @@ pub enum ToggleFilm {
     Frames,
 }
 
+/// The time from which on the window says that it waits for a program, s.
+const NOTICEABLE_WAIT_S: f32 = 0.5;
+
 /// The state of playback.
 #[derive(Resource, Clone, PartialEq, Debug)]
 pub struct Playback {
@@ -199,9 +203,18 @@ pub struct Playback {
     pub(super) failed: bool,
     /// The cycles that were run since the achieved speed was computed, and the time.
     pub(super) measured: (f64, f32),
+    /// The robot whose program the match waits for, and since when.
+    pub(super) awaited: Option<(RobotId, Instant)>,
 }
 
 impl Playback {
+    /// Returns the robot whose program the match waits for, and the time that it has waited, s, if this is noticeable.
+    pub(super) fn awaited(&self) -> Option<(RobotId, f32)> {
+        let (robot, since) = self.awaited?;
+        let waited_s = since.elapsed().as_secs_f32();
+        (waited_s >= NOTICEABLE_WAIT_S).then_some((robot, waited_s))
+    }
+
     /// Notes that this many cycles were shown.
     pub(super) fn note_progress(&mut self, cycles: f64) {
         self.measured.0 += cycles;
@@ -218,6 +231,7 @@ impl Default for Playback {
             last_cycle: None,
             failed: false,
             measured: (0.0, 0.0),
+            awaited: None,
         }
     }
 }

@@ -20,8 +20,10 @@ use super::plots;
 use super::shared::{DisplayFraction, Notice, Playback, ViewerCommand, is_over, replace_match};
 use super::speed::Speed;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
-use naoisis_core::cycle::{CycleClock, try_run_cycle};
+use naoisis_core::behaviour::AskAhead;
+use naoisis_core::cycle::{CycleClock, CyclePanic, PendingHalf, try_run_cycle};
 use naoisis_core::game::{Game, Interventions};
+use naoisis_core::team::RobotId;
 use naoisis_record::record::history::History;
 use naoisis_sim::scenario::{Scenario, ScenarioFault, ScenarioFile};
 use naoisis_sim::simulation::{self, Snapshot};
@@ -220,49 +222,73 @@ pub(super) fn set_clocks(
     }
 }
 
-/// Runs a cycle. Returns false if the match is over, there is none, or its past is shown.
+/// Runs a cycle. Returns false if the match is over, there is none, its past is shown, or a program has not answered yet. In that case, the
+/// next call continues the cycle.
 fn advance(world: &mut World) -> bool {
     let stands = world.resource::<Timeline>().is_past() || world.resource::<Playback>().failed;
     if stands || !world.contains_resource::<Scenario>() || is_over_in(world) {
         return false;
     }
-    if world.contains_resource::<Simulator>() {
+    if world.contains_resource::<Simulator>() && *world.resource::<PendingHalf>() == PendingHalf::Whole {
         keyframes::keep_if_due(world);
         // Interventions of the user are not repeated when the match is played again from a keyframe, so they are noted as a change.
         if !world.resource::<Interventions>().queue.is_empty() {
             world.resource::<Keyframes>().note_change();
         }
     }
-    let result = try_run_cycle(world);
-    if result.is_ok() {
+    let result = run_cycle_unless_a_program_thinks(world);
+    if result == Ok(None) {
         plots::note_cycle(world);
     }
     let mut playback = world.resource_mut::<Playback>();
-    playback.note_progress(1.0);
-    if let Err(panic) = &result {
-        playback.failed = true;
-        playback.problem = Some(format!("{panic}. The match cannot continue; restart it or open another."));
+    match &result {
+        Ok(Some(robot)) => {
+            let since = playback.awaited.filter(|(awaited, _)| awaited == robot).map(|(_, since)| since);
+            playback.awaited = Some((*robot, since.unwrap_or_else(Instant::now)));
+        }
+        Ok(None) => {
+            playback.awaited = None;
+            playback.note_progress(1.0);
+        }
+        Err(panic) => {
+            playback.failed = true;
+            playback.problem = Some(format!("{panic}. The match cannot continue; restart it or open another."));
+        }
     }
-    result.is_ok()
+    result == Ok(None)
 }
 
-/// The time at which the frame began.
+/// Runs a cycle, or the rest of it. Returns the robot whose program has not answered yet, if the cycle has to stop for it.
+fn run_cycle_unless_a_program_thinks(world: &mut World) -> Result<Option<RobotId>, CyclePanic> {
+    let ask_ahead = world.get_resource::<AskAhead>().copied();
+    let awaited = ask_ahead.map_or(Ok(None), |AskAhead(ask_ahead)| ask_ahead(world))?;
+    if awaited.is_none() {
+        try_run_cycle(world)?;
+    }
+    Ok(awaited)
+}
+
+/// The time at which the frame began, and whether no further cycle can run in it.
 #[derive(Resource)]
-struct FrameStart(Instant);
+struct FrameStart {
+    at: Instant,
+    is_done: bool,
+}
 
 impl Default for FrameStart {
     fn default() -> Self {
-        Self(Instant::now())
+        Self { at: Instant::now(), is_done: false }
     }
 }
 
 fn note_frame(mut start: ResMut<FrameStart>) {
-    start.0 = Instant::now();
+    *start = FrameStart::default();
 }
 
 fn run_cycle_in_time(world: &mut World) {
-    if world.resource::<FrameStart>().0.elapsed() < LONGEST_CYCLES {
-        advance(world);
+    let frame = world.resource::<FrameStart>();
+    if !frame.is_done && frame.at.elapsed() < LONGEST_CYCLES {
+        world.resource_mut::<FrameStart>().is_done = !advance(world);
     }
 }
 

@@ -131,3 +131,20 @@ fn speeds_are_in_order_and_stop_at_the_ends() {
     assert_eq!(Speed::Unlimited.neighbour(1), Speed::Unlimited);
     assert_eq!(Speed::ALL[0].neighbour(-1), Speed::ALL[0]);
 }
+
+#[test]
+fn frames_go_on_while_a_program_thinks() {
+    #[derive(Resource)]
+    struct Thinks(bool);
+    let blue1 = RobotId::new(Team::Blue, 1);
+    let mut app = app();
+    app.insert_resource(Thinks(true))
+        .insert_resource(AskAhead(|world| Ok(world.resource::<Thinks>().0.then_some(RobotId::new(Team::Blue, 1)))));
+    assert_eq!(frames(&mut app, 10), 0);
+    let since = app.world().resource::<Playback>().awaited.expect("a program is waited for");
+    frames(&mut app, 10);
+    assert_eq!((app.world().resource::<Playback>().awaited, since.0), (Some(since), blue1));
+    app.insert_resource(Thinks(false));
+    assert_eq!(frames(&mut app, 10), 5);
+    assert_eq!(app.world().resource::<Playback>().awaited, None);
+}
