@@ -41,9 +41,9 @@ fn both_teams_of_a_pair_see_the_same_matches() {
 
 /// 200 whole matches of each pair, which take minutes even in a release build.
 #[test]
-#[cfg_attr(debug_assertions, ignore = "800 whole matches: cargo test --release --no-default-features --test it pairs")]
+#[cfg_attr(debug_assertions, ignore = "1200 whole matches: .ci/statistics")]
 fn passers_beat_roles_and_roles_beat_chasers_with_95_percent_confidence() {
-    for realism in ["paper", "realistic"] {
+    for realism in ["paper", "ideal", "realistic"] {
         for [better, other] in [["passers", "roles"], ["roles", "chasers"]] {
             let table = played_in("paper", realism, &[better, other], 100, None);
             let summary = table.summary(better, other).unwrap();
@@ -55,7 +55,7 @@ fn passers_beat_roles_and_roles_beat_chasers_with_95_percent_confidence() {
 
 /// What holds for NAOs holds for other robots, on other pitches: more matches are won than lost.
 #[test]
-#[cfg_attr(debug_assertions, ignore = "48 matches: cargo test --release --no-default-features --test it pairs")]
+#[cfg_attr(debug_assertions, ignore = "48 matches: .ci/statistics")]
 fn passers_win_more_than_roles_in_the_leagues_of_larger_robots() {
     for league in ["hsl2026_middle", "hsl2026_large"] {
         let table = played_in(league, "realistic", &["passers", "roles"], 12, Some(300.0));

@@ -263,7 +263,7 @@ fn matches_without_a_referee() {
 }
 
 #[test]
-#[ignore = "for a release build: cargo test --release --no-default-features --test it -- --ignored whole_matches"]
+#[ignore = "for a release build: .ci/statistics"]
 fn whole_matches_of_every_league() {
     for league in LEAGUES {
         let text = format!(r#"{{ "league": "{}", "teams": {{ "blue": "roles", "pink": "passers" }} }}"#, league.name);

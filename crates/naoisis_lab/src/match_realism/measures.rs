@@ -217,6 +217,14 @@ pub struct FieldMeasures {
     pub ball_at_side_s: f64,
     /// Balls that left the pitch.
     pub outs: u32,
+    /// Robots that were removed as the game was stuck, with or without a penalty.
+    pub stuck_robots: u32,
+    /// Stops of play as the game was stuck.
+    pub stuck_stops: u32,
+    /// Passes of both teams.
+    pub passes: u32,
+    /// The part of `passes` that a team-mate got.
+    pub passes_completed: u32,
     /// Kicks that struck the ball, by name without `left_` and `right_`.
     pub kicks: BTreeMap<String, u32>,
     /// Kicks that missed the ball.

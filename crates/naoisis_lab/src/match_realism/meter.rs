@@ -75,6 +75,8 @@ impl MatchMeter {
             counts.robots.iter().filter(|(id, _)| !id.is_goalkeeper()).map(|(_, robot)| robot.distance_m).collect();
         let field = FieldMeasures {
             outs: counts.outs,
+            passes: teams.iter().map(|team| team.passes).sum(),
+            passes_completed: teams.iter().map(|team| team.passes_completed).sum(),
             possession: PerTeam::new(|team| counts.possession(team)),
             ball_seen: of_teams(RobotCounts::ball_seen),
             pose_over_half_m: of_teams(|robots| robots.pose_errors.over_half_m()),

@@ -1,6 +1,8 @@
 //! Plays and measures matches.
 
+use bevy::math::{FloatPow, ops};
 use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_2;
 use core::sync::atomic::AtomicBool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -77,12 +79,13 @@ fn play_to_the_end(world: &mut World, scenario: &Scenario) -> Result<MatchMeasur
 }
 
 /// Returns the match of `scenario` with `seed` as in a tournament of unequal teams: a team without a handicap gets one between 0 and
-/// `spread` (0 to 0.9), drawn from the seed.
+/// `spread` (0 to 0.9), drawn from the seed. The draws have the arcsine distribution, so that more teams are strong or weak than in between:
+/// with uniform draws, high wins were too rare.
 fn with_drawn_handicaps(scenario: &Scenario, seed: u64, spread: f32) -> Scenario {
     let mut scenario = Scenario { seed, ..scenario.clone() };
     let mut draws = RandomStream::for_match(seed, "handicaps");
     for team in Team::BOTH {
-        let drawn = spread * draws.uniform();
+        let drawn = spread * ops::sin(FRAC_PI_2 * draws.uniform()).squared();
         if let Some(teams) = &mut scenario.teams
             && teams.robots[team].handicap == 0.0
         {
@@ -158,9 +161,11 @@ mod tests {
             with_drawn_handicaps(&scenario, seed, spread).teams.unwrap().robots[team].handicap
         };
         let drawn: Vec<f32> = (0..1000).map(|seed| handicap(seed, 0.6, Team::Pink)).collect();
-        assert!(drawn.iter().all(|drawn| (0.0..0.6).contains(drawn)));
-        // The mean of 1000 draws has a standard error of 0.0055.
-        assert!((drawn.iter().sum::<f32>() / 1000.0 - 0.3).abs() < 0.022);
+        assert!(drawn.iter().all(|drawn| (0.0..=0.6).contains(drawn)));
+        // The mean of 1000 draws has a standard error of 0.0067; half of them are in the lowest and highest 15 %.
+        assert!((drawn.iter().sum::<f32>() / 1000.0 - 0.3).abs() < 0.027);
+        let extreme = drawn.iter().filter(|drawn| !(0.15 * 0.6..=0.85 * 0.6).contains(*drawn)).count();
+        assert!((450..=550).contains(&extreme), "{extreme}");
         assert_eq!((handicap(7, 0.6, Team::Pink), handicap(7, 0.6, Team::Blue)), (drawn[7], 0.2));
         assert_eq!(handicap(7, 0.0, Team::Pink), 0.0);
     }

@@ -67,6 +67,8 @@ impl RobotMeter {
             MatchEvent::Penalty { robot, .. } => {
                 self.fell_at.remove(robot);
             }
+            MatchEvent::GameStuck { robot: Some(_), .. } => field.stuck_robots += 1,
+            MatchEvent::GameStuck { robot: None, .. } => field.stuck_stops += 1,
             MatchEvent::Collision { robot: Some(one), with: CollisionPartner::Robot(other), .. } if is_playing => {
                 let contacts = if one.team == other.team {
                     &mut field.contacts_of_mates
@@ -99,7 +101,7 @@ impl RobotMeter {
             self.steps_from.remove(&robot.id);
             return;
         }
-        if !robot.id.is_goalkeeper() {
+        if !robot.id.is_goalkeeper_of(&record.game.goalkeepers) {
             field.field_player_s += duration_s;
             field.standing_s += if robot.velocity.linear.length() < STANDS_MPS { duration_s } else { 0.0 };
         }

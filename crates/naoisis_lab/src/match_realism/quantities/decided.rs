@@ -5,7 +5,7 @@ use crate::match_realism::estimates::Quantity;
 use crate::match_realism::measures::{MatchMeasures, PenaltyGroup};
 use naoisis_core::events::FallCause;
 use naoisis_core::game::SetPlayKind;
-use naoisis_core::team::{PerTeam, Team};
+use naoisis_core::team::PerTeam;
 
 pub(super) fn goals() -> Vec<Quantity> {
     let all: Number = |one| Some(f64::from(one.all_goals()));
@@ -138,19 +138,16 @@ pub(super) fn possession_and_time() -> Vec<Quantity> {
             field(|field| field.walked_m),
             1.0,
         ),
-        Quantity::new(
+        mean(
             [
-                "possession_stronger",
-                "possession of the stronger team",
+                "possession_larger",
+                "possession, larger of both",
                 "%",
-                "mean possession of the team with the better goal difference over all matches (of blue if they are level)",
+                "mean possession of the team that has the ball for longer",
             ],
-            |matches| {
-                let difference = |one: &&MatchMeasures| i64::from(one.goals.blue) - i64::from(one.goals.pink);
-                let stronger = if matches.iter().map(difference).sum::<i64>() < 0 { Team::Pink } else { Team::Blue };
-                let of_match = |one: &&MatchMeasures| one.field.as_ref()?.possession[stronger];
-                let shares: Vec<f64> = matches.iter().filter_map(of_match).collect();
-                (!shares.is_empty()).then(|| 100.0 * shares.iter().sum::<f64>() / shares.len() as f64)
+            |one| {
+                let PerTeam { blue, pink } = one.field.as_ref()?.possession;
+                Some(100.0 * blue?.max(pink?))
             },
         ),
         ratio(
@@ -214,9 +211,24 @@ pub(super) fn set_plays() -> Vec<Quantity> {
         let definition = format!("the same, of this kind: {name}");
         mean(["", "", "", ""], count).named(format!("set_plays.{key}"), format!("  {name}"), definition)
     }));
-    rows.push(mean(
-        ["outs", "balls out", "", "balls that leave the pitch, goals left out"],
-        field(|field| f64::from(field.outs)),
-    ));
+    rows.extend([
+        mean(
+            ["outs", "balls out", "", "balls that leave the pitch, goals left out"],
+            field(|field| f64::from(field.outs)),
+        ),
+        mean(
+            [
+                "stuck_robots",
+                "robots taken from a stuck ball",
+                "",
+                "robots that are removed as the game is stuck, penalised or not",
+            ],
+            field(|field| f64::from(field.stuck_robots)),
+        ),
+        mean(
+            ["stuck_stops", "stops as the game is stuck", "", "stops of play as nobody plays the ball"],
+            field(|field| f64::from(field.stuck_stops)),
+        ),
+    ]);
     rows
 }

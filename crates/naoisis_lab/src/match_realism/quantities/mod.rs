@@ -71,7 +71,7 @@ mod tests {
             ("falls_walking", 5.0),
             ("falls_kick", 0.0),
             ("kick_way_95", 9.0),
-            ("possession_stronger", 75.0),
+            ("possession_larger", 75.0),
             ("kicks.side", 75.0),
             ("penalties", 0.0),
         ] {

@@ -33,6 +33,12 @@ pub(super) fn kicks(matches: &[MatchMeasures]) -> Vec<Quantity> {
         quantile_of(["kick_way_50", "way of a kick, median", "m", definition], ways, 0.5),
         quantile_of(["kick_way_95", "way of a kick, 95 %", "m", definition], ways, 0.95),
     ]);
+    rows.push(ratio(
+        ["passes_completed", "passes completed", "%", "share of the passes that a team-mate gets, as in summaries"],
+        field(|field| f64::from(field.passes_completed)),
+        field(|field| f64::from(field.passes)),
+        100.0,
+    ));
     let ends = [
         (NextTouch::Mate, "mate", "next touch by a team-mate"),
         (NextTouch::Opponent, "opponent", "  by an opponent"),
