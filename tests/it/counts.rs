@@ -26,8 +26,19 @@ struct Reports {
 }
 
 fn reports(scenario: &Scenario) -> Reports {
-    let quantities =
-        ["goals", "own_goals", "kicks", "passes", "penalties", "falls", "possession_percent", "ball_given_away"];
+    let quantities = [
+        "goals",
+        "own_goals",
+        "kicks",
+        "passes_completed",
+        "shots",
+        "shots_on_target",
+        "saves",
+        "penalties",
+        "falls",
+        "possession_percent",
+        "ball_given_away",
+    ];
     let expected: Vec<Expectation> = ["blue", "pink"]
         .iter()
         .flat_map(|team| quantities.map(|quantity| format!("{team}.{quantity} >= 0").parse().unwrap()))
@@ -98,7 +109,7 @@ fn every_report_has_the_same_numbers() {
                 own.penalty_count(),
             ];
             assert_eq!(of_row.map(|counts| counts[team]), of_summary, "{place}");
-            let quantities = ["goals", "own_goals", "kicks", "passes", "ball_given_away", "penalties"];
+            let quantities = ["goals", "own_goals", "kicks", "passes_completed", "ball_given_away", "penalties"];
             assert_eq!(quantities.map(|quantity| reports.expectation(team, quantity)), of_summary.map(f64::from));
             let given_away = reports
                 .found
@@ -107,7 +118,14 @@ fn every_report_has_the_same_numbers() {
                 .filter(|mistake| mistake.kind == MistakeKind::BallGivenAway && mistake.robot.team == team)
                 .count();
             assert_eq!(given_away as u32, row.given_away[team], "{place}");
-            assert_eq!(reports.expectation(team, "falls"), f64::from(own.falls), "{place}");
+            for (quantity, counted) in [
+                ("falls", own.falls),
+                ("shots", own.shots),
+                ("shots_on_target", own.shots_on_target),
+                ("saves", own.saves),
+            ] {
+                assert_eq!(reports.expectation(team, quantity), f64::from(counted), "{place} {quantity}");
+            }
             let words = format!("{} of {} (", row.kept[team], row.kept[team] + row.given_away[team]);
             let cell = reports.cell(team, "passes completed");
             assert!(cell.starts_with(&words) || cell == "0" && own.passes == 0, "{place}: {cell}");

@@ -76,6 +76,11 @@ impl RobotId {
         self.number == Self::GOALKEEPER
     }
 
+    /// Whether it is its team's goalkeeper. `keepers` are the numbers of goalkeepers that have replaced [`GOALKEEPER`](Self::GOALKEEPER).
+    pub fn is_goalkeeper_of(self, keepers: &PerTeam<Option<u8>>) -> bool {
+        self.role_number(keepers[self.team]) == Self::GOALKEEPER
+    }
+
     /// The number by which it has its place and its task, if `keeper` is the number of its team's goalkeeper in place of
     /// [`GOALKEEPER`](Self::GOALKEEPER): these two have changed.
     pub fn role_number(self, keeper: Option<u8>) -> u8 {

@@ -170,7 +170,7 @@ impl Game {
 
     /// Whether a robot is its team's goalkeeper.
     pub fn is_goalkeeper(&self, id: RobotId) -> bool {
-        self.role_number(id) == RobotId::GOALKEEPER
+        id.is_goalkeeper_of(&self.goalkeepers)
     }
 
     /// The team that defends `end`.

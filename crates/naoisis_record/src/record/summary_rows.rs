@@ -14,7 +14,8 @@ pub const BALL: Colour = Colour([210, 105, 30]);
 /// Columns of tables of teams.
 pub const TEAM_COLUMNS: [&str; 3] = ["", "blue", "pink"];
 /// Columns of the table of robots.
-pub const ROBOT_COLUMNS: [&str; 8] = ["", "kicks", "shots", "goals", "passes", "walked", "falls", "penalties"];
+pub const ROBOT_COLUMNS: [&str; 8] =
+    ["", "kicks", "shots", "goals", "passes completed", "walked", "falls", "penalties"];
 
 /// Returns the heat maps, each with its title and its colour.
 pub fn maps(summary: &MatchSummary) -> [(&'static str, &HeatMap, Colour); 3] {

@@ -58,7 +58,15 @@ pub enum TeamQuantity {
     /// Kicks of the team that struck the ball.
     Kicks,
     /// Kicks after which another robot of the team was the next to touch the ball.
-    Passes,
+    PassesCompleted,
+    /// Shots: kicks at the goal, on target or not.
+    Shots,
+    /// Goals, and shots that would have been goals.
+    ShotsOnTarget,
+    /// Shots of the other team that the goalkeeper stopped.
+    Saves,
+    /// Duels that the team won.
+    DuelsWon,
     /// Penalties against the team.
     Penalties,
     /// Falls of the team's robots.
@@ -95,13 +103,19 @@ fn with_mistakes<Q>(
 }
 
 impl TeamQuantity {
-    const OWN: [(&str, TeamQuantity); 11] = [
+    const OWN: [(&str, TeamQuantity); 16] = [
         ("goals", TeamQuantity::Goals),
         ("own_goals", TeamQuantity::OwnGoals),
         ("wins", TeamQuantity::Wins),
         ("shoot_out_goals", TeamQuantity::ShootOutGoals),
         ("kicks", TeamQuantity::Kicks),
-        ("passes", TeamQuantity::Passes),
+        ("passes_completed", TeamQuantity::PassesCompleted),
+        // The name that it had at first.
+        ("passes", TeamQuantity::PassesCompleted),
+        ("shots", TeamQuantity::Shots),
+        ("shots_on_target", TeamQuantity::ShotsOnTarget),
+        ("saves", TeamQuantity::Saves),
+        ("duels_won", TeamQuantity::DuelsWon),
         ("penalties", TeamQuantity::Penalties),
         ("programs_lost", TeamQuantity::ProgramsLost),
         ("falls", TeamQuantity::Falls),

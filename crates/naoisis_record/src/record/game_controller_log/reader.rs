@@ -230,6 +230,7 @@ impl<'a> Counting<'a> {
             half,
             score: score.unwrap_or(self.log.counts.goals),
             blue_end: End::default(),
+            goalkeepers: PerTeam::default(),
             ball_m: None,
             events,
         };

@@ -51,11 +51,10 @@ impl StruckKick {
         match end {
             KickEnd::Touched(robot) if robot == self.robot => KickOutcome::Neither,
             KickEnd::Touched(robot) if robot.team == team => KickOutcome::PassCompleted,
-            KickEnd::Goal(scored) if scored == team => KickOutcome::ShotOnTarget { saved_by: None },
-            _ if self.is_at_goal(pitch, 0.0) => {
-                let keeper = if let KickEnd::Touched(robot) = end { Some(robot) } else { None };
-                KickOutcome::ShotOnTarget { saved_by: keeper.filter(|robot| robot.is_goalkeeper()) }
-            }
+            KickEnd::Goal(scored) if scored == team => KickOutcome::ShotOnTarget { stopped_by: None },
+            _ if self.is_at_goal(pitch, 0.0) => KickOutcome::ShotOnTarget {
+                stopped_by: if let KickEnd::Touched(robot) = end { Some(robot) } else { None },
+            },
             _ if self.is_at_goal(pitch, BESIDE_GOAL_M) => KickOutcome::ShotOffTarget,
             KickEnd::Touched(robot) => KickOutcome::PassFailed { to: Some(robot) },
             KickEnd::Out => KickOutcome::PassFailed { to: None },
@@ -89,8 +88,8 @@ pub enum KickOutcome {
     },
     /// A goal, or a shot that would have been one.
     ShotOnTarget {
-        /// The goalkeeper, if it touched the ball next.
-        saved_by: Option<RobotId>,
+        /// The opponent that touched the ball next, if one did.
+        stopped_by: Option<RobotId>,
     },
     /// A shot that misses the goal.
     ShotOffTarget,
@@ -219,11 +218,11 @@ mod tests {
             kick.outcome(end, &pitch)
         };
         let [inside, beside, wide] = [post_m - 0.01, post_m + 0.49, post_m + 0.51].map(Some);
-        let saved = KickOutcome::ShotOnTarget { saved_by: Some(pink1) };
-        let on_target = KickOutcome::ShotOnTarget { saved_by: None };
+        let saved = KickOutcome::ShotOnTarget { stopped_by: Some(pink1) };
+        let on_target = KickOutcome::ShotOnTarget { stopped_by: None };
         for (at_goal_m, end, expected) in [
             (inside, KickEnd::Touched(pink1), saved),
-            (inside, KickEnd::Touched(pink2), on_target),
+            (inside, KickEnd::Touched(pink2), KickOutcome::ShotOnTarget { stopped_by: Some(pink2) }),
             (inside, KickEnd::Stopped, on_target),
             (None, KickEnd::Goal(Team::Blue), on_target),
             (beside, KickEnd::Touched(pink1), KickOutcome::ShotOffTarget),

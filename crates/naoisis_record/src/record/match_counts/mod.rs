@@ -16,7 +16,7 @@
 //! | pass completed | a team-mate touched the ball next, wherever the kick was aimed | Opta "Successful Pass" |
 //! | shot | a kick that no team-mate touched next and that scored, or would have rolled over the opponents' goal line at most 0.5 m outside a post | Opta "Shot": any goal attempt |
 //! | shot on target | a shot that scored, or would have between the posts | Opta "Shot on Target": goals, and shots that a save or the last defender kept out |
-//! | save | a shot on target that the goalkeeper (robot 1) touched next | Opta "Save" |
+//! | save | a shot on target that the goalkeeper touched next | Opta "Save" |
 //! | possession | time in play in which the team touched the ball last since the ball was put down or thrown in; until then it is nobody's, and out of play it is not counted | FIFA EFI "Possession control", which leaves out the time out of play; there, a third share is "in contest" |
 //! | duel | in play, upright robots of both teams are within 0.5 m of the ball, until one team has none within 0.75 m. The team that touched the ball last during it has won; a duel without a touch, or that a dead ball ends, is not counted | Opta "Duel": a 50-50 contest between two players of opposing sides, one of whom wins |
 //! | ball in a half | time in play with the ball on that side of the halfway line | |
@@ -103,6 +103,7 @@ pub struct MatchCounts {
     corner_m: Vec2,
     /// The last position of the ball, m, pitch frame.
     ball_m: Option<Vec2>,
+    goalkeepers: PerTeam<Option<u8>>,
     /// Time and score at which counting began.
     began: Option<(f64, Score)>,
     last_cycle: u64,
@@ -143,6 +144,7 @@ impl MatchCounts {
             duel: None,
             corner_m: Vec2::new(scenario.field.half_length(), scenario.field.half_width()),
             ball_m: None,
+            goalkeepers: default(),
             began: None,
             last_cycle: 0,
         }
@@ -158,7 +160,7 @@ impl MatchCounts {
     pub fn look<'a>(&mut self, cycle: &Observed, robots: impl Iterator<Item = ObservedRobot<'a>>) -> f64 {
         let cycles = cycle.cycle.saturating_sub(self.last_cycle);
         self.last_cycle = cycle.cycle;
-        self.ball_m = cycle.ball_m;
+        (self.ball_m, self.goalkeepers) = (cycle.ball_m, cycle.goalkeepers);
         let Some((began_s, score)) = self.began else {
             self.began = Some((cycle.time_s, cycle.score));
             self.robots.extend(robots.map(|robot| (robot.id, RobotCounts::default())));
@@ -296,9 +298,9 @@ impl MatchCounts {
             }
             KickOutcome::PassFailed { .. } => robot.passes += 1,
             KickOutcome::ShotOffTarget => robot.shots += 1,
-            KickOutcome::ShotOnTarget { saved_by } => {
+            KickOutcome::ShotOnTarget { stopped_by } => {
                 (robot.shots, robot.shots_on_target) = (robot.shots + 1, robot.shots_on_target + 1);
-                if let Some(keeper) = saved_by {
+                if let Some(keeper) = stopped_by.filter(|robot| robot.is_goalkeeper_of(&self.goalkeepers)) {
                     self.robot(keeper).saves += 1;
                 }
             }

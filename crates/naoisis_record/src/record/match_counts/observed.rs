@@ -12,7 +12,7 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::pitch::End;
 use naoisis_core::robot::Velocity;
 use naoisis_core::robot::posture::Posture;
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sensing::belief::Belief;
 use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
@@ -33,6 +33,8 @@ pub struct Observed<'a> {
     pub score: Score,
     /// The end that the blue team defends.
     pub blue_end: End,
+    /// The numbers of the goalkeepers that have replaced those with number 1.
+    pub goalkeepers: PerTeam<Option<u8>>,
     /// The position of the ball, m, pitch frame. `None` without a ball.
     pub ball_m: Option<Vec2>,
     /// The events of the cycle.
@@ -58,6 +60,7 @@ impl<'a> From<&'a CycleRecord> for Observed<'a> {
             half: record.game.half,
             score: record.game.score,
             blue_end: record.game.blue_end,
+            goalkeepers: record.game.goalkeepers,
             ball_m: record.ball.map(|ball| ball.position_m.truncate()),
             events: &record.events,
         }
@@ -149,6 +152,7 @@ impl MatchCounter {
             half: game.half,
             score: game.score,
             blue_end: game.blue_end,
+            goalkeepers: game.goalkeepers,
             ball_m: self.balls.iter(world).next().map(|ball| ball.position),
             events: world.resource::<CycleEvents>(),
         };

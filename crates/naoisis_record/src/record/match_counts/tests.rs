@@ -57,6 +57,19 @@ fn kicks_are_shots_that_are_saved_and_passes_that_are_completed() {
 }
 
 #[test]
+fn a_substitute_that_keeps_goal_has_the_saves() {
+    let mut counts = MatchCounts::new(&Scenario::default());
+    for (cycle, events) in
+        [vec![], vec![kick(BLUE2, 0.0)], vec![kick(PINK1, FRAC_PI_2)], vec![]].into_iter().enumerate()
+    {
+        let mut record = record(cycle as u64, events);
+        record.game.goalkeepers.pink = Some(6);
+        counts.look_at_record(&record);
+    }
+    assert_eq!((counts.team(Team::Blue).shots_on_target, counts.robots[&PINK1].saves), (1, 0));
+}
+
+#[test]
 fn the_ball_is_a_teams_from_its_touch_until_it_is_dead() {
     // Blue has the ball for two cycles and pink for one. Then it is out: nobody has it in the fourth and fifth cycle.
     let counts = counts([vec![kick(BLUE2, FRAC_PI_2)], vec![], vec![kick(PINK1, 0.0)], vec![out()], vec![]]);

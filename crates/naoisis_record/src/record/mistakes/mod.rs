@@ -164,7 +164,7 @@ impl MistakeFinder {
             }
             let goes = |robot: &&RobotRecord| {
                 let towards = (ball - robot.pose.position).normalize_or_zero();
-                !robot.id.is_goalkeeper()
+                !robot.id.is_goalkeeper_of(&record.game.goalkeepers)
                     && distance(robot) < SAME_BALL_M
                     && robot.velocity.linear.dot(towards) > TOWARDS_MPS
             };
