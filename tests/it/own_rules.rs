@@ -35,6 +35,23 @@ impl CustomRule for Loitering {
     }
 }
 
+/// A rule that ignores misspelt settings.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct LaxLoitering {
+    limit_s: f32,
+}
+
+impl CustomRule for LaxLoitering {
+    fn advance(&self, cycles: u64, _: &MatchSnapshot, _: &RobotSnapshot) -> u64 {
+        cycles
+    }
+
+    fn judge(&self, _: u64, _: &MatchSnapshot, _: &RobotSnapshot) -> Option<Evidence> {
+        (self.limit_s < 0.0).then(Evidence::default)
+    }
+}
+
 fn app() -> App {
     let mut app = headless_app();
     app.add_rule::<Loitering>("loitering");
@@ -140,6 +157,8 @@ fn a_rule_with_the_name_of_another_is_refused() {
     assert!(refused("loitering").contains("another rule has this name"));
     assert!(refused("pushing").contains("another rule has this name"));
     assert!(refused("Time wasting").contains("is no word"));
+    let lax = app.try_add_rule::<LaxLoitering>("lax").err().unwrap().to_string();
+    assert!(lax.contains("deny_unknown_fields"), "{lax}");
     // As many as there is room for beside those that are there.
     let error = (1..=MOST_CUSTOM_RULES)
         .find_map(|number| app.try_add_rule::<Loitering>(&format!("loitering_{number}")).err())

@@ -58,7 +58,7 @@ fn a_trace_becomes_what_the_ending_says() {
     );
     for (file, said) in [
         ("c.html", "error: FILE: c.html: the file exists already; expected another name, or --force to replace it"),
-        ("c.gif", "error: c.gif: no format has this ending; expected one of .html, .mcap, .jsonl, .jsonl.zst"),
+        ("c.gif", "error: c.gif: no format has this ending; expected one of .html, "),
         (TRACE, "error: FILE: t.jsonl.zst: this would replace t.jsonl.zst, which the command reads"),
     ] {
         let (status, words) = convert(folder, file);

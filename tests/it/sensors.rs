@@ -191,6 +191,14 @@ struct Smell;
 #[reflect(Component, @Knowledge::Public)]
 struct Nose;
 
+/// Settings that ignore misspelt fields.
+#[derive(Component, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+#[serde(default)]
+struct LaxNose {
+    range_m: f32,
+}
+
 #[test]
 fn a_sensor_is_told_what_it_lacks() {
     fn refused<Settings, Reading>(app: &mut App, name: &str) -> String
@@ -203,10 +211,12 @@ fn a_sensor_is_told_what_it_lacks() {
     let mut app = app();
     assert!(refused::<Nose, Smell>(&mut app, "ball_ear").contains("another sensor has this name"));
     assert!(refused::<Nose, BallNoise>(&mut app, "nose").contains("BallNoise` is another sensor's"));
-    assert!(refused::<Unmarked, Smell>(&mut app, "nose").contains("Unmarked` does not say what it is"));
+    assert!(refused::<Unmarked, Smell>(&mut app, "nose").contains("Unmarked` lacks a part of its mark"));
     let unmarked = refused::<Nose, Unmarked>(&mut app, "nose");
     assert!(unmarked.contains("`#[reflect(Component, @Knowledge::Sensor)]`"), "{unmarked}");
-    assert!(refused::<Nose, Unsaved>(&mut app, "nose").contains("Unsaved` does not say what it is"));
+    assert!(refused::<Nose, Unsaved>(&mut app, "nose").contains("Unsaved` lacks a part of its mark"));
+    assert!(refused::<LaxNose, Smell>(&mut app, "nose").contains("deny_unknown_fields"));
+    assert!(refused::<Nose, Smell>(&mut app, "my nose").contains("lower-case letters"));
     app.start_match(&Scenario::from_json(SCENARIO).unwrap()).unwrap();
     assert!(refused::<Nose, Smell>(&mut app, "nose").contains("while a match is on"));
 }

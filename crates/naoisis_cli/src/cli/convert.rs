@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::interrupt::Interrupt;
-use super::outputs::{Output, check_files};
+use super::outputs::{Output, check_files, check_folder_of};
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_core::behaviour::BehaviourRegistry;
@@ -66,14 +66,7 @@ impl Target<'_> {
     /// Checks that the folder is there in which the target will be.
     fn check_folder(&self) -> Result<(), String> {
         let (Target::File(path, _) | Target::Tables(path, _)) = self;
-        match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-            Some(folder) => Err(format!(
-                "{}: there is no folder {}; expected a folder that is there",
-                path.display(),
-                folder.display()
-            )),
-            None => Ok(()),
-        }
+        check_folder_of(path)
     }
 
     fn recorder(&self, fields: &Fields) -> Result<Box<dyn Recorder>, RecordError> {

@@ -5,7 +5,7 @@ use clap::Args;
 use core::str::FromStr;
 use std::path::PathBuf;
 
-use super::outputs::{Output, STANDARD_OUTPUT};
+use super::outputs::{Output, STANDARD_OUTPUT, check_folder_of};
 use super::recording::Recording;
 use naoisis_record::record::formats::{LogFormat, LogFormats};
 use naoisis_record::record::recorder::Recorder;
@@ -85,6 +85,8 @@ impl Recording for LogArguments {
                 let names: Vec<String> = formats.iter().map(|(name, _)| format!("`{name}`")).collect();
                 format!("--log: there is no log format `{}`; expected one of {}", log.format, names.join(", "))
             })?;
+            // Some recorders create their file at the end.
+            check_folder_of(&log.path).map_err(|error| format!("{option}: {error}"))?;
             logs.push((option, format, log.path));
         }
         let open = |(option, format, path): (_, &LogFormat, PathBuf)| {

@@ -42,6 +42,16 @@ pub fn check_files(input: &Path, outputs: &[Output], force: bool) -> Result<(), 
     Ok(())
 }
 
+/// Checks that the folder of `path` is there.
+pub fn check_folder_of(path: &Path) -> Result<(), String> {
+    match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        Some(folder) => {
+            Err(format!("{}: there is no folder {}; expected a folder that is there", path.display(), folder.display()))
+        }
+        None => Ok(()),
+    }
+}
+
 /// The error about an existing file.
 pub const EXISTS: &str = "the file exists already; expected another name, or --force to replace it";
 

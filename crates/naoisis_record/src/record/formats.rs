@@ -106,6 +106,10 @@ pub trait LogFormatApp {
 
     /// Sets the file name endings of a log format. `naoisis convert` can then write it from a trace, so its recorder must need only the
     /// records: its world has no match.
+    ///
+    /// # Panics
+    /// If there is no log format with this name, or another format has one of the endings.
+    #[track_caller]
     fn name_endings(&mut self, name: &str, endings: &'static [&'static str]) -> &mut Self;
 }
 
@@ -123,8 +127,16 @@ impl LogFormatApp for App {
     }
 
     fn name_endings(&mut self, name: &str, endings: &'static [&'static str]) -> &mut Self {
-        if let Some(format) = self.world_mut().get_resource_or_init::<LogFormats>().0.get_mut(name) {
-            format.endings = endings;
+        let mut formats = self.world_mut().get_resource_or_init::<LogFormats>();
+        let other = formats
+            .iter()
+            .find(|(other, format)| *other != name && format.endings.iter().any(|ending| endings.contains(ending)));
+        if let Some((other, _)) = other {
+            panic!("the log format `{name}` cannot have the name endings {endings:?}: `{other}` has one of them");
+        }
+        match formats.0.get_mut(name) {
+            Some(format) => format.endings = endings,
+            None => panic!("there is no log format `{name}`; register it before its name endings"),
         }
         self
     }

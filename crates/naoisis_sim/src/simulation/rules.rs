@@ -57,6 +57,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
+use super::sensors::accepts_unknown_fields;
 use crate::scenario::{FieldPath, Scenario, ScenarioFault, read_settings, unknown_name};
 use naoisis_core::cycle::{BeginCycle, Cycle, CycleSystems};
 use naoisis_core::game::{Intervention, PenaltyReason, RuleName, Rules};
@@ -84,6 +85,11 @@ pub enum RuleError {
     /// The name belongs to another rule.
     #[error("the rule `{0}` is refused: another rule has this name; give it a name of its own")]
     NameTaken(RuleName),
+    /// The rule accepts settings that do not exist, so that misspelt ones would be ignored.
+    #[error(
+        "the rule `{0}` is refused: it accepts settings that it does not have; add `#[serde(deny_unknown_fields)]` to its type"
+    )]
+    AcceptsUnknownFields(RuleName),
     /// There are too many custom rules.
     #[error("the rule `{0}` is refused: a program can have {MOST_CUSTOM_RULES} rules of its own")]
     TooMany(RuleName),
@@ -106,6 +112,7 @@ pub trait RuleApp {
     ///
     /// # Panics
     /// If the rule is refused.
+    #[track_caller]
     fn add_rule<Rule: CustomRule + Default + DeserializeOwned>(&mut self, name: &str) -> &mut Self {
         match self.try_add_rule::<Rule>(name) {
             Ok(app) => app,
@@ -124,6 +131,9 @@ impl RuleApp for App {
         let is_built_in = PenaltyReason::built_in_names().any(|built_in| built_in == name.as_str());
         if is_built_in || registry.rules.contains_key(&name) {
             return Err(RuleError::NameTaken(name));
+        }
+        if accepts_unknown_fields::<Rule>() {
+            return Err(RuleError::AcceptsUnknownFields(name));
         }
         let place = registry.rules.len();
         if place >= MOST_CUSTOM_RULES {

@@ -52,6 +52,9 @@ naoisis_core::debug_as_displayed!(SensorError);
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SensorErrorKind {
+    /// The name is not valid.
+    #[error("its name is no word of lower-case letters, digits and underscores")]
+    NotAName,
     /// The name belongs to another sensor.
     #[error("another sensor has this name; give it a name of its own")]
     NameTaken,
@@ -61,9 +64,15 @@ pub enum SensorErrorKind {
         /// The component's type.
         component: String,
     },
+    /// The settings accept fields that do not exist, so that misspelt ones would be ignored.
+    #[error("`{component}` accepts fields that it does not have; add `#[serde(deny_unknown_fields)]` to it")]
+    AcceptsUnknownFields {
+        /// The component's type.
+        component: String,
+    },
     /// A component is not marked with who may know it, or cannot be saved.
     #[error(
-        "`{component}` does not say what it is; derive `Reflect` for it, with `#[reflect(Component, @Knowledge::{mark:?})]`"
+        "`{component}` lacks a part of its mark; it needs `#[derive(Reflect)]` and `#[reflect(Component, @Knowledge::{mark:?})]`"
     )]
     NotMarked {
         /// The component's type.
@@ -95,6 +104,7 @@ pub trait SensorApp {
     ///
     /// # Panics
     /// If the sensor is refused.
+    #[track_caller]
     fn add_sensor<Settings: SensorSettings, Reading: SensorReading, M>(
         &mut self,
         name: &str,
@@ -136,6 +146,13 @@ fn register<Settings: SensorSettings, Reading: SensorReading, M>(
     system: impl IntoScheduleConfigs<ScheduleSystem, M>,
 ) -> Result<(), SensorError> {
     let refuse = |reason| Err(SensorError { sensor: name.to_owned(), reason });
+    let is_word = |letter: u8| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == b'_';
+    if name.is_empty() || !name.bytes().all(is_word) {
+        return refuse(SensorErrorKind::NotAName);
+    }
+    if accepts_unknown_fields::<Settings>() {
+        return refuse(SensorErrorKind::AcceptsUnknownFields { component: Settings::type_path().to_owned() });
+    }
     app.register_type::<Settings>().register_type::<Reading>();
     {
         let types = app.world().resource::<AppTypeRegistry>().read();
@@ -179,6 +196,11 @@ fn register<Settings: SensorSettings, Reading: SensorReading, M>(
 /// The system set of a registered sensor, by its index.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct SensorTurn(usize);
+
+/// Returns whether `T` can be read from a table with a field that it cannot know.
+pub(super) fn accepts_unknown_fields<T: DeserializeOwned>() -> bool {
+    serde_json::from_value::<T>(serde_json::json!({ "\u{0}": null })).is_ok()
+}
 
 /// Returns the mark of a component, if it can be saved.
 fn mark_of<C: Component>(types: &TypeRegistry) -> Option<Knowledge> {
