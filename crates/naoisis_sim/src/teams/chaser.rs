@@ -22,7 +22,7 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     }
 }
 
-/// Whether the player is so near to the ball that it leaves it to a team-mate that is nearer.
+/// Returns whether the player is close to the ball. It then keeps away from the ball if a team-mate is closer.
 fn is_crowding(player: &Player, ball: Vec2) -> bool {
     player.position().distance_squared(ball) < CROWDING_DISTANCE_M * CROWDING_DISTANCE_M
 }

@@ -24,7 +24,7 @@ const FLANKS: [f32; 4] = [0.6, -0.6, 1.2, -1.2];
 const NEIGHBOUR_S: f32 = 0.7;
 /// An opponent is near if the player could reach it within this time, s.
 const NEAR_S: f32 = 2.2;
-/// The player looks only at a ball that is nearer than this, m; more for feet longer than a NAO's.
+/// The player looks only at a ball that is nearer than this, m, for the feet of a NAO. The distance grows with the length of the feet.
 const AT_FEET_M: f32 = 0.4;
 /// How far ahead the player looks: the time to walk there, s, and the least distance, m.
 const AHEAD: (f32, f32) = (3.0, 0.8);

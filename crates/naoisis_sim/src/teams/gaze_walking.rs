@@ -47,8 +47,9 @@ fn way_to_look_along(player: &Player, ball: Vec2, walk: &WalkCommand) -> Option<
     /// The player looks there for [`FOR_S`] of each such period, s.
     const EVERY_S: f32 = 1.6;
     const FOR_S: f32 = 0.6;
-    /// Distance ahead at which it looks: the time to walk there, s, within the least and greatest distance, m.
+    /// A walking player looks at the point that it reaches after this time, s.
     const AHEAD_S: f32 = 3.0;
+    /// The least and greatest distance of this point, m.
     const AHEAD_M: [f32; 2] = [0.8, 1.6];
     /// The cosine of the angle from the gaze within which objects are in view: less than half of a NAO's image.
     const IN_VIEW: f32 = 0.9;

@@ -109,7 +109,7 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
 
 /// Returns whether only the keeper may go for a ball at `place`, m, team frame.
 pub fn is_for_the_keeper_only(player: &Player, place: Vec2) -> bool {
-    is_forbidden_area(player, place, 0.0)
+    may_not_enter_the_own_area(player) && own_area_depth_m(player, place, 0.0) > 0.0
 }
 
 /// Stops a step out of the own half that does not lead into the centre circle, before the ball is in play at the own kick-off.
@@ -166,7 +166,8 @@ fn stay_out_of_the_cleared_area(player: &Player, decision: Decision) -> Decision
     let Some(set_play) = theirs.filter(|_| player.rules.goal_kick_clears_area) else { return decision };
     let area = player.pitch.penalty_area;
     let edge = player.pitch.half_length() - area.depth_m;
-    let is_inside = |place: Vec2, margin: f32| place.x > edge - margin && place.y.abs() < area.width_m / 2.0 + margin;
+    let depth_m = |place: Vec2, margin: f32| (place.x - edge + margin).min(area.width_m / 2.0 + margin - place.y.abs());
+    let is_inside = |place: Vec2, margin: f32| depth_m(place, margin) > 0.0;
     let is_cleared = match set_play.kind {
         SetPlayKind::KickOff | SetPlayKind::PenaltyKick => false,
         SetPlayKind::GoalKick => true,
@@ -182,33 +183,53 @@ fn stay_out_of_the_cleared_area(player: &Player, decision: Decision) -> Decision
         let walk = player.walk_to(out, Vec2::X, &player.obstacles());
         return Decision { walk, target: Some(out), ..decision };
     }
-    if is_inside(after(player, &decision.walk), CLEARED_MARGIN_M) {
-        return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, ..decision };
-    }
-    decision
+    Decision { walk: kept_out(player, decision.walk, |place| depth_m(place, CLEARED_MARGIN_M)), ..decision }
 }
 
 /// Keeps a field player out of its own penalty area where only the keeper may be in it, and makes it leave.
 fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
-    if is_forbidden_area(player, player.position(), AREA_MARGIN_M - AREA_SWAY_M) {
+    if !may_not_enter_the_own_area(player) {
+        return decision;
+    }
+    if own_area_depth_m(player, player.position(), AREA_MARGIN_M - AREA_SWAY_M) > 0.0 {
         let x = -player.pitch.half_length() + player.pitch.penalty_area.depth_m + 0.4;
         let out = Vec2::new(x, player.position().y);
         let walk = player.walk_to(out, player.forward, &player.obstacles());
         return Decision { walk, target: Some(out), ..decision };
     }
-    if is_forbidden_area(player, after(player, &decision.walk), AREA_MARGIN_M) {
-        return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, ..decision };
+    Decision {
+        walk: kept_out(player, decision.walk, |place| own_area_depth_m(player, place, AREA_MARGIN_M)),
+        ..decision
     }
-    decision
 }
 
-/// Whether the rules forbid `place` (team frame) to the player: it is in its own penalty area, or nearer to it than `margin` m.
-fn is_forbidden_area(player: &Player, place: Vec2, margin: f32) -> bool {
-    if player.is_goalkeeper(player.id) || !player.is_own_area_for_keeper_only() {
-        return false;
-    }
+/// Whether the rules forbid the player its own penalty area.
+fn may_not_enter_the_own_area(player: &Player) -> bool {
+    player.is_own_area_for_keeper_only() && !player.is_goalkeeper(player.id)
+}
+
+/// Returns how deep `place` (team frame) is in the player's own penalty area with `margin` m around it, m. Negative: it is outside.
+fn own_area_depth_m(player: &Player, place: Vec2, margin: f32) -> f32 {
     let area = player.pitch.penalty_area;
-    place.x < -player.pitch.half_length() + area.depth_m + margin && place.y.abs() < area.width_m / 2.0 + margin
+    let edge = -player.pitch.half_length() + area.depth_m;
+    (edge + margin - place.x).min(area.width_m / 2.0 + margin - place.y.abs())
+}
+
+/// Returns `walk` without the part that leads deeper into an area: a player at the edge walks along it. `depth_m` returns how deep a place
+/// (team frame) is in the area, m; it is negative outside.
+fn kept_out(player: &Player, walk: WalkCommand, depth_m: impl Fn(Vec2) -> f32) -> WalkCommand {
+    let here = player.position();
+    let is_allowed = |step: Vec2| {
+        let then = depth_m(here + step);
+        then <= 0.0 || then <= depth_m(here)
+    };
+    let step = player.forward.rotate(walk.translation());
+    if is_allowed(step) {
+        return walk;
+    }
+    let along = [step * Vec2::Y, step * Vec2::X].into_iter().find(|step| is_allowed(*step)).unwrap_or_default();
+    let Vec2 { x: dx, y: dy } = Vec2::new(player.forward.x, -player.forward.y).rotate(along);
+    WalkCommand { dx, dy, dtheta: walk.dtheta }
 }
 
 /// The place after a step, m, team frame.
@@ -322,6 +343,10 @@ mod tests {
         assert!(moved(&situation, forward).x < -2.35);
         situation.rules = rules;
         assert_eq!(moved(&situation, forward).x, -2.347);
+        // It walks along the edge, and away from it.
+        let aside = moved(&situation, walking(0.006, 0.004));
+        assert!(aside.x == -2.347 && (aside.y - 0.496).abs() < 1e-5, "{aside}");
+        assert!(moved(&situation, walking(-0.001, 0.0)).x > -2.347);
         situation.belief.pose.position.x = -2.6;
         assert!(moved(&situation, forward).x > -2.6);
         situation.id.number = 1;
