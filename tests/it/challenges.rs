@@ -38,6 +38,7 @@ fn a_challenge_that_cannot_be_played_is_refused() {
         (&["TwoOnTwo", "--team", "exec:"], "names no program"),
         (&["TwoOnTwo", "--behaviour", "random", "--scenario", "new.json"], "decides outside of the match"),
         (&["all", "--scenario", "new.json"], "expected one task"),
+        #[cfg(unix)]
         (
             &["FindBall", "--team", "exec:true", "--episodes", "1"],
             "the program of blue1 was lost in the episode of seed 1",

@@ -206,6 +206,7 @@ fn a_kick_off_is_told_as_a_gamecontroller_tells_it() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
 fn a_team_that_is_told_of_the_game_over_udp_plays_as_one_that_is_told_by_the_match() {
     let folder = tempfile::tempdir().unwrap();
     let client = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python").join(name);

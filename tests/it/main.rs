@@ -10,6 +10,7 @@ mod breakdowns;
 mod built_in_scenarios;
 mod calibration;
 mod challenges;
+#[cfg(unix)]
 mod clients;
 mod collisions;
 mod commands;
@@ -45,6 +46,7 @@ mod own_program;
 mod own_rules;
 mod pages;
 mod pairs;
+#[cfg(unix)]
 mod programs;
 mod public_api;
 mod random_numbers;
@@ -60,14 +62,17 @@ mod scenario_files;
 mod schema;
 mod sensing;
 mod sensors;
+#[cfg(unix)]
 mod served_programs;
 mod several_balls;
 mod situation;
 mod snapshot;
 mod support;
 mod tables;
+#[cfg(target_os = "linux")]
 mod team_messages;
 mod teams;
+#[cfg(unix)]
 mod thinking_programs;
 mod traces;
 #[cfg(feature = "viewer")]

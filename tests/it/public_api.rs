@@ -67,14 +67,30 @@ impl Modules {
             for item in self.items[path].iter().filter(|item| !matches!(item, Item::Mod(_))) {
                 match item {
                     Item::Use(exported) if is_pub(&exported.vis) => self.export(path, exported, &mut lines),
-                    item => self.list(path, path, item, None, &mut lines),
+                    item => Self::list(path, item, None, &mut lines),
                 }
             }
         }
-        // What a private module adds to types that are public is found by their names.
-        for (path, items) in self.items.iter().filter(|(path, _)| !self.public.contains(*path)) {
-            for item in items.iter().filter(|item| matches!(item, Item::Impl(_))) {
-                self.list(path, path, item, None, &mut lines);
+        let is_letter = |letter: char| letter.is_alphanumeric() || letter == '_';
+        let listed: BTreeSet<String> =
+            lines.iter().flat_map(|line| line.split(|letter| !is_letter(letter))).map(str::to_owned).collect();
+        let declared: BTreeSet<String> = self.items.values().flatten().filter_map(name_of).collect();
+        // Types that are declared here and listed nowhere are private.
+        let is_private = |item: &ItemImpl| {
+            let own_name = match &*item.self_ty {
+                syn::Type::Path(path) => path.path.segments.last().map(|last| last.ident.to_string()),
+                _ => None,
+            };
+            own_name.is_some_and(|name| declared.contains(&name) && !listed.contains(&name))
+        };
+        for (path, items) in &self.items {
+            for item in items {
+                if let Item::Impl(item) = item
+                    && !is_hidden(&item.attrs)
+                    && !is_private(item)
+                {
+                    of_impl(path, item, &mut lines);
+                }
             }
         }
         lines
@@ -92,7 +108,7 @@ impl Modules {
             let found =
                 found.and_then(|items| items.iter().find(|found| name_of(found).is_some_and(|name| name == item)));
             match found {
-                Some(found) => self.list(path, module, found, Some(&name), lines),
+                Some(found) => Self::list(path, found, Some(&name), lines),
                 None => {
                     lines.insert(format!("{path}: use {}", squeezed(exported.tree.to_token_stream())));
                 }
@@ -100,8 +116,8 @@ impl Modules {
         }
     }
 
-    /// Adds the lines of an item of the module `of`, which is public at `path`, under another name if it is exported by one.
-    fn list(&self, path: &str, of: &str, item: &Item, name: Option<&str>, lines: &mut BTreeSet<String>) {
+    /// Adds the line of an item of the module at `path`, under another name if it is exported by one. Implementations have lines of their own.
+    fn list(path: &str, item: &Item, name: Option<&str>, lines: &mut BTreeSet<String>) {
         let mut add = |name: &str, tokens: TokenStream| lines.insert(format!("{path}::{name}: {}", squeezed(tokens)));
         let own = name_of(item).unwrap_or_default();
         let name = name.unwrap_or(&own);
@@ -122,7 +138,6 @@ impl Modules {
             Item::Struct(item) if is_api(&item.vis, &item.attrs) => drop(add(name, of_struct(item))),
             Item::Enum(item) if is_api(&item.vis, &item.attrs) => drop(add(name, of_enum(item))),
             Item::Trait(item) if is_api(&item.vis, &item.attrs) => drop(add(name, of_trait(item))),
-            Item::Impl(item) if !is_hidden(&item.attrs) => of_impl(of, item, lines),
             _ => {}
         }
     }

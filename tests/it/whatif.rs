@@ -110,6 +110,7 @@ fn what_is_no_moment_is_refused_with_what_would_be() {
 }
 
 /// A program with a memory: it walks the farther to the side, the longer it has played, and believes where it is.
+#[cfg(unix)]
 const REMEMBERING: &str = r#"
 from naoisis_agent import Agent
 agent = Agent(belief=True)
@@ -119,6 +120,7 @@ for cycles, turn in enumerate(agent.turns()):
 "#;
 
 #[test]
+#[cfg(unix)]
 fn a_match_of_programs_is_played_again_up_to_the_moment() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -69,7 +69,7 @@ impl RandomStream {
         (self.0.next_u64() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// Returns true with `probability`. If the outcome is certain, makes no draw.
+    /// Returns true with `probability`. Draws no number if `probability` is 0 or 1.
     pub fn chance(&mut self, probability: f32) -> bool {
         probability > 0.0 && (probability >= 1.0 || self.uniform() < probability)
     }

@@ -161,7 +161,7 @@ impl Challenge {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use naoisis_sim::scenario::{Realisms, Scenario};
+    use naoisis_sim::scenario::{RealismSettings, Scenario};
     use std::path::Path;
 
     #[test]
@@ -185,7 +185,7 @@ mod tests {
             for realism in [Realism::Ideal, Realism::Realistic] {
                 let with = |robot| challenge.clone().with(realism, robot).unwrap().scenario().unwrap().scenario;
                 assert_eq!(with(Some("booster_k1")).model, "booster_k1");
-                assert_eq!(with(None).realism, Realisms::all(realism));
+                assert_eq!(with(None).realism, RealismSettings::all(realism));
                 assert!(realism == Realism::Ideal || with(None).model != "nao", "{name}");
             }
             let scenario = challenge.scenario().unwrap().scenario;

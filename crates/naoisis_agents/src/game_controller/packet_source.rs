@@ -21,9 +21,9 @@ pub struct PacketSource<'a> {
     pub division: Division,
     /// The clock; the packet is for the end of its cycle.
     pub clock: &'a CycleClock,
-    /// All robots.
+    /// All robots, each with its penalty.
     pub robots: &'a [(RobotId, Penalty)],
-    /// The referee's memory of each robot.
+    /// The referee's memory of each of these robots, in the same order.
     pub records: &'a [RobotMemory],
     /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,

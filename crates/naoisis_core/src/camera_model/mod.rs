@@ -314,7 +314,7 @@ impl CameraView {
         (part[0] < part[1]).then_some(part)
     }
 
-    /// The nearest point of the image to a pixel.
+    /// Returns `pixel`, moved into the image if it is outside.
     pub fn clamp_to_image(&self, pixel: Vec2) -> Vec2 {
         // The right and lower edges are not part of the image.
         pixel.clamp(Vec2::ZERO, self.intrinsics.size - Vec2::splat(1e-3))

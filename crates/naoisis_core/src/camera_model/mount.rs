@@ -34,11 +34,11 @@ pub struct CameraMount {
     pub size: Option<[u32; 2]>,
     /// Its field of view along the diagonal, radians; by default the common one.
     pub diagonal_fov: Option<f32>,
-    /// The distortion of its lens; by default the common one.
+    /// The distortion of its lens. `None`: as for the robot's other cameras.
     pub distortion: Option<Distortion>,
     /// Its calibration, which overrides fields of view; by default the common one, unless the camera has a field of view of its own.
     pub calibration: Option<CameraCalibration>,
-    /// The period of its images, cycles; by default the common one.
+    /// Cycles from one image to the next. `None`: as for the robot's other cameras.
     pub every_cycles: Option<u32>,
     /// Tilt below the head's x axis, radians.
     tilt: f32,

@@ -38,7 +38,7 @@ pub enum BallObstacle {
     Ball {
         /// Its centre at the start of the cycle, m, pitch frame.
         start: Vec2,
-        /// At its end.
+        /// Its centre at the end of the cycle, m, pitch frame.
         end: Vec2,
         /// Radius, m.
         radius: f32,

@@ -32,7 +32,7 @@ pub(super) struct Solid {
     pub outline: BallObstacle,
     /// Lower and upper edge, m above the ground.
     pub z_m: [f32; 2],
-    /// Radius by which the solid is larger in all directions, m.
+    /// Distance by which the solid is enlarged in all directions, m. This rounds its edges.
     pub rounding_m: f32,
     /// Share of the approach speed that remains after a bounce; `None` for that of the ball.
     pub restitution: Option<f32>,

@@ -135,7 +135,7 @@ impl Gait {
         translation.extend(velocity.z + (wanted.z - velocity.z).clamp(-most_turn, most_turn))
     }
 
-    /// The greatest speed from which the robot comes to rest within `distance_m`, m/s. The current step cannot be changed.
+    /// The greatest speed from which the robot comes to rest within `distance_m`, m/s. The step in progress is still walked at that speed.
     pub fn braking_speed(&self, distance_m: f32) -> f32 {
         braking_speed(distance_m, self.acceleration_mps2, self.step_s)
     }

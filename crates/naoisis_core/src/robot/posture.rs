@@ -95,7 +95,7 @@ impl Posture {
         Posture::Fallen { cycles: 0, on }
     }
 
-    /// The side of the body that is down, or was until the robot began to get up.
+    /// The side on which the robot lies, or lay before it began to get up. `None` if it is upright or dives.
     pub fn lying_on(self) -> Option<LyingOn> {
         match self {
             Posture::Fallen { on, .. } | Posture::GettingUp { on, .. } => Some(on),

@@ -134,9 +134,9 @@ pub struct LoggedSighting {
 #[derive(Clone, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub struct RobotLog {
-    /// Its walks.
+    /// The walks of the robot.
     pub walks: Vec<Walk>,
-    /// Its kicks.
+    /// The kicks of the robot.
     pub kicks: Vec<Kick>,
     /// Objects that were in view.
     pub sightings: Vec<LoggedSighting>,

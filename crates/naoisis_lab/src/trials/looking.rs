@@ -67,7 +67,7 @@ pub(super) fn shows_its_width(scenario: &Scenario) -> bool {
 }
 
 /// A turn of the head from one end to the other.
-struct Turn {
+struct TurnTrial {
     /// The angles at its end, radians.
     end: HeadAngles,
     /// The greatest speed of a joint in a cycle, degrees per second.
@@ -75,7 +75,7 @@ struct Turn {
 }
 
 /// Turns the head from one pair of angles to another, yaw and pitch, degrees.
-fn turn(laboratory: &mut Laboratory, from: [f32; 2], to: [f32; 2]) -> Result<Turn, TrialError> {
+fn turn(laboratory: &mut Laboratory, from: [f32; 2], to: [f32; 2]) -> Result<TurnTrial, TrialError> {
     let script = json!({ "script": [
         { "from_s": 0, "until_s": TURNS_S, "head_deg": from },
         { "from_s": TURNS_S, "until_s": 3.0 * TURNS_S, "head_deg": to },
@@ -92,7 +92,7 @@ fn turn(laboratory: &mut Laboratory, from: [f32; 2], to: [f32; 2]) -> Result<Tur
         most_degps = most_degps.max(f64::from(to_degrees(way)) / laboratory.period_s());
         before = now;
     }
-    Ok(Turn { end: before, most_degps })
+    Ok(TurnTrial { end: before, most_degps })
 }
 
 /// The diagonal field of view of the first camera, degrees, measured and by the settings. The robot turns away from a

@@ -68,7 +68,7 @@ impl OutputFile {
         self.close_after(written)
     }
 
-    /// Does the same as [`OutputFile::close`], for any error of writing.
+    /// Closes the file like [`OutputFile::close`], or returns the error of `written`.
     pub(super) fn close_after(mut self, written: Result<(), RecordError>) -> Result<(), RecordError> {
         let closed = written.and_then(|()| self.file.finish().map_err(RecordError::io(&self.path)));
         closed.map_err(|error| match self.file.keep() {

@@ -26,7 +26,7 @@ pub fn shortest_single(number: f32) -> f64 {
     parsed(number.into(), |text| ShortestFloats.write_f32(text, number))
 }
 
-/// Returns `number` as it is read back from a trace.
+/// Returns the number that a reader gets from the shortest decimal text of `number`, as traces have it.
 pub fn shortest_double(number: f64) -> f64 {
     parsed(number, |text| ShortestFloats.write_f64(text, number))
 }

@@ -49,7 +49,7 @@ impl RobotDesign {
     }
 }
 
-/// The label of a robot's body and of its waistband.
+/// The labels of a robot's body and of its waistband, in this order.
 pub const fn labels(team: Team) -> [Label; 2] {
     match team {
         Team::Blue => [Label::BlueRobot, Label::BlueWaistband],

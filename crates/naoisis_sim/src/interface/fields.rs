@@ -183,13 +183,13 @@ impl<T: ?Sized + Serialize> Serialize for Part<'_, T> {
         if self.chosen.0.is_empty() {
             self.value.serialize(serializer)
         } else {
-            self.value.serialize(Choosing { inner: serializer, chosen: self.chosen })
+            self.value.serialize(FieldFilter { inner: serializer, chosen: self.chosen })
         }
     }
 }
 
 /// A serializer that passes on only the selected fields of structs, also inside lists and options.
-struct Choosing<'a, S> {
+struct FieldFilter<'a, S> {
     inner: S,
     chosen: &'a Node,
 }
@@ -204,15 +204,15 @@ macro_rules! pass {
     (@) => { S::Ok };
 }
 
-impl<'a, S: Serializer> Serializer for Choosing<'a, S> {
+impl<'a, S: Serializer> Serializer for FieldFilter<'a, S> {
     type Ok = S::Ok;
     type Error = S::Error;
-    type SerializeSeq = Choosing<'a, S::SerializeSeq>;
+    type SerializeSeq = FieldFilter<'a, S::SerializeSeq>;
     type SerializeTuple = S::SerializeTuple;
     type SerializeTupleStruct = S::SerializeTupleStruct;
     type SerializeTupleVariant = S::SerializeTupleVariant;
     type SerializeMap = S::SerializeMap;
-    type SerializeStruct = Choosing<'a, S::SerializeMap>;
+    type SerializeStruct = FieldFilter<'a, S::SerializeMap>;
     type SerializeStructVariant = S::SerializeStructVariant;
 
     fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<S::Ok, S::Error> {
@@ -224,12 +224,12 @@ impl<'a, S: Serializer> Serializer for Choosing<'a, S> {
     }
 
     fn serialize_seq(self, length: Option<usize>) -> Result<Self::SerializeSeq, S::Error> {
-        Ok(Choosing { inner: self.inner.serialize_seq(length)?, chosen: self.chosen })
+        Ok(FieldFilter { inner: self.inner.serialize_seq(length)?, chosen: self.chosen })
     }
 
     fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeStruct, S::Error> {
         // The number of fields is not known yet. Only a map can be serialised without it.
-        Ok(Choosing { inner: self.inner.serialize_map(None)?, chosen: self.chosen })
+        Ok(FieldFilter { inner: self.inner.serialize_map(None)?, chosen: self.chosen })
     }
 
     fn serialize_newtype_variant<T: ?Sized + Serialize>(
@@ -269,7 +269,7 @@ impl<'a, S: Serializer> Serializer for Choosing<'a, S> {
     }
 }
 
-impl<S: SerializeSeq> SerializeSeq for Choosing<'_, S> {
+impl<S: SerializeSeq> SerializeSeq for FieldFilter<'_, S> {
     type Ok = S::Ok;
     type Error = S::Error;
 
@@ -282,7 +282,7 @@ impl<S: SerializeSeq> SerializeSeq for Choosing<'_, S> {
     }
 }
 
-impl<S: SerializeMap> SerializeStruct for Choosing<'_, S> {
+impl<S: SerializeMap> SerializeStruct for FieldFilter<'_, S> {
     type Ok = S::Ok;
     type Error = S::Error;
 

@@ -64,7 +64,7 @@ pub struct CurrentRecord {
     pub record: CycleRecord,
     /// The commands of the robots in the current cycle.
     commands: BTreeMap<RobotId, RobotCommand>,
-    /// The tick at which the record was gathered, or could have been. A head command that is newer than this is a new one.
+    /// The change tick of the last gathering. Head commands that are newer are new.
     gathered: Tick,
     /// Whether the record is gathered only when [`record_now`] asks for it, for users that need only a few cycles of a match.
     is_on_demand: bool,

@@ -33,7 +33,8 @@ impl From<RenderingUnavailable> for ScenarioFault {
 }
 
 impl ScenarioFault {
-    /// Creates a fault of the value at `path`.
+    /// Creates a fault of the value at `path`. Its text is `MESSAGE; expected EXPECTED`: `message` says what is wrong, `expected` what would
+    /// be right.
     pub fn new(path: FieldPath, message: impl Into<String>, expected: impl Into<String>) -> Self {
         Self { path, related: None, message: message.into(), expected: expected.into(), part: FieldPart::Value }
     }

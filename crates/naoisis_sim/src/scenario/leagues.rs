@@ -98,7 +98,7 @@ fn no_league(name: &Value) -> ScenarioFault {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{BallSpec, Realism, Realisms, Scenario};
+    use crate::scenario::{BallSpec, Realism, RealismSettings, Scenario};
 
     fn read(value: Value) -> Scenario {
         Scenario::from_json(&value.to_string()).unwrap()
@@ -144,7 +144,7 @@ mod tests {
     fn a_scenario_has_its_leagues_settings_but_for_its_own() {
         let league = read(json!({ "league": "spl2025" }));
         assert_eq!((league.field.length_m, league.rules.team_size, league.model.as_str()), (9.0, 7, "nao_v6"));
-        assert_eq!(league.realism, Realisms::all(Realism::Realistic));
+        assert_eq!(league.realism, RealismSettings::all(Realism::Realistic));
         assert_eq!((league.ball.map(|ball| ball.radius_m), league.settings.motion.max_linear_mps), (Some(0.05), 0.242));
         let own = read(json!({
             "league": "spl2025",
@@ -154,7 +154,7 @@ mod tests {
             "cameras": { "width": 640, "height": 480 },
         }));
         assert_eq!((own.rules.team_size, own.rules.half_s), (3, league.rules.half_s));
-        assert_eq!(own.realism, Realisms { vision: Realism::Ideal, ..Realisms::all(Realism::Realistic) });
+        assert_eq!(own.realism, RealismSettings { vision: Realism::Ideal, ..RealismSettings::all(Realism::Realistic) });
         let ball = own.ball.unwrap();
         assert_eq!((ball.radius_m, ball.position_m.x), (0.05, 1.0));
         assert_eq!(

@@ -33,7 +33,7 @@ impl ScenarioFile {
     /// # Errors
     /// The first fault of the file, and where it is.
     pub fn load(path: impl AsRef<Path>) -> Result<ScenarioFile, ScenarioError> {
-        Text::load(path.as_ref()).and_then(Text::scenario)
+        ScenarioText::load(path.as_ref()).and_then(ScenarioText::scenario)
     }
 
     /// Returns the built-in scenario with this name.
@@ -41,7 +41,7 @@ impl ScenarioFile {
     /// # Errors
     /// If there is no such scenario.
     pub fn named(name: &str) -> Result<ScenarioFile, ScenarioError> {
-        Text::named(name).and_then(Text::scenario)
+        ScenarioText::named(name).and_then(ScenarioText::scenario)
     }
 
     /// Finds a scenario for the command line: by the name of a built-in one, or by the path of a file.
@@ -49,19 +49,19 @@ impl ScenarioFile {
     /// # Errors
     /// If there is neither, or the file is faulty.
     pub fn find(path_or_name: &str) -> Result<ScenarioFile, ScenarioError> {
-        Text::find(path_or_name).and_then(Text::scenario)
+        ScenarioText::find(path_or_name).and_then(ScenarioText::scenario)
     }
 
     /// Does the same as [`ScenarioFile::find`], but reports all errors. `names` returns faults that only the program can find: unregistered
     /// names.
     ///
     /// # Errors
-    /// All errors of the file in the order of the text, except those that may be consequences of others.
+    /// Errors of the file in the order of the text: those of its form, or otherwise those of ranges, or otherwise those of what belongs together.
     pub fn check(
         path_or_name: &str,
         names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
     ) -> Result<ScenarioFile, Vec<ScenarioError>> {
-        Text::find(path_or_name).map_err(|error| vec![error])?.check(names)
+        ScenarioText::find(path_or_name).map_err(|error| vec![error])?.check(names)
     }
 
     /// Reads a scenario from a text. `name` is its name in error messages.
@@ -69,7 +69,7 @@ impl ScenarioFile {
     /// # Errors
     /// The first fault of the text, and where it is.
     pub fn from_text(text: &str, format: Format, name: &str) -> Result<ScenarioFile, ScenarioError> {
-        Text::new(name, format, text).scenario()
+        ScenarioText::new(name, format, text).scenario()
     }
 
     /// Returns the same scenario with changed fields. Later settings override earlier ones.
@@ -88,36 +88,36 @@ impl ScenarioFile {
         if settings.is_empty() { Ok(self.clone()) } else { self.text_with(settings).check(|_| Vec::new()) }
     }
 
-    fn text_with(&self, settings: &[Setting]) -> Text {
+    fn text_with(&self, settings: &[Setting]) -> ScenarioText {
         let mut source = self.source.clone();
         source.settings.extend(settings.iter().cloned());
-        Text(source)
+        ScenarioText(source)
     }
 }
 
 /// A text that should be a scenario.
-struct Text(ScenarioSource);
+struct ScenarioText(ScenarioSource);
 
-impl Text {
-    fn new(name: &str, format: Format, text: &str) -> Text {
-        Text(ScenarioSource::of_file(name, format, text))
+impl ScenarioText {
+    fn new(name: &str, format: Format, text: &str) -> ScenarioText {
+        ScenarioText(ScenarioSource::of_file(name, format, text))
     }
 
-    fn find(path_or_name: &str) -> Result<Text, ScenarioError> {
+    fn find(path_or_name: &str) -> Result<ScenarioText, ScenarioError> {
         let path = Path::new(path_or_name);
         let is_built_in = LIBRARY.iter().any(|entry| entry.name == path_or_name);
         let looks_like_path = path.extension().is_some() || path.components().count() > 1 || path.exists();
-        if !is_built_in && looks_like_path { Text::load(path) } else { Text::named(path_or_name) }
+        if !is_built_in && looks_like_path { ScenarioText::load(path) } else { ScenarioText::named(path_or_name) }
     }
 
-    fn named(name: &str) -> Result<Text, ScenarioError> {
+    fn named(name: &str) -> Result<ScenarioText, ScenarioError> {
         match LIBRARY.iter().find(|entry| entry.name == name) {
-            Some(entry) => Ok(Text::new(entry.name, entry.format, entry.text)),
+            Some(entry) => Ok(ScenarioText::new(entry.name, entry.format, entry.text)),
             // A league without a scenario of its own, such as a division of another league, is played by two built-in teams.
             None if LEAGUES.iter().any(|league| league.name == name) => {
                 let text =
                     format!("(name: \"{name}\", league: \"{name}\", teams: (blue: \"passers\", pink: \"roles\"))\n");
-                Ok(Text::new(name, Format::Ron, &text))
+                Ok(ScenarioText::new(name, Format::Ron, &text))
             }
             None => {
                 let names = LIBRARY.iter().map(|entry| entry.name).chain(LEAGUES.iter().map(|league| league.name));
@@ -128,7 +128,7 @@ impl Text {
         }
     }
 
-    fn load(path: &Path) -> Result<Text, ScenarioError> {
+    fn load(path: &Path) -> Result<ScenarioText, ScenarioError> {
         let name = path.display().to_string();
         let unreadable = |message: String, expected: &str| {
             ScenarioError::of_file(ScenarioErrorKind::Unreadable, &name, message, expected.to_owned())
@@ -159,10 +159,10 @@ impl Text {
             && let Some(game) = webots_game(&value, path)
         {
             let unusable = |(message, expected): (String, String)| unreadable(message, &expected);
-            return Ok(Text::new(&name, format, &game.map_err(unusable)?.to_string()));
+            return Ok(ScenarioText::new(&name, format, &game.map_err(unusable)?.to_string()));
         }
         match core::str::from_utf8(&bytes) {
-            Ok(text) => Ok(Text::new(&name, format, text)),
+            Ok(text) => Ok(ScenarioText::new(&name, format, text)),
             Err(problem) => {
                 let valid = problem.valid_up_to();
                 let text: Arc<str> = String::from_utf8_lossy(&bytes).into();
@@ -183,7 +183,7 @@ impl Text {
     }
 
     fn check(self, names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>) -> Result<ScenarioFile, Vec<ScenarioError>> {
-        let Text(source) = self;
+        let ScenarioText(source) = self;
         let value = read::read(&source.text, source.format).map_err(|fault| vec![source.syntax_error(fault)])?;
         if model_file::is_model(&value) {
             return Err(vec![model_file::no_scenario(&source, &value)]);

@@ -4,7 +4,7 @@
 //! file mean the same. Files are RON or JSON of the same shape; [`Scenario::load`] and its relatives read them:
 //!
 //! 1. the text becomes a tree of values, and an outline with the position of each value;
-//! 2. presets are filled in; missing values are taken from the [league](League) and the [realism](Realisms), and those of robots from the
+//! 2. presets are filled in; missing values are taken from the [league](League) and the [realism](RealismSettings), and those of robots from the
 //!    common settings;
 //! 3. the tree becomes a [`Scenario`];
 //! 4. [`Scenario::validate`] checks what types cannot express: ranges, and that nothing overlaps.
@@ -26,7 +26,6 @@ mod handicap;
 mod inline_models;
 mod layers;
 mod leagues;
-mod left_open;
 mod library;
 mod load;
 mod looks_file;
@@ -34,6 +33,7 @@ mod message_limits;
 pub mod message_pack;
 mod messages_form;
 mod model_file;
+mod model_gaps;
 mod model_like;
 mod models;
 mod notes;
@@ -74,7 +74,7 @@ pub use looks_file::{LOOKS, read_looks};
 pub use models::{MODELS, ModelError, RobotModel};
 pub use preset::Preset;
 pub use presets::{BALL_PRESETS, FIELD_PRESETS, RULES_PRESETS, pitch_preset, rules_preset};
-pub use realism::{Realism, Realisms};
+pub use realism::{Realism, RealismSettings};
 pub use robot_settings::{RobotPatch, RobotSettings};
 pub use robot_spec::{BehaviourSpec, RobotSpec};
 pub use saved_match::{SavedMatch, SavedMatchError};

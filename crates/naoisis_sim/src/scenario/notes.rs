@@ -119,7 +119,7 @@ impl ScenarioFile {
 }
 
 impl Holder<'_> {
-    /// Returns whether the holder's value of a field differs from the scenario's and is not given by the holder itself.
+    /// Returns whether `field` differs from the scenario's value although the robot or team does not set it.
     fn lacks(&self, field: &str, said: &Value, of_all: &Value) -> bool {
         let model = self.said.and_then(|said| said.get("model"));
         let says = [self.said, model].into_iter().flatten().any(|said| said.get(field).is_some());

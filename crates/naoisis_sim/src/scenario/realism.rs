@@ -2,11 +2,11 @@
 //!
 //! ```
 //! # use naoisis::prelude::*;
-//! # use naoisis::scenario::{Realism, Realisms};
+//! # use naoisis::scenario::{Realism, RealismSettings};
 //! let scenario = Scenario::from_json(
 //!     r#"{ "model": "nao_v6", "realism": { "all": "ideal", "kicks": "realistic" }, "kicks": { "wind_up_s": 0.1 } }"#,
 //! )?;
-//! assert_eq!(scenario.realism, Realisms { kicks: Realism::Realistic, ..Realisms::all(Realism::Ideal) });
+//! assert_eq!(scenario.realism, RealismSettings { kicks: Realism::Realistic, ..RealismSettings::all(Realism::Ideal) });
 //! // What the file says itself counts more than the word.
 //! assert_eq!(scenario.settings.kicks.wind_up_s, 0.1);
 //! assert!(scenario.settings.kicks.speed_sd > 0.0 && scenario.settings.odometry.noise.translation_sd_m == 0.0);
@@ -88,11 +88,11 @@ macro_rules! parts {
         /// The realism of each part. In files a word for all of them, or an object with words for some and `all` for the rest.
         #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
         #[reflect(Serialize, Deserialize)]
-        pub struct Realisms {
+        pub struct RealismSettings {
             $($(#[$documentation])* pub $part: Realism,)*
         }
 
-        impl Realisms {
+        impl RealismSettings {
             /// Creates a realism that is the same for all parts.
             pub const fn all(realism: Realism) -> Self {
                 Self { $($part: realism,)* }
@@ -117,15 +117,15 @@ macro_rules! parts {
             )*
         }
 
-        impl From<RealismFields> for Realisms {
+        impl From<RealismFields> for RealismSettings {
             fn from(fields: RealismFields) -> Self {
                 let all = fields.all.unwrap_or_default();
                 Self { $($part: fields.$part.unwrap_or(all),)* }
             }
         }
 
-        impl From<Realisms> for RealismFields {
-            fn from(realisms: Realisms) -> Self {
+        impl From<RealismSettings> for RealismFields {
+            fn from(realisms: RealismSettings) -> Self {
                 Self { all: None, $($part: Some(realisms.$part),)* }
             }
         }
@@ -137,7 +137,7 @@ robot_settings! { realisms {
     ball
 } }
 
-impl Realisms {
+impl RealismSettings {
     /// Returns the word for all parts, if they have the same realism.
     pub fn word(&self) -> Option<Realism> {
         (*self == Self::all(self.ball)).then_some(self.ball)
@@ -145,7 +145,7 @@ impl Realisms {
 }
 
 /// Shows the word for all parts, or a word for each part that differs from the paper: `kicks realistic, vision ideal`.
-impl fmt::Display for Realisms {
+impl fmt::Display for RealismSettings {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(word) = self.word() {
             return word.fmt(formatter);
@@ -158,9 +158,9 @@ impl fmt::Display for Realisms {
     }
 }
 
-impl JsonSchema for Realisms {
+impl JsonSchema for RealismSettings {
     fn schema_name() -> Cow<'static, str> {
-        "Realisms".into()
+        "RealismSettings".into()
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
@@ -171,7 +171,7 @@ impl JsonSchema for Realisms {
     }
 }
 
-impl Serialize for Realisms {
+impl Serialize for RealismSettings {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.word() {
             Some(word) => word.serialize(serializer),
@@ -181,12 +181,12 @@ impl Serialize for Realisms {
 }
 
 // Implemented by hand, because an untagged enum would lose the place of an error.
-impl<'de> Deserialize<'de> for Realisms {
+impl<'de> Deserialize<'de> for RealismSettings {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct RealismsVisitor;
 
         impl<'de> Visitor<'de> for RealismsVisitor {
-            type Value = Realisms;
+            type Value = RealismSettings;
 
             fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
                 formatter.write_str(
@@ -194,12 +194,12 @@ impl<'de> Deserialize<'de> for Realisms {
                 )
             }
 
-            fn visit_str<E: Error>(self, word: &str) -> Result<Realisms, E> {
-                Realism::deserialize(StrDeserializer::<E>::new(word)).map(Realisms::all)
+            fn visit_str<E: Error>(self, word: &str) -> Result<RealismSettings, E> {
+                Realism::deserialize(StrDeserializer::<E>::new(word)).map(RealismSettings::all)
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Realisms, A::Error> {
-                RealismFields::deserialize(MapAccessDeserializer::new(map)).map(Realisms::from)
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RealismSettings, A::Error> {
+                RealismFields::deserialize(MapAccessDeserializer::new(map)).map(RealismSettings::from)
             }
         }
 
@@ -213,11 +213,11 @@ mod tests {
 
     #[test]
     fn a_word_is_for_all_parts_and_an_object_for_some() {
-        let read = |json: &str| serde_json::from_str::<Realisms>(json);
-        assert_eq!(read(r#""realistic""#).unwrap(), Realisms::all(Realism::Realistic));
+        let read = |json: &str| serde_json::from_str::<RealismSettings>(json);
+        assert_eq!(read(r#""realistic""#).unwrap(), RealismSettings::all(Realism::Realistic));
         let some = read(r#"{ "all": "ideal", "kicks": "realistic" }"#).unwrap();
         assert_eq!((some.kicks, some.vision), (Realism::Realistic, Realism::Ideal));
-        for realisms in [some, Realisms::all(Realism::Ideal), Realisms::default()] {
+        for realisms in [some, RealismSettings::all(Realism::Ideal), RealismSettings::default()] {
             assert_eq!(read(&serde_json::to_string(&realisms).unwrap()).unwrap(), realisms);
         }
         assert!(read(r#""real""#).unwrap_err().to_string().contains("unknown variant `real`"));
@@ -226,8 +226,8 @@ mod tests {
 
     #[test]
     fn what_is_not_the_papers_is_named() {
-        assert_eq!(Realisms::all(Realism::Ideal).to_string(), "ideal");
-        let some = Realisms { kicks: Realism::Realistic, vision: Realism::Ideal, ..default() };
+        assert_eq!(RealismSettings::all(Realism::Ideal).to_string(), "ideal");
+        let some = RealismSettings { kicks: Realism::Realistic, vision: Realism::Ideal, ..default() };
         assert_eq!(some.to_string(), "kicks realistic, vision ideal");
     }
 }

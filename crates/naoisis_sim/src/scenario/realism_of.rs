@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::presets;
-use super::realism::Realisms;
+use super::realism::RealismSettings;
 use super::robot_spec::RobotSpec;
 use super::shape;
 use super::teams_spec::TeamsSpec;
@@ -20,7 +20,7 @@ impl Scenario {
     /// Returns the scenario with the settings of another realism and of its model, in place of its own. The defaults apply for an unknown
     /// model and for the paper.
     #[must_use]
-    pub fn with_realism(self, realism: Realisms) -> Scenario {
+    pub fn with_realism(self, realism: RealismSettings) -> Scenario {
         let mut root = Map::new();
         root.insert("model".to_owned(), json!(self.model));
         root.insert("realism".to_owned(), serde_json::to_value(realism).unwrap_or_default());
@@ -172,7 +172,7 @@ mod tests {
         let own = read(value);
         assert_eq!((own.settings.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
         for word in [Realism::Ideal, Realism::Realistic, Realism::Paper] {
-            let built = read(json!({ "model": "nao_v6" })).with_realism(Realisms::all(word));
+            let built = read(json!({ "model": "nao_v6" })).with_realism(RealismSettings::all(word));
             assert_eq!(built, read(json!({ "realism": word, "model": "nao_v6" })));
         }
     }

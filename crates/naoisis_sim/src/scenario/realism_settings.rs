@@ -9,7 +9,7 @@ use super::field_path::FieldPath;
 use super::layers::lay_over;
 use super::message_limits;
 use super::models::{ModelError, RobotModel, expected_model, is_file};
-use super::realism::{Realism, Realisms};
+use super::realism::{Realism, RealismSettings};
 use super::types::Scenario;
 
 /// Returns the settings that apply where the scenario does not have its own, for each part. Nothing is returned for the paper, whose
@@ -41,16 +41,16 @@ pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault
 }
 
 /// Returns the scenario's words for its realism. Errors in them are found when the types are read.
-pub fn realisms_of(root: &Map<String, Value>) -> Option<Realisms> {
+pub fn realisms_of(root: &Map<String, Value>) -> Option<RealismSettings> {
     match root.get("realism") {
-        None => Some(Realisms::default()),
-        Some(words) => Realisms::deserialize(words).ok(),
+        None => Some(RealismSettings::default()),
+        Some(words) => RealismSettings::deserialize(words).ok(),
     }
 }
 
 /// Returns the settings of a model's robots with this realism: those that always apply, and over them those of each part's realism.
 /// Settings that the model does not have are those of the NAO.
-pub fn settings_of_model(model: &RobotModel, realisms: Realisms) -> Map<String, Value> {
+pub fn settings_of_model(model: &RobotModel, realisms: RealismSettings) -> Map<String, Value> {
     static NAO: LazyLock<Map<String, Value>> =
         LazyLock::new(|| RobotModel::named(&Scenario::default().model).map_or_else(Map::new, |model| model.settings));
     let mut settings = Value::Object(NAO.clone());
@@ -63,7 +63,7 @@ pub fn settings_of_model(model: &RobotModel, realisms: Realisms) -> Map<String, 
 }
 
 /// Returns the settings for the realism of each part.
-fn by_parts(realisms: Realisms, realistic: &Map<String, Value>) -> Map<String, Value> {
+fn by_parts(realisms: RealismSettings, realistic: &Map<String, Value>) -> Map<String, Value> {
     let ideal = ideal();
     let of_part = |(part, realism): (&str, Realism)| {
         let settings = match realism {
@@ -126,7 +126,7 @@ fn find(reference: &Value) -> Result<RobotModel, NoModel> {
 }
 
 /// Returns whether the scenario has settings for every part with a realism.
-fn says_all(root: &Map<String, Value>, realisms: Option<Realisms>) -> bool {
+fn says_all(root: &Map<String, Value>, realisms: Option<RealismSettings>) -> bool {
     realisms.unwrap_or_default().parts().all(|(part, _)| root.contains_key(part))
 }
 

@@ -21,7 +21,7 @@ use super::wording::{did_you_mean, one_of, quoted};
 /// # Errors
 /// The fault of the value, and where it is.
 pub fn read<'de, T: Deserialize<'de>>(value: &'de Value) -> Result<T, ShapeFault> {
-    T::deserialize(Strict(value))
+    T::deserialize(StrictDeserializer(value))
 }
 
 /// A fault of a value, and its place. It is boxed, as every step of reading passes it on.
@@ -228,9 +228,9 @@ impl de::Error for ShapeFault {
 
 /// Deserialises types strictly from a value.
 #[derive(Clone, Copy)]
-struct Strict<'a>(pub &'a Value);
+struct StrictDeserializer<'a>(pub &'a Value);
 
-impl<'de> Deserializer<'de> for Strict<'de> {
+impl<'de> Deserializer<'de> for StrictDeserializer<'de> {
     type Error = ShapeFault;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeFault> {
@@ -305,7 +305,7 @@ impl<'de> Deserializer<'de> for Strict<'de> {
     }
 }
 
-impl<'de> IntoDeserializer<'de, ShapeFault> for Strict<'de> {
+impl<'de> IntoDeserializer<'de, ShapeFault> for StrictDeserializer<'de> {
     type Deserializer = Self;
 
     fn into_deserializer(self) -> Self {
@@ -322,7 +322,7 @@ impl<'de> SeqAccess<'de> for Elements<'de> {
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ShapeFault> {
         let Some((index, value)) = self.values.next() else { return Ok(None) };
-        seed.deserialize(Strict(value)).map(Some).map_err(|fault| fault.inside(Segment::Index(index)))
+        seed.deserialize(StrictDeserializer(value)).map(Some).map_err(|fault| fault.inside(Segment::Index(index)))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -354,8 +354,8 @@ impl<'de> MapAccess<'de> for Fields<'de> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeFault> {
         match self.entry.take() {
-            Some((name, value)) => seed.deserialize(Strict(value)).map_err(|fault| fault.in_field(name)),
-            None => seed.deserialize(Strict(&Value::Null)),
+            Some((name, value)) => seed.deserialize(StrictDeserializer(value)).map_err(|fault| fault.in_field(name)),
+            None => seed.deserialize(StrictDeserializer(&Value::Null)),
         }
     }
 }
@@ -408,12 +408,12 @@ impl<'de> VariantAccess<'de> for VariantContent<'de> {
     }
 
     fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ShapeFault> {
-        seed.deserialize(Strict(self.value)).map_err(|fault| fault.in_field(self.variant))
+        seed.deserialize(StrictDeserializer(self.value)).map_err(|fault| fault.in_field(self.variant))
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, _length: usize, visitor: V) -> Result<V::Value, ShapeFault> {
         let content = match self.value {
-            Value::Array(_) => Strict(self.value).deserialize_any(visitor),
+            Value::Array(_) => StrictDeserializer(self.value).deserialize_any(visitor),
             other => Err(mismatch(other, "a list")),
         };
         content.map_err(|fault| fault.in_field(self.variant))
@@ -424,7 +424,7 @@ impl<'de> VariantAccess<'de> for VariantContent<'de> {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, ShapeFault> {
-        let content = Strict(self.value).deserialize_struct("", fields, visitor);
+        let content = StrictDeserializer(self.value).deserialize_struct("", fields, visitor);
         content.map_err(|fault| fault.in_field(self.variant))
     }
 }

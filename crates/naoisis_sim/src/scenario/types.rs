@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::expectation::Expectation;
 use super::messages_form::MessagesForm;
-use super::realism::Realisms;
+use super::realism::RealismSettings;
 use super::robot_settings::{RobotSettings, robot_settings};
 use super::robot_spec::RobotSpec;
 use super::saved_match::SavedMatch;
@@ -44,7 +44,7 @@ pub struct Scenario {
     /// The [model](super::RobotModel) of the robots.
     pub model: String,
     /// The realism of settings that are not given.
-    pub realism: Realisms,
+    pub realism: RealismSettings,
     /// The sizes of pitch and goals.
     pub field: Pitch,
     /// The rules of the match.
@@ -81,7 +81,7 @@ impl Default for Scenario {
             duration_s: None,
             league: None,
             model: "nao".to_owned(),
-            realism: Realisms::default(),
+            realism: RealismSettings::default(),
             field: Pitch::default(),
             rules: Rules::default(),
             ball: Some(BallSpec::default()),
@@ -247,7 +247,7 @@ robot_settings! { scenario_form {
     /// The model of the robots.
     model: String,
     /// The realism of settings that are not given.
-    realism: Realisms,
+    realism: RealismSettings,
     /// The sizes of pitch and goals.
     field: Pitch,
     /// The rules of the match.

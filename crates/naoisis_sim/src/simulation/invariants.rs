@@ -55,7 +55,7 @@ pub struct RobotState {
 
 /// The values that a robot senses, hears and believes, which must be finite.
 #[derive(QueryData)]
-struct Mind {
+struct EstimatedState {
     head: &'static HeadAngles,
     odometry: &'static Odometry,
     sonar: &'static SonarReading,
@@ -89,7 +89,7 @@ fn check_invariants(
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
     robots: Query<(&Pose, &PreviousPose, &Velocity, &Body, &Penalty)>,
-    minds: Query<Mind>,
+    states: Query<EstimatedState>,
     posts: Query<(&Pose, &Post)>,
     balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics, &BallFlight, &BallPath)>,
 ) {
@@ -121,13 +121,13 @@ fn check_invariants(
     };
     broken_invariants(&robots_now, &posts_now, &balls_now, &mut report);
     for (id, entity) in roster.iter() {
-        if let Some(what) = minds.get(entity).ok().and_then(|mind| mind.first_not_finite()) {
+        if let Some(what) = states.get(entity).ok().and_then(|state| state.first_not_finite()) {
             report(format!("{id}: a number in its {what} is not finite"));
         }
     }
 }
 
-impl MindItem<'_, '_> {
+impl EstimatedStateItem<'_, '_> {
     /// Returns the first part that has a number which is not finite.
     fn first_not_finite(&self) -> Option<&'static str> {
         let parts = [

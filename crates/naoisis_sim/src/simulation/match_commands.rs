@@ -2,8 +2,8 @@
 
 use bevy::prelude::*;
 
-use super::going_on::start;
 use super::spawn::despawn_match;
+use super::start::start;
 use super::triggers::{MatchEnd, MatchEnded, MatchNotStarted};
 use crate::scenario::Scenario;
 use naoisis_core::cycle::CycleClock;

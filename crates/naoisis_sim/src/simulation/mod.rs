@@ -22,7 +22,6 @@ use bevy::ecs::schedule::ScheduleLabel;
 use bevy::prelude::*;
 
 mod cycle_runner;
-mod going_on;
 pub mod invariants;
 mod match_commands;
 pub mod names;
@@ -33,10 +32,10 @@ mod settings;
 mod situation;
 pub mod snapshot;
 mod spawn;
+mod start;
 pub mod triggers;
 
 pub use cycle_runner::{CycleRunnerPlugin, RunCycle};
-pub use going_on::start as start_match;
 pub use match_commands::{MatchCommands, end_match, is_over};
 pub use parallel::play_in_order;
 pub use rules::{RuleApp, RuleRegistry};
@@ -45,6 +44,7 @@ pub use settings::{change_settings, changeable, is_changeable};
 pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
 pub use spawn::{MatchEntity, give_belief, resolved};
+pub use start::start as start_match;
 pub use triggers::{Fell, GoalScored, Kicked, MatchEnd, MatchEnded, MatchNotStarted, MatchStarted, Penalised};
 
 use crate::scenario::{Scenario, ScenarioFault};

@@ -29,7 +29,7 @@ pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
     robots.chain(teams).chain(sensors).chain(world.resource::<RuleRegistry>().faults(scenario)).collect()
 }
 
-/// Returns the fault of a team's name that is neither registered nor the command line of a program, if it is one.
+/// Returns a fault if `name` is neither a registered team nor the command line of a program (`exec:COMMAND`).
 pub fn wrong_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) -> Option<ScenarioFault> {
     match TeamsSpec::command_line(name) {
         Some(Some(words)) if words.first().is_some_and(|word| !word.is_empty()) => None,

@@ -125,21 +125,21 @@ pub struct DisplaySettings {
     pub labels: bool,
     /// Shadows and smooth edges.
     pub fine_drawing: bool,
-    /// The switches of the overlays.
+    /// Whether the switches of the overlays are shown.
     pub overlays: bool,
-    /// The selected robot.
+    /// Whether the panel of the selected robot is shown.
     pub robot: bool,
-    /// The cameras of all robots.
+    /// Whether the camera images of all robots are shown.
     pub cameras: bool,
-    /// The lanes of the whole match.
+    /// Whether the lanes of the whole match are shown.
     pub lanes: bool,
-    /// The plots of numbers over time.
+    /// Whether the plots of numbers over time are shown.
     pub plots: bool,
-    /// The repetitions from the moment that is shown.
+    /// Whether the repetitions from the shown moment are shown.
     pub many_times: bool,
-    /// The cost of a frame.
+    /// Whether the cost of a frame is shown.
     pub statistics: bool,
-    /// Light panels instead of dark ones.
+    /// Whether panels are light instead of dark.
     pub light: bool,
     /// The size of panels.
     pub panel_scale: PanelScale,

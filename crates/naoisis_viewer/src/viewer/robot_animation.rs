@@ -61,7 +61,7 @@ fn move_limbs(
     }
 }
 
-/// The state that moves the limbs of a ghost.
+/// The state from which the limbs of a ghost are posed.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
 pub struct GhostBody {
     id: RobotId,

@@ -93,7 +93,7 @@ pub enum ShootOutProcedure {
     Spl2025,
 }
 
-/// When a substitute may replace a player, besides time-outs and half time, in which it takes the player's place at once.
+/// When a substitute may replace a player, besides time-outs and half time. In these it takes the player's place at once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

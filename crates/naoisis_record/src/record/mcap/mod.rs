@@ -130,7 +130,7 @@ impl Recorder for McapRecorder {
     }
 }
 
-/// Returns a time of a message, ns, for a time in the match, s.
+/// Converts a time in the match, s, to nanoseconds.
 pub(super) fn nanoseconds(time_s: f64) -> u64 {
     (time_s * 1e9).round() as u64
 }

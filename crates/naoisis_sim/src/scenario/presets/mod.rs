@@ -12,7 +12,7 @@ use super::layers::lay_over;
 use super::leagues;
 use super::message_limits;
 use super::preset::{Preset, presets};
-use super::realism::Realisms;
+use super::realism::RealismSettings;
 use super::realism_settings;
 use super::robot_settings::RobotSettings;
 use super::shape;
@@ -133,7 +133,7 @@ fn resolve_robot(
     robot: &mut Map<String, Value>,
     path: &FieldPath,
     common: &Map<String, Value>,
-    realisms: Option<Realisms>,
+    realisms: Option<RealismSettings>,
     faults: &mut Vec<ScenarioFault>,
 ) {
     let own_model = realism_settings::model_of(robot, path, RobotSettings::OF_MODEL, faults).zip(realisms);

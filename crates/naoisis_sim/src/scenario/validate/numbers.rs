@@ -75,14 +75,14 @@ impl ser::Error for WrongNumber {
 struct Check(Numbers);
 
 /// A list, an object or a variant with contents. `index` counts the elements that are done.
-struct Inside {
+struct PathTracker {
     check: Check,
     index: usize,
     key: String,
     variant: Option<&'static str>,
 }
 
-impl Inside {
+impl PathTracker {
     fn new(check: Check, variant: Option<&'static str>) -> Self {
         Self { check, index: 0, key: String::new(), variant }
     }
@@ -106,7 +106,7 @@ impl Inside {
 
 macro_rules! lists {
     ($($trait:ident::$method:ident)*) => {
-        $(impl $trait for Inside {
+        $(impl $trait for PathTracker {
             type Ok = ();
             type Error = WrongNumber;
 
@@ -128,7 +128,7 @@ lists! {
 
 macro_rules! structs {
     ($($trait:ident)*) => {
-        $(impl $trait for Inside {
+        $(impl $trait for PathTracker {
             type Ok = ();
             type Error = WrongNumber;
 
@@ -145,7 +145,7 @@ macro_rules! structs {
 
 structs! { SerializeStruct SerializeStructVariant }
 
-impl SerializeMap for Inside {
+impl SerializeMap for PathTracker {
     type Ok = ();
     type Error = WrongNumber;
 
@@ -184,13 +184,13 @@ macro_rules! nothing_to_check {
 impl Serializer for Check {
     type Ok = ();
     type Error = WrongNumber;
-    type SerializeSeq = Inside;
-    type SerializeTuple = Inside;
-    type SerializeTupleStruct = Inside;
-    type SerializeTupleVariant = Inside;
-    type SerializeMap = Inside;
-    type SerializeStruct = Inside;
-    type SerializeStructVariant = Inside;
+    type SerializeSeq = PathTracker;
+    type SerializeTuple = PathTracker;
+    type SerializeTupleStruct = PathTracker;
+    type SerializeTupleVariant = PathTracker;
+    type SerializeMap = PathTracker;
+    type SerializeStruct = PathTracker;
+    type SerializeStructVariant = PathTracker;
 
     nothing_to_check! {
         serialize_bool(bool) serialize_i8(i8) serialize_i16(i16) serialize_i32(i32) serialize_u8(u8) serialize_u16(u16)
@@ -250,16 +250,16 @@ impl Serializer for Check {
         value.serialize(self).map_err(|found| found.inside_field(variant))
     }
 
-    fn serialize_seq(self, _: Option<usize>) -> Result<Inside, WrongNumber> {
-        Ok(Inside::new(self, None))
+    fn serialize_seq(self, _: Option<usize>) -> Result<PathTracker, WrongNumber> {
+        Ok(PathTracker::new(self, None))
     }
 
-    fn serialize_tuple(self, _: usize) -> Result<Inside, WrongNumber> {
-        Ok(Inside::new(self, None))
+    fn serialize_tuple(self, _: usize) -> Result<PathTracker, WrongNumber> {
+        Ok(PathTracker::new(self, None))
     }
 
-    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Inside, WrongNumber> {
-        Ok(Inside::new(self, None))
+    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<PathTracker, WrongNumber> {
+        Ok(PathTracker::new(self, None))
     }
 
     fn serialize_tuple_variant(
@@ -268,16 +268,16 @@ impl Serializer for Check {
         _: u32,
         variant: &'static str,
         _: usize,
-    ) -> Result<Inside, WrongNumber> {
-        Ok(Inside::new(self, Some(variant)))
+    ) -> Result<PathTracker, WrongNumber> {
+        Ok(PathTracker::new(self, Some(variant)))
     }
 
-    fn serialize_map(self, _: Option<usize>) -> Result<Inside, WrongNumber> {
-        Ok(Inside::new(self, None))
+    fn serialize_map(self, _: Option<usize>) -> Result<PathTracker, WrongNumber> {
+        Ok(PathTracker::new(self, None))
     }
 
-    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Inside, WrongNumber> {
-        Ok(Inside::new(self, None))
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<PathTracker, WrongNumber> {
+        Ok(PathTracker::new(self, None))
     }
 
     fn serialize_struct_variant(
@@ -286,8 +286,8 @@ impl Serializer for Check {
         _: u32,
         variant: &'static str,
         _: usize,
-    ) -> Result<Inside, WrongNumber> {
-        Ok(Inside::new(self, Some(variant)))
+    ) -> Result<PathTracker, WrongNumber> {
+        Ok(PathTracker::new(self, Some(variant)))
     }
 }
 

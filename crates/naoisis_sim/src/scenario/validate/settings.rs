@@ -143,7 +143,7 @@ impl Checks {
 
     /// Checks that a camera's field of view is limited, and that no pixel shows two places.
     fn optics(&mut self, path: &FieldPath, intrinsics: CameraIntrinsics) {
-        /// The greatest slope of a ray: that of 85°.
+        /// The greatest slope of a camera's ray: the tangent of 85°.
         const STEEPEST: f32 = 11.4;
 
         let half = intrinsics.half_slopes();

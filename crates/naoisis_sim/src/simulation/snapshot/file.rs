@@ -49,7 +49,7 @@ impl Snapshot {
     /// If a value cannot be encoded. This does not happen with the simulation's own types.
     pub fn to_bytes(&self, world: &World) -> Result<Vec<u8>, SnapshotError> {
         let registry = world.resource::<AppTypeRegistry>().read();
-        rmp_serde::to_vec_named(&Written { snapshot: self, registry: &registry })
+        rmp_serde::to_vec_named(&SnapshotSerializer { snapshot: self, registry: &registry })
             .map_err(|error| SnapshotError::NotEncoded(error.to_string()))
     }
 
@@ -107,14 +107,14 @@ fn saved_types(registry: &TypeRegistry) -> impl Iterator<Item = &TypeRegistratio
 }
 
 /// Serialises a snapshot.
-struct Written<'a> {
+struct SnapshotSerializer<'a> {
     snapshot: &'a Snapshot,
     registry: &'a TypeRegistry,
 }
 
-impl Serialize for Written<'_> {
+impl Serialize for SnapshotSerializer<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Written { snapshot, registry } = *self;
+        let SnapshotSerializer { snapshot, registry } = *self;
         let mut map = serializer.serialize_map(Some(4))?;
         map.serialize_entry("format", FORMAT)?;
         map.serialize_entry("version", &VERSION)?;

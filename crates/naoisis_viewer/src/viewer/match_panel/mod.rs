@@ -226,7 +226,7 @@ mod tests {
     use core::time::Duration;
     use naoisis_core::robot::body::Body;
     use naoisis_core::team::{RobotId, Team};
-    use naoisis_sim::scenario::{Realism, Realisms};
+    use naoisis_sim::scenario::{Realism, RealismSettings};
     use naoisis_sim::simulation::{MatchApp, NaoisisPlugins};
     use std::fs::{self, File};
 
@@ -289,13 +289,13 @@ mod tests {
         assert_eq!((problem(&app), scenario(&app).league.as_deref()), (None, Some("spl2025")));
         assert_eq!(scenario(&app).teams.unwrap().blue, "roles");
         send(&mut app, MatchCommand::Choose(MatchChoice::Realism(Realism::Ideal)));
-        assert_eq!((problem(&app), scenario(&app).realism), (None, Realisms::all(Realism::Ideal)));
+        assert_eq!((problem(&app), scenario(&app).realism), (None, RealismSettings::all(Realism::Ideal)));
         assert_eq!(scenario(&app).league.as_deref(), Some("spl2025"));
         send(&mut app, MatchCommand::Choose(MatchChoice::Model(Team::Pink, Some("booster_k1".to_owned()))));
         assert_eq!(problem(&app), None);
         let [nao, k1] = [Team::Blue, Team::Pink].map(|team| app.robot::<Body>(RobotId::new(team, 1)).unwrap().height_m);
         assert!(k1 > nao + 0.2, "{k1} {nao}");
-        assert_eq!(scenario(&app).realism, Realisms::all(Realism::Ideal), "what was chosen before stays");
+        assert_eq!(scenario(&app).realism, RealismSettings::all(Realism::Ideal), "what was chosen before stays");
         send(&mut app, MatchCommand::Choose(MatchChoice::Model(Team::Pink, Some("gundam".to_owned()))));
         assert!(problem(&app).unwrap().contains("gundam"));
     }

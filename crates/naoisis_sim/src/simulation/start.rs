@@ -98,7 +98,7 @@ fn go_on(world: &mut World, scenario: &Scenario, saved: &SavedMatch) -> Result<(
         before = Scenario { robots: robots_of(world, &before)?, teams: None, ..before };
     }
     check_beginning(&before, scenario)?;
-    let begin_afresh = who_behaves_otherwise(&before, scenario);
+    let begin_afresh = changed_behaviours(&before, scenario);
     take_over_behaviours(&mut before, scenario);
     check_same_match(&before, scenario)?;
     let robots = robots_of(world, scenario)?;
@@ -153,7 +153,7 @@ fn check_beginning(before: &Scenario, scenario: &Scenario) -> Result<(), Scenari
 }
 
 /// Returns the robots with a new behaviour or team.
-fn who_behaves_otherwise(before: &Scenario, scenario: &Scenario) -> Vec<RobotId> {
+fn changed_behaviours(before: &Scenario, scenario: &Scenario) -> Vec<RobotId> {
     let mut otherwise = Vec::new();
     if let (Some(before), Some(now)) = (&before.teams, &scenario.teams) {
         for team in Team::BOTH.into_iter().filter(|team| before.name(*team) != now.name(*team)) {
