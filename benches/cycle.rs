@@ -8,7 +8,7 @@ use naoisis::cycle::run_cycle;
 use naoisis::prelude::*;
 use naoisis::record::trace::TraceRecorder;
 use naoisis::record::{RecordPlugin, recorder};
-use naoisis::scenario::{Realism, Realisms};
+use naoisis::scenario::{Realism, RealismSettings};
 use std::time::Instant;
 
 /// Cycles before anything is measured: the teams have walked to the ball.
@@ -65,7 +65,8 @@ fn realism(_: &mut Criterion) {
             for (word, seconds) in words.into_iter().zip(&mut seconds) {
                 let mut app = App::new();
                 app.add_plugins((NaoisisPlugins, RecordPlugin));
-                app.start_match(&Scenario { seed, ..scenario.clone() }.with_realism(Realisms::all(word))).unwrap();
+                app.start_match(&Scenario { seed, ..scenario.clone() }.with_realism(RealismSettings::all(word)))
+                    .unwrap();
                 let started = Instant::now();
                 for _ in 0..REALISM_CYCLES {
                     run_cycle(app.world_mut());

@@ -18,6 +18,8 @@ const RECORDED: &str = include_str!("../golden/digests.txt");
 const SEEDS: [u64; 3] = [1, 2, 3];
 /// Longer scenarios are played for so long, s.
 const LONGEST_S: f64 = 20.0;
+/// Those in which robots walk in before they play, s.
+const LONGEST_WITH_WALK_IN_S: f64 = 60.0;
 /// Those whose robots see by rendered images, s.
 const LONGEST_WITH_IMAGES_S: f64 = 2.0;
 
@@ -52,8 +54,11 @@ fn built_in_scenarios_play_as_they_did() {
 }
 
 fn digest_line(scenario: &Scenario) -> String {
-    let with_images = scenario.name.contains("images");
-    let longest_s = if with_images { LONGEST_WITH_IMAGES_S } else { LONGEST_S };
+    let longest_s = match scenario {
+        with_images if with_images.name.contains("images") => LONGEST_WITH_IMAGES_S,
+        walk_in if walk_in.rules.walk_in => LONGEST_WITH_WALK_IN_S,
+        _ => LONGEST_S,
+    };
     let duration_s = scenario.duration_s.map_or(longest_s, |duration_s| f64::from(duration_s).min(longest_s));
     let cycles = (duration_s / scenario.cycle_s).round() as usize;
     let trace = trace_of(scenario, cycles);
