@@ -28,12 +28,12 @@ fn client(path: &str) -> String {
 const IN_PYTHON: &str = r#"
 import sys
 sys.path.insert(0, sys.argv[1])
-from dribblers import FIELDS, decide
+import dribblers
 from naoisis_agent import play
 if sys.argv[2] == "images":
     play(lambda perception: {}, images=["top"], encoding=sys.argv[3], fields=["body"])
 else:
-    play(decide, encoding=sys.argv[3], fields=FIELDS if sys.argv[2] == "fields" else [])
+    dribblers.main(encoding=sys.argv[3], fields=dribblers.FIELDS if sys.argv[2] == "fields" else [])
 "#;
 
 /// The team of the C++ client, told all that there is.
@@ -41,7 +41,7 @@ const ALL_IN_CPP: &str = r#"
 #define main told_what_it_looks_at
 #include "dribblers.cpp"
 #undef main
-int main() { naoisis::play(decide, "dribblers"); }
+int main() { play({}); }
 "#;
 
 /// A program in C++, compiled.

@@ -7,24 +7,28 @@
 //
 // `decide` receives the perception of the robot in a cycle, as in a trace, and returns a command with the names of a
 // trace's `command`, or a whole answer, which has a `command` and what the program thinks: `belief`, `intention`, `reasons`,
-// `drawings` and `values`. Standard output belongs to the match: console.log writes to standard error here.
+// `drawings` and `values`. It also receives the belief of the built-in estimator, if the program asks for it in `hello`, and the
+// welcome, which describes the match. Standard output belongs to the match: console.log writes to standard error here.
 "use strict";
 
 const { Console } = require("console");
 const readline = require("readline");
 
 // Plays until the match is over. Resolves to its end and score, or to undefined if the match was broken off. `decide` receives
-// only the named fields of perceptions, such as "percepts.ball" or "game.state"; all, if none are named.
-async function play(decide, name = "", fields = []) {
+// only the named fields of perceptions, such as "percepts.ball" or "game.state"; all, if none are named. `hello` has what else the
+// program asks for, such as `{ belief: true }`.
+async function play(decide, name = "", fields = [], hello = {}) {
   globalThis.console = new Console(process.stderr);
   const send = (message) => process.stdout.write(JSON.stringify(message) + "\n");
-  send({ hello: { protocol: 1, name, fields } });
+  send({ hello: { protocol: 1, name, fields, ...hello } });
+  let welcome;
   for await (const line of readline.createInterface({ input: process.stdin })) {
     const message = JSON.parse(line);
     if (message.end) return message.end;
     if (message.refused) throw new Error(message.refused.reason);
+    welcome ??= message.welcome;
     if (message.cycle === undefined) continue;
-    const answer = decide(message.perception) ?? {};
+    const answer = decide(message.perception, message.belief, welcome) ?? {};
     send({ cycle: message.cycle, ...(answer.command ? answer : { command: answer }) });
   }
   return undefined;

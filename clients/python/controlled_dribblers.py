@@ -7,27 +7,28 @@
 import os
 import sys
 
-import dribblers
+from dribblers import Dribbler
 from game_controller import GameController
-from naoisis_agent import play
+from naoisis_agent import Agent
 
 
 def main(team, port_offset=0):
     player = int("".join(letter for letter in os.environ["NAOISIS_ROBOT"] if letter.isdigit()))
     controller = GameController(team, player, port_offset)
+    agent = Agent(name="controlled dribblers", belief=True)
+    dribbler = Dribbler(agent.welcome)
 
-    def decide(perception):
+    def decide(perception, belief):
         told = controller.game()
         if told is None:
             return {}
         ball = perception["percepts"]["ball"]
-        fallen = perception["body"] == "fallen"
-        controller.report(fallen=fallen, ball=ball and ball["position_m"])
-        own_end = "negative_x" if told["is_left"] else "positive_x"
-        game = {"state": told["state"], "penalised": told["penalty"] != 0, "own_end": own_end}
-        return dribblers.decide({**perception, "game": game})
+        controller.report(fallen=perception["body"] == "fallen", ball=ball and ball["position_m"])
+        game = {"state": told["state"], "penalised": told["penalty"] != 0}
+        return dribbler.decide({**perception, "game": game}, belief)
 
-    play(decide, name="controlled dribblers")
+    for turn in agent.turns():
+        agent.answer(turn, decide(turn["perception"], turn["belief"]))
 
 
 if __name__ == "__main__":

@@ -1,64 +1,107 @@
-"""A small team: finds the ball, dribbles it, shoots, and tells its team-mates.
+"""A small team: finds the ball, walks around it until it lies before the opponents' goal, shoots, and tells its team-mates.
 
     naoisis run match3v3 --blue "exec:python3 clients/python/dribblers.py"
+    naoisis run hsl2026_middle --blue "exec:python3 clients/python/dribblers.py"
 
-The same team in other languages plays the same match: all of its arithmetic is additions, products and comparisons of
-numbers in double precision.
+It asks for the beliefs of the built-in estimator, so that it knows where it stands and which goal is which in every league, and
+reads in the welcome how fast its robot walks and where its kicks reach. The same team in other languages plays the same match:
+places are rounded to micrometres, because sines differ in their last digits.
 """
 
-from naoisis_agent import play
+import math
 
-# How far a robot walks and turns in a cycle, m and degrees.
-STEP_M = 0.006
+from naoisis_agent import Agent
+
+# How far a robot turns in a cycle at most, degrees.
 TURN_DEG = 3.0
-# A ball this near, and this far to one side, can be kicked.
-REACH_M = 0.17
-FOOT_M = 0.08
+# A ball that was seen longer ago is searched, s.
+LOST_S = 2.0
 # What it looks at of what its robot perceives: the rest need not be sent.
-FIELDS = ["body", "game.own_end", "game.penalised", "game.state", "percepts.ball", "percepts.goal_posts"]
+FIELDS = ["body", "game.penalised", "game.state"]
 
 
-def opponents_goal(perception):
-    """The middle between the posts of the goal that is attacked, m, as far as they are seen."""
-    own_end = perception["game"]["own_end"]
-    colour = "yellow" if own_end == "negative_x" else "blue"
-    posts = [post["position_m"] for post in perception["percepts"]["goal_posts"] if post["colour"] == colour]
-    if not posts:
-        return None
-    return [sum(post[0] for post in posts) / len(posts), sum(post[1] for post in posts) / len(posts)]
+def rounded(number):
+    return math.floor(1e6 * number + 0.5) / 1e6
+
+
+def in_robot_frame(place, pose):
+    """A place of the team's frame in the frame of the robot: x ahead, y to the left, m."""
+    x, y = place[0] - pose[0], place[1] - pose[1]
+    heading = math.radians(pose[2])
+    cos, sin = math.cos(heading), math.sin(heading)
+    return rounded(cos * x + sin * y), rounded(cos * y - sin * x)
 
 
 def turn_towards(place):
-    """Degrees of a cycle's turn to a place in the robot's frame."""
+    """Degrees of a cycle's turn to a place in the robot's frame: fewer if it is nearly ahead."""
     x, y = place
-    if x > 0.0 and -0.1 * x < y < 0.1 * x:
-        return 0.0
-    return TURN_DEG if y > 0.0 else -TURN_DEG
+    turn = 30.0 * y / x if x > 0.1 else 1e9 * y
+    return max(-TURN_DEG, min(TURN_DEG, turn))
 
 
-def decide(perception):
-    if perception["game"]["penalised"] or perception["game"]["state"] != "playing":
-        return {}
-    if perception["body"] == "fallen":
-        return {"posture": "get_up"}
-    ball = perception["percepts"]["ball"]
-    if ball is None:
-        # Where a team-mate sees it, it will be looked for first.
-        return {"walk": [0.0, 0.0, TURN_DEG], "head_deg": [0.0, 15.0]}
-    x, y = ball["position_m"]
-    say = {"intention": "dribble", "payload": "near" if x < 1.0 else "far"}
-    # A ball at the feet is seen only with the head down.
-    head = [0.0, 25.0 if x < 0.5 else 0.0]
-    goal = opponents_goal(perception)
-    if x < REACH_M and -FOOT_M < y < FOOT_M:
-        if goal is not None and turn_towards(goal) == 0.0:
-            foot = "left_straight" if y > 0.0 else "right_straight"
-            return {"kick": {"type": foot, "speed": 1.0}, "head_deg": head, "say": say}
-        if goal is None:
-            # Around the ball, until the goal comes into view.
-            return {"walk": [0.0, STEP_M / 2.0, -TURN_DEG], "head_deg": [0.0, 0.0], "say": say}
-    return {"walk": [STEP_M, 0.0, turn_towards([x, y])], "head_deg": head, "say": say}
+class Dribbler:
+    def __init__(self, welcome):
+        kicks, motion = welcome["model"]["kicks"], welcome["model"]["motion"]
+        self.goal = (welcome["field"]["length_m"] / 2.0, 0.0)
+        # Its place for kick-offs: from where it starts, towards the middle of the pitch.
+        start = welcome.get("pose", (-1.0, 0.0, 0.0))
+        self.place = (start[0], 0.4 * start[1])
+        # How far it walks in a cycle, m: nearly as fast as it can.
+        self.step_m = rounded(0.9 * motion["max_linear_mps"] * welcome["cycle_s"])
+        # Some robots have a kick whose direction is chosen.
+        aimed = kicks.get("own", {}).get("visual")
+        self.aims = aimed is not None
+        region = (aimed or kicks["left_straight"])["region"]
+        # How near, and how far to one side, a ball can be kicked, m.
+        self.reach_m = (0.9 * region["x_m"][1], 0.9 * region["y_m"][1]) if region else (0.17, 0.08)
+        # How far to one side the goal may be, as a share of its distance.
+        self.aside = 0.8 if self.aims else 0.15
+
+    def decide(self, perception, belief):
+        state, pose = perception["game"]["state"], belief["pose"]
+        if perception["game"]["penalised"] or state not in ("ready", "playing"):
+            return {}
+        if perception["body"] == "fallen":
+            return {"posture": "get_up"}
+        if state == "ready":
+            x, y = in_robot_frame(self.place, pose)
+            if x * x + y * y < 0.04:
+                return {}
+            return {"walk": [self.step_m if x > abs(y) else 0.0, 0.0, rounded(turn_towards((x, y)))]}
+        if belief["ball"] is None or belief["ball"]["age_s"] > LOST_S:
+            # It turns on the spot and looks near, then far.
+            return {"walk": [0.0, 0.0, TURN_DEG], "head_deg": [0.0, 30.0 if pose[2] > 0.0 else 0.0]}
+        ball = in_robot_frame(belief["ball"]["position_m"], pose)
+        goal = in_robot_frame(self.goal, pose)
+        said = {
+            # A ball at the feet is seen only with the head down.
+            "head_deg": [0.0, 40.0 if ball[0] < 0.5 else 0.0],
+            "say": {"intention": "dribble", "payload": "near" if ball[0] < 1.0 else "far"},
+        }
+        is_near = 0.0 < ball[0] < 0.5 and -0.25 < ball[1] < 0.25
+        faces_goal = goal[0] > 0.0 and -self.aside * goal[0] < goal[1] < self.aside * goal[0]
+        if is_near and not faces_goal:
+            # Around the ball, which stays in front.
+            side = -1.0 if goal[1] > 0.0 else 1.0
+            turn = 0.3 * turn_towards(ball) - side * 28.0 * self.step_m / max(ball[0], 0.1)
+            walk = [0.1 * (ball[0] - self.reach_m[0]), side * self.step_m / 2.0, turn]
+            return {"walk": [rounded(part) for part in walk], **said}
+        if is_near and ball[0] < self.reach_m[0] and -self.reach_m[1] < ball[1] < self.reach_m[1]:
+            if self.aims:
+                direction_deg = rounded(math.degrees(math.atan2(goal[1], goal[0])))
+                return {"kick": {"type": "visual", "speed": 3.0, "direction_deg": direction_deg}, **said}
+            foot = "left_straight" if ball[1] > 0.0 else "right_straight"
+            return {"kick": {"type": foot, "speed": 1.0}, **said}
+        return {"walk": [self.step_m, 0.0, rounded(turn_towards(ball))], **said}
+
+
+def main(fields=FIELDS, **options):
+    """Plays a robot. `options` are those of `Agent`, such as `address`."""
+    agent = Agent(name="dribblers", belief=True, fields=fields, **options)
+    dribbler = Dribbler(agent.welcome)
+    for turn in agent.turns():
+        agent.answer(turn, dribbler.decide(turn["perception"], turn["belief"]))
 
 
 if __name__ == "__main__":
-    play(decide, name="dribblers", fields=FIELDS)
+    main()

@@ -5,7 +5,6 @@ use bevy::prelude::*;
 use naoisis::agents::{self, AgentSettings, AgentsPlugin, RobotCommand, Server};
 use naoisis::game::GameState;
 use naoisis::interface::gather::{CurrentRecord, gather_start};
-use naoisis::pitch::{End, GoalColour};
 use naoisis::prelude::*;
 use naoisis::record::RecordPlugin;
 use naoisis::robot::posture::PostureCommand;
@@ -43,66 +42,70 @@ fn match_of(program: &str) -> Vec<String> {
 #[derive(Component, Default)]
 struct Dribbler;
 
-/// A number as other languages read it: what is written down of it, in double precision.
-fn as_written(number: f32) -> f64 {
-    number.to_string().parse().unwrap()
+/// How far the robots of the match walk in a cycle, m, as the clients compute it.
+const STEP_M: f64 = 0.006;
+
+fn rounded(number: f64) -> f64 {
+    (1e6 * number + 0.5).floor() / 1e6
 }
 
-fn place_of(place: Vec2) -> [f64; 2] {
-    [as_written(place.x), as_written(place.y)]
-}
-
-fn opponents_goal(status: &GameStatus, percepts: &Percepts) -> Option<[f64; 2]> {
-    let colour = if status.own_end == End::NegativeX { GoalColour::Yellow } else { GoalColour::Blue };
-    let posts = percepts.goal_posts.iter().filter(|post| post.colour == colour);
-    let posts: Vec<[f64; 2]> = posts.map(|post| place_of(post.position_m)).collect();
-    let mean =
-        |index: usize| posts.iter().map(|post| post[index]).fold(0.0, |sum, part| sum + part) / posts.len() as f64;
-    (!posts.is_empty()).then(|| [mean(0), mean(1)])
+/// A place of the team's frame in the frame of the robot, m.
+fn in_robot_frame(place: [f64; 2], pose: [f64; 3]) -> [f64; 2] {
+    let [x, y] = [place[0] - pose[0], place[1] - pose[1]];
+    let (sin, cos) = (pose[2] * (core::f64::consts::PI / 180.0)).sin_cos();
+    [rounded(cos * x + sin * y), rounded(cos * y - sin * x)]
 }
 
 fn turn_towards([x, y]: [f64; 2]) -> f64 {
-    let is_ahead = x > 0.0 && -0.1 * x < y && y < 0.1 * x;
-    if is_ahead { 0.0 } else { 3.0_f64.copysign(if y > 0.0 { 1.0 } else { -1.0 }) }
+    (if x > 0.1 { 30.0 * y / x } else { 1e9 * y }).clamp(-3.0, 3.0)
 }
 
-fn decide(status: &GameStatus, body: BodyStatus, percepts: &Percepts) -> Value {
+/// Decides as the clients do in `match3v3`, where nobody walks in and kicks have no regions.
+fn decide(status: &GameStatus, body: BodyStatus, belief: &Belief) -> Value {
     if status.penalised || status.state != GameState::Playing {
         return json!({});
     }
     if body == BodyStatus::Fallen {
         return json!({ "posture": "get_up" });
     }
-    let Some(ball) = percepts.ball.map(|ball| place_of(ball.position_m)) else {
-        return json!({ "walk": [0.0, 0.0, 3.0], "head_deg": [0.0, 15.0] });
-    };
-    let [x, y] = ball;
-    let say = json!({ "intention": "dribble", "payload": if x < 1.0 { "near" } else { "far" } });
-    let head = [0.0, if x < 0.5 { 25.0 } else { 0.0 }];
-    let goal = opponents_goal(status, percepts);
-    if x < 0.17 && -0.08 < y && y < 0.08 {
-        if goal.is_some_and(|goal| turn_towards(goal) == 0.0) {
-            let foot = if y > 0.0 { "left_straight" } else { "right_straight" };
-            return json!({ "kick": { "type": foot, "speed": 1.0 }, "head_deg": head, "say": say });
-        }
-        if goal.is_none() {
-            return json!({ "walk": [0.0, 0.003, -3.0], "head_deg": [0.0, 0.0], "say": say });
-        }
+    // The numbers as other languages read them: what is written of them, in double precision.
+    let belief: Value = serde_json::from_str(&serde_json::to_string(belief).unwrap()).unwrap();
+    let number = |value: &Value| value.as_f64().unwrap();
+    let pose = [0, 1, 2].map(|index| number(&belief["pose"][index]));
+    if belief["ball"].is_null() || number(&belief["ball"]["age_s"]) > 2.0 {
+        return json!({ "walk": [0.0, 0.0, 3.0], "head_deg": [0.0, if pose[2] > 0.0 { 30.0 } else { 0.0 }] });
     }
-    json!({ "walk": [0.006, 0.0, turn_towards(ball)], "head_deg": head, "say": say })
+    let place = [0, 1].map(|index| number(&belief["ball"]["position_m"][index]));
+    let (ball, goal) = (in_robot_frame(place, pose), in_robot_frame([3.0, 0.0], pose));
+    let mut command = json!({
+        "head_deg": [0.0, if ball[0] < 0.5 { 40.0 } else { 0.0 }],
+        "say": { "intention": "dribble", "payload": if ball[0] < 1.0 { "near" } else { "far" } },
+    });
+    let is_near = 0.0 < ball[0] && ball[0] < 0.5 && ball[1].abs() < 0.25;
+    if is_near && !(goal[0] > 0.0 && goal[1].abs() < 0.15 * goal[0]) {
+        let side = if goal[1] > 0.0 { -1.0 } else { 1.0 };
+        let turn = 0.3 * turn_towards(ball) - side * 28.0 * STEP_M / ball[0].max(0.1);
+        command["walk"] = json!([0.1 * (ball[0] - 0.17), side * STEP_M / 2.0, turn].map(rounded));
+    } else if is_near && ball[0] < 0.17 && ball[1].abs() < 0.08 {
+        let foot = if ball[1] > 0.0 { "left_straight" } else { "right_straight" };
+        command["kick"] = json!({ "type": foot, "speed": 1.0 });
+    } else {
+        command["walk"] = json!([STEP_M, 0.0, rounded(turn_towards(ball))]);
+    }
+    command
 }
 
 fn dribble(
     mut robots: Query<
         (
-            (&GameStatus, &BodyStatus, &Percepts),
+            (&GameStatus, &BodyStatus, &Belief),
             (&mut WalkCommand, &mut HeadCommand, &mut KickCommand, &mut PostureCommand, &mut Outbox),
         ),
         With<Dribbler>,
     >,
 ) {
-    for ((status, body, percepts), (mut walk, mut head, mut kick, mut posture, mut outbox)) in &mut robots {
-        let command = RobotCommand::from_value(&decide(status, *body, percepts)).unwrap();
+    for ((status, body, belief), (mut walk, mut head, mut kick, mut posture, mut outbox)) in &mut robots {
+        let command = RobotCommand::from_value(&decide(status, *body, belief)).unwrap();
         if let Some(wanted) = command.walk {
             *walk = wanted;
         }
@@ -153,9 +156,8 @@ if sys.argv[2] == "unpack":
         value = naoisis_message_pack.unpack(bytes.fromhex(line))
         print(json.dumps([value, naoisis_message_pack.pack(value).hex()]))
 else:
-    from dribblers import decide
-    from naoisis_agent import play
-    play(decide, encoding="msgpack", images=sys.argv[3:])
+    import dribblers
+    dribblers.main(fields=(), encoding="msgpack", images=sys.argv[3:])
 "#;
 
 #[test]
@@ -273,4 +275,16 @@ fn the_header_for_cpp_has_the_whole_protocol_over_sockets() {
         let said = text(&program.wait_with_output().unwrap().stderr);
         assert_eq!(said, "blue2 [-1,0.5,0] 1\na number to send is not finite\nrefused posture, 320\nenough\n");
     }
+}
+
+#[test]
+fn the_teams_of_the_clients_kick_in_leagues_with_white_goals_and_robots_that_aim() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = json!({
+        "league": "hsl2026_middle", "rules": "free", "duration_s": 40, "ball": { "position_m": [4.0, 0.3] },
+        "robots": [{ "number": 1, "pose": [3, 0, 0], "behaviour": { "program": ["python3", client("python/dribblers.py")] } }],
+    });
+    fs::write(folder.path().join("kick.json"), scenario.to_string()).unwrap();
+    let output = naoisis(folder.path(), &["run", "kick.json", "--agent-timeout", "60", "--expect", "blue.kicks >= 1"]);
+    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
 }

@@ -29,8 +29,8 @@ fn whoever_connects_plays_the_match_of_whoever_is_started() {
             let address = first.strip_prefix("listening at ").unwrap().split(';').next().unwrap().to_owned();
             assert!(first.ends_with("waiting for pink1, pink2, pink3"), "{first}");
             let connecting = format!(
-                "import sys; sys.path.insert(0, {:?}); import naoisis_agent, dribblers; \
-                 naoisis_agent.play(dribblers.decide, address={address:?}, robot=sys.argv[1], token=sys.argv[2])",
+                "import sys; sys.path.insert(0, {:?}); import dribblers; \
+                 dribblers.main(address={address:?}, robot=sys.argv[1], token=sys.argv[2])",
                 path_of("clients/python")
             );
             let connect = |robot: &str, token: &str| {
