@@ -9,6 +9,7 @@ use naoisis::prelude::*;
 use naoisis::record::RecordPlugin;
 use naoisis::robot::posture::PostureCommand;
 use naoisis::sensing::status::BodyStatus;
+use naoisis::simulation::give_belief;
 use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;
@@ -136,6 +137,10 @@ fn the_team_of_each_client_plays_the_same_match_and_so_does_the_behaviour() {
     let mut scenario = Scenario::named("match3v3").unwrap();
     scenario.teams.as_mut().unwrap().blue = "dribblers".to_owned();
     app.start_match(&scenario).unwrap();
+    // The programs ask for beliefs.
+    for number in 1..=3 {
+        give_belief(app.world_mut(), RobotId::new(Team::Blue, number));
+    }
     let trace = begin_trace(&mut app);
     app.run_cycles(python.len() - 1);
     let trace = text(&trace.written());
@@ -145,7 +150,7 @@ fn the_team_of_each_client_plays_the_same_match_and_so_does_the_behaviour() {
     assert_eq!(trace.lines().count(), 1 + python.len());
 }
 
-/// The client's own MessagePack, whatever is installed, and its team in it.
+/// The client's own MessagePack, whatever is installed, and a team in either encoding.
 const BY_MESSAGE_PACK: &str = r#"
 import json, sys
 sys.modules["msgpack"] = None
@@ -156,8 +161,15 @@ if sys.argv[2] == "unpack":
         value = naoisis_message_pack.unpack(bytes.fromhex(line))
         print(json.dumps([value, naoisis_message_pack.pack(value).hex()]))
 else:
-    import dribblers
-    dribblers.main(fields=(), encoding="msgpack", images=sys.argv[3:])
+    from naoisis_agent import play
+    def decide(perception):
+        ball = perception["percepts"]["ball"]
+        if ball is None:
+            return {"walk": [0.0, 0.0, 3.0], "head_deg": [0.0, 15.0]}
+        x, y = ball["position_m"]
+        turn = 3.0 if y > 0.1 * x else -3.0 if y < -0.1 * x else 0.0
+        return {"walk": [0.006, 0.0, turn], "say": {"intention": "dribble", "payload": "near" if x < 1.0 else "far"}}
+    play(decide, encoding=sys.argv[2], images=sys.argv[3:])
 "#;
 
 #[test]
@@ -192,14 +204,14 @@ fn from_hexadecimal(byte: &[u8]) -> u8 {
 }
 
 #[test]
-fn the_python_team_plays_the_same_match_in_message_pack() {
+fn a_python_team_plays_the_same_match_in_message_pack() {
     let folder = tempfile::tempdir().unwrap();
     let program = folder.path().join("packing.py");
     fs::write(&program, BY_MESSAGE_PACK).unwrap();
-    let team = format!("python3 {} {} play", program.display(), client("python"));
-    assert!(match_of(&team) == match_of(&format!("python3 {}", client("python/dribblers.py"))));
+    let team = |encoding: &str| format!("python3 {} {} {encoding}", program.display(), client("python"));
+    assert!(match_of(&team("msgpack")) == match_of(&team("json")));
     // Who is refused is told why in words that it understands.
-    let team = format!("exec:{team} top");
+    let team = format!("exec:{} top", team("msgpack"));
     let output = naoisis(
         folder.path(),
         &["run", "match3v3", "--duration", "0.1", "--cameras", "off", "--agent-start-timeout", "60", "--blue", &team],
