@@ -21,7 +21,7 @@ use naoisis::pitch::Pitch;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
 use naoisis::robot::falls::{CollisionFalls, FallModel};
-use naoisis::robot::gait::{Gait, Slip, StepNoise};
+use naoisis::robot::gait::{BallTouch, Gait, Slip, StepNoise};
 use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickModel, KickSettings};
 use naoisis::robot::latency::Latency;
@@ -173,7 +173,8 @@ fn gait() -> impl Strategy<Value = Gait> {
     let acceleration = (within(0.01..=1000.0), within(1.0..=100_000.0));
     let slip = (within(0.1..=2.0), within(0.0..=0.3), within(0.0..=90.0));
     let error = (within(0.0..=1.0), within(0.0..=180.0), within(0.0..=180.0));
-    let gait = (limits, acceleration, slip, error).prop_map(|(limits, acceleration, slip, error)| Gait {
+    let touch = (within(1.0..=5.0), within(0.0..=90.0));
+    let gait = (limits, acceleration, slip, error, touch).prop_map(|(limits, acceleration, slip, error, touch)| Gait {
         step_s: limits.0,
         backward_mps: limits.1,
         sideways_mps: limits.2,
@@ -191,6 +192,7 @@ fn gait() -> impl Strategy<Value = Gait> {
                 rotation_sd: to_radians(error.2),
             },
         },
+        touch: BallTouch { foot_speed: touch.0, direction_sd: to_radians(touch.1) },
     });
     gait.boxed()
 }

@@ -102,7 +102,7 @@ pub struct RandomStreams {
     own: Vec<(String, RandomStream)>,
     /// Motion error of the walk.
     pub motion: RandomStream,
-    /// Error of a kick's direction and speed.
+    /// Error of a kick's direction and speed, and of the direction of a ball that is touched in walking.
     pub kick: RandomStream,
     /// Noise, misses and false detections of the geometric vision.
     pub vision: RandomStream,

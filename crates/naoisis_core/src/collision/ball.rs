@@ -76,7 +76,8 @@ pub(crate) fn roll_ball(
         now.position += way_out(&obstacles[index], &ball, now.position, time / duration);
         path.push(now.position);
         let surface = obstacles[index].velocity_at(now.position, time / duration, duration);
-        let approach_speed = -(now.velocity - surface).dot(normal);
+        let (foot_mps, direction) = obstacles[index].foot_at(normal);
+        let approach_speed = foot_mps - (now.velocity - surface).dot(normal);
         contacts.push(BallContact {
             obstacle: index,
             approach_speed,
@@ -85,7 +86,7 @@ pub(crate) fn roll_ball(
             normal,
         });
         let bounce = (1.0 + now.restitution) * approach_speed;
-        now.velocity += normal * bounce.max(approach_speed + least_parting_speed(contacts));
+        now.velocity += direction * bounce.max(approach_speed + least_parting_speed(contacts));
     }
     None
 }
@@ -167,6 +168,7 @@ fn time_of_contact(
 
 #[cfg(test)]
 mod tests {
+    use super::super::ball_obstacle::SwingingFoot;
     use super::*;
     use crate::ball::Rolling;
     use crate::geometry::unit;
@@ -192,7 +194,7 @@ mod tests {
     }
 
     fn base(start: Pose, end: Pose) -> BallObstacle {
-        BallObstacle::Base { start, end, base: Body::default().base }
+        BallObstacle::base(start, end, Body::default().base)
     }
 
     #[test]
@@ -256,6 +258,26 @@ mod tests {
         assert_abs_diff_eq!(contacts[0].approach_speed, 0.2, epsilon = 1e-4);
         // 0.28 m/s slowed for the remaining 0.05 s: 0.28 exp(-0.025) = 0.2731.
         assert_abs_diff_eq!(end.velocity, Vec2::new(0.2731, 0.0), epsilon = 1e-3);
+    }
+
+    #[test]
+    fn a_swinging_foot_adds_its_speed_and_deflects_the_ball() {
+        let BallObstacle::Base { start, end, base, .. } = base(Pose::default(), Pose::new(0.07, 0.0, 0.0)) else {
+            unreachable!()
+        };
+        let touched = |foot: SwingingFoot, place: Vec2| {
+            let walking = BallObstacle::Base { start, end, base, foot };
+            let mut resting = ball(place.x, place.y, 0.0, 0.0);
+            resting.rolling = Rolling::ConstantMps2(1e-9);
+            roll(resting, &[walking], 0.35).0.unwrap().velocity
+        };
+        let foot = SwingingFoot { velocity: Vec2::new(0.3, 0.0), deflection: 0.5 };
+        // The foot meets the ball at 0.2 + 0.3 m/s: it leaves at 1.4 times that, aside by the deflection.
+        assert_abs_diff_eq!(touched(foot, Vec2::new(0.2, 0.0)), 0.7 * unit(0.5), epsilon = 1e-4);
+        // A ball behind the robot is met by its heels, which do not swing.
+        let back = SwingingFoot { velocity: Vec2::new(0.3, 0.0), ..foot };
+        let obstacle = BallObstacle::Base { start, end, base, foot: back };
+        assert_eq!(obstacle.foot_at(-Vec2::X), (0.0, -Vec2::X));
     }
 
     #[test]

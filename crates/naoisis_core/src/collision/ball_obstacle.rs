@@ -3,8 +3,17 @@
 use bevy::prelude::*;
 
 use super::footprints::distance_from_segment;
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::{Pose, unit, wrap_angle};
 use crate::robot::body::BodyBox;
+
+/// The foot of a walking robot, which swings ahead of the body.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct SwingingFoot {
+    /// Velocity of the foot relative to the robot, m/s, pitch frame; zero for a robot that stands.
+    pub velocity: Vec2,
+    /// Angle by which a touched ball leaves to the left of the surface's normal, radians.
+    pub deflection: f32,
+}
 
 /// An obstacle of the ball.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -33,6 +42,8 @@ pub enum BallObstacle {
         end: Pose,
         /// The base's box.
         base: BodyBox,
+        /// The foot that touches a ball ahead of the base.
+        foot: SwingingFoot,
     },
     /// Another ball, which rolls along a line during the cycle.
     Ball {
@@ -46,6 +57,11 @@ pub enum BallObstacle {
 }
 
 impl BallObstacle {
+    /// The base of a robot that does not swing its feet.
+    pub fn base(start: Pose, end: Pose, base: BodyBox) -> Self {
+        BallObstacle::Base { start, end, base, foot: SwingingFoot::default() }
+    }
+
     pub(super) fn pose_at(start: Pose, end: Pose, share: f32) -> Pose {
         if share >= 1.0 {
             return end;
@@ -67,7 +83,7 @@ impl BallObstacle {
                 let (distance, normal) = distance_from_segment(start, end, point);
                 (distance - radius, normal)
             }
-            BallObstacle::Base { start, end, base } => {
+            BallObstacle::Base { start, end, base, .. } => {
                 base.footprint(Self::pose_at(start, end, share)).signed_distance(point)
             }
             BallObstacle::Ball { start, end, radius } => {
@@ -89,10 +105,21 @@ impl BallObstacle {
         (end.position - start.position) / duration + arm.perp() * angular
     }
 
+    /// The speed at which a swinging foot approaches the ball in addition to the surface, m/s, and the direction in which a touched ball
+    /// bounces, for a contact with this normal.
+    pub(super) fn foot_at(&self, normal: Vec2) -> (f32, Vec2) {
+        match self {
+            BallObstacle::Base { foot, .. } if foot.velocity.dot(normal) > 0.0 => {
+                (foot.velocity.dot(normal), normal.rotate(unit(foot.deflection)))
+            }
+            _ => (0.0, normal),
+        }
+    }
+
     /// A bound on the speed of any point of the surface, m/s.
     pub(super) fn greatest_speed(&self, duration: f32) -> f32 {
         let (start, end, base) = match *self {
-            BallObstacle::Base { start, end, base } => (start, end, base),
+            BallObstacle::Base { start, end, base, .. } => (start, end, base),
             BallObstacle::Ball { start, end, .. } => return start.distance(end) / duration,
             BallObstacle::Cylinder { .. } | BallObstacle::Bar { .. } => return 0.0,
         };
@@ -122,7 +149,7 @@ impl BallObstacle {
             BallObstacle::Bar { start, end, radius } | BallObstacle::Ball { start, end, radius } => {
                 (start.midpoint(end), start.distance(end) / 2.0 + radius)
             }
-            BallObstacle::Base { start, end, base } => {
+            BallObstacle::Base { start, end, base, .. } => {
                 (start.position.midpoint(end.position), start.position.distance(end.position) / 2.0 + base.reach())
             }
         }

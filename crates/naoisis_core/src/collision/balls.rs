@@ -47,6 +47,12 @@ impl MovingBall {
         (outline, [self.height_m, self.height_m + 2.0 * self.radius])
     }
 
+    /// Returns whether the ball may touch something within `reach` of `place` in this cycle, m.
+    pub(super) fn is_within(&self, place: Vec2, reach: f32) -> bool {
+        let reach = reach + self.radius + self.start.distance(self.end);
+        self.start.distance_squared(place) <= reach * reach
+    }
+
     /// Returns the velocity that other balls have given to this one since the last call, m/s, and sets it to zero.
     pub(super) fn take_push(&mut self) -> Vec2 {
         core::mem::take(&mut self.push)

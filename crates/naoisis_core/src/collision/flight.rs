@@ -193,8 +193,7 @@ pub(super) fn solids_of_robot(
     [start, end]: [Pose; 2],
     is_low: bool,
 ) -> impl Iterator<Item = Solid> {
-    let part =
-        move |shape: BodyBox| Some(Solid::prism(index, BallObstacle::Base { start, end, base: shape }, shape.z_m));
+    let part = move |shape: BodyBox| Some(Solid::prism(index, BallObstacle::base(start, end, shape), shape.z_m));
     let Body { base, torso, height_m, .. } = *body;
     let parts = if is_low || body.legs.is_none() {
         [part(base), part(torso), None, None]
@@ -234,7 +233,7 @@ pub(super) fn solids_of_goals(obstacle: usize, pitch: &Pitch) -> Vec<Solid> {
                 half_width_m: goal.width_m / 2.0,
                 z_m: [middle_of_bar_m - radius, middle_of_bar_m + radius],
             };
-            let outline = BallObstacle::Base { start: place, end: place, base: roof };
+            let outline = BallObstacle::base(place, place, roof);
             solids.push(Solid { restitution: Some(NET_RESTITUTION), ..Solid::prism(obstacle, outline, roof.z_m) });
         }
     }

@@ -22,13 +22,15 @@ use crate::events::{CollisionPartner, CollisionType, Contacts, CycleEvents, Matc
 use crate::game::{Penalty, Rules};
 use crate::geometry::{Pose, wrap_angle};
 use crate::pitch::{Pitch, Post};
+use crate::random::RandomStreams;
 use crate::robot::body::{Body, BodyBox};
+use crate::robot::gait::GaitState;
 use crate::robot::motion::MotionLimits;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::RobotId;
 use ball::{BallContact, roll_ball};
-use ball_obstacle::BallObstacle;
+use ball_obstacle::{BallObstacle, SwingingFoot};
 use balls::MovingBall;
 use flight::{Solid, fly_ball, solids_of_goals, solids_of_robot};
 use robots::{Cylinder, RobotBody, RobotContact, SeparationWorkspace, Touched, hold_back_from_end, resolve_robots};
@@ -60,6 +62,7 @@ struct Scratch {
     ids: Vec<RobotId>,
     entities: Vec<Entity>,
     bases: Vec<BodyBox>,
+    feet: Vec<SwingingFoot>,
     bodies: Vec<RobotBody>,
     cylinders: Vec<Cylinder>,
     obstacles: Vec<BallObstacle>,
@@ -89,6 +92,8 @@ struct CollidingRobot {
     penalty: &'static Penalty,
     posture: &'static Posture,
     velocity: &'static mut Velocity,
+    gait: &'static GaitState,
+    streams: &'static mut RandomStreams,
 }
 
 /// A ball that may collide.
@@ -122,6 +127,7 @@ fn collide(
     scratch.gather(&roster, &posts, robots.as_readonly(), rules.dive_reach_m, duration);
     resolve_robots(&mut scratch.bodies, &scratch.cylinders, &mut scratch.workspace, &mut scratch.robot_contacts);
     scratch.gather_balls(balls.iter());
+    scratch.swing_feet(&mut robots);
     for index in 0..scratch.balls.len() {
         if let Ok(ball) = balls.get_mut(scratch.balls[index].entity) {
             scratch.move_ball(index, ball, &pitch, &posts, robots.as_readonly(), duration);
@@ -195,6 +201,24 @@ impl Scratch {
         self.cylinders.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x).then(a.centre.y.total_cmp(&b.centre.y)));
     }
 
+    /// Sets the feet of the robots that walk near a ball.
+    fn swing_feet(&mut self, robots: &mut Query<CollidingRobot, With<RobotId>>) {
+        self.feet.clear();
+        for ((entity, body), base) in self.entities.iter().zip(&self.bodies).zip(&self.bases) {
+            let is_near = |ball: &MovingBall| ball.is_within(body.end.position, base.reach());
+            let foot = robots.get_mut(*entity).ok().and_then(|mut robot| {
+                let gait = robot.limits.gait.as_ref()?;
+                let velocity = robot.gait.foot_velocity(gait);
+                if velocity == Vec2::ZERO || !self.balls.iter().any(is_near) {
+                    return None;
+                }
+                let deflection = gait.touch.deflection(&mut robot.streams.kick);
+                Some(SwingingFoot { velocity: body.end.forward().rotate(velocity), deflection })
+            });
+            self.feet.push(foot.unwrap_or_default());
+        }
+    }
+
     /// Moves a ball among robots, posts and the other balls.
     fn move_ball(
         &mut self,
@@ -244,14 +268,16 @@ impl Scratch {
     /// and bars, then the other balls. Returns the index of the first of these.
     fn set_obstacles(&mut self, pitch: &Pitch) -> usize {
         self.obstacles.clear();
-        self.obstacles.extend(self.bodies.iter().zip(&self.bases).map(|(body, base)| BallObstacle::Base {
+        let parts = self.bodies.iter().zip(&self.bases).zip(&self.feet);
+        self.obstacles.extend(parts.map(|((body, base), foot)| BallObstacle::Base {
             start: body.start,
             end: body.end,
             base: *base,
+            foot: *foot,
         }));
         self.obstacles.extend(self.strips.iter().map(|(body, middle, strip)| {
             let pose = self.bodies[*body].end.compose(*middle);
-            BallObstacle::Base { start: pose, end: pose, base: *strip }
+            BallObstacle::base(pose, pose, *strip)
         }));
         self.obstacles.extend(
             self.cylinders
@@ -288,7 +314,7 @@ impl Scratch {
         }
         self.solids.extend(self.strips.iter().enumerate().map(|(strip, (body, middle, shape))| {
             let pose = self.bodies[*body].end.compose(*middle);
-            let outline = BallObstacle::Base { start: pose, end: pose, base: *shape };
+            let outline = BallObstacle::base(pose, pose, *shape);
             Solid::prism(self.bodies.len() + strip, outline, shape.z_m)
         }));
         let no_robot = self.bodies.len() + self.strips.len();

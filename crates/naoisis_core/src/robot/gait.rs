@@ -7,11 +7,13 @@
 //!
 //! Nothing here depends on the duration of a cycle.
 
+use bevy::math::ops;
 use bevy::prelude::*;
+use core::f32::consts::{FRAC_PI_2, PI};
 use serde::{Deserialize, Serialize};
 
 use super::motion_limits::MotionLimits;
-pub use super::motion_limits::{Gait, Slip, StepNoise};
+pub use super::motion_limits::{BallTouch, Gait, Slip, StepNoise};
 use super::walk_command::WalkCommand;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStream;
@@ -93,6 +95,14 @@ impl GaitState {
         [way, on_ground].map(|way| WalkCommand::new(way.x, way.y, way.z))
     }
 
+    /// The velocity of the swinging foot relative to the robot, m/s, robot frame; zero for a robot that stands. A foot lifts off and lands
+    /// with the speed of the body, and is fastest in between.
+    pub fn foot_velocity(&self, gait: &Gait) -> Vec2 {
+        // The mean of the sine over half a period is 2/π.
+        let swing = FRAC_PI_2 * ops::sin(PI * (self.left_s / gait.step_s).clamp(0.0, 1.0));
+        self.on_ground.truncate() * (gait.touch.foot_speed - 1.0) * swing
+    }
+
     /// The step of the legs after slip.
     fn slip(&mut self, step: Vec3, slip: &Slip, stream: &mut RandomStream) -> Vec3 {
         let [scale, drift] = *self.footing.get_or_insert_with(|| [stream.gaussian(1.0), stream.gaussian(1.0)]);
@@ -103,6 +113,16 @@ impl GaitState {
         let error = slip.error.draw(WalkCommand::new(step.x, step.y, step.z), stream);
         let error = Vec3::new(error.dx, error.dy, error.dtheta);
         (scale * translation).extend(step.z + drift) + error
+    }
+}
+
+impl BallTouch {
+    /// Draws the angle by which a touched ball leaves aside of the direction in which it is pushed, radians. The ball never leaves
+    /// backwards.
+    pub fn deflection(&self, stream: &mut RandomStream) -> f32 {
+        /// The greatest angle, radians.
+        const MOST: f32 = 0.7;
+        stream.gaussian(self.direction_sd).clamp(-MOST, MOST)
     }
 }
 
@@ -171,6 +191,23 @@ mod tests {
             way += Vec3::new(step.dx, step.dy, step.dtheta);
         }
         way
+    }
+
+    #[test]
+    fn over_a_step_the_foot_is_on_average_as_fast_as_the_setting_says() {
+        let touch = BallTouch { foot_speed: 2.0, direction_sd: 0.0 };
+        let gait = Gait { touch, ..Gait::default() };
+        let mean = |count: u32| {
+            let phases = (0..count).map(|step| (step as f32 + 0.5) / count as f32);
+            let speeds = phases.map(|phase| {
+                let state = GaitState { on_ground: Vec3::new(0.2, 0.0, 0.3), left_s: phase * gait.step_s, ..default() };
+                state.foot_velocity(&gait).x
+            });
+            speeds.sum::<f32>() / count as f32
+        };
+        // The body walks at 0.2 m/s, the foot at 0.4 m/s.
+        assert_abs_diff_eq!(mean(1000), 0.2, epsilon = 1e-4);
+        assert_eq!(GaitState::default().foot_velocity(&gait), Vec2::ZERO, "it stands");
     }
 
     fn limits() -> MotionLimits {

@@ -82,6 +82,8 @@ pub struct Gait {
     pub least_angular: f32,
     /// Slip of the feet.
     pub slip: Slip,
+    /// Touches of the ball in walking.
+    pub touch: BallTouch,
 }
 
 impl Default for Gait {
@@ -95,7 +97,30 @@ impl Default for Gait {
             least_mps: 0.02,
             least_angular: to_radians(5.0),
             slip: Slip::default(),
+            touch: BallTouch::default(),
         }
+    }
+}
+
+/// How a robot that walks into the ball pushes it: the foot that meets the ball swings faster than the body walks.
+///
+/// By default the ball is met by the body alone, as in the paper.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BallTouch {
+    /// Mean speed of the swinging foot, as a multiple of the walking speed. In the middle of a step the foot is faster, at its start and
+    /// end as fast as the body.
+    #[schemars(range(min = 1.0, max = 5.0), extend("unit" = " times the walking speed"))]
+    pub foot_speed: f32,
+    /// Standard deviation of the ball's direction, radians (degrees in files).
+    #[serde(rename = "direction_sd_deg", with = "file_units::degrees")]
+    #[schemars(with = "f32", range(min = 0.0, max = 90.0))]
+    pub direction_sd: f32,
+}
+
+impl Default for BallTouch {
+    fn default() -> Self {
+        Self { foot_speed: 1.0, direction_sd: 0.0 }
     }
 }
 
