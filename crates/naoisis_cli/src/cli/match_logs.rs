@@ -33,35 +33,35 @@ impl CountedLogs {
             }
             logs.push(log);
         }
+        let competitions = competitions(&logs);
+        if competitions.len() > 1 && !quiet {
+            let names = competitions.join(", ");
+            report::note(&format!("{}: logs of several competitions are counted together: {names}", path.display()));
+        }
         let measures: Vec<MatchMeasures> =
             logs.iter().map(|log| MatchMeasures::of_counts(&log.counts, Some(log.messages))).collect();
         let comparison = Comparison::of(&measures, &[], "");
         Ok(Self { folder: path.to_owned(), logs, comparison })
     }
 
-    /// Returns the values as figures of real matches.
-    pub fn figures(&self) -> RealFigures {
+    /// Returns the values as figures of real matches, to compare with `scenario`; with all scenarios if it is `None`.
+    pub fn figures(&self, scenario: Option<&str>) -> RealFigures {
         let count = self.logs.len();
         let name = self.folder.file_name().unwrap_or_default().to_string_lossy();
         let source = format!("{count} log{} of a GameController, {name}", if count == 1 { "" } else { "s" });
         let matches = u32::try_from(count).unwrap_or(u32::MAX);
-        self.comparison.to_real_figures(&self.competitions(), &self.years(), &source, matches)
+        let name = competitions(&self.logs).join(", ");
+        let figures = self.comparison.to_real_figures(&name, &self.years(), &source, matches);
+        RealFigures { scenarios: scenario.map(str::to_owned).into_iter().collect(), ..figures }
     }
 
-    /// Writes the figures as a file for `--real`.
+    /// Writes the figures as a file for `--real`, to compare with `scenario`.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn write_figures(&self, path: &Path) -> io::Result<()> {
-        let text = self.figures().to_ron().map_err(io::Error::other)?;
+    pub fn write_figures(&self, path: &Path, scenario: Option<&str>) -> io::Result<()> {
+        let text = self.figures(scenario).to_ron().map_err(io::Error::other)?;
         replace_file(path, |mut file| io::Write::write_all(&mut file, text.as_bytes()))
-    }
-
-    fn competitions(&self) -> String {
-        let mut names: Vec<&str> = self.logs.iter().map(|log| log.competition.as_str()).collect();
-        names.sort_unstable();
-        names.dedup();
-        names.join(", ")
     }
 
     /// Returns the years of the matches, such as `2023-2024`.
@@ -88,6 +88,14 @@ impl fmt::Display for CountedLogs {
         text.write_char('\n')?;
         text.write_str(&measured(&self.comparison))
     }
+}
+
+/// Returns the names of the competitions, sorted.
+fn competitions(logs: &[GameControllerLog]) -> Vec<&str> {
+    let mut names: Vec<&str> = logs.iter().map(|log| log.competition.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
 }
 
 fn files(path: &Path) -> Result<Vec<PathBuf>, String> {

@@ -53,7 +53,7 @@ pub struct MatchRealismArguments {
     /// Count real matches in the logs of the league's GameController, a .yaml file or a folder of them, and compare with these
     #[arg(long, value_name = "PATH", conflicts_with_all = ["robot", "repetitions"])]
     pub logs: Option<PathBuf>,
-    /// Write what was counted in the logs as a file for --real
+    /// Write what was counted in the logs as a file for --real, to compare with the league of --match
     #[arg(long, value_name = "FILE", requires = "logs")]
     write_real: Option<PathBuf>,
     /// Print what each quantity of whole matches is, and play nothing
@@ -83,6 +83,11 @@ impl MatchRealismArguments {
     /// Returns whether the arguments are about matches rather than robots.
     pub fn are_given(&self) -> bool {
         self.scenario.is_some() || self.logs.is_some() || self.teams.are_given()
+    }
+
+    /// Returns the name of the scenario; for a file, without its folder and ending.
+    fn scenario_name(&self) -> Option<&str> {
+        Path::new(self.scenario.as_deref()?).file_stem()?.to_str()
     }
 
     /// Checks that teams are only given for matches, and that no file is replaced. Returns the real figures: those of `--real` before the
@@ -119,7 +124,7 @@ pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> Exi
             Err(message) => return report::usage_error(&format!("--logs: {message}")),
         };
         if let Some(path) = &arguments.write_real
-            && let Err(problem) = logs.write_figures(path)
+            && let Err(problem) = logs.write_figures(path, arguments.scenario_name())
         {
             return report::failure(&format!("--write-real: {}: {problem}", path.display()));
         }
@@ -130,7 +135,7 @@ pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> Exi
             }
             return printer.finish(ExitCode::SUCCESS);
         }
-        real.insert(0, logs.figures());
+        real.insert(0, logs.figures(None));
     }
     match &arguments.scenario {
         Some(scenario) => play_and_compare(program, arguments, scenario, &real),

@@ -261,6 +261,20 @@ mod tests {
     }
 
     #[test]
+    fn a_stuck_game_is_counted_with_and_without_a_removed_robot() {
+        use naoisis_core::game::Evidence;
+        let stuck = field(measured(60, |record| {
+            let robot = match record.cycle {
+                10 | 20 => Some(BLUE2),
+                30 => None,
+                _ => return,
+            };
+            record.events.push(MatchEvent::GameStuck { robot, evidence: Evidence::default() });
+        }));
+        assert_eq!((stuck.stuck_robots, stuck.stuck_stops), (2, 1));
+    }
+
+    #[test]
     fn what_a_game_controller_knows_is_counted() {
         let measures = measured(100, |record| {
             record.game.half = if record.cycle < 50 { 1 } else { 2 };

@@ -53,6 +53,10 @@ mod tests {
                 falls: [(FallCause::Walking, falls)].into(),
                 walked_m,
                 kick_ways_m: vec![f64::from(blue), 9.0],
+                stuck_robots: blue,
+                stuck_stops: pink,
+                passes: pink + 1,
+                passes_completed: blue,
                 possession: PerTeam { blue: Some(0.25), pink: Some(0.75) },
                 kicks: [("side".to_owned(), 3), ("straight".to_owned(), 1)].into(),
                 ..FieldMeasures::default()
@@ -73,6 +77,9 @@ mod tests {
             ("kick_way_95", 9.0),
             ("possession_larger", 75.0),
             ("kicks.side", 75.0),
+            ("stuck_robots", 0.5),
+            ("stuck_stops", 1.5),
+            ("passes_completed", 20.0),
             ("penalties", 0.0),
         ] {
             assert_eq!(value(key, &matches), Some(expected), "{key}");
