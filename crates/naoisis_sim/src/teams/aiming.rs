@@ -42,6 +42,8 @@ pub struct Aim {
     pub tolerance: f32,
     /// Whether it is a shot at the goal, with the full strength.
     pub is_shot: bool,
+    /// Whether the player dribbles the ball there: it walks into the ball instead of kicking it.
+    pub dribbles: bool,
 }
 
 impl Aim {
@@ -52,6 +54,7 @@ impl Aim {
             distance_m: place.distance(ball),
             tolerance: PASS_TOLERANCE,
             is_shot: false,
+            dribbles: false,
         }
     }
 
@@ -85,7 +88,8 @@ impl Aim {
             let score = room.min(ENOUGH_ROOM_M) + preference(direction);
             if best.is_none_or(|(least, ..)| score > least) {
                 let tolerance = (0.8 * room.max(0.05) / distance_m).clamp(0.03, 0.3);
-                best = Some((score, between_posts, Aim { direction, distance_m, tolerance, is_shot: true }));
+                let aim = Aim { direction, distance_m, tolerance, is_shot: true, dribbles: false };
+                best = Some((score, between_posts, aim));
             }
         }
         let Some((score, between_posts, aim)) = best else { return Self::at(ball, Vec2::new(goal_x, 0.0)) };

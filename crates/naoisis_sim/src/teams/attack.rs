@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::aiming::{Aim, Sizes};
+use super::dribbling::walk_into;
 use super::kick_plan::KickPlan;
 use super::kicking::{BallAtFeet, any_kick, kick_now};
 use super::player::{Decision, Player, PlayerMemory};
@@ -218,13 +219,18 @@ fn line_up(
         memory.at_ball_since_s = Some(player.status.time_s);
     }
     let mut obstacles = player.obstacles();
-    let plan =
-        KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, (player.kicks, player.limits), memory.kick);
+    let abilities = (player.kicks, player.limits);
+    let plan = (!aim.dribbles)
+        .then(|| KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, abilities, memory.kick))
+        .flatten();
     memory.kick = plan.map(|plan| plan.kick_type);
-    // A robot without kicks stands with its toes at the ball, and walks on.
+    // A player that dribbles, or has no kicks, stands with its toes at the ball, and walks on.
     let toes_m = player.own_body.base.x_m[1] + player.ball_radius_m;
     let (position, facing) =
         plan.map_or((meeting_place - toes_m * aim.direction, aim.direction), |plan| (plan.position, plan.facing));
+    if let Some(walk) = aim.dribbles.then(|| walk_into(player, meeting_place, aim.direction)).flatten() {
+        return (walk, position);
+    }
     let (place, last_stretch) = approach(player.position(), player.forward, position, facing);
     if last_stretch {
         let place = if plan.is_some() { place } else { meeting_place + aim.direction };

@@ -137,7 +137,7 @@ mod tests {
     fn the_foot_that_is_nearer_is_chosen_and_a_side_kick_when_that_spares_the_turn() {
         let ball = Vec2::new(1.0, 0.0);
         let choose = |own: Pose, direction: Vec2| {
-            let aim = Aim { direction, distance_m: 1.0, tolerance: 0.2, is_shot: false };
+            let aim = Aim { direction, distance_m: 1.0, tolerance: 0.2, is_shot: false, dribbles: false };
             KickPlan::choose(
                 ball,
                 &aim,
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn a_place_taken_by_another_robot_is_avoided() {
         let ball = Vec2::new(1.0, 0.0);
-        let aim = Aim { direction: Vec2::X, distance_m: 1.0, tolerance: 0.2, is_shot: false };
+        let aim = Aim { direction: Vec2::X, distance_m: 1.0, tolerance: 0.2, is_shot: false, dribbles: false };
         let own = Pose::new(0.7, -0.1, 0.0);
         let mut obstacles = Obstacles::default();
         obstacles.add(Vec2::new(0.8, -0.25), 0.36);

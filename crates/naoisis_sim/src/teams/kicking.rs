@@ -137,7 +137,7 @@ mod tests {
     fn a_ball_is_kicked_when_it_goes_where_it_should_and_only_then() {
         let kick = |in_robot: Vec2, tolerance: f32| {
             let ball = BallAtFeet { place: Vec2::ZERO, in_robot, forward: Vec2::X, walks_mps: 0.0 };
-            let aim = Aim { direction: Vec2::X, distance_m: 2.0, tolerance, is_shot: false };
+            let aim = Aim { direction: Vec2::X, distance_m: 2.0, tolerance, is_shot: false, dribbles: false };
             kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0)
         };
         let straight = kick(Vec2::new(0.17, 0.05), 0.1).unwrap();
@@ -157,7 +157,7 @@ mod tests {
             forward: Vec2::Y,
             walks_mps: 0.0,
         };
-        let aim = Aim { direction: Vec2::Y, distance_m: 3.0, tolerance: 0.2, is_shot: false };
+        let aim = Aim { direction: Vec2::Y, distance_m: 3.0, tolerance: 0.2, is_shot: false, dribbles: false };
         let kick =
             kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0).unwrap();
         // Until 0.35 m before the line at y = 2: 0.45 m of 4 m.

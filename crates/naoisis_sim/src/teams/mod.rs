@@ -13,6 +13,7 @@ mod aiming;
 mod at_hand;
 mod attack;
 mod chaser;
+mod dribbling;
 mod gaze_history;
 mod gaze_obstacles;
 mod gaze_search;

@@ -1,9 +1,10 @@
-//! The kicks that a player could prepare: shots, passes and kicks ahead, with their values.
+//! What a player could do with the ball, with values: shots, passes, kicks ahead, and dribbling.
 
 use bevy::prelude::*;
 use std::borrow::Cow;
 
 use super::aiming::Aim;
+use super::dribbling::dribbles;
 use super::kick_plan::stand_for;
 use super::player::Player;
 use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, wind_up_s};
@@ -25,7 +26,7 @@ const PREFERENCE: f32 = 0.04;
 /// Options whose directions differ by less than this angle are the same: its cosine.
 const SAME_DIRECTION: f32 = 0.97;
 
-/// A kick that could be prepared.
+/// A kick that could be prepared, or a direction to dribble in.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct KickOption {
     /// The aim of the kick.
@@ -43,6 +44,7 @@ impl KickOption {
     pub fn choice(&self) -> Choice {
         let name = match (self.aim.is_shot, self.receiver) {
             (true, _) => Cow::Borrowed("shoot"),
+            (false, None) if self.aim.dribbles => Cow::Borrowed("dribble"),
             (false, Some(to)) => Cow::Owned(format!("pass to {to}")),
             (false, None) => Cow::Borrowed("ahead"),
         };
@@ -50,7 +52,7 @@ impl KickOption {
     }
 }
 
-/// Returns the options for a ball at `ball`: `shot` and other shots (none if it is `None`), passes to team-mates, and kicks ahead. An
+/// Returns the options for a ball at `ball`: `shot` and other shots (none if it is `None`), passes to team-mates, kicks ahead, and dribbling. An
 /// option in the direction of `previous` is worth a little more. `is_ours`: whether opponents must keep away until the ball is kicked.
 pub fn options(
     player: &Player,
@@ -94,7 +96,10 @@ pub fn options(
     let first = shot.map(|shot| option(shot, ball + shot.direction * shot.distance_m.min(reach)));
     let shots =
         shots(player, ball).filter(|_| shot.is_some()).map(|aim| option(aim, ball + aim.direction * aim.distance_m));
-    first.into_iter().chain(shots).chain(passes.map(|place| option(Aim::at(ball, place), place))).collect()
+    let passes = passes.map(|place| option(Aim::at(ball, place), place));
+    // A player that takes a free kick must not touch the ball twice.
+    let dribbles = dribbles(player, company, ball).filter(|_| !is_ours);
+    first.into_iter().chain(shots).chain(passes).chain(dribbles).collect()
 }
 
 /// Returns the option with the greatest value; the first of equals.
@@ -120,6 +125,7 @@ fn shots(player: &Player, ball: Vec2) -> impl Iterator<Item = Aim> {
             distance_m,
             tolerance,
             is_shot: true,
+            dribbles: false,
         })
     })
 }

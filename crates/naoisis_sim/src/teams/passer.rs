@@ -162,7 +162,7 @@ fn options_at_ball(
     (options, meeting_place)
 }
 
-/// Shoots, passes, or kicks the ball ahead, whichever has the greatest value.
+/// Shoots, passes, kicks the ball ahead or dribbles, whichever has the greatest value.
 fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Decision {
     memory.lost_since_s = None;
     let mates = mates(player);
@@ -183,10 +183,11 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Deci
             Some(kick)
         };
         let towards = |hurried: bool| kick_towards(player, at_feet, &chosen.aim, hurried).filter(may_kick);
-        if_better_by(-AT_HAND_LOSS)
-            .or_else(|| towards(false))
+        // A kick is worth stopping for only if it is better than to dribble on.
+        if_better_by(if chosen.aim.dribbles { 0.0 } else { -AT_HAND_LOSS })
+            .or_else(|| if chosen.aim.dribbles { None } else { towards(false) })
             .or_else(|| if hurried { if_better_by(-PRESSED_LOSS) } else { None })
-            .or_else(|| towards(hurried))
+            .or_else(|| if chosen.aim.dribbles { None } else { towards(hurried) })
     });
     let is_near = |to: u8| {
         let mut places = mates.iter().filter(|(number, _)| *number == to);

@@ -35,7 +35,9 @@ const IN_PLACE: (f32, f32) = (0.05, 0.15);
 pub fn apply(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
     let decision = match player.kick_off_team(memory) {
         Some(team) if team != player.id.team => stay_off_the_circle(player, decision),
-        Some(_) if player.rules.kick_off_free_s.is_some() => stay_in_the_own_half(player, decision),
+        Some(_) if player.rules.kick_off_free_s.is_some() => {
+            leave_the_kick_off_to_a_mate(player, stay_in_the_own_half(player, decision))
+        }
         _ => decision,
     };
     let decision = stay_out_of_the_cleared_area(player, keep_off_the_free_kick(player, decision));
@@ -74,8 +76,9 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     const KICK_OFF_S: f32 = 10.0;
     /// A ball this far from the centre mark is in play, m.
     const IN_PLAY_M: f32 = 0.2;
-    /// The error of the believed place of a ball, as a share of its distance, for a robot whose cameras sway.
-    const SWAY_SHARE: f32 = 0.12;
+    /// The error of the believed place of a ball, as a share of its distance, for a robot whose cameras sway: of the team that kicks off, and
+    /// of the other one, which is penalised if it is wrong.
+    const SWAY_SHARES: [f32; 2] = [0.12, 0.2];
     let now = player.status.time_s;
     let placed = match memory.restarts {
         // At the start of the match, a player at its kick-off place has been placed there.
@@ -97,7 +100,8 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
             ..default()
         };
     }
-    let sway = if player.limits.gait.is_some() { SWAY_SHARE } else { 0.0 };
+    let share = SWAY_SHARES[usize::from(player.status.kick_off_team != player.id.team)];
+    let sway = if player.limits.gait.is_some() { share } else { 0.0 };
     let in_play = player.ball().is_some_and(|ball| {
         let least_m = IN_PLAY_M + sway * ball.position_m.distance(player.position());
         ball.position_m.length_squared() > least_m * least_m
@@ -120,6 +124,29 @@ fn stay_in_the_own_half(player: &Player, decision: Decision) -> Decision {
         return decision;
     }
     Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, ..decision }
+}
+
+/// Keeps the player outside the centre circle at the own kick-off if a team-mate takes it: only one player may be in the circle.
+fn leave_the_kick_off_to_a_mate(player: &Player, decision: Decision) -> Decision {
+    let radius = player.pitch.centre_circle_diameter_m / 2.0;
+    if !is_kick_off_of_a_mate(player) {
+        return decision;
+    }
+    Decision { walk: braked(player, decision.walk, Vec2::ZERO, radius + CIRCLE_SWAY_M), kick: None, ..decision }
+}
+
+/// Whether a team-mate takes the own kick-off: it is nearer to the ball, or about as near and has the lower number.
+fn is_kick_off_of_a_mate(player: &Player) -> bool {
+    /// The greatest age of the place of such a team-mate, s.
+    const FRESH_S: f32 = 1.5;
+    /// A player with a lower number takes the kick-off if it is at most this much further away, m.
+    const ABOUT_AS_NEAR_M: f32 = 0.4;
+    let own_m = player.position().length();
+    player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_S).any(|mate| {
+        let Some(id) = mate.id.filter(|id| !player.is_goalkeeper(*id)) else { return false };
+        let margin_m = if id.number < player.id.number { ABOUT_AS_NEAR_M } else { -ABOUT_AS_NEAR_M };
+        mate.position_m.length() < own_m + margin_m
+    })
 }
 
 /// Keeps the player outside the centre circle: it brakes before the circle, and walks out if it is inside.
@@ -275,6 +302,23 @@ mod tests {
 
     fn moved(situation: &PlayerFixture, decision: Decision) -> Vec2 {
         after(&situation.player(), &apply(&situation.player(), &PlayerMemory::default(), decision).walk)
+    }
+
+    #[test]
+    fn of_two_players_as_near_to_the_ball_the_one_with_the_lower_number_takes_the_kick_off() {
+        let mut situation = PlayerFixture::new(Pose::new(-1.5, 0.9, 0.0), Vec2::ZERO);
+        let leaves_it = |situation: &mut PlayerFixture, number: u8, mate: (u8, f32)| {
+            situation.id.number = number;
+            let id = Some(naoisis_core::team::RobotId::new(Team::Blue, mate.0));
+            let position_m = Vec2::new(-1.5, mate.1);
+            situation.belief.team_mates =
+                vec![naoisis_sensing::belief::RobotBelief { id, position_m, covariance: [0.0; 3], age_s: 0.1 }];
+            is_kick_off_of_a_mate(&situation.player())
+        };
+        assert!(leaves_it(&mut situation, 4, (3, -0.9)));
+        assert!(!leaves_it(&mut situation, 3, (4, -0.9)));
+        assert!(!leaves_it(&mut situation, 3, (4, 0.0)), "number 4 is 1.5 m away, number 3 1.75 m");
+        assert!(!leaves_it(&mut situation, 4, (3, -2.0)), "number 3 is 2.5 m away");
     }
 
     #[test]

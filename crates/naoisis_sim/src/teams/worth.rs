@@ -20,8 +20,8 @@ const STANDING: f32 = 0.35;
 /// The weight of which team has the ball next, from 0 to 1, compared with where the ball lies: possession changes often. Measured against
 /// `roles`: with a greater weight a team keeps more balls, and above this value it wins fewer matches.
 const POSSESSION: f32 = 0.57;
-/// The same for robots with kicks that can be aimed, which need not walk around the ball first.
-const POSSESSION_OF_AIMED: f32 = 0.45;
+/// The same for robots with kicks that can be aimed, which need not walk around the ball first: opponents are soon at any ball.
+const POSSESSION_OF_AIMED: f32 = 0.18;
 /// The same for slow robots with unlimited messages, on a pitch that is large for their kicks.
 const POSSESSION_OF_SLOW: f32 = 0.41;
 /// Added in a small team of slow robots, in which no player is left to win back a lost ball.
@@ -166,9 +166,19 @@ pub fn pass_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) ->
 
 /// The value of a kick to `place`, and the team-mate that gets the ball if the own team does; `None` for the player itself.
 pub(super) fn kick_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> (f32, Option<u8>) {
-    let reach = reach_m(player);
     let recovery_s = player.kicks.strongest().map_or(player.kicks.recovery_s, |kick| player.kicks.recovery_of_s(kick));
     let own_s = wind_up_s(player) + recovery_s + walking_s(player, [player.position()], place);
+    worth_at(player, company, ball, place, own_s)
+}
+
+/// Returns the value of a touch that pushes the ball from one place to another, where the player follows it within `follows_s` seconds.
+pub(super) fn dribble_worth(player: &Player, company: Company, [ball, place]: [Vec2; 2], follows_s: f32) -> f32 {
+    worth_at(player, company, ball, place, follows_s).0
+}
+
+/// The value of a ball that is played to `place`, where the player itself arrives after `own_s` seconds, and the team-mate that gets it if
+/// the own team does; `None` for the player itself.
+fn worth_at(player: &Player, company: Company, ball: Vec2, place: Vec2, own_s: f32) -> (f32, Option<u8>) {
     let (ours_s, receiver) = company
         .mates
         .iter()
@@ -176,7 +186,7 @@ pub(super) fn kick_worth(player: &Player, company: Company, ball: Vec2, place: V
         .fold((own_s, None), |best, next| if next.0 < best.0 { next } else { best });
     let theirs_s = company.opponents_walk_s(player, place);
     let ours = is_first(player, ours_s, theirs_s) * stays_inside(player, ball, place);
-    let share = (ball.distance(place) / reach).min(1.0);
+    let share = (ball.distance(place) / reach_m(player)).min(1.0);
     let course = course(player, company, ball, place, share);
     let worth = course.arrives * standing(player, place, ours)
         + (1.0 - course.arrives) * standing(player, course.stopped_at, 0.0);
