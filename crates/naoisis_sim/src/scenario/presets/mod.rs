@@ -169,14 +169,17 @@ fn resolve_robot(
     }
 }
 
-/// Returns the common settings that belong to the match, whatever a robot's model: how images are made, and whether robots see by images.
+/// Returns the common settings that belong to the match, whatever a robot's model: how images are made, whether robots see by images, and
+/// their jerseys.
 fn of_the_match(field: &str, common: Option<&Value>) -> Value {
+    let only = |settings: &Map<String, Value>, wanted: &str| {
+        let kept = settings.iter().filter(|(name, _)| *name == wanted);
+        Value::Object(kept.map(|(name, value)| (name.clone(), value.clone())).collect())
+    };
     match (field, common) {
         ("cameras", Some(cameras)) => cameras.clone(),
-        ("vision", Some(Value::Object(vision))) => {
-            let source = vision.iter().filter(|(name, _)| *name == "source");
-            Value::Object(source.map(|(name, value)| (name.clone(), value.clone())).collect())
-        }
+        ("vision", Some(Value::Object(vision))) => only(vision, "source"),
+        ("body", Some(Value::Object(body))) => only(body, "jersey"),
         _ => Value::Object(Map::new()),
     }
 }
