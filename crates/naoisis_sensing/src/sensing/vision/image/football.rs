@@ -57,34 +57,39 @@ struct Shares {
     pixels: u32,
 }
 
+impl Shares {
+    /// Whether a disc that a ball does not fill exactly may be one.
+    fn may_be_ball(self) -> bool {
+        self.green < 0.35 && self.white > 0.8 * LEAST_WHITE && self.black > BLACK.start / 2.0
+    }
+}
+
 impl Football {
     /// Counts the pixels of an image.
     fn count(&mut self, classes: &[ColourClass], width: usize) {
         self.sums.clear();
         for row in classes.chunks_exact(width) {
+            self.sums.push([0; 3]);
             let mut sum = [0; 3];
-            self.sums.push(sum);
-            for class in row {
-                match class {
-                    ColourClass::Black => sum[0] += 1,
-                    ColourClass::White => sum[1] += 1,
-                    ColourClass::Green => sum[2] += 1,
-                    _ => {}
-                }
-                self.sums.push(sum);
-            }
+            self.sums.extend(row.iter().map(|class| {
+                let is = |other: ColourClass| u16::from(*class == other);
+                let [black, white, green] = sum;
+                sum = [black + is(ColourClass::Black), white + is(ColourClass::White), green + is(ColourClass::Green)];
+                sum
+            }));
         }
     }
 
     /// The shares of the classes in a disc, as far as it is in the image.
     fn shares(&self, centre: Vec2, radius: f32, [width, height]: [usize; 2]) -> Option<Shares> {
-        let first = (centre.y - radius).round().max(0.0) as usize;
-        let end = ((centre.y + radius).round().max(0.0) as usize).min(height);
+        // The nearest whole number; `round` is slow.
+        let nearest = |pixel: f32, most: usize| ((pixel.max(0.0) + 0.5) as usize).min(most);
+        let (first, end) = (nearest(centre.y - radius, height), nearest(centre.y + radius, height));
         let (mut pixels, mut sums) = (0, [0; 3]);
         for row in first..end {
             let up = row as f32 + 0.5 - centre.y;
             let half = (radius * radius - up * up).max(0.0).sqrt();
-            let [from, to] = [centre.x - half, centre.x + half].map(|u| (u.round().max(0.0) as usize).min(width));
+            let [from, to] = [centre.x - half, centre.x + half].map(|u| nearest(u, width));
             let [before, until] = [from, to].map(|column| self.sums[row * (width + 1) + column]);
             pixels += (to - from) as u32;
             for (sum, (until, before)) in sums.iter_mut().zip(until.into_iter().zip(before)) {
@@ -118,13 +123,12 @@ impl Look<'_> {
             while radius >= LEAST_RADIUS && u < self.width() as f32 {
                 let start = Vec2::new(u, v);
                 u += step;
-                let may_be = football.shares(start, 0.8 * radius, size).is_some_and(|shares| {
-                    shares.green < 0.35 && shares.white > 0.8 * LEAST_WHITE && shares.black > BLACK.start / 2.0
-                });
+                let may_be = football.shares(start, 0.8 * radius, size).is_some_and(Shares::may_be_ball);
                 if !may_be || found.iter().any(|(centre, radius)| centre.distance(start) < *radius) {
                     continue;
                 }
-                let Some((score, pixels, centre, radius)) = self.football(start, radius, football) else { continue };
+                let Some((centre, radius)) = self.circle_about(start, radius, football) else { continue };
+                let Some((score, pixels)) = self.score(centre, radius, football) else { continue };
                 found.push((centre, radius));
                 let Some(position_m) = self.place(centre, self.model.ball_radius) else { continue };
                 let is_free = robots.iter().all(|(_, robot)| {
@@ -140,11 +144,10 @@ impl Look<'_> {
         best.map(|(_, pixels, ball)| (pixels, ball))
     }
 
-    /// The ball about `start`: the share of its outline on the circle, its number of pixels, its centre and radius in the image.
-    fn football(&self, start: Vec2, radius: f32, football: &mut Football) -> Option<(f32, u32, Vec2, f32)> {
-        let size = [self.width(), self.height()];
+    /// Centre and radius of the circle of a ball that fits the black and white area about `start`.
+    fn circle_about(&self, start: Vec2, radius: f32, football: &mut Football) -> Option<(Vec2, f32)> {
         let (mut centre, mut radius) = (start, radius);
-        for _ in 0..2 {
+        for is_first in [true, false] {
             let from = if self.ball_class(centre).is_some() { centre } else { start };
             football.outline.clear();
             let ends = (0..RAYS).filter_map(|ray| self.end_of_ray(from, ray, 2.0 * radius + 2.0));
@@ -156,7 +159,19 @@ impl Look<'_> {
             if centre.distance(start) > 1.5 * radius || radius < LEAST_RADIUS {
                 return None;
             }
+            if is_first {
+                let shares = football.shares(centre, 0.8 * radius, [self.width(), self.height()])?;
+                if !shares.may_be_ball() {
+                    return None;
+                }
+            }
         }
+        Some((centre, radius))
+    }
+
+    /// The share of the outline of a disc on its circle, and its number of pixels, if it may be a ball.
+    fn score(&self, centre: Vec2, radius: f32, football: &Football) -> Option<(f32, u32)> {
+        let size = [self.width(), self.height()];
         let tolerance = (0.1 * radius).max(0.9);
         let (mut rays, mut on_circle) = (0_usize, 0_usize);
         for ray in 0..RAYS {
@@ -178,7 +193,7 @@ impl Look<'_> {
         let is_patched = radius >= LEAST_PATCHED && [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y].into_iter().all(has_patches);
         let is_short = rays < RAYS / 2 || radius < SMALL;
         let least = if is_short { LEAST_ON_SHORT_CIRCLE } else { LEAST_ON_CIRCLE }[usize::from(is_patched)];
-        (is_ball && rays >= LEAST_RAYS && score >= least).then_some((score, pixels, centre, radius))
+        (is_ball && rays >= LEAST_RAYS && score >= least).then_some((score, pixels))
     }
 
     /// Whether a pixel is black or white; `None` outside the image.
