@@ -27,7 +27,7 @@ impl Scenario {
         presets::resolve(&mut root);
         let real: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
         let of_league = |ball: BallSpec| match real.ball {
-            Some(of_league) => BallSpec { look: ball.look, ..ball.with_physics(of_league.physics()) },
+            Some(of_league) => ball.with_physics(of_league.physics()),
             None => ball,
         };
         let mut settings = self.settings.clone();
