@@ -109,7 +109,7 @@ fn ball() -> impl Strategy<Value = Option<BallSpec>> {
     );
     let ball = ball.prop_map(|(place, velocity, radius_m, rolling, restitution, [height_m, climb_mps], flight)| {
         let (position_m, velocity_mps) = (place.extend(height_m), velocity.extend(climb_mps));
-        Some(BallSpec { position_m, velocity_mps, radius_m, rolling, restitution, flight })
+        Some(BallSpec { position_m, velocity_mps, radius_m, rolling, restitution, flight, ..BallSpec::default() })
     });
     prop_oneof![9 => ball, 1 => Just(None)].boxed()
 }

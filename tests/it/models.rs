@@ -53,6 +53,7 @@ fn built(random: [f32; 10]) -> (Body, CameraSettings, KickSettings) {
         arms: (two > 0.5)
             .then_some(Arms { shoulder_m: Vec3::new(0.0, 0.7 * half_width, 0.95 * neck), length_m: 0.4 * hip }),
         look: if two > 0.6 { Look::DARK } else { Look::LIGHT },
+        jersey: None,
     };
     let camera = |name: &str, tilt: f32| {
         CameraMount::new(name.parse().unwrap(), Vec3::new(0.05, 0.0, between(0.5, neck, height_m)), tilt)

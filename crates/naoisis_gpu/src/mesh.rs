@@ -5,10 +5,11 @@ use bevy::mesh::{MeshMergeError, PrimitiveTopology, VertexAttributeValues};
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
 
-use naoisis_sensing::appearance::Label;
+use naoisis_core::ball::BallLook;
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::appearance::field::{GroundMark, GroundShape};
 use naoisis_sensing::appearance::shapes::{Part, Shape};
+use naoisis_sensing::appearance::{Label, ball, turf};
 
 /// Number of corners of a circle on the ground.
 const CIRCLE_CORNERS: usize = 160;
@@ -96,15 +97,43 @@ pub fn labelled_mesh<'a, Frame: 'a>(parts: impl IntoIterator<Item = &'a Part<Fra
     }))
 }
 
+/// Returns the mesh of a ball with its centre in the origin, and the colour of each of its vertices.
+pub fn ball_mesh(radius_m: f32, look: BallLook) -> (Mesh, Vec<Colour>) {
+    let patches = ball::patches(look);
+    // The edges of patches are as sharp as the mesh is fine.
+    let [sectors, stacks] = if patches.is_empty() { [32, 18] } else { [128, 64] };
+    let mesh = Sphere::new(radius_m).mesh().uv(sectors, stacks);
+    let colours = match mesh.attribute(Mesh::ATTRIBUTE_NORMAL) {
+        Some(VertexAttributeValues::Float32x3(normals)) => {
+            normals.iter().map(|normal| ball::colour_at(look, &patches, Vec3::from_array(*normal))).collect()
+        }
+        _ => Vec::new(),
+    };
+    (mesh, colours)
+}
+
+/// Returns the mesh of a ball with colours and labels in the vertices ([`vertex_colour`]).
+pub fn labelled_ball_mesh(radius_m: f32, look: BallLook) -> Mesh {
+    let (mesh, colours) = ball_mesh(radius_m, look);
+    let colours: Vec<[f32; 4]> = colours.into_iter().map(|colour| vertex_colour(colour, Label::Ball)).collect();
+    mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours)
+}
+
 /// Returns one mesh of the marks on the ground, ordered from the bottom up: each lies `step_m` above the previous one, so that the upper
-/// ones are visible. The normals are zero, so the colours are flat, without light.
-pub fn ground_mesh(marks: &[GroundMark], lowest_m: f32, step_m: f32) -> Mesh {
+/// ones are visible. The normals are zero, so the colours are flat, without light. `unevenness` is that of the carpet.
+pub fn ground_mesh(marks: &[GroundMark], unevenness: f32, lowest_m: f32, step_m: f32) -> Mesh {
     let mut triangles = Vec::new();
     let mut colours = Vec::new();
     for (index, mark) in marks.iter().enumerate() {
         let height = lowest_m + step_m * index as f32;
-        let first = triangles.len();
         match mark.shape {
+            GroundShape::Quadrilateral(corners) if mark.label == Label::Carpet && unevenness > 0.0 => {
+                for (place, brightness) in carpet_triangles(corners, unevenness) {
+                    triangles.push(place.extend(height));
+                    let [red, green, blue, label] = vertex_colour(mark.colour, mark.label);
+                    colours.push([brightness * red, brightness * green, brightness * blue, label]);
+                }
+            }
             GroundShape::Quadrilateral([a, b, c, d]) => {
                 triangles.extend([a, b, c, a, c, d].map(|at| at.extend(height)));
             }
@@ -120,9 +149,22 @@ pub fn ground_mesh(marks: &[GroundMark], lowest_m: f32, step_m: f32) -> Mesh {
                 }
             }
         }
-        colours.resize(colours.len() + triangles.len() - first, vertex_colour(mark.colour, mark.label));
+        colours.resize(triangles.len(), vertex_colour(mark.colour, mark.label));
     }
     flat_mesh(PrimitiveTopology::TriangleList, triangles, colours)
+}
+
+/// Returns the corners of the triangles of an uneven carpet, m, counter-clockwise from above, each with the brightness of the turf there.
+/// `corners` are those of the carpet, the least first and the greatest third.
+pub fn carpet_triangles([least, _, most, _]: [Vec2; 4], unevenness: f32) -> impl Iterator<Item = (Vec2, f32)> {
+    let counts = ((most - least) / turf::TUFT_M).ceil().max(Vec2::ONE);
+    let step = (most - least) / counts;
+    let squares = (0..counts.x as u32).flat_map(move |x| (0..counts.y as u32).map(move |y| (x, y)));
+    squares.flat_map(move |(x, y)| {
+        let corner = |x: u32, y: u32| least + step * Vec2::new(x as f32, y as f32);
+        let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+        [a, b, c, a, c, d].map(|place| (place, turf::brightness(place, 0.0, unevenness)))
+    })
 }
 
 /// Returns one mesh of lines, such as the strings of a net.
@@ -181,9 +223,19 @@ mod tests {
     }
 
     #[test]
+    fn a_football_is_white_with_black_patches() {
+        let (mesh, colours) = ball_mesh(0.05, BallLook::Pentagons);
+        assert_eq!(mesh.count_vertices(), colours.len());
+        let black = colours.iter().filter(|colour| **colour == ball::BLACK).count();
+        assert!((0.15..0.45).contains(&(black as f32 / colours.len() as f32)), "{black} of {}", colours.len());
+        let (_, plain) = ball_mesh(0.05, BallLook::Orange);
+        assert!(plain.iter().all(|colour| *colour == colours::BALL));
+    }
+
+    #[test]
     fn upper_marks_lie_higher_and_all_face_up() {
         let marks = field::ground(&Pitch::default());
-        let mesh = ground_mesh(&marks, 0.0, 0.001);
+        let mesh = ground_mesh(&marks, 0.15, 0.0, 0.001);
         let Some(VertexAttributeValues::Float32x3(places)) = mesh.attribute(Mesh::ATTRIBUTE_POSITION) else { panic!() };
         for [a, b, c] in places.as_chunks::<3>().0 {
             let [a, b, c] = [a, b, c].map(|&place| Vec3::from_array(place));

@@ -43,7 +43,7 @@ pub struct ExtraBall(pub u8);
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallVelocity(pub Vec2);
 
-/// Physical parameters of the ball: its size, rolling, bounces and flight.
+/// Properties of the ball: its size, rolling, bounces, flight and look.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 pub struct BallPhysics {
@@ -55,11 +55,40 @@ pub struct BallPhysics {
     pub restitution: f32,
     /// The parameters of its flight.
     pub flight: FlightPhysics,
+    /// Its colours, in images only.
+    #[reflect(default)]
+    #[serde(default)]
+    pub look: BallLook,
 }
 
 impl Default for BallPhysics {
     fn default() -> Self {
-        Self { radius_m: 0.03, rolling: Rolling::default(), restitution: 0.4, flight: FlightPhysics::default() }
+        Self {
+            radius_m: 0.03,
+            rolling: Rolling::default(),
+            restitution: 0.4,
+            flight: FlightPhysics::default(),
+            look: BallLook::default(),
+        }
+    }
+}
+
+/// The colours of a ball.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum BallLook {
+    /// Orange, as the street hockey ball of 2010.
+    #[default]
+    Orange,
+    /// White with twelve black pentagons, as footballs since 2016.
+    Pentagons,
+}
+
+impl BallLook {
+    /// Whether the ball is orange.
+    pub fn is_orange(&self) -> bool {
+        *self == BallLook::Orange
     }
 }
 

@@ -111,6 +111,16 @@ pub struct Pitch {
     pub corner_arc_radius_m: f32,
     /// The goals.
     pub goal: GoalDimensions,
+    /// How much brighter or darker than the mean places of the carpet are at most, as a share; zero for an even carpet.
+    #[reflect(default)]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    #[serde(skip_serializing_if = "is_even")]
+    pub unevenness: f32,
+}
+
+/// Whether a carpet has the same colour everywhere.
+fn is_even(unevenness: &f32) -> bool {
+    *unevenness == 0.0
 }
 
 impl Default for Pitch {
@@ -128,6 +138,7 @@ impl Default for Pitch {
             penalty_mark_size_m: 0.1,
             corner_arc_radius_m: 0.0,
             goal: GoalDimensions::default(),
+            unevenness: 0.0,
         }
     }
 }

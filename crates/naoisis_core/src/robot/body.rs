@@ -9,6 +9,7 @@ use parry3d::shape::Cuboid;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::jersey::Jersey;
 use super::look::Look;
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
@@ -107,6 +108,10 @@ pub struct Body {
     pub arms: Option<Arms>,
     /// The robot's appearance: colours, and the places of its number.
     pub look: Look,
+    /// The robot's jersey; `None` for a robot with a waistband only.
+    #[reflect(default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jersey: Option<Jersey>,
 }
 
 impl Default for Body {
@@ -122,6 +127,7 @@ impl Default for Body {
             legs: Some(Legs::default()),
             arms: Some(Arms::default()),
             look: Look::NAO,
+            jersey: None,
         }
     }
 }
@@ -130,6 +136,13 @@ impl Body {
     /// The body's width as a multiple of the NAO's.
     pub fn width_in_naos(&self) -> f32 {
         self.torso.half_width_m / 0.15
+    }
+
+    /// The part of the body in the team's colour, by which robots are recognised: the waistband, with a jersey up to the neck.
+    pub fn team_mark(&self) -> Waistband {
+        let Waistband { z_m: [lower, upper], half_size_m } = self.waistband;
+        let upper = if self.jersey.is_some() { upper.max(self.neck_m.z) } else { upper };
+        Waistband { z_m: [lower, upper], half_size_m }
     }
 
     /// Half the width of the drawn trunk, m, without the arms.

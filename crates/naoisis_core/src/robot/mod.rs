@@ -11,6 +11,7 @@ pub mod condition;
 pub mod falls;
 pub mod gait;
 pub mod head;
+pub mod jersey;
 pub mod kick;
 pub mod latency;
 pub mod look;

@@ -10,14 +10,15 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::material::{SceneMaterial, Surface};
-use crate::mesh::{ground_mesh, labelled_mesh, line_mesh};
+use crate::mesh::{ground_mesh, labelled_ball_mesh, labelled_mesh, line_mesh};
+use naoisis_core::ball::BallLook;
 use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::team::RobotId;
 use naoisis_sensing::appearance::field::{self, GroundMark, GroundShape};
 use naoisis_sensing::appearance::posing::Limb;
 use naoisis_sensing::appearance::robot::RobotDesign;
 use naoisis_sensing::appearance::scene::{Scene, ScenePost, SceneRobot};
-use naoisis_sensing::appearance::shapes::{Part, Shape};
+use naoisis_sensing::appearance::shapes::Part;
 use naoisis_sensing::appearance::view::View;
 use naoisis_sensing::appearance::{Label, colours};
 use naoisis_sensing::sensing::camera::software::light::SUN;
@@ -78,7 +79,8 @@ pub(super) struct RenderScene {
     fixed: Vec<Entity>,
     balls: Vec<PlacedEntity>,
     ball_count: usize,
-    ball_radius_m: f32,
+    /// Radius of the balls, m, and their colours.
+    ball: (f32, BallLook),
     robots: BTreeMap<RobotId, RobotEntities>,
     has_shadows: bool,
     has_depth: bool,
@@ -99,14 +101,15 @@ impl RenderScene {
             || self.posts != scene.posts
             || (shadows, depth) != (self.has_shadows, self.has_depth)
             || scene.balls().count() > self.ball_count
-            || scene.ball.is_some_and(|ball| ball.radius != self.ball_radius_m);
+            || scene.ball.is_some_and(|ball| (ball.radius, ball.look) != self.ball);
         let mut is_new = is_other;
         if is_other {
             (self.has_shadows, self.has_depth) = (shadows, depth);
             self.lay_out(world, scene)?;
         }
         for part in &self.balls {
-            let place = scene.balls().nth(part.limb).map(|ball| Affine3A::from_translation(ball.centre()));
+            let place =
+                scene.balls().nth(part.limb).map(|ball| Affine3A::from_mat3_translation(ball.turn(), ball.centre()));
             put(world, part, place);
         }
         for robot in &scene.robots {
@@ -155,7 +158,7 @@ impl RenderScene {
         }
         let mut marks = vec![floor()];
         marks.extend(field::ground(&scene.pitch));
-        let ground = |lowest| ground_mesh(&marks, lowest, STEP_M);
+        let ground = |lowest| ground_mesh(&marks, scene.pitch.unevenness, lowest, STEP_M);
         let surfaces = self.surfaces();
         let mut spawn = |mesh: Mesh, surface, layer| spawn(world, &mut self.materials, mesh, surface, layer);
         self.fixed.push(spawn(ground(LIT_M), Surface::Ground, COMMON));
@@ -163,7 +166,7 @@ impl RenderScene {
             self.fixed.push(spawn(ground(SHADED_M), Surface::ShadedGround, COMMON_SHADOWS));
         }
         if self.has_depth {
-            self.fixed.push(spawn(ground_mesh(&marks[..1], 0.0, 0.0), Surface::Depth, COMMON_DEPTH));
+            self.fixed.push(spawn(ground_mesh(&marks[..1], 0.0, 0.0, 0.0), Surface::Depth, COMMON_DEPTH));
         }
         let mut standing: Vec<Part<()>> =
             scene.posts.iter().map(|post| field::post(&post.post, post.position)).collect();
@@ -173,9 +176,8 @@ impl RenderScene {
             self.fixed.push(spawn(net, Surface::Net, COMMON));
         }
         let standing = labelled_mesh(&standing)?;
-        let ball = scene.ball.map_or(self.ball_radius_m, |ball| ball.radius).max(1e-3);
-        let part = Part::at((), Label::Ball, colours::BALL, Shape::sphere(ball), Vec3::ZERO);
-        let ball_mesh = labelled_mesh([&part])?;
+        let (radius_m, look) = scene.ball.map_or(self.ball, |ball| (ball.radius, ball.look));
+        let ball_mesh = labelled_ball_mesh(radius_m.max(1e-3), look);
         let ball_count = scene.balls().count().max(1);
         for (surface, layer) in surfaces {
             let entity = spawn(standing.clone(), surface, layer);
@@ -194,7 +196,7 @@ impl RenderScene {
             world.entity_mut(*entity).insert(GlobalTransform::from(place));
         }
         (self.pitch, self.posts) = (Some(scene.pitch.clone()), scene.posts.clone());
-        (self.ball_count, self.ball_radius_m) = (ball_count, ball);
+        (self.ball_count, self.ball) = (ball_count, (radius_m, look));
         Ok(())
     }
 

@@ -11,9 +11,11 @@ pub fn conditions(scenario: &Scenario) -> Conditions {
     let [own_body, other_body] = [&own, &other].map(|robot| scenario.body_of(robot));
     let [yaw, pitch] = own.head_angles;
     let settings = scenario.settings_of(&own);
+    let ball = scenario.ball.unwrap_or_default();
     Conditions {
         pitch: scenario.field.clone(),
-        ball_radius_m: scenario.ball.unwrap_or_default().radius_m,
+        ball_radius_m: ball.radius_m,
+        ball_look: ball.look,
         bodies: PerTeam::new(|team| if team == Team::Blue { own_body } else { other_body }),
         head: settings.head.reached_from(HeadAngles { yaw, pitch }),
         cameras: settings.cameras,

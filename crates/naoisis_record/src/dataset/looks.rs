@@ -8,6 +8,7 @@ use naoisis_core::geometry::{to_radians, unit};
 use naoisis_core::pitch::GoalColour;
 use naoisis_core::random::RandomStream;
 use naoisis_core::team::{PerTeam, Team};
+use naoisis_sensing::appearance::ball;
 use naoisis_sensing::appearance::colours::Colour;
 use naoisis_sensing::sensing::camera::software::stage::PatchArea;
 
@@ -247,8 +248,7 @@ impl BallLook {
             ("plain", Vec::new())
         } else if choice < plain + pentagons {
             // The patches are as wide as the black pieces of a ball made of 32 pieces.
-            let patch = |axis| PatchArea { axis, from: 0.925, to: 1.0, colour: colour(0) };
-            ("pentagons", ICOSAHEDRON.into_iter().map(|corner| patch(corner.normalize())).collect())
+            ("pentagons", ball::pentagons(colour(0), 0.925).to_vec())
         } else if choice < plain + pentagons + caps {
             let count = 3 + (stream.uniform() * 4.0) as usize;
             let mut draw = |index| {
@@ -268,25 +268,6 @@ impl BallLook {
         Self { pattern, ground, colours, patches }
     }
 }
-
-/// The golden ratio.
-const GOLDEN: f32 = 1.618_034;
-
-/// The corners of an icosahedron.
-const ICOSAHEDRON: [Vec3; 12] = [
-    Vec3::new(0.0, 1.0, GOLDEN),
-    Vec3::new(0.0, -1.0, GOLDEN),
-    Vec3::new(0.0, 1.0, -GOLDEN),
-    Vec3::new(0.0, -1.0, -GOLDEN),
-    Vec3::new(1.0, GOLDEN, 0.0),
-    Vec3::new(-1.0, GOLDEN, 0.0),
-    Vec3::new(1.0, -GOLDEN, 0.0),
-    Vec3::new(-1.0, -GOLDEN, 0.0),
-    Vec3::new(GOLDEN, 0.0, 1.0),
-    Vec3::new(GOLDEN, 0.0, -1.0),
-    Vec3::new(-GOLDEN, 0.0, 1.0),
-    Vec3::new(-GOLDEN, 0.0, -1.0),
-];
 
 /// Draws a direction.
 pub fn direction(stream: &mut RandomStream) -> Vec3 {

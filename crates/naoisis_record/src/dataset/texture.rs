@@ -2,30 +2,24 @@
 //! on the place on the ground or the direction of the wall.
 
 use bevy::math::{Vec2, Vec3};
-use std::sync::LazyLock;
 
 use super::looks::MatchLooks;
 use naoisis_core::random::RandomStream;
 use naoisis_sensing::appearance::Label;
+use naoisis_sensing::appearance::turf::{coarse, smooth};
 use naoisis_sensing::appearance::view::View;
 use naoisis_sensing::sensing::camera::image::Image;
 
-/// The side of the table of random numbers.
-const SIDE: usize = 256;
+/// The offsets of textures are up to this number of their details.
+const MOST_SHIFT: f32 = 256.0;
 /// The sizes of blades of grass and of mottles, m.
 const BLADE_M: f32 = 0.012;
 const MOTTLE_M: f32 = 0.35;
 
-/// Table of random numbers from -1 to 1.
-static NOISE: LazyLock<Vec<f32>> = LazyLock::new(|| {
-    let mut stream = RandomStream::for_match(0, "texture");
-    (0..SIDE * SIDE).map(|_| 2.0 * stream.uniform() - 1.0).collect()
-});
-
 /// The textures of a match. They are fixed to the ground in all of its images.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture {
-    /// The offset of each kind of texture in the table.
+    /// The offset of each kind of texture.
     shifts: [Vec2; 3],
     /// The direction of stripes: along or across the pitch.
     stripe_axis: Vec2,
@@ -34,7 +28,7 @@ pub struct Texture {
 impl Texture {
     /// Draws the textures of a match.
     pub fn draw(stream: &mut RandomStream) -> Self {
-        let mut shift = || Vec2::new(stream.uniform(), stream.uniform()) * SIDE as f32;
+        let mut shift = || Vec2::new(stream.uniform(), stream.uniform()) * MOST_SHIFT;
         let shifts = [shift(), shift(), shift()];
         Self { shifts, stripe_axis: if stream.chance(0.5) { Vec2::X } else { Vec2::Y } }
     }
@@ -42,7 +36,6 @@ impl Texture {
     /// Lays the textures over a picture. Its labels are those of the ground, and larger numbers for everything else. `gains` are the
     /// factors on red, green and blue.
     pub fn paint(&self, image: &mut Image, view: &View, looks: &MatchLooks, gains: [f32; 3]) {
-        let noise = NOISE.as_slice();
         let width = image.width.max(1) as usize;
         let focal_length = view.intrinsics.focal_length;
         let turf = looks.turf.map(f32::from);
@@ -55,19 +48,19 @@ impl Texture {
                 let ray = start + step * column as f32;
                 let mut colour = [f32::from(pixel[0]), f32::from(pixel[1]), f32::from(pixel[2])];
                 let factor = match *label {
-                    SKY => wall(noise, ray, looks.wall_contrast),
+                    SKY => wall(ray, looks.wall_contrast),
                     FLOOR | CARPET | LINE => {
                         let far = -view.eye.z / ray.z.min(-1e-4);
                         let place = view.eye.truncate() + far * ray.truncate();
                         if *label == LINE {
-                            let worn = 0.5 + 0.5 * smooth(noise, place / 0.15 + self.shifts[1]);
+                            let worn = 0.5 + 0.5 * smooth(place / 0.15 + self.shifts[1]);
                             let wear = looks.wear * worn * worn;
                             for (channel, below) in colour.iter_mut().zip(turf) {
                                 *channel += wear * (below - *channel);
                             }
                         }
                         let floor = *label == FLOOR;
-                        self.on_ground(noise, place, far / focal_length, floor, looks)
+                        self.on_ground(place, far / focal_length, floor, looks)
                     }
                     _ => 1.0,
                 };
@@ -80,15 +73,15 @@ impl Texture {
     }
 
     /// Returns the brightness of a place on the ground, for a pixel that covers `pixel_m`.
-    fn on_ground(&self, noise: &[f32], place: Vec2, pixel_m: f32, is_floor: bool, looks: &MatchLooks) -> f32 {
-        let pool = 0.5 + 0.5 * smooth(noise, place / looks.pool_m + self.shifts[0]);
+    fn on_ground(&self, place: Vec2, pixel_m: f32, is_floor: bool, looks: &MatchLooks) -> f32 {
+        let pool = 0.5 + 0.5 * smooth(place / looks.pool_m + self.shifts[0]);
         let light = 1.0 - looks.unevenness * pool;
-        let mottle = smooth(noise, place / MOTTLE_M + self.shifts[1]);
+        let mottle = smooth(place / MOTTLE_M + self.shifts[1]);
         if is_floor {
             return light * (1.0 + 0.05 * mottle);
         }
         // Details finer than a pixel blur.
-        let grain = looks.grain * (BLADE_M / pixel_m).min(1.0) * coarse(noise, place / BLADE_M + self.shifts[2]);
+        let grain = looks.grain * (BLADE_M / pixel_m).min(1.0) * coarse(place / BLADE_M + self.shifts[2]);
         let stripe = looks.stripes.map_or(0.0, |stripes| {
             let along = self.stripe_axis.dot(place) / stripes.width_m;
             if along.rem_euclid(2.0) < 1.0 { stripes.contrast } else { -stripes.contrast }
@@ -104,45 +97,24 @@ const LINE: u8 = Label::Line as u8;
 
 /// Returns the brightness of the wall of a hall in a direction: panels from the floor to the roof, some windows and posters, and shades
 /// across all of them.
-fn wall(noise: &[f32], ray: Vec3, contrast: f32) -> f32 {
+fn wall(ray: Vec3, contrast: f32) -> f32 {
     let spread = (ray.x.abs() + ray.y.abs()).max(1e-4);
     // The direction around, from 0 to 4, and the slope.
     let quarter = ray.y / spread;
     let around = if ray.x >= 0.0 { 1.0 + quarter } else { 3.0 - quarter };
     let place = Vec2::new(around, ray.z / spread);
-    let shade = smooth(noise, place * Vec2::new(3.0, 2.5));
-    let panel = coarse(noise, place * Vec2::new(7.0, 1.6) + 13.0);
-    let window = if (0.22..0.5).contains(&place.y) && coarse(noise, place * Vec2::new(2.0, 0.0) + 77.0) > 0.0 {
+    let shade = smooth(place * Vec2::new(3.0, 2.5));
+    let panel = coarse(place * Vec2::new(7.0, 1.6) + 13.0);
+    let window = if (0.22..0.5).contains(&place.y) && coarse(place * Vec2::new(2.0, 0.0) + 77.0) > 0.0 {
         // The bars between the panes are dark.
         if (12.0 * around).fract() < 0.1 { -0.8 } else { 1.2 }
     } else {
         0.0
     };
-    let is_poster = place.y < 0.2 && coarse(noise, place * Vec2::new(9.0, 4.0) + 177.0) > 0.5;
-    let poster = if is_poster { coarse(noise, place * Vec2::new(60.0, 50.0) + 31.0) } else { 0.0 };
+    let is_poster = place.y < 0.2 && coarse(place * Vec2::new(9.0, 4.0) + 177.0) > 0.5;
+    let poster = if is_poster { coarse(place * Vec2::new(60.0, 50.0) + 31.0) } else { 0.0 };
     // The surroundings are brighter above, where the lamps are.
     1.0 + contrast * (0.5 * shade + 0.4 * panel + 0.6 * poster + window) + 0.15 * place.y.clamp(0.0, 1.0)
-}
-
-/// Returns a random number that is constant in each square of side 1.
-fn coarse(noise: &[f32], place: Vec2) -> f32 {
-    at(noise, place.x.floor() as i32, place.y.floor() as i32)
-}
-
-/// Returns random numbers at the corners of squares of side 1, interpolated in between.
-fn smooth(noise: &[f32], place: Vec2) -> f32 {
-    let whole = place.floor();
-    let share = place - whole;
-    let share = share * share * (3.0 - 2.0 * share);
-    let (x, y) = (whole.x as i32, whole.y as i32);
-    let upper = at(noise, x, y) + share.x * (at(noise, x + 1, y) - at(noise, x, y));
-    let lower = at(noise, x, y + 1) + share.x * (at(noise, x + 1, y + 1) - at(noise, x, y + 1));
-    upper + share.y * (lower - upper)
-}
-
-fn at(noise: &[f32], x: i32, y: i32) -> f32 {
-    let mask = SIDE as i32 - 1;
-    noise[((y & mask) as usize) * SIDE + (x & mask) as usize]
 }
 
 #[cfg(test)]

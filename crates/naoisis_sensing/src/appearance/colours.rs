@@ -4,6 +4,7 @@
 //! the blue of the waistbands and the sky-blue of the goal differ in hue, so that a robot can tell them apart.
 
 use naoisis_core::pitch::GoalColour;
+use naoisis_core::robot::jersey::Jersey;
 use naoisis_core::robot::look::Look;
 use naoisis_core::team::Team;
 
@@ -35,6 +36,31 @@ pub const fn team(team: Team) -> Colour {
     match team {
         Team::Blue => Colour([24, 78, 220]),
         Team::Pink => Colour([250, 82, 160]),
+    }
+}
+
+/// The colour in which a robot of a team plays: that of its jersey, or of its waistband without one.
+pub const fn worn(of: Team, jersey: Option<Jersey>) -> Colour {
+    match jersey {
+        None | Some(Jersey::Team) => team(of),
+        Some(Jersey::Blue) => Colour([20, 60, 200]),
+        Some(Jersey::Red) => Colour([200, 25, 30]),
+        Some(Jersey::Yellow) => Colour([240, 205, 30]),
+        Some(Jersey::Black) => Colour([25, 25, 28]),
+        Some(Jersey::White) => Colour([238, 238, 238]),
+        Some(Jersey::Green) => Colour([25, 150, 60]),
+        Some(Jersey::Orange) => Colour([245, 120, 20]),
+        Some(Jersey::Purple) => Colour([110, 40, 150]),
+        Some(Jersey::Brown) => Colour([110, 70, 40]),
+        Some(Jersey::Grey) => Colour([125, 125, 128]),
+    }
+}
+
+/// The colour of the number on a jersey: black on bright jerseys, white on others.
+pub const fn number_on(jersey: Jersey) -> Colour {
+    match jersey {
+        Jersey::Yellow | Jersey::White | Jersey::Orange => Colour([12, 12, 14]),
+        _ => Colour([250, 250, 250]),
     }
 }
 

@@ -60,7 +60,7 @@ impl MatchScene<'_, '_> {
             let mut balls = self.balls.iter();
             let (_, pose, physics, flight) = balls.find(|(which, ..)| which.copied() == number)?;
             let height = flight.map_or(0.0, |flight| flight.height_m);
-            Some(SceneBall { position: pose.position, radius: physics.radius_m, height })
+            Some(SceneBall { position: pose.position, radius: physics.radius_m, height, look: physics.look })
         };
         scene.ball = ball_of(None);
         scene.more_balls.clear();

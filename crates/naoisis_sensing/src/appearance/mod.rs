@@ -7,6 +7,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+pub mod ball;
 pub mod colours;
 pub mod field;
 pub mod gather;
@@ -15,6 +16,7 @@ pub mod robot;
 pub mod scene;
 pub mod shapes;
 pub mod stride;
+pub mod turf;
 pub mod view;
 
 /// The object in a pixel of an image.

@@ -13,7 +13,7 @@ use super::colours::{self, Colour};
 use super::posing::Limb;
 use super::shapes::{Part, Shape};
 use naoisis_core::robot::body::Body;
-use naoisis_core::robot::look::{Look, LookShape};
+use naoisis_core::robot::look::{Look, LookShape, NumberPlaces};
 use naoisis_core::team::{RobotId, Team};
 
 mod by_measures;
@@ -40,12 +40,18 @@ impl RobotDesign {
 
     /// The parts of a robot with this body in this design.
     pub fn parts(self, id: RobotId, body: &Body) -> Vec<RobotPart> {
-        match (self, body.look.shape) {
-            (RobotDesign::Nao, LookShape::Nao) => nao::detailed(id, body),
-            (RobotDesign::Nao, LookShape::Measures) => by_measures::detailed(id, body),
-            (RobotDesign::Simple, LookShape::Nao) => nao::simple(id, body),
-            (RobotDesign::Simple, LookShape::Measures) => by_measures::simple(id, body),
+        let number = body.jersey.map(colours::number_on);
+        let plain = &Body { look: number.map_or(body.look, |Colour(number)| numbered(body, id, number)), ..*body };
+        let mut parts = match (self, body.look.shape) {
+            (RobotDesign::Nao, LookShape::Nao) => nao::detailed(id, plain),
+            (RobotDesign::Nao, LookShape::Measures) => by_measures::detailed(id, plain),
+            (RobotDesign::Simple, LookShape::Nao) => nao::simple(id, plain),
+            (RobotDesign::Simple, LookShape::Measures) => by_measures::simple(id, plain),
+        };
+        if body.jersey.is_some() {
+            put_jersey_on(&mut parts, id.team, body);
         }
+        parts
     }
 }
 
@@ -57,18 +63,40 @@ pub const fn labels(team: Team) -> [Label; 2] {
     }
 }
 
+/// The look of a robot with its number in this colour on its jersey, without plates of another colour.
+fn numbered(body: &Body, id: RobotId, number: [u8; 3]) -> Look {
+    let Colour(plates) = colours::worn(id.team, body.jersey);
+    Look { number: NumberPlaces { chest: true, back: true }, number_colour: number, plates, ..body.look }
+}
+
+/// Colours the shells of the trunk from the waistband up, which then have its label.
+fn put_jersey_on(parts: &mut [RobotPart], team: Team, body: &Body) {
+    let ([_, label], colour) = (labels(team), colours::worn(team, body.jersey));
+    let shell = Colour(body.look.shell);
+    let lower_m = body.waistband.z_m[0];
+    for part in parts.iter_mut().filter(|part| part.frame == Limb::Trunk) {
+        let is_above = part.frame_from_shape.translation.z > lower_m;
+        if is_above && (part.colour == shell || part.colour == colour) {
+            (part.colour, part.label) = (colour, label);
+        }
+    }
+}
+
 /// Collects the parts of a body.
 struct PartList {
     label: Label,
     team: Colour,
     look: Look,
+    /// Whether it has a number in the simple design, too.
+    has_jersey: bool,
     parts: Vec<RobotPart>,
 }
 
 impl PartList {
-    fn new(id: RobotId, look: Look, capacity: usize) -> Self {
+    fn new(id: RobotId, body: &Body, capacity: usize) -> Self {
         let [label, _] = labels(id.team);
-        Self { label, team: colours::team(id.team), look, parts: Vec::with_capacity(capacity) }
+        let (team, has_jersey) = (colours::worn(id.team, body.jersey), body.jersey.is_some());
+        Self { label, team, look: body.look, has_jersey, parts: Vec::with_capacity(capacity) }
     }
 
     /// The colours of shells and of joints.
@@ -91,7 +119,7 @@ impl PartList {
     /// Adds the waistband in the team's colour.
     fn band(&mut self, team: Team, body: &Body, shape: Shape) {
         let [_, label] = labels(team);
-        self.parts.push(Part::at(Limb::Trunk, label, colours::team(team), shape, body.waistband.middle()));
+        self.parts.push(Part::at(Limb::Trunk, label, self.team, shape, body.waistband.middle()));
     }
 
     fn add(&mut self, limb: Limb, colour: Colour, shape: Shape, centre: Vec3) {
@@ -241,6 +269,30 @@ mod tests {
                 }
                 let mast = of(Look { head: Top::Mast, shape: LookShape::Measures, ..plain });
                 assert!(count(&mast, Colour(plain.eyes)) == 0);
+            }
+        }
+    }
+
+    #[test]
+    fn a_jersey_covers_the_trunk_and_has_a_number_in_both_designs() {
+        use naoisis_core::robot::jersey::Jersey;
+
+        for shape in [LookShape::Nao, LookShape::Measures] {
+            for design in RobotDesign::BOTH {
+                let look = Look { shape, ..Look::LIGHT };
+                let of = |jersey, number| {
+                    design.parts(RobotId::new(Team::Pink, number), &Body { look, jersey, ..Body::default() })
+                };
+                let black = of(Some(Jersey::Black), 8);
+                let in_colour = |colour: Colour| move |part: &&RobotPart| part.colour == colour;
+                let worn = colours::worn(Team::Pink, Some(Jersey::Black));
+                let shirt: Vec<&RobotPart> = black.iter().filter(in_colour(worn)).collect();
+                assert!(shirt.len() >= 2 && shirt.iter().all(|part| part.label == Label::PinkWaistband), "{design:?}");
+                assert!(black.iter().all(|part| part.colour != colours::team(Team::Pink)));
+                // Seven segments on the chest and on the back.
+                assert_eq!(black.iter().filter(in_colour(colours::number_on(Jersey::Black))).count(), 14);
+                let top = shirt.iter().map(|part| part.frame_from_shape.translation.z).fold(0.0, f32::max);
+                assert!(top > 0.34, "{design:?}: {top}");
             }
         }
     }

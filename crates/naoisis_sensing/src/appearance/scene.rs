@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::posing::{Limb, about_x, about_y, world_from_standing};
 use super::stride::Stride;
+use naoisis_core::ball::BallLook;
 use naoisis_core::geometry::{Pose, unit};
 use naoisis_core::kick_geometry::Side;
 use naoisis_core::knowledge::Knowledge;
@@ -77,12 +78,16 @@ pub struct SceneBall {
     pub radius: f32,
     /// Height of its lowest point above the ground, m.
     pub height: f32,
+    /// Its colours.
+    #[reflect(default)]
+    #[serde(default, skip_serializing_if = "BallLook::is_orange")]
+    pub look: BallLook,
 }
 
 impl SceneBall {
-    /// A ball on the ground.
+    /// An orange ball on the ground.
     pub fn on_ground(position: Vec2, radius: f32) -> SceneBall {
-        SceneBall { position, radius, height: 0.0 }
+        SceneBall { position, radius, height: 0.0, look: BallLook::Orange }
     }
 
     /// Its centre, m.

@@ -72,6 +72,7 @@ fn take_apart_of(
 mod tests {
     use crate::scenario::{RobotModel, Scenario};
     use naoisis_core::robot::body::Body;
+    use naoisis_core::robot::jersey::Jersey;
     use naoisis_core::team::Team;
 
     #[test]
@@ -82,15 +83,16 @@ mod tests {
                  "teams": { "blue": "roles", "pink": { "team": "roles", "model": { "preset": "nao_v6", "sonar": { "max_m": 0.5 } } } } }"#,
         );
         let scenario = scenario.unwrap();
+        let jersey = Some(Jersey::Team);
         let k1 = RobotModel::named("booster_k1").unwrap().scenario().unwrap();
         assert_eq!(
             (scenario.model.as_str(), scenario.settings.body),
-            ("booster_k1", Body { height_m: 0.9, ..k1.settings.body })
+            ("booster_k1", Body { height_m: 0.9, jersey, ..k1.settings.body })
         );
         assert_eq!((scenario.settings.kicks.speed_sd, scenario.settings.kicks.wind_up_s), (0.0, 0.1));
         let pink = scenario.teams.unwrap().robot(Team::Pink, 2);
         assert_eq!((pink.model.as_deref(), pink.own.sonar.unwrap().max_m), (Some("nao_v6"), 0.5));
-        assert_eq!(pink.own.body, Some(Body::default()));
+        assert_eq!(pink.own.body, Some(Body { jersey, ..Body::default() }));
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::robot_spec::RobotSpec;
 use super::saved_match::SavedMatch;
 use super::teams_spec::TeamsSpec;
 use naoisis_core::ball::flight::{BallFlight, FlightPhysics};
-use naoisis_core::ball::{BallPhysics, Rolling};
+use naoisis_core::ball::{BallLook, BallPhysics, Rolling};
 use naoisis_core::communication::{MessageLimits, MessageSettings};
 use naoisis_core::game::{Rules, TimedIntervention};
 use naoisis_core::knowledge::Knowledge;
@@ -300,12 +300,24 @@ pub struct BallSpec {
     pub restitution: f32,
     /// How it flies.
     pub flight: FlightPhysics,
+    /// Its colours in images: `orange`, or `pentagons` for white with black pentagons.
+    #[reflect(default)]
+    #[serde(skip_serializing_if = "BallLook::is_orange")]
+    pub look: BallLook,
 }
 
 impl Default for BallSpec {
     fn default() -> Self {
-        let BallPhysics { radius_m, rolling, restitution, flight } = BallPhysics::default();
-        Self { position_m: Vec3::ZERO, velocity_mps: Vec3::ZERO, radius_m, rolling, restitution, flight }
+        let at_rest = Self {
+            position_m: Vec3::ZERO,
+            velocity_mps: Vec3::ZERO,
+            radius_m: 0.0,
+            rolling: Rolling::default(),
+            restitution: 0.0,
+            flight: FlightPhysics::default(),
+            look: BallLook::default(),
+        };
+        at_rest.with_physics(BallPhysics::default())
     }
 }
 
@@ -322,15 +334,15 @@ impl BallSpec {
 
     /// Returns the ball's physical parameters.
     pub fn physics(&self) -> BallPhysics {
-        let Self { radius_m, rolling, restitution, flight, .. } = *self;
-        BallPhysics { radius_m, rolling, restitution, flight }
+        let Self { radius_m, rolling, restitution, flight, look, .. } = *self;
+        BallPhysics { radius_m, rolling, restitution, flight, look }
     }
 
     /// Returns the same ball at the same position with other physical parameters.
     #[must_use]
     pub fn with_physics(self, physics: BallPhysics) -> BallSpec {
-        let BallPhysics { radius_m, rolling, restitution, flight } = physics;
-        BallSpec { radius_m, rolling, restitution, flight, ..self }
+        let BallPhysics { radius_m, rolling, restitution, flight, look } = physics;
+        BallSpec { radius_m, rolling, restitution, flight, look, ..self }
     }
 }
 

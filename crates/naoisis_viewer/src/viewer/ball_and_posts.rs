@@ -6,7 +6,7 @@ use super::palette;
 use super::part_mesh::{mesh_of_parts, part_material};
 use naoisis_core::ball::BallPhysics;
 use naoisis_core::pitch::Post;
-use naoisis_sensing::appearance::{colours, field};
+use naoisis_sensing::appearance::field;
 
 /// Spawns the models of balls and posts when these enter the match.
 pub struct BallAndPostsPlugin;
@@ -14,8 +14,20 @@ pub struct BallAndPostsPlugin;
 impl Plugin for BallAndPostsPlugin {
     fn build(&self, app: &mut App) {
         app.add_observer(show_ball).add_observer(show_post);
+        app.add_systems(PostUpdate, roll_balls.before(TransformSystems::Propagate));
     }
 }
+
+/// The model of a ball, and the place where it was drawn last.
+#[derive(Component)]
+struct BallModel {
+    /// m, pitch frame.
+    place: Vec2,
+    radius_m: f32,
+}
+
+/// The greatest way from one frame to the next on which a ball is drawn rolling, m. On longer ones it is moved.
+const LONGEST_ROLL_M: f32 = 1.0;
 
 fn show_ball(
     added: On<Add, BallPhysics>,
@@ -27,17 +39,41 @@ fn show_ball(
     let Ok(physics) = balls.get(added.entity) else { return };
     commands.spawn((
         ChildOf(added.entity),
+        BallModel { place: Vec2::ZERO, radius_m: physics.radius_m },
         ball_mesh(physics, &mut meshes),
-        MeshMaterial3d(
-            materials.add(StandardMaterial { base_color: palette::from_appearance(colours::BALL), ..part_material() }),
-        ),
+        MeshMaterial3d(materials.add(part_material())),
     ));
 }
 
-/// The mesh of a ball with its centre in the origin.
+/// The mesh of a ball with its centre in the origin, with its colours in the vertices.
 pub(super) fn ball_mesh(physics: &BallPhysics, meshes: &mut Assets<Mesh>) -> impl Bundle {
-    let sphere = Sphere::new(physics.radius_m).mesh().uv(32, 18);
-    (Mesh3d(meshes.add(sphere)), Transform::from_xyz(0.0, 0.0, physics.radius_m))
+    let (mesh, colours) = naoisis_gpu::mesh::ball_mesh(physics.radius_m, physics.look);
+    let linear = |colour| LinearRgba::from(palette::from_appearance(colour)).to_f32_array();
+    let colours: Vec<[f32; 4]> = colours.into_iter().map(linear).collect();
+    let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours);
+    (Mesh3d(meshes.add(mesh)), Transform::from_xyz(0.0, 0.0, physics.radius_m))
+}
+
+/// Turns the models of balls as they roll.
+fn roll_balls(
+    mut models: Query<(&ChildOf, &mut BallModel, &mut Transform)>,
+    balls: Query<&Transform, Without<BallModel>>,
+) {
+    for (of, mut model, mut transform) in &mut models {
+        let Ok(ball) = balls.get(of.parent()) else { continue };
+        let place = ball.translation.truncate();
+        let way = place - model.place;
+        if way == Vec2::ZERO {
+            continue;
+        }
+        model.place = place;
+        if way.length() < LONGEST_ROLL_M {
+            // The ball itself may be turned, too.
+            let axis = ball.rotation.inverse() * way.normalize().perp().extend(0.0);
+            transform.rotation =
+                (Quat::from_axis_angle(axis, way.length() / model.radius_m) * transform.rotation).normalize();
+        }
+    }
 }
 
 fn show_post(

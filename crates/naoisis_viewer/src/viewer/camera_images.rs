@@ -155,10 +155,11 @@ impl SensedScene {
             let standing = SceneRobot::standing(robot.id, robot.pose, body);
             SceneRobot { head: robot.head, stride: *stride, ..standing.in_posture(robot.posture) }
         }));
-        let known_m = self.scene.ball.map(|ball| ball.radius);
+        let known = self.scene.ball;
         let scene_ball = |ball: &BallRecord| {
-            let radius = known_m.unwrap_or(ball.position_m.z);
-            SceneBall { position: ball.position_m.truncate(), radius, height: ball.position_m.z - radius }
+            let radius = known.map_or(ball.position_m.z, |ball| ball.radius);
+            let look = known.map(|ball| ball.look).unwrap_or_default();
+            SceneBall { position: ball.position_m.truncate(), radius, height: ball.position_m.z - radius, look }
         };
         self.scene.ball = record.ball.as_ref().map(scene_ball);
         self.scene.more_balls.clear();

@@ -10,6 +10,7 @@ use super::part_mesh::{mesh_of_parts, part_material};
 use super::pitch_frame::PitchRoot;
 use naoisis_core::geometry::unit;
 use naoisis_core::pitch::{End, Pitch};
+use naoisis_gpu::mesh::carpet_triangles;
 use naoisis_sensing::appearance::field::{self, GroundShape};
 use naoisis_sensing::appearance::{Label, colours};
 
@@ -73,6 +74,9 @@ fn ground(pitch: &Pitch, label: Label) -> Mesh {
     let mut flat = FlatMesh::default();
     for mark in field::ground(pitch).into_iter().filter(|mark| mark.label == label) {
         match mark.shape {
+            GroundShape::Quadrilateral(corners) if label == Label::Carpet && pitch.unevenness > 0.0 => {
+                flat.carpet(corners, pitch.unevenness);
+            }
             GroundShape::Quadrilateral(corners) => flat.quadrilateral(corners),
             GroundShape::Ring { centre, inner, outer } => flat.ring(centre, inner, outer),
         }
@@ -85,6 +89,8 @@ fn ground(pitch: &Pitch, label: Label) -> Mesh {
 struct FlatMesh {
     corners: Vec<[f32; 3]>,
     indices: Vec<u32>,
+    /// The brightness of each corner; 1 for those beyond the end of the list.
+    brightness: Vec<f32>,
 }
 
 impl FlatMesh {
@@ -93,6 +99,16 @@ impl FlatMesh {
         let first = self.corners.len() as u32;
         self.corners.extend(corners.map(|corner| [corner.x, corner.y, 0.0]));
         self.indices.extend([0, 1, 2, 0, 2, 3].map(|index| first + index));
+    }
+
+    /// Adds a carpet with this uneven colour, whose corners run from the least one counter-clockwise.
+    fn carpet(&mut self, corners: [Vec2; 4], unevenness: f32) {
+        self.brightness.resize(self.corners.len(), 1.0);
+        for (place, brightness) in carpet_triangles(corners, unevenness) {
+            self.indices.push(self.corners.len() as u32);
+            self.corners.push([place.x, place.y, 0.0]);
+            self.brightness.push(brightness);
+        }
     }
 
     /// Adds the ring between two circles.
@@ -105,12 +121,17 @@ impl FlatMesh {
         }
     }
 
-    fn finish(self) -> Mesh {
+    fn finish(mut self) -> Mesh {
         let count = self.corners.len();
+        self.brightness.resize(count, 1.0);
+        // Colours of vertices are linear, the brightness is that of the file's colour.
+        let linear = |level: &f32| [level * level, level * level, level * level, 1.0];
+        let colours: Vec<[f32; 4]> = self.brightness.iter().map(linear).collect();
         Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
             .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.corners)
             .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0, 0.0, 1.0]; count])
             .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, vec![[0.0, 0.0]; count])
+            .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours)
             .with_inserted_indices(Indices::U32(self.indices))
     }
 }

@@ -19,7 +19,6 @@ use naoisis_core::geometry::Pose;
 use naoisis_core::robot::Roster;
 use naoisis_core::robot::body::Body;
 use naoisis_core::team::RobotId;
-use naoisis_sensing::appearance::colours;
 use naoisis_sim::interface::cycle_record::CycleRecord;
 
 /// The opacity of a ghost, 0 to 1.
@@ -154,9 +153,8 @@ fn place_ghosts(
             }
             _ => {
                 let physics = balls.iter().next().map(|(physics, _)| *physics).unwrap_or_default();
-                let colour = palette::from_appearance(colours::BALL);
                 let ball = ball_mesh(&physics, meshes);
-                commands.spawn((ChildOf(entity), ball, MeshMaterial3d(translucent(colour, materials))));
+                commands.spawn((ChildOf(entity), ball, MeshMaterial3d(translucent(Color::WHITE, materials))));
             }
         }
     }

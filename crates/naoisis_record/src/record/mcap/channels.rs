@@ -18,11 +18,12 @@ use crate::record::encoder::Layer;
 use crate::record::event_words::event_words;
 use crate::record::match_renderer::newest_image;
 use crate::record::png_file::encode_png;
+use naoisis_core::ball::BallLook;
 use naoisis_core::camera_model::CameraMount;
 use naoisis_core::events::MatchEvent;
 use naoisis_core::robot::Roster;
 use naoisis_core::team::RobotId;
-use naoisis_sensing::appearance::colours;
+use naoisis_sensing::appearance::ball;
 use naoisis_sensing::belief::error::BeliefError;
 use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
 use naoisis_sim::interface::fields::Fields;
@@ -46,6 +47,7 @@ pub(in crate::record) trait ChannelSink {
 pub(in crate::record) struct Channels {
     robots: Vec<Robot>,
     ball_radius_m: f32,
+    ball_look: BallLook,
     cycle_s: f64,
     /// The cycle from which on the next messages of robots are due.
     due: u64,
@@ -85,12 +87,13 @@ impl Channels {
                 sink.log(&topic, time_ns, &calibration(&robot.cameras.intrinsics(mount), camera));
             }
         }
-        let ball_radius_m = scenario.ball.unwrap_or_default().radius_m;
+        let ball = scenario.ball.unwrap_or_default();
         let (cycle_s, sensed, next_message) = (scenario.cycle_s, Sensed::of(record), BTreeMap::new());
         let has_game = fields.is_all() || fields.names().iter().any(|name| name == "game");
         Self {
             robots,
-            ball_radius_m,
+            ball_radius_m: ball.radius_m,
+            ball_look: ball.look,
             cycle_s,
             due: 0,
             drawn: None,
@@ -161,7 +164,7 @@ impl Channels {
         scene((1..=count).map(|number| {
             let frame = ball_frame(number);
             let mut entity = Entity::new(&frame, &frame, time_ns).locked();
-            entity.sphere(Vec3::ZERO, self.ball_radius_m, colour(colours::BALL, 1.0));
+            entity.sphere(Vec3::ZERO, self.ball_radius_m, colour(ball::ground(self.ball_look), 1.0));
             entity
         }))
     }

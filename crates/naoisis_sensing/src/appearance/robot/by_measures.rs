@@ -57,13 +57,35 @@ fn band(list: &mut PartList, team: Team, body: &Body) {
     list.band(team, body, Shape::Box { half_size });
 }
 
+/// Adds the shell of the trunk. With a jersey, which ends at the lower edge of the waistband, the part below it has the colour of the joints.
+fn chest(list: &mut PartList, body: &Body, size: Vec3, middle: Vec3) {
+    let [shell, joint] = list.colours();
+    if body.jersey.is_none() {
+        list.cuboid(Limb::Trunk, shell, size, middle);
+        return;
+    }
+    let [lower, upper] = [-0.5, 0.5].map(|half| middle.z + half * size.z);
+    let cut = body.waistband.z_m[0].clamp(lower, upper);
+    for (colour, [from, to]) in [(joint, [lower, cut]), (shell, [cut, upper])] {
+        if from < to {
+            list.cuboid(Limb::Trunk, colour, size.with_z(to - from), middle.with_z((from + to) / 2.0));
+        }
+    }
+}
+
 /// The parts of the simple design: a few boxes.
 pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let trunk = Trunk::of(body);
-    let mut list = PartList::new(id, body.look, 16);
+    let mut list = PartList::new(id, body, 16);
     let [shell, joint] = list.colours();
-    list.cuboid(Limb::Trunk, shell, trunk.size(), trunk.middle());
+    let (size, middle) = (trunk.size(), trunk.middle());
+    chest(&mut list, body, size, middle);
     band(&mut list, id.team, body);
+    if list.has_jersey {
+        let z_m = body.look.number_z_m.unwrap_or(middle.z + 0.2 * size.z);
+        let plates = Plates { x_m: [trunk.x_m[1], trunk.x_m[0]], z_m, size: 1.4 * (size.y / 0.15).min(size.z / 0.2) };
+        number::write(&mut list, id.number, &plates);
+    }
     if body.look.head == Top::Mast {
         mast(&mut list, &trunk);
     } else {
@@ -97,18 +119,18 @@ pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
 pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let trunk = Trunk::of(body);
     let look = body.look;
-    let mut list = PartList::new(id, look, 64);
+    let mut list = PartList::new(id, body, 64);
     let [shell, joint] = list.colours();
     let (size, middle) = (trunk.size(), trunk.middle());
     // Wider at the shoulders.
     list.cuboid(Limb::Trunk, joint, size * Vec3::new(0.8, 0.8, 0.4), middle - Vec3::Z * (0.3 * size.z));
-    let chest = middle + Vec3::Z * (0.12 * size.z);
-    list.cuboid(Limb::Trunk, shell, size * Vec3::new(1.0, 1.0, 0.66), chest);
+    let chest_m = middle + Vec3::Z * (0.12 * size.z);
+    chest(&mut list, body, size * Vec3::new(1.0, 1.0, 0.66), chest_m);
     let neck = Shape::cylinder(0.25 * trunk.half_head_m.y, 0.06 * size.z + 0.02);
     list.add(Limb::Trunk, joint, neck, body.neck_m);
     band(&mut list, id.team, body);
     let scale = (size.y / 0.15).min(size.z / 0.2);
-    let z_m = look.number_z_m.unwrap_or(chest.z + 0.08 * size.z);
+    let z_m = look.number_z_m.unwrap_or(chest_m.z + 0.08 * size.z);
     let plates = Plates { x_m: [trunk.x_m[1] + 0.004, trunk.x_m[0] - 0.004], z_m, size: scale };
     let plate = Vec3::new(0.008, 0.088, 0.066) * Vec3::new(1.0, scale, scale);
     for (x, is_there) in trunk.x_m.into_iter().zip([look.number.back, look.number.chest]) {

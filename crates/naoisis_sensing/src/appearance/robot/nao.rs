@@ -15,7 +15,7 @@ use naoisis_core::team::RobotId;
 /// The parts of the detailed design: close to the real robot, with a number on chest and back.
 pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let stretch = Stretch::to(body);
-    let mut list = PartList::new(id, body.look, 96);
+    let mut list = PartList::new(id, body, 96);
     trunk(&mut list, id, body, &stretch);
     head(&mut list);
     for side in 0..2 {
@@ -28,11 +28,14 @@ pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
 /// The parts of the simple design: a few boxes.
 pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let Legs { thigh_m, shank_m, ankle_m, .. } = Legs::default();
-    let mut list = PartList::new(id, body.look, 16);
+    let mut list = PartList::new(id, body, 16);
     let [shell, joint] = list.colours();
     let band_size = (2.0 * body.waistband.half_size_m).extend(body.waistband.height());
     list.band(id.team, body, Shape::Box { half_size: band_size / 2.0 });
     list.cuboid(Limb::Trunk, shell, Vec3::new(0.1, 0.15, 0.118), Vec3::Z * 0.409);
+    if list.has_jersey {
+        number::write(&mut list, id.number, &Plates { x_m: [0.05, -0.05], z_m: 0.412, size: 1.4 });
+    }
     list.cuboid(Limb::Head, shell, Vec3::new(0.1, 0.11, 0.105), Vec3::Z * 0.061);
     // The face is dark, so that front and back differ.
     list.cuboid(Limb::Head, joint, Vec3::new(0.01, 0.08, 0.04), Vec3::new(0.0475, 0.0, 0.065));

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
+use std::sync::LazyLock;
 
 use super::fault::ScenarioFault;
 use super::fidelity;
@@ -16,8 +17,9 @@ use super::realism::RealismSettings;
 use super::realism_settings;
 use super::robot_settings::RobotSettings;
 use super::shape;
-use super::types::BallSpec;
+use super::types::{BallSpec, Scenario};
 use super::wording::{did_you_mean, one_of, quoted};
+use naoisis_core::ball::BallLook;
 use naoisis_core::game::Rules;
 use naoisis_core::pitch::Pitch;
 use naoisis_core::team::Team;
@@ -71,6 +73,7 @@ impl BallSpec {
 pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let mut faults = Vec::new();
     let path = FieldPath::default();
+    complete_looks(root);
     leagues::lay_under(root, &mut faults);
     inline_models::take_apart(root, RobotSettings::OF_MODEL, &mut faults);
     let mut real = realism_settings::settings_of(root, &mut faults);
@@ -127,6 +130,25 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     faults
 }
 
+/// Writes the looks that are left out by an object with all other fields, such as those in the header of a trace: they have their defaults,
+/// and not the values of a league, a model or a preset.
+fn complete_looks(settings: &mut Map<String, Value>) {
+    static WHOLE: LazyLock<Value> = LazyLock::new(|| serde_json::to_value(Scenario::default()).unwrap_or_default());
+    let looks = [
+        ("ball", "look", json!(BallLook::default())),
+        ("body", "jersey", Value::Null),
+        ("field", "unevenness", json!(0.0)),
+    ];
+    for (field, look, default) in looks {
+        let (Some(Value::Object(own)), Some(Value::Object(whole))) = (settings.get_mut(field), WHOLE.get(field)) else {
+            continue;
+        };
+        if whole.keys().all(|name| own.contains_key(name)) {
+            own.entry(look).or_insert(default);
+        }
+    }
+}
+
 /// Fills in the own settings of a robot, or of all robots of a team. They are changes of the `common` settings, or of the settings of their
 /// own model.
 fn resolve_robot(
@@ -136,6 +158,7 @@ fn resolve_robot(
     realisms: Option<RealismSettings>,
     faults: &mut Vec<ScenarioFault>,
 ) {
+    complete_looks(robot);
     let own_model = realism_settings::model_of(robot, path, RobotSettings::OF_MODEL, faults).zip(realisms);
     let of_model = own_model.map(|(model, realisms)| {
         let mut settings = realism_settings::settings_of_model(&model, realisms);
@@ -169,14 +192,17 @@ fn resolve_robot(
     }
 }
 
-/// Returns the common settings that belong to the match, whatever a robot's model: how images are made, and whether robots see by images.
+/// Returns the common settings that belong to the match, whatever a robot's model: how images are made, whether robots see by images, and
+/// their jerseys.
 fn of_the_match(field: &str, common: Option<&Value>) -> Value {
+    let only = |settings: &Map<String, Value>, wanted: &str| {
+        let kept = settings.iter().filter(|(name, _)| *name == wanted);
+        Value::Object(kept.map(|(name, value)| (name.clone(), value.clone())).collect())
+    };
     match (field, common) {
         ("cameras", Some(cameras)) => cameras.clone(),
-        ("vision", Some(Value::Object(vision))) => {
-            let source = vision.iter().filter(|(name, _)| *name == "source");
-            Value::Object(source.map(|(name, value)| (name.clone(), value.clone())).collect())
-        }
+        ("vision", Some(Value::Object(vision))) => only(vision, "source"),
+        ("body", Some(Value::Object(body))) => only(body, "jersey"),
         _ => Value::Object(Map::new()),
     }
 }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::scenario::{RobotModel, Scenario};
 use naoisis_core::robot::body::Body;
+use naoisis_core::robot::jersey::Jersey;
 use serde_json::json;
 
 fn resolved(value: Value) -> Result<Value, Vec<ScenarioFault>> {
@@ -125,4 +126,21 @@ fn a_misspelled_preset_is_refused_with_the_names() {
     let faults = resolved(json!({ "robots": robots, "rules": "spl2011" })).unwrap_err();
     let paths: Vec<String> = faults.iter().map(|fault| fault.path.to_string()).collect();
     assert_eq!(paths, ["rules", "robots[0].vision.noise", "robots[1].odometry.noise.preset"]);
+}
+
+#[test]
+fn a_match_of_a_league_without_its_looks_comes_back_from_its_own_text() {
+    let text = r#"{ "league": "spl2025", "ball": "spl2010", "field": { "unevenness": 0.0 }, "body": { "jersey": null },
+                    "teams": { "blue": { "team": "roles", "body": { "jersey": "purple" } }, "pink": "roles" } }"#;
+    let plain = Scenario::from_json(text).unwrap();
+    assert_eq!((plain.ball.unwrap().look, plain.field.unevenness), (BallLook::Orange, 0.0));
+    let jersey = |scenario: &Scenario, team| scenario.body_of(&scenario.teams.as_ref().unwrap().robot(team, 1)).jersey;
+    assert_eq!(Team::BOTH.map(|team| jersey(&plain, team)), [Some(Jersey::Purple), None]);
+    assert_eq!(Scenario::from_json(&serde_json::to_string(&plain).unwrap()).unwrap(), plain);
+    let of_league =
+        Scenario::from_json(r#"{ "league": "spl2025", "teams": { "blue": "roles", "pink": "roles" } }"#).unwrap();
+    assert_eq!(
+        (of_league.ball.unwrap().look, jersey(&of_league, Team::Pink)),
+        (BallLook::Pentagons, Some(Jersey::Team))
+    );
 }

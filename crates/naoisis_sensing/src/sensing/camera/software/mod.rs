@@ -42,6 +42,7 @@ mod shadow;
 pub mod stage;
 pub mod stage_camera;
 mod still;
+mod turf;
 
 pub use frame::NEAR;
 pub use prepared::{Detail, PreparedScene};
@@ -77,6 +78,7 @@ impl Renderer {
                 let renderer = renderer;
                 renderer.frame.begin(view);
                 ground::draw(&mut renderer.frame, &mut renderer.outline, scene, view);
+                turf::draw(&mut renderer.frame, view, scene.unevenness);
                 let is_drawn = |body: usize| !scene.bodies[body].is_hidden_from(view);
                 renderer.draw_on_ground(scene, |body| view.shadows && is_drawn(body), is_drawn);
                 output::develop(&renderer.frame, view, layers, image);

@@ -1,12 +1,13 @@
 //! A scene prepared for drawing, once for the pictures of all cameras.
 
-use bevy::math::{Affine3A, Quat, Vec3};
+use bevy::math::{Affine3A, Mat3, Vec3};
 use core::ops::Range;
 
 use super::frame::Frame;
 use super::light::{Light, Paint};
 use super::model::Model;
 use super::stage::{PatchArea, Stage};
+use crate::appearance::ball;
 use crate::appearance::colours::Colour;
 use crate::appearance::field::{self, GroundMark};
 use crate::appearance::posing::Limb;
@@ -70,9 +71,7 @@ pub(super) struct Patch {
 impl Patch {
     #[inline(always)]
     pub(super) fn covers(&self, point: Vec3) -> bool {
-        let PatchArea { axis, from, to, .. } = self.area;
-        let along = axis.dot(point);
-        from <= along && along <= to
+        self.area.covers(point)
     }
 }
 
@@ -134,6 +133,8 @@ pub struct PreparedScene {
     still_counts: [usize; 4],
     robots: Vec<((RobotId, RobotBody), Model<Limb>)>,
     pub(super) ground: Vec<(GroundMark, u32)>,
+    /// The unevenness of the carpet.
+    pub(super) unevenness: f32,
     pub(super) nets: Vec<Net>,
     pub(super) bodies: Vec<Body>,
     pub(super) faces: Vec<Face>,
@@ -153,6 +154,7 @@ impl Default for PreparedScene {
             still_counts: [0; 4],
             robots: Vec::new(),
             ground: Vec::new(),
+            unevenness: 0.0,
             nets: Vec::new(),
             bodies: Vec::new(),
             faces: Vec::new(),
@@ -188,6 +190,7 @@ impl PreparedScene {
         self.faces.truncate(faces);
         self.corners.truncate(corners);
         self.rounds.truncate(rounds);
+        self.patches.clear();
 
         // The models are moved out temporarily, so that the other fields can be written.
         let robots = core::mem::take(&mut self.robots);
@@ -212,13 +215,22 @@ impl PreparedScene {
         for ball in scene.balls() {
             let (centre, reach) = (ball.centre(), ball.radius);
             let (face, round) = (self.faces.len(), self.rounds.len());
+            let first = self.patches.len();
+            let areas = ball::patches(ball.look).into_iter();
+            self.patches.extend(areas.map(|area| Patch { area, paint: Paint::new(area.colour, Label::Ball) }));
+            let patches = first..self.patches.len();
+            // A plain ball is not turned, to avoid rounding.
+            let turn = if patches.is_empty() { Mat3::IDENTITY } else { ball.turn() };
             self.rounds.push(Round {
-                unit_from_world: Affine3A::from_scale_rotation_translation(Vec3::splat(reach), Quat::IDENTITY, centre)
-                    .inverse(),
+                unit_from_world: Affine3A::from_mat3_translation(
+                    turn * Mat3::from_diagonal(Vec3::splat(reach)),
+                    centre,
+                )
+                .inverse(),
                 centre,
                 reach,
-                paint: Paint::new(colours::BALL, Label::Ball),
-                patches: 0..0,
+                paint: Paint::new(ball::ground(ball.look), Label::Ball),
+                patches,
             });
             let (faces, rounds) = (face..face, round..round + 1);
             self.bodies.push(Body { owner: None, moves: true, centre, reach, faces, rounds });
@@ -270,6 +282,7 @@ impl PreparedScene {
         self.backdrop = backdrop([colours::SKY, colours::FLOOR]);
         self.patches.clear();
         let pitch = &scene.pitch;
+        self.unevenness = pitch.unevenness;
         self.ground =
             field::ground(pitch).into_iter().map(|mark| (mark, Paint::new(mark.colour, mark.label).full())).collect();
         self.nets.clear();

@@ -4,6 +4,7 @@
 use bevy::math::Vec3;
 
 use super::light::Light;
+pub use crate::appearance::ball::PatchArea;
 use crate::appearance::colours::Colour;
 use crate::appearance::field::GroundMark;
 use crate::appearance::shapes::Part;
@@ -41,18 +42,4 @@ pub struct StageBody {
     pub parts: Vec<Part<()>>,
     /// The pattern on its ellipsoids: later patches cover earlier ones.
     pub patches: Vec<PatchArea>,
-}
-
-/// A patch of another colour on an ellipsoid. It contains the points of the unit sphere, in the frame of its part, whose scalar product
-/// with `axis` is between `from` and `to`. If `to` is 1 it is a cap about the axis; if `from` is `-to` it is a band.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct PatchArea {
-    /// The axis, unit vector.
-    pub axis: Vec3,
-    /// The least scalar product.
-    pub from: f32,
-    /// The greatest scalar product.
-    pub to: f32,
-    /// Its colour.
-    pub colour: Colour,
 }

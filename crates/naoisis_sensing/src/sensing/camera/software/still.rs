@@ -6,7 +6,7 @@ use pulp::Arch;
 use super::frame::{Frame, NEAR, Window, first_sample};
 use super::light::Light;
 use super::prepared::{PreparedScene, Still};
-use super::{Renderer, ground, output, shadow};
+use super::{Renderer, ground, output, shadow, turf};
 use crate::appearance::view::View;
 use crate::sensing::camera::image::{Image, Layers};
 
@@ -64,6 +64,7 @@ impl StillRenderer {
         let stands_still = |body: usize| !scene.bodies[body].moves;
         frame.begin(view);
         ground::draw(frame, outline, scene, view);
+        turf::draw(frame, view, scene.unevenness);
         if view.shadows {
             shadow::draw(frame, outline, scene, stands_still);
         }

@@ -1,4 +1,4 @@
-//! Detection of the ball: an orange blob that fits the circle of a ball at its position.
+//! Detection of an orange ball: a blob that fits the circle of a ball at its position.
 
 use bevy::math::Vec2;
 
@@ -51,7 +51,7 @@ impl Look<'_> {
     }
 
     /// The radius in pixels of a ball whose centre is at the pixel `centre`.
-    fn radius_at(&self, centre: Vec2) -> Option<f32> {
+    pub(super) fn radius_at(&self, centre: Vec2) -> Option<f32> {
         let radius = self.model.ball_radius;
         let place = self.place(centre, radius)?;
         Some(self.view.intrinsics.focal.x * radius / self.depth(place, radius).max(radius))
@@ -59,7 +59,7 @@ impl Look<'_> {
 
     /// Fits the circle of a ball to an outline by the Gauss-Newton method, with the radius that follows from the centre. Later steps ignore
     /// points far from the circle, where the ball is hidden.
-    fn fit(&self, start: Vec2, contour: &[Vec2]) -> Option<(Vec2, f32)> {
+    pub(super) fn fit(&self, start: Vec2, contour: &[Vec2]) -> Option<(Vec2, f32)> {
         let mut centre = start;
         let mut radius = self.radius_at(centre)?;
         for step in 0..10 {

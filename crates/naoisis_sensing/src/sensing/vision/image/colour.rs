@@ -11,8 +11,10 @@ pub enum ColourClass {
     Other,
     /// The carpet.
     Green,
-    /// Lines, but also robots.
+    /// Lines, but also robots and footballs.
     White,
+    /// The patches of a football, but also joints of robots.
+    Black,
     /// The ball.
     Orange,
     /// A goal.
@@ -23,6 +25,10 @@ pub enum ColourClass {
     Pink,
     /// A waistband.
     Blue,
+    /// A jersey.
+    Red,
+    /// A jersey.
+    Purple,
 }
 
 impl ColourClass {
@@ -37,10 +43,10 @@ impl ColourClass {
         let most = red.max(green).max(blue);
         let least = red.min(green).min(blue);
         let range = most - least;
-        if most < 32.0 {
-            return ColourClass::Other;
-        }
         let saturation = range / most;
+        if most < 32.0 || most < 72.0 && saturation < 0.35 {
+            return ColourClass::Black;
+        }
         if saturation < 0.2 {
             return if most >= 135.0 { ColourClass::White } else { ColourClass::Other };
         }
@@ -60,6 +66,8 @@ impl ColourClass {
             90.0..172.0 if saturation > 0.3 => ColourClass::Green,
             182.0..211.0 if saturation > 0.6 => ColourClass::SkyBlue,
             211.0..250.0 if saturation > 0.55 => ColourClass::Blue,
+            250.0..305.0 if saturation > 0.5 => ColourClass::Purple,
+            ..8.0 | 352.0.. if saturation > 0.6 && most >= 80.0 => ColourClass::Red,
             305.0..352.0 if saturation > 0.35 && most >= 80.0 => ColourClass::Pink,
             _ => ColourClass::Other,
         }
@@ -88,8 +96,10 @@ pub(super) fn index_of(red: u8, green: u8, blue: u8) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::appearance::ball;
     use crate::appearance::colours::{self, Colour};
     use naoisis_core::pitch::GoalColour;
+    use naoisis_core::robot::jersey::Jersey;
     use naoisis_core::team::Team;
 
     fn class_of([red, green, blue]: [u8; 3]) -> ColourClass {
@@ -106,6 +116,10 @@ mod tests {
             (colours::team(Team::Pink), ColourClass::Pink),
             (colours::CARPET, ColourClass::Green),
             (colours::CHALK, ColourClass::White),
+            (colours::worn(Team::Blue, Some(Jersey::Red)), ColourClass::Red),
+            (colours::worn(Team::Blue, Some(Jersey::Purple)), ColourClass::Purple),
+            (ball::WHITE, ColourClass::White),
+            (ball::BLACK, ColourClass::Black),
         ];
         for (Colour(rgb), class) in cases {
             // The least light on a surface is 62 %: from below, without the sun.

@@ -5,9 +5,9 @@
 //!
 //! | class | cue | located by |
 //! |---|---|---|
-//! | ball | orange disc of the size of a ball at that place | its centre, a ball's radius above the ground |
+//! | ball | orange disc, or white disc with dark patches, of the size of a ball at that place | its centre, a ball's radius above the ground |
 //! | goal post | upright strip of a goal's colour | its foot if green is below; otherwise its width |
-//! | robot | waistband in the team's colour, of the size of one of the team's robots at that place | the band's lower edge; the upper one if that is cut off |
+//! | robot | waistband or jersey in the team's colour, of the size of one of the team's robots at that place | the band's lower edge; the upper one if that is cut off |
 //! | line | white between green, about as wide as a line | segments of at least 20 cm; junctions where they meet at right angles; the centre circle by its curvature |
 //! | penalty cross | white spot on green, as large and as broad in all directions as a cross at that place | its centre |
 //!
@@ -23,6 +23,7 @@ mod ball;
 mod blobs;
 mod colour;
 mod crosses;
+mod football;
 mod junctions;
 mod line_point;
 mod lines;
@@ -38,9 +39,11 @@ use super::{BallPercept, GoalPostPercept, LandmarkPercept, RobotPercept};
 use crate::sensing::camera::image::Image;
 use blobs::Segmentation;
 use colour::ColourClass;
+use naoisis_core::ball::BallLook;
 use naoisis_core::camera_model::{CameraName, CameraView};
 use naoisis_core::pitch::{End, GoalColour, Pitch};
 use naoisis_core::robot::body::{Body, Waistband};
+use naoisis_core::robot::jersey::Jersey;
 use naoisis_core::team::{PerTeam, Team};
 
 /// The least height of a lens, m.
@@ -51,12 +54,17 @@ const LOWEST_LENS_M: f32 = 0.1;
 pub struct ObjectModel {
     /// The ball's radius, m.
     pub ball_radius: f32,
+    /// The ball's colours.
+    pub ball_look: BallLook,
     /// The goal posts' radius, m.
     pub post_radius: f32,
     /// The goal posts' height, m.
     pub post_height: f32,
-    /// The waistbands of each team's robots, each kind once. In a team of different robots, a blob counts as the band whose size fits best.
+    /// The waistbands of each team's robots, or the areas of their jerseys, each kind once. In a team of different robots, a blob counts as
+    /// the band whose size fits best.
     pub waistbands: PerTeam<Vec<Waistband>>,
+    /// The jerseys of the teams. Robots in black, white, green, brown and grey are not recognised.
+    pub jerseys: PerTeam<Option<Jersey>>,
     /// The colours of the two goals.
     pub goal_colours: [GoalColour; 2],
     /// Width of the lines, m.
@@ -74,13 +82,15 @@ pub struct ObjectModel {
 }
 
 impl ObjectModel {
-    /// The model of a `pitch` with a ball of this radius, m, and NAOs.
+    /// The model of a `pitch` with an orange ball of this radius, m, and NAOs.
     pub fn new(pitch: &Pitch, ball_radius: f32) -> Self {
         Self {
             ball_radius,
+            ball_look: BallLook::Orange,
             post_radius: pitch.goal.post_diameter_m / 2.0,
             post_height: pitch.goal.height_m,
             waistbands: PerTeam::new(|_| vec![Waistband::default()]),
+            jerseys: PerTeam::default(),
             goal_colours: End::BOTH.map(|end| pitch.goal_colour(end)),
             line_width: pitch.line_width_m,
             penalty_mark_size: pitch.penalty_mark_size_m,
@@ -94,11 +104,14 @@ impl ObjectModel {
     /// The model with robots with these bodies; NAOs for a team without any.
     pub fn with_robots<'a>(self, bodies: impl IntoIterator<Item = (Team, &'a Body)>) -> Self {
         let mut waistbands = PerTeam::<Vec<Waistband>>::default();
+        let mut jerseys = self.jerseys;
         let mut robot_reach = 0.0_f32;
         for (team, body) in bodies {
             robot_reach = robot_reach.max(reach_of(body));
-            if !waistbands[team].contains(&body.waistband) {
-                waistbands[team].push(body.waistband);
+            jerseys[team] = jerseys[team].or(body.jersey);
+            let mark = body.team_mark();
+            if !waistbands[team].contains(&mark) {
+                waistbands[team].push(mark);
             }
         }
         for team in Team::BOTH {
@@ -107,7 +120,7 @@ impl ObjectModel {
                 waistbands[team].push(Waistband::default());
             }
         }
-        Self { waistbands, robot_reach, ..self }
+        Self { waistbands, jerseys, robot_reach, ..self }
     }
 
     /// The radii of the centre circle and of corner arcs, m; zero if there are none.
@@ -149,6 +162,7 @@ impl ImageDetections {
 pub struct ImageVision {
     segmentation: Segmentation,
     contour: Vec<Vec2>,
+    football: football::Football,
     edges: Vec<[u16; 2]>,
     strips: strips::Strips,
     lines: lines::Lines,
@@ -178,9 +192,12 @@ impl ImageVision {
         }
         self.segmentation.segment(image);
         let look = Look { camera, view, model, segmentation: &self.segmentation };
-        detections.ball = look.find_ball(&mut self.contour);
         look.find_posts(&mut self.strips, &mut detections.goal_posts);
         look.find_robots(&mut self.edges, &mut detections.robots);
+        detections.ball = match model.ball_look {
+            BallLook::Pentagons => look.find_football(&detections.robots, &mut self.football),
+            _ => look.find_ball(&mut self.contour),
+        };
         let ImageDetections { goal_posts, robots, landmarks, .. } = detections;
         look.find_lines(&mut self.lines, robots, goal_posts, landmarks);
     }

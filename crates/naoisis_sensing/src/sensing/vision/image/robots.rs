@@ -1,4 +1,4 @@
-//! Robots, detected by their waistbands.
+//! Robots, detected by their waistbands or jerseys.
 
 use bevy::math::{Vec2, ops};
 
@@ -7,6 +7,7 @@ use super::blobs::Blob;
 use super::colour::ColourClass;
 use crate::sensing::vision::RobotPercept;
 use naoisis_core::robot::body::Waistband;
+use naoisis_core::robot::jersey::Jersey;
 use naoisis_core::team::Team;
 
 /// The least number of pixels of a waistband.
@@ -26,15 +27,15 @@ struct Sighted {
 impl Look<'_> {
     /// Finds robots, and whether the lower edges of their waistbands are in the image.
     pub(super) fn find_robots(&self, edges: &mut Vec<[u16; 2]>, found: &mut Vec<(bool, RobotPercept)>) {
-        for blob in &self.segmentation.blobs {
-            let team = match blob.class {
-                ColourClass::Pink => Team::Pink,
-                ColourClass::Blue => Team::Blue,
-                _ => continue,
-            };
-            if blob.area < LEAST_AREA {
-                continue;
-            }
+        let mut blobs: Vec<&Blob> = self.segmentation.blobs.iter().filter(|blob| blob.area >= LEAST_AREA).collect();
+        let has_jersey = |team: Team| self.model.jerseys[team].is_some();
+        if Team::BOTH.into_iter().any(has_jersey) {
+            // Of a jersey that is divided by an arm or a number, the largest piece counts.
+            blobs.sort_by_key(|blob| core::cmp::Reverse(blob.area));
+        }
+        for blob in blobs {
+            let is_of = |team: &Team| class_of(*team, self.model.jerseys[*team]) == Some(blob.class);
+            let Some(team) = Team::BOTH.into_iter().find(is_of) else { continue };
             let ends = self.edges(blob, edges);
             let bands = self.model.waistbands[team].iter();
             // Of several kinds of robots, the one whose band fits best is chosen.
@@ -42,9 +43,12 @@ impl Look<'_> {
                 .filter_map(|band| self.robot(blob, band, ends))
                 .reduce(|best, other| if other.misfit < best.misfit { other } else { best });
             if let Some(Sighted { has_lower_edge, position_m, .. }) = best {
+                let half_width_m =
+                    self.model.waistbands[team].iter().map(|band| band.half_size_m.y).fold(0.0, f32::max);
                 let pixel = self.view.project_anywhere(position_m.extend(0.0));
                 let percept = RobotPercept::new(self.camera, team, pixel, position_m);
-                insert(found, blob.area, has_lower_edge, percept);
+                let same_m = if has_jersey(team) { 1.2 * half_width_m } else { 0.0 };
+                insert(found, same_m, has_lower_edge, percept);
             }
         }
     }
@@ -110,14 +114,33 @@ impl Look<'_> {
     }
 }
 
-/// Adds a robot, unless it is a part of one that was found already.
-fn insert(found: &mut Vec<(bool, RobotPercept)>, _area: u32, has_lower: bool, percept: RobotPercept) {
+/// The colour class of a team's waistbands or jerseys, if objects are detected by it.
+fn class_of(team: Team, jersey: Option<Jersey>) -> Option<ColourClass> {
+    let of_team = match team {
+        Team::Blue => ColourClass::Blue,
+        Team::Pink => ColourClass::Pink,
+    };
+    match jersey {
+        None | Some(Jersey::Team) => Some(of_team),
+        Some(Jersey::Blue) => Some(ColourClass::Blue),
+        Some(Jersey::Red) => Some(ColourClass::Red),
+        Some(Jersey::Yellow) => Some(ColourClass::Yellow),
+        Some(Jersey::Orange) => Some(ColourClass::Orange),
+        Some(Jersey::Purple) => Some(ColourClass::Purple),
+        Some(Jersey::Black | Jersey::White | Jersey::Green | Jersey::Brown | Jersey::Grey) => None,
+    }
+}
+
+/// Adds a robot, unless it is a part of one that was found already: at about the same position, or less than `aside_m` beside the line of
+/// sight to it.
+fn insert(found: &mut Vec<(bool, RobotPercept)>, aside_m: f32, has_lower: bool, percept: RobotPercept) {
     let is_same = |other: &RobotPercept| {
         let apart = other.position_m.distance(percept.position_m);
-        other.team == percept.team && apart < 0.15 + 0.1 * percept.position_m.length()
+        let aside = other.position_m.normalize_or(Vec2::X).perp_dot(percept.position_m).abs();
+        other.team == percept.team && (apart < 0.15 + 0.1 * percept.position_m.length() || aside < aside_m)
     };
     match found.iter_mut().find(|(_, other)| is_same(other)) {
-        Some(other) if has_lower && !other.0 => *other = (has_lower, percept),
+        Some(other) if has_lower && !other.0 && aside_m == 0.0 => *other = (has_lower, percept),
         Some(_) => {}
         None => found.push((has_lower, percept)),
     }

@@ -66,12 +66,13 @@ pub(in crate::sensing::vision) fn process_images(
     if buffers.jobs.is_empty() {
         return;
     }
-    // All robots know the size of the ball,
-    let ball_radius = balls.iter().next().map_or(BallPhysics::default().radius_m, |ball| ball.radius_m);
+    // All robots know the size and the colours of the ball,
+    let ball = balls.iter().next().copied().unwrap_or_default();
     // and the bodies of the robots of each team.
     let mut of_teams: Vec<(RobotId, &Body)> = bodies.iter().map(|(id, body)| (*id, body)).collect();
     of_teams.sort_unstable_by_key(|(id, _)| *id);
-    let model = ObjectModel::new(&pitch, ball_radius).with_robots(of_teams.iter().map(|(id, body)| (id.team, *body)));
+    let model = ObjectModel { ball_look: ball.look, ..ObjectModel::new(&pitch, ball.radius_m) };
+    let model = model.with_robots(of_teams.iter().map(|(id, body)| (id.team, *body)));
     jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |vision, job| {
         vision.recognise(&job.image, job.camera, &job.view, &model, &mut job.detections);
     });

@@ -7,12 +7,14 @@ use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Layers;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use crate::sensing::vision::LandmarkKind;
+use naoisis_core::ball::BallLook;
 use naoisis_core::geometry::{Pose, to_radians};
 use naoisis_core::pitch::JunctionShape;
 use naoisis_core::random::RandomStream;
 use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::robot::jersey::Jersey;
+use naoisis_core::team::{PerTeam, RobotId, Team};
 
 /// The detections of a robot at `[x m, y m, heading deg]`, which looks straight ahead and `pitch_deg` down, in the image of one of its
 /// cameras. The scene is given in the pitch frame.
@@ -80,6 +82,78 @@ fn an_orange_thing_of_the_wrong_size_is_no_ball() {
     let scene = Scene { ball: Some(SceneBall::on_ground(Vec2::new(1.9, 0.0), 0.15)), ..pitch() };
     assert_eq!(look(&scene, [0.0, 0.0, 0.0], 0.0, CameraName::TOP).ball, None);
     assert_eq!(look(&pitch(), [0.0, 0.0, 0.0], 0.0, CameraName::TOP).ball, None);
+}
+
+/// A pitch with white goals, a football at `ball` and the object model for it.
+fn with_football(ball: Option<Vec2>) -> (Scene, ObjectModel) {
+    let look = BallLook::Pentagons;
+    let ball = ball.map(|place| SceneBall { look, ..SceneBall::on_ground(place, 0.05) });
+    let scene = Scene { ball, ..white_goals() };
+    let model = ObjectModel { ball_look: look, ..ObjectModel::new(&scene.pitch, 0.05) };
+    (scene, model)
+}
+
+#[test]
+fn a_black_and_white_ball_is_found_where_it_is_on_carpet_and_on_lines() {
+    // The goal area's line is at x = 2.4 m, the centre circle's at 0.6 m.
+    for (place, pitch_deg, camera) in [
+        (Vec2::new(2.0, 0.3), 0.0, CameraName::TOP),
+        (Vec2::new(2.4, -0.2), 0.0, CameraName::TOP),
+        (Vec2::new(3.0, 0.4), 0.0, CameraName::TOP),
+        (Vec2::new(0.8, -0.2), 0.0, CameraName::BOTTOM),
+        (Vec2::new(0.6, 0.0), 0.0, CameraName::BOTTOM),
+        (Vec2::new(0.25, 0.05), 25.0, CameraName::BOTTOM),
+        (Vec2::new(0.355, 0.0), 0.0, CameraName::BOTTOM),
+    ] {
+        let (scene, model) = with_football(Some(place));
+        let ball = look_knowing(&scene, [0.0, 0.0, 0.0], pitch_deg, camera, &model).ball;
+        let (_, ball) = ball.unwrap_or_else(|| panic!("{place}"));
+        assert!(ball.position_m.distance(place) < 0.03 * (1.0 + place.length()), "{place}: {ball:?}");
+    }
+}
+
+#[test]
+fn marks_posts_and_robots_are_no_black_and_white_ball() {
+    let (mut scene, model) = with_football(None);
+    scene.robots = vec![
+        robot(Team::Pink, 1, 1.2, 0.2, 3.0),
+        robot(Team::Blue, 2, 2.5, -0.6, 1.0),
+        robot(Team::Blue, 3, -0.4, 0.6, -1.0),
+        robot(Team::Pink, 2, -1.0, -0.6, 0.3),
+    ];
+    for (x, y) in [(0.0, 0.0), (-2.0, 0.0), (0.5, -1.5), (1.5, 1.0)] {
+        for heading in (0..12).map(|step| 30.0 * step as f32) {
+            for (pitch_deg, camera) in [(0.0, CameraName::TOP), (15.0, CameraName::TOP), (0.0, CameraName::BOTTOM)] {
+                let ball = look_knowing(&scene, [x, y, heading], pitch_deg, camera, &model).ball;
+                assert_eq!(ball, None, "{x} {y} {heading} {pitch_deg}");
+            }
+        }
+    }
+}
+
+#[test]
+fn robots_in_jerseys_are_found_by_their_colour() {
+    let of = |jersey| Body { jersey: Some(jersey), ..Body::default() };
+    for (jersey, is_seen) in [
+        (Jersey::Team, true),
+        (Jersey::Red, true),
+        (Jersey::Yellow, true),
+        (Jersey::Purple, true),
+        (Jersey::Orange, true),
+        (Jersey::Grey, false),
+    ] {
+        let mut scene = white_goals();
+        let id = RobotId::new(Team::Pink, 4);
+        scene.robots = vec![SceneRobot::standing(id, Pose::new(1.6, 0.2, 3.0), of(jersey))];
+        let (pink, blue) = (of(jersey), of(Jersey::Blue));
+        let model = ObjectModel::new(&scene.pitch, 0.05).with_robots([(Team::Pink, &pink), (Team::Blue, &blue)]);
+        let model = ObjectModel { ball_look: BallLook::Pentagons, ..model };
+        let robots = look_knowing(&scene, [0.0, 0.0, 0.0], -5.0, CameraName::TOP, &model).robots;
+        assert_eq!(robots.len(), usize::from(is_seen), "{jersey:?}: {robots:?}");
+        for (_, robot) in robots {
+            assert!(robot.team == Team::Pink && robot.position_m.distance(Vec2::new(1.6, 0.2)) < 0.1, "{robot:?}");
+        }
+    }
 }
 
 #[test]
@@ -284,4 +358,25 @@ fn in_random_scenes_nearly_everything_visible_is_found_at_its_distance() {
         let false_detections = false_detections + accuracy.penalty_crosses.false_detections;
         assert!(false_detections <= 2 && accuracy.robots.false_detections <= 10, "{accuracy}");
     }
+}
+
+#[test]
+fn in_random_scenes_a_football_and_jerseys_are_found_as_well() {
+    let mut stream = RandomStream::for_match(7, "scenes of a test");
+    let jersey = Some(Jersey::Team);
+    let conditions = Conditions {
+        pitch: white_goals().pitch,
+        ball_radius_m: 0.05,
+        ball_look: BallLook::Pentagons,
+        bodies: PerTeam::new(|_| Body { jersey, ..Body::default() }),
+        ..Conditions::default()
+    };
+    let accuracy = accuracy::measure(250, &conditions, &mut stream);
+    // On this small pitch, robots, lines and posts hide much of the outline of many balls.
+    for (class, least) in [(&accuracy.ball, 0.87), (&accuracy.robots, 0.92)] {
+        assert!(class.found_share(EVERYWHERE_M) >= least, "{accuracy}");
+        assert!(class.bearing_error(EVERYWHERE_M, 0.5) < to_radians(1.0), "{accuracy}");
+        assert!(class.range_error([0.0, 2.0], 0.5) < 0.05, "{accuracy}");
+    }
+    assert!(accuracy.ball.false_detections <= 2 && accuracy.robots.false_detections <= 10, "{accuracy}");
 }

@@ -41,6 +41,7 @@ use crate::sensing::vision::gaze::GazeError;
 use crate::sensing::vision::observer::{Observer, Views};
 use crate::sensing::vision::occlusion::Occluders;
 use crate::sensing::vision::{Percepts, VisionNoise, VisionSettings, VisionSource};
+use naoisis_core::ball::BallLook;
 use naoisis_core::camera_model::CameraIntrinsics;
 use naoisis_core::pitch::Pitch;
 use naoisis_core::random::RandomStream;
@@ -55,6 +56,8 @@ pub struct Conditions {
     pub pitch: Pitch,
     /// The ball's radius, m.
     pub ball_radius_m: f32,
+    /// The ball's colours.
+    pub ball_look: BallLook,
     /// The bodies of the teams' robots. A robot of the blue team looks.
     pub bodies: PerTeam<Body>,
     /// The limits of the looking robot's head.
@@ -71,6 +74,7 @@ impl Default for Conditions {
         Self {
             pitch: Pitch::default(),
             ball_radius_m: 0.03,
+            ball_look: BallLook::Orange,
             bodies: PerTeam::default(),
             head: HeadLimits::default(),
             cameras: CameraSettings::default(),
@@ -82,7 +86,8 @@ impl Default for Conditions {
 impl Conditions {
     /// The object model of the image vision.
     fn object_model(&self) -> ObjectModel {
-        ObjectModel::new(&self.pitch, self.ball_radius_m).with_robots(Team::BOTH.map(|team| (team, &self.bodies[team])))
+        let model = ObjectModel { ball_look: self.ball_look, ..ObjectModel::new(&self.pitch, self.ball_radius_m) };
+        model.with_robots(Team::BOTH.map(|team| (team, &self.bodies[team])))
     }
 }
 

@@ -42,7 +42,7 @@ pub(super) fn random_scene(conditions: &Conditions, stream: &mut RandomStream) -
     let nearest = own_body.base.x_m[1] + ball_radius_m + ROOM_M / 3.0;
     let distance = between(nearest, FARTHEST_BALL * pitch.length_m);
     let ball = pose.position + distance * Vec2::new(ops::cos(bearing), ops::sin(bearing));
-    scene.ball = Some(SceneBall::on_ground(ball, *ball_radius_m));
+    scene.ball = Some(SceneBall { look: conditions.ball_look, ..SceneBall::on_ground(ball, *ball_radius_m) });
     scene.robots.push(SceneRobot { head, ..SceneRobot::standing(own, pose, own_body) });
     for index in 0..OTHERS {
         let id = RobotId::new(if index % 2 == 0 { Team::Pink } else { Team::Blue }, 2 + index);
