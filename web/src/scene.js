@@ -43,7 +43,7 @@ export class Stage {
     this.badges = match.robots.map((robot) => this.label(badge(robot.team, robot.number), 0.2 * this.scale));
     this.words = this.label(null, 0.3);
     const radius = match.head.ball_radius_m;
-    this.ball = new Mesh(new SphereGeometry(radius, 32, 24), new MeshStandardMaterial({ map: ballSkin(radius < 0.04), roughness: 0.5 }));
+    this.ball = new Mesh(new SphereGeometry(radius, 32, 24), new MeshStandardMaterial({ map: ballSkin(match.head.ball_look === "orange"), roughness: 0.5 }));
     this.ball.castShadow = true;
     this.moreBalls = match.moreBalls(match.at(match.startS)).map(() => this.ball.clone());
     this.trail = new Line(new BufferGeometry(), new LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));

@@ -27,6 +27,7 @@ pub(super) fn match_of(scenario: &Scenario, robots: &[RobotId], fields: &Fields)
         "pitch": scenario.field,
         "posts": scenario.posts,
         "ball_radius_m": scenario.ball.unwrap_or_default().radius_m,
+        "ball_look": scenario.ball.unwrap_or_default().look,
         "teams": teams,
         "fields": fields.names(),
         "robots": robots,
