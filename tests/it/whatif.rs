@@ -131,7 +131,7 @@ fn a_match_of_programs_is_played_again_up_to_the_moment() {
     let files = ["--duration", "4", "--trace", "m.jsonl", "--save", "m.naoisis", "--save-at", "3"];
     let output = naoisis(folder, &[&common[..], &files].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let few = ["--times", "3", "--until", "1", "--agent-timeout", "60"];
+    let few = ["--times", "3", "--until", "6", "--agent-timeout", "60"];
     let one = outcomes(folder, &[&["m.jsonl@3", "--threads", "1"], &few[..]].concat());
     assert_eq!((one["time_s"].as_f64().unwrap().round(), &one["outcomes"]["times"]), (3.0, &Value::from(3)));
     let three = outcomes(folder, &[&["m.jsonl@3", "--threads", "3"], &few[..]].concat());

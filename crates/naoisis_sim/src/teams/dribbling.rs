@@ -3,7 +3,6 @@
 use bevy::prelude::*;
 
 use super::aiming::Aim;
-use super::options::KickOption;
 use super::player::Player;
 use super::worth::{Company, dribble_worth, is_first, standing};
 use naoisis_core::geometry::{angle_of, unit, unrotate};
@@ -28,8 +27,9 @@ pub fn dribbling(player: &Player) -> Option<(f32, f32)> {
     (rolls_m > LEAST_TOUCH_M).then_some((speed_mps, rolls_m))
 }
 
-/// Returns the directions in which the player could dribble a ball at `ball`, with their values.
-pub fn dribbles(player: &Player, company: Company, ball: Vec2) -> impl Iterator<Item = KickOption> {
+/// Returns the ways in which the player could dribble a ball at `ball`: the aim, the place of the next touch, m, team frame, and the value, in
+/// goals.
+pub fn dribbles(player: &Player, company: Company, ball: Vec2) -> impl Iterator<Item = (Aim, Vec2, f32)> {
     let theirs_s = company.opponents_walk_s(player, ball);
     let contested = standing(player, ball, 0.5);
     let towards_goal = (player.opponent_goal() - ball).normalize_or(Vec2::X);
@@ -40,7 +40,7 @@ pub fn dribbles(player: &Player, company: Company, ball: Vec2) -> impl Iterator<
             let ready = is_first(player, ready_s(player, ball, aim.direction, speed_mps), theirs_s);
             let follows_s = 2.0 * rolls_m / (speed_mps + player.limits.max_linear_mps);
             let value = ready * dribble_worth(player, company, [ball, place], follows_s) + (1.0 - ready) * contested;
-            KickOption { aim, place, receiver: None, value }
+            (aim, place, value)
         })
     })
 }
@@ -126,8 +126,8 @@ mod tests {
         let opponents = [RobotBelief { id: None, position_m: Vec2::new(1.2, 0.3), covariance: [0.0; 3], age_s: 0.0 }];
         let company = Company { mates: &[], opponents: &opponents };
         let options: Vec<_> = dribbles(&situation.player(), company, Vec2::ZERO).collect();
-        let best = options.iter().max_by(|a, b| a.value.total_cmp(&b.value)).unwrap();
-        assert!(best.aim.direction.y < -0.3, "{best:?}");
+        let (aim, ..) = options.iter().max_by(|(.., a), (.., b)| a.total_cmp(b)).unwrap();
+        assert!(aim.direction.y < -0.3, "{options:?}");
     }
 
     #[test]

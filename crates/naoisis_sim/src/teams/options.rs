@@ -99,6 +99,7 @@ pub fn options(
     let passes = passes.map(|place| option(Aim::at(ball, place), place));
     // A player that takes a free kick must not touch the ball twice.
     let dribbles = dribbles(player, company, ball).filter(|_| !is_ours);
+    let dribbles = dribbles.map(|(aim, place, value)| KickOption { aim, place, receiver: None, value });
     first.into_iter().chain(shots).chain(passes).chain(dribbles).collect()
 }
 
