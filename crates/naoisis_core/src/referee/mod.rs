@@ -41,7 +41,7 @@
 //! | [game stuck](game_stuck) | 2010: 3.10; 2025: 3.11 | | 15 s | 30 s, walking counts | 10 s at the ball, 30 s with nobody within 1 m | | |
 //! | falls, getting up | paper: 4 | | | | | yes | |
 //! | [lying for too long](fallen) | 2010: 4.7; 2025: 4.6 | | 20 s | 2 attempts | 3 attempts | 20 s | |
-//! | dives of keepers | 2010: 4.8; 2025: 4.9; paper: 4 | | yes | yes | | yes | |
+//! | dives | paper: 4 | | | | | yes | |
 //! | [penalty shoot-out](shoot_out) | 2010: 3.8; 2025: 3.19; paper: 4 | | 5 x 60 s | 3 x 30 s | 3 x 60 s | 5 x 60 s | |
 //! | halves, change of sides, clock | 2010: 3.1; 2025: 3.1 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s, runs on | 2 x 600 s | |
 //! | [a half ends when a shot has come to rest](ball_stop) | 2025: 3.18 | | | yes | yes | | |

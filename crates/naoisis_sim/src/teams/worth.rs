@@ -20,8 +20,10 @@ const STANDING: f32 = 0.35;
 /// The weight of which team has the ball next, from 0 to 1, compared with where the ball lies: possession changes often. Measured against
 /// `roles`: with a greater weight a team keeps more balls, and above this value it wins fewer matches.
 const POSSESSION: f32 = 0.57;
-/// The same for robots with kicks that can be aimed, which need not walk around the ball first: opponents are soon at any ball.
-const POSSESSION_OF_AIMED: f32 = 0.18;
+/// The same for slow robots with kicks that can be aimed, which need not walk around the ball first.
+const POSSESSION_OF_AIMED: f32 = 0.45;
+/// The same for fast robots with kicks that can be aimed: opponents are soon at any ball.
+const POSSESSION_OF_FAST: f32 = 0.18;
 /// The same for slow robots with unlimited messages, on a pitch that is large for their kicks.
 const POSSESSION_OF_SLOW: f32 = 0.41;
 /// Added in a small team of slow robots, in which no player is left to win back a lost ball.
@@ -113,7 +115,7 @@ pub(super) fn is_slow(player: &Player) -> bool {
 fn possession(player: &Player) -> f32 {
     let talks_freely = pause_between_messages_s(player) < TALKS_FREELY_S;
     let of_many = if aims_within(player) > 0.0 {
-        POSSESSION_OF_AIMED
+        if is_slow(player) { POSSESSION_OF_AIMED } else { POSSESSION_OF_FAST }
     } else if is_slow(player) && talks_freely && !is_pitch_small(player) {
         POSSESSION_OF_SLOW
     } else {
