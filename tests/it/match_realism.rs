@@ -127,6 +127,22 @@ fn the_log_of_a_match_is_counted_as_the_match_was() {
     assert!(text(&output.stdout).contains("spl2025: team 1 against team 2, "), "{}", text(&output.stdout));
     let figures = RealFigures::read(&folder.path().join("real.ron")).unwrap();
     assert_eq!(figures[0].figures["goals"].value, f64::from(counted.all_goals()));
+    assert!(figures[0].scenarios.is_empty(), "they are compared with everything");
+    // With a scenario, whose name is not that of its file, they are compared with it alone.
+    fs::write(
+        folder.path().join("cup.json"),
+        r#"{ "name": "our cup", "league": "spl2010", "rules": { "half_s": 2, "shoot_out": false } }"#,
+    )
+    .unwrap();
+    let arguments = ["--match", "cup.json", "--matches", "1", "--logs", "match.yaml", "--write-real", "cup.ron"];
+    let output = naoisis(folder.path(), &[&["realism"], &arguments[..]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(RealFigures::read(&folder.path().join("cup.ron")).unwrap()[0].scenarios, ["our cup"]);
+    // Logs of two competitions are told apart by a note.
+    let log = fs::read_to_string(&path).unwrap();
+    fs::write(folder.path().join("other.yaml"), log.replace("spl2025", "another")).unwrap();
+    let output = naoisis(folder.path(), &["realism", "--logs", "."]);
+    assert!(text(&output.stderr).contains("several competitions are counted together: another, spl2025"));
 }
 
 /// The greatest handicap, as of `naoisis realism --match`.

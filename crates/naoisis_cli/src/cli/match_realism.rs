@@ -85,11 +85,6 @@ impl MatchRealismArguments {
         self.scenario.is_some() || self.logs.is_some() || self.teams.are_given()
     }
 
-    /// Returns the name of the scenario; for a file, without its folder and ending.
-    fn scenario_name(&self) -> Option<&str> {
-        Path::new(self.scenario.as_deref()?).file_stem()?.to_str()
-    }
-
     /// Checks that teams are only given for matches, and that no file is replaced. Returns the real figures: those of `--real` before the
     /// built-in ones.
     fn check(&self) -> Result<Vec<RealFigures>, String> {
@@ -118,17 +113,21 @@ pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> Exi
         Ok(real) => real,
         Err(message) => return report::usage_error(&message),
     };
+    let file = match arguments.scenario.as_ref().map(|scenario| chosen(program, arguments, scenario)).transpose() {
+        Ok(file) => file,
+        Err(status) => return status,
+    };
     if let Some(path) = &arguments.logs {
         let logs = match CountedLogs::read(path, arguments.quiet) {
             Ok(logs) => logs,
             Err(message) => return report::usage_error(&format!("--logs: {message}")),
         };
         if let Some(path) = &arguments.write_real
-            && let Err(problem) = logs.write_figures(path, arguments.scenario_name())
+            && let Err(problem) = logs.write_figures(path, file.as_ref().map(|file| file.scenario.name.as_str()))
         {
             return report::failure(&format!("--write-real: {}: {problem}", path.display()));
         }
-        if arguments.scenario.is_none() {
+        if file.is_none() {
             let mut printer = Printer::default();
             if !arguments.quiet {
                 printer.print(&logs);
@@ -137,31 +136,24 @@ pub fn match_realism(program: Program, arguments: &MatchRealismArguments) -> Exi
         }
         real.insert(0, logs.figures(None));
     }
-    match &arguments.scenario {
-        Some(scenario) => play_and_compare(program, arguments, scenario, &real),
-        None => ExitCode::SUCCESS,
-    }
+    file.map_or(ExitCode::SUCCESS, |file| play_and_compare(program, arguments, &file, &real))
 }
 
-/// Plays the matches of `scenario` and prints the comparison.
+/// Plays the matches of `file` and prints the comparison.
 fn play_and_compare(
     program: Program,
     arguments: &MatchRealismArguments,
-    scenario: &str,
+    file: &ScenarioFile,
     real: &[RealFigures],
 ) -> ExitCode {
-    let file = match chosen(program, arguments, scenario) {
-        Ok(file) => file,
-        Err(status) => return status,
-    };
     let watched = Interrupt::watch(|| report::note("finishing the running matches; interrupt again to stop at once"));
     let interrupt = match watched {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
-    let (played, failed) = play(program, arguments, &file, &interrupt);
+    let (played, failed) = play(program, arguments, file, &interrupt);
     let comparison = Comparison::of(&played, real, &file.scenario.name);
-    let what = what_was_played(arguments, &file, played.len());
+    let what = what_was_played(arguments, file, played.len());
     let mut printer = Printer::default();
     if !arguments.quiet && !played.is_empty() {
         printer.print(format_args!("{what}\n{}", table(&comparison)));
