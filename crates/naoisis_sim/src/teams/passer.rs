@@ -182,12 +182,15 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Deci
             made = option;
             Some(kick)
         };
+        if chosen.aim.dribbles {
+            // Only a better kick interrupts it; of a player in a hurry, also one that is a little worse.
+            return if_better_by(if hurried { -PRESSED_LOSS } else { 0.0 });
+        }
         let towards = |hurried: bool| kick_towards(player, at_feet, &chosen.aim, hurried).filter(may_kick);
-        // A kick is worth stopping for only if it is better than to dribble on.
-        if_better_by(if chosen.aim.dribbles { 0.0 } else { -AT_HAND_LOSS })
-            .or_else(|| if chosen.aim.dribbles { None } else { towards(false) })
+        if_better_by(-AT_HAND_LOSS)
+            .or_else(|| towards(false))
             .or_else(|| if hurried { if_better_by(-PRESSED_LOSS) } else { None })
-            .or_else(|| if chosen.aim.dribbles { None } else { towards(hurried) })
+            .or_else(|| towards(hurried))
     });
     let is_near = |to: u8| {
         let mut places = mates.iter().filter(|(number, _)| *number == to);

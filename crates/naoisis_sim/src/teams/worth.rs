@@ -281,6 +281,7 @@ mod tests {
     use super::*;
     use crate::teams::player::tests::PlayerFixture;
     use naoisis_core::geometry::{Pose, unit};
+    use naoisis_core::kick_geometry::{KickDirection, KickGeometry, KickType};
     use naoisis_core::robot::kick::KickModel;
 
     fn opponent(x: f32, y: f32) -> RobotBelief {
@@ -388,6 +389,12 @@ mod tests {
         situation.limits.max_linear_mps = 0.6;
         assert!(!is_slow(&situation.player()));
         assert_eq!(possession(&situation.player()), POSSESSION);
+        let of_paper = KickGeometry::of_paper(KickType::LeftStraight).unwrap();
+        let aimed = KickGeometry { direction: KickDirection::Chosen { most: 0.7 }, ..of_paper };
+        situation.kicks.left_straight.region = Some(aimed);
+        assert_eq!(possession(&situation.player()), POSSESSION_OF_FAST, "it is fast and aims");
+        situation.limits.max_linear_mps = 0.2;
+        assert_eq!(possession(&situation.player()), POSSESSION_OF_AIMED, "it is slow and aims");
     }
 
     #[test]
