@@ -131,7 +131,8 @@ fn the_log_of_a_match_is_counted_as_the_match_was() {
     // With a scenario, whose name is not that of its file, they are compared with it alone.
     fs::write(
         folder.path().join("cup.json"),
-        r#"{ "name": "our cup", "league": "spl2010", "rules": { "half_s": 2, "shoot_out": false } }"#,
+        r#"{ "name": "our cup", "league": "spl2010", "teams": { "blue": "passers", "pink": "roles" },
+            "rules": { "half_s": 2, "shoot_out": false } }"#,
     )
     .unwrap();
     let arguments = ["--match", "cup.json", "--matches", "1", "--logs", "match.yaml", "--write-real", "cup.ron"];
