@@ -64,7 +64,7 @@ pub enum Posture {
         side: Side,
         /// Cycles until it lies.
         cycles_left: u64,
-        /// Whether the body blocks the ball. It does not if the ball was under it at the start of the dive.
+        /// Whether the body is down and blocks the ball. It does not if it came down on the ball.
         blocks: bool,
     },
 }
@@ -125,11 +125,12 @@ impl Posture {
         }
     }
 
-    /// The posture one cycle later. `request` is the command to the robot, `None` if it may not act.
+    /// The posture one cycle later. `request` is the command to the robot, `None` if it may not act. A dive does not block before
+    /// [`falls`](super::falls) lets the body come down.
     pub fn advance(self, request: Option<PostureRequest>, get_up_cycles: u64, dive_cycles: u64) -> Posture {
         match (self, request) {
             (Posture::Upright, Some(PostureRequest::Dive(side))) => {
-                Posture::Diving { side, cycles_left: dive_cycles, blocks: true }
+                Posture::Diving { side, cycles_left: dive_cycles, blocks: false }
             }
             (Posture::Upright, _) => Posture::Upright,
             (Posture::Diving { cycles_left: 0, .. }, _) => Posture::Fallen { cycles: 1, on: LyingOn::Front },
@@ -199,8 +200,11 @@ mod tests {
     }
 
     #[test]
-    fn a_dive_blocks_a_strip_on_its_side_for_its_time_and_ends_on_the_ground() {
+    fn a_dive_that_is_down_blocks_a_strip_on_its_side_and_ends_on_the_ground() {
         let mut posture = Posture::Upright.advance(Some(PostureRequest::Dive(Side::Right)), 5, 3);
+        assert_eq!(posture.strip(&Body::default(), 0.5), None);
+        let Posture::Diving { blocks, .. } = &mut posture else { panic!("{posture:?}") };
+        *blocks = true;
         let (middle, strip) = posture.strip(&Body::default(), 0.5).unwrap();
         // From 10 cm to 60 cm to the right.
         assert_abs_diff_eq!(middle.position.y + strip.half_width_m, -0.1, epsilon = 1e-6);

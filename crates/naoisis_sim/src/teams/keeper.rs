@@ -158,15 +158,19 @@ fn is_first_at(player: &Player, memory: &PlayerMemory, ball: Vec2) -> bool {
 fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRequest> {
     /// A standing NAO stops a ball that passes within this distance, m; other robots in proportion.
     const BODY_M: f32 = 0.12;
-    /// The keeper does not dive earlier than this before the ball arrives, s.
-    const SOON_S: f32 = 0.7;
+    /// The keeper does not dive so early that it would be down longer than this before the ball arrives, s.
+    const EARLY_S: f32 = 0.7;
+    /// It does not dive so late that the ball would arrive longer than this before it is down, s: the ball slows down on its way.
+    const LATE_S: f32 = 0.15;
     let way = y - player.position().y;
     let time_s = (ball.x - player.position().x) / -velocity.x;
     let body_m = BODY_M * player.own_body.width_in_naos();
-    let walks = player.limits.max_linear_mps * time_s + body_m;
+    let sideways_mps = player.limits.gait.map_or(player.limits.max_linear_mps, |gait| gait.sideways_mps);
+    let walks = sideways_mps * time_s + body_m;
     let reaches = player.rules.dive_reach_m + body_m;
     let faces_ball = player.forward.x > 0.8 && player.body.is_free();
-    let pays = player.rules.dives && faces_ball && time_s < SOON_S && way.abs() > walks && way.abs() < reaches;
+    let in_time = (-LATE_S..EARLY_S).contains(&(time_s - player.rules.dive_down_s));
+    let pays = player.rules.dives && faces_ball && in_time && way.abs() > walks && way.abs() < reaches;
     pays.then_some(PostureRequest::Dive(if way > 0.0 { Side::Left } else { Side::Right }))
 }
 
@@ -252,6 +256,10 @@ mod tests {
         assert_eq!(dives(&situation, 0.4), Some(PostureRequest::Dive(Side::Left)));
         assert_eq!(dives(&situation, -0.4), Some(PostureRequest::Dive(Side::Right)));
         assert_eq!([dives(&situation, 0.2), dives(&situation, 0.7)], [None, None], "within a step; out of reach");
+        situation.rules.dive_down_s = 0.6;
+        assert!(dives(&situation, 0.4).is_some());
+        situation.rules.dive_down_s = 0.7;
+        assert_eq!(dives(&situation, 0.4), None, "too late");
         situation.body = naoisis_sensing::sensing::status::BodyStatus::Fallen;
         assert_eq!(dives(&situation, 0.4), None);
     }

@@ -48,6 +48,7 @@ impl Rules {
         limits.range("free_kick_distance_m", self.free_kick_distance_m.unwrap_or(0.0), 0.0..=100.0, " m");
         limits.range("fall_from_mps", self.fall_from_mps, 0.0..=100.0, " m/s");
         limits.range("fall_certain_mps", self.fall_certain_mps, self.fall_from_mps..=100.0, " m/s");
+        limits.range("dive_down_s", self.dive_down_s, 0.0..=self.dive_s, " s");
         limits.range("dive_reach_m", self.dive_reach_m, 0.0..=2.0, " m");
         limits.range("shoot_out_shots", self.shoot_out_shots, 1..=100, " shots");
         limits.range("sudden_death_shots", self.sudden_death_shots, 1..=100, " shots");

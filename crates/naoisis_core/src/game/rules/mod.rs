@@ -288,8 +288,10 @@ pub struct Rules {
 
     /// Whether robots can dive.
     pub dives: bool,
-    /// Time for which a dive blocks its strip, s, in any state of the game.
+    /// Duration of a dive, s, in any state of the game. Then the robot lies as after a fall.
     pub dive_s: f32,
+    /// Time after which a diving robot is down and blocks its strip, s.
+    pub dive_down_s: f32,
     /// Length of the strip beyond the robot's base, m.
     pub dive_reach_m: f32,
 
@@ -425,6 +427,7 @@ impl Default for Rules {
             get_up_attempts: None,
             dives: false,
             dive_s: 1.0,
+            dive_down_s: 0.0,
             dive_reach_m: 0.5,
             shoot_out: false,
             shoot_out_procedure: ShootOutProcedure::Spl2010,

@@ -7,7 +7,7 @@
 //! - A fallen robot lies where it stood, with the same footprint. It is low: cameras see over it and sonars do not detect it.
 //!   It neither walks nor kicks, and its cameras and sonars measure nothing.
 //! - It gets up on command, which takes longer from its back, and may fail, more often if another robot touches it.
-//! - For a time, a dive blocks a strip beside the robot against the ball. Then the robot lies, as after a fall.
+//! - A robot that dives comes down after a time, and then blocks a strip beside it against the ball. At the end it lies, as after a fall.
 
 use bevy::ecs::query::QueryData;
 use bevy::math::ops;
@@ -128,12 +128,20 @@ fn take_posture_commands(
             events.push(MatchEvent::CommandRefused { robot, command, reason: Refusal::NotAllowed });
         }
         let get_up_s = balance.get_up_time_s(posture.lying_on().unwrap_or_default()).unwrap_or(rules.get_up_s);
-        let mut next = posture.advance(request, cycles(get_up_s), cycles(rules.dive_s));
-        if let (Posture::Upright, Posture::Diving { side, blocks, .. }) = (*posture, &mut next) {
-            events.push(MatchEvent::Dive { robot: *id, side: *side });
-            let (middle, strip) = dive_strip(*side, body, rules.dive_reach_m);
-            let strip = strip.footprint(pose.compose(middle));
-            *blocks = balls.iter().all(|(ball, physics)| strip.overlap_disc(ball.position, physics.radius_m).is_none());
+        let dive_cycles = cycles(rules.dive_s);
+        let mut next = posture.advance(request, cycles(get_up_s), dive_cycles);
+        if let Posture::Diving { side, cycles_left, blocks } = &mut next {
+            if posture.is_upright() {
+                events.push(MatchEvent::Dive { robot: *id, side: *side });
+            }
+            if dive_cycles.saturating_sub(*cycles_left) == cycles(rules.dive_down_s) {
+                let (middle, strip) = dive_strip(*side, body, rules.dive_reach_m);
+                let strip = strip.footprint(pose.compose(middle));
+                let is_under = |(ball, physics): (&Pose, &BallPhysics)| {
+                    strip.overlap_disc(ball.position, physics.radius_m).is_some()
+                };
+                *blocks = !balls.iter().any(is_under);
+            }
         }
         if let (Posture::GettingUp { on, cycles, .. }, Posture::Upright) = (*posture, next) {
             let disturbed = if contacts.touches_a_robot(*id) { balance.get_up_failure_in_contact } else { 0.0 };
