@@ -67,7 +67,7 @@ mod tests {
     /// Returns the kick that a player at (0, 0), facing the opponents' goal, makes at once with a ball at `ball`, robot frame.
     fn made(ball: Vec2, opponents: &[RobotBelief], mates: &[(u8, Vec2)]) -> Option<(KickRequest, KickOption)> {
         let situation = PlayerFixture::new(Pose::default(), ball);
-        let at_feet = BallAtFeet { place: ball, in_robot: ball, forward: Vec2::X, walks_mps: 0.0 };
+        let at_feet = BallAtFeet { place: ball, in_robot: ball, forward: Vec2::X, ..default() };
         best_at_hand(&situation.player(), Company { mates, opponents }, at_feet, true, false)
     }
 

@@ -1,4 +1,4 @@
-//! Going for the ball, lining up and kicking it, and searching for a lost ball. Shared by all built-in players.
+//! Going for the ball, lining up and kicking it. Shared by all built-in players.
 
 use bevy::prelude::*;
 
@@ -7,7 +7,9 @@ use super::dribbling::walk_into;
 use super::kick_plan::KickPlan;
 use super::kicking::{BallAtFeet, any_kick, kick_now};
 use super::player::{Decision, Player, PlayerMemory};
+use super::searching::search;
 use super::walking::approach;
+use naoisis_core::geometry::unrotate;
 use naoisis_core::robot::kick::KickRequest;
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_sensing::belief::BallBelief;
@@ -41,9 +43,19 @@ pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball() else { return search(player, memory) };
     memory.lost_since_s = None;
     let aim = choose_aim(player, memory, ball.position_m);
-    let rolls = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
-    let meeting_place = if rolls { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
+    let meeting_place = if rolls(ball) { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
     go_for(player, memory, ball, &aim, meeting_place, |at_feet, hurried| kick_towards(player, at_feet, &aim, hurried))
+}
+
+/// Whether the ball rolls, rather than seeming to by errors of the estimate.
+fn rolls(ball: &BallBelief) -> bool {
+    ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS
+}
+
+/// The standard deviation of the ball's place along an axis, m, as believed.
+fn place_sd_m(ball: &BallBelief) -> f32 {
+    let [xx, _, yy] = ball.position_covariance;
+    (0.5 * (xx + yy)).sqrt()
 }
 
 /// Kicks the ball towards `aim`, or goes to the place from which it can, with the ball at `meeting_place`, m, team frame. `pick` chooses
@@ -140,21 +152,10 @@ fn is_at_kick_place(player: &Player, memory: &PlayerMemory, ball: &BallBelief, a
 }
 
 /// A step back, so that a ball at the feet comes into view.
-fn step_back(player: &Player) -> Decision {
+pub(super) fn step_back(player: &Player) -> Decision {
     let place = player.position() - player.forward;
     let walk = player.walk_to(place, player.forward, &player.obstacles());
     Decision { walk, target: Some(place), intention: "attack", ..default() }
-}
-
-/// Whether a lost ball may lie at the feet, where no camera shows it, because the player has recently kicked and may have missed it.
-fn may_have_missed(player: &Player, memory: &PlayerMemory) -> bool {
-    /// The time after a kick for which this is possible, s: as long as it takes to lose the ball, and to walk away from it.
-    const LATE_S: f32 = 10.0;
-    /// The distance of such a ball from the feet, m.
-    const AT_FEET_M: f32 = 0.1;
-    let since_kick_s = memory.kicked_at_s.map(|then| player.status.time_s - then);
-    let at_feet = Vec2::new(player.own_body.base.x_m[1] + player.ball_radius_m + AT_FEET_M, 0.0);
-    since_kick_s.is_some_and(|since_s| (0.0..LATE_S).contains(&since_s)) && !player.head.can_see(at_feet)
 }
 
 /// The kick that `pick` chooses, if the ball certainly lies at the feet. The player hurries after a long time at the ball, or with an
@@ -180,6 +181,8 @@ fn kick_if_ready(
     let at_feet = BallAtFeet {
         place: ball.position_m,
         in_robot: player.in_robot(ball.position_m),
+        rolls_mps: if rolls(ball) { unrotate(player.forward, ball.velocity_mps) } else { Vec2::ZERO },
+        place_sd_m: if hurried { 0.0 } else { place_sd_m(ball) },
         forward: player.forward,
         walks_mps: if player.body == BodyStatus::Walking { player.limits.max_linear_mps } else { 0.0 },
     };
@@ -245,37 +248,6 @@ fn line_up(
         facing
     };
     (player.walk_to(place, facing, &obstacles), position)
-}
-
-/// Searches for the ball: turns around towards the side on which it was lost, then walks from place to place.
-pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
-    /// The speed at which the body turns while the head searches, as a share of the greatest speed.
-    const TURN_SHARE: f32 = 0.4;
-    /// How long the player turns before it walks, s.
-    const TURN_S: f32 = 8.0;
-    /// How long the player walks to a place before it goes to the next one, s.
-    const PATROL_S: f32 = 12.0;
-    let now = player.status.time_s;
-    let since = *memory.lost_since_s.get_or_insert(now);
-    memory.kick = None;
-    memory.at_ball_since_s = None;
-    let head = Some(player.head.search(now - since));
-    let turn = if memory.lost_left { 1.0 } else { -1.0 };
-    let searched_s = now - since;
-    if may_have_missed(player, memory) {
-        return Decision { head, intention: "search", ..step_back(player) };
-    }
-    if searched_s < TURN_S {
-        let walk = WalkCommand::new(0.0, 0.0, turn * TURN_SHARE * player.limits.max_angular * player.period);
-        return Decision { walk, head, intention: "search", ..default() };
-    }
-    let (x, y) = (0.45 * player.pitch.half_length(), 0.5 * player.pitch.half_width());
-    let places = [Vec2::ZERO, Vec2::new(x, y), Vec2::new(-x, -y), Vec2::new(x, -y), Vec2::new(-x, y)];
-    let index = ((searched_s - TURN_S) / PATROL_S) as usize + usize::from(player.id.number);
-    let place = places[index % places.len()];
-    let facing = (place - player.position()).normalize_or(player.forward);
-    let walk = player.walk_to(place, facing, &player.obstacles());
-    Decision { walk, target: Some(place), head, intention: "search", ..default() }
 }
 
 #[cfg(test)]
@@ -376,22 +348,5 @@ mod tests {
             situation.belief.pose = after_decision(situation.belief.pose, &decision);
         }
         panic!("no kick within 10 s");
-    }
-
-    #[test]
-    fn a_lost_ball_is_searched_all_around() {
-        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
-        situation.belief.ball = None;
-        let mut memory = PlayerMemory::default();
-        let mut turned = 0.0;
-        for _ in 0..30 * 8 {
-            let decision = search(&situation.player(), &mut memory);
-            turned += decision.walk.dtheta.abs();
-            assert!(decision.head.is_some());
-            situation.belief.pose = after_decision(situation.belief.pose, &decision);
-            situation.status.time_s += situation.period;
-        }
-        // 40 % of 90 degrees per second for 8 s are 288 degrees; the head adds 100 to either side.
-        assert!(turned > 4.5, "{turned}");
     }
 }

@@ -2,10 +2,11 @@
 
 use bevy::math::Vec2;
 
-use super::attack::{attack, search};
+use super::attack::attack;
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{FRESH_TEAM_MATE_S, has_turn, reasons_of_turn, soonest_mate_s, support, time_to_ball_s};
 use super::rule_limits::is_for_the_keeper_only;
+use super::searching::search;
 use naoisis_core::behaviour::reasons::{Choice, Reasons};
 
 /// The distance that a chaser keeps from the ball while a team-mate is nearer, m.

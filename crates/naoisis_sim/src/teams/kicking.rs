@@ -14,18 +14,26 @@ use naoisis_sensing::belief::RobotBelief;
 const LINE_MARGIN_M: f32 = 0.35;
 /// The ball must lie this far inside the rectangle of a kick, m: it is not seen to the millimetre.
 const RECTANGLE_MARGIN_M: f32 = 0.004;
+/// In walking, the ball must lie inside the rectangle of a kick by this multiple of the standard deviation of its place.
+const MARGIN_SDS: f32 = 0.5;
+/// The greatest such margin, m.
+const MOST_MARGIN_M: f32 = 0.02;
 /// A kick is aimed no more exactly than this share of its own spread.
 const SPREAD_SHARE: f32 = 0.7;
 /// The least useful distance of a kick, m.
 pub(super) const LEAST_KICK_M: f32 = 0.4;
 
 /// A ball at the feet of a player.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct BallAtFeet {
     /// The place of the ball, m, team frame.
     pub place: Vec2,
     /// The place of the ball, m, robot frame.
     pub in_robot: Vec2,
+    /// The velocity of the ball, m/s, robot frame; zero if it lies still.
+    pub rolls_mps: Vec2,
+    /// The standard deviation of the place along an axis, m; zero in a hurry, as if the place were sure.
+    pub place_sd_m: f32,
     /// The direction that the robot faces, unit vector, team frame.
     pub forward: Vec2,
     /// The speed at which the robot may walk ahead until it strikes in a kick in walking, m/s.
@@ -33,11 +41,22 @@ pub struct BallAtFeet {
 }
 
 impl BallAtFeet {
-    /// The place of the ball when a kick of this type strikes, m, robot frame.
-    fn when_struck(self, settings: &KickSettings, kick_type: KickType) -> Vec2 {
-        let way_m =
-            if settings.is_in_walk(kick_type) { self.walks_mps * settings.wind_up_of_s(kick_type) } else { 0.0 };
-        self.in_robot - Vec2::X * way_m
+    /// The places of the ball when a kick of this type strikes, m, robot frame: if the robot walks until then, and if it stands. Kicks
+    /// without walking are made where the ball lies.
+    fn when_struck(self, settings: &KickSettings, kick_type: KickType) -> [Vec2; 2] {
+        if !settings.is_in_walk(kick_type) {
+            return [self.in_robot; 2];
+        }
+        let wind_up_s = settings.wind_up_of_s(kick_type);
+        let rolled = self.in_robot + self.rolls_mps * wind_up_s;
+        [rolled - Vec2::X * self.walks_mps * wind_up_s, rolled]
+    }
+
+    /// The distance from the edges of a kick's rectangle within which the ball may be missed, m.
+    fn margin_m(self, settings: &KickSettings, kick_type: KickType) -> f32 {
+        let in_walk = settings.is_in_walk(kick_type);
+        let unsure_m = if in_walk { (MARGIN_SDS * self.place_sd_m).min(MOST_MARGIN_M) } else { 0.0 };
+        unsure_m.max(RECTANGLE_MARGIN_M)
     }
 
     /// Returns the kicks that reach the ball, aimed at `aim` as far as possible, each with the direction in which the ball leaves, unit
@@ -45,12 +64,12 @@ impl BallAtFeet {
     pub fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
         settings.types().filter_map(move |kick_type| {
             let geometry = settings.geometry(kick_type)?;
-            let ball = self.when_struck(settings, kick_type);
-            // The robot may also be slower than that.
-            let rectangle = geometry.rectangle().inflate(-RECTANGLE_MARGIN_M);
-            if ![ball, self.in_robot].into_iter().all(|place| rectangle.contains(place)) {
+            let places = self.when_struck(settings, kick_type);
+            let rectangle = geometry.rectangle().inflate(-self.margin_m(settings, kick_type));
+            if !places.into_iter().all(|place| rectangle.contains(place)) {
                 return None;
             }
+            let [ball, _] = places;
             let wanted = geometry.wanted_for(unrotate(self.forward, aim));
             let strike = settings.strike(kick_type, ball, wanted)?;
             let request = KickRequest { direction: wanted, ..KickRequest::new(kick_type, 1.0) };
@@ -132,11 +151,12 @@ pub(super) fn room_inside(ball: Vec2, direction: Vec2, pitch: &Pitch) -> f32 {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
+    use naoisis_core::robot::kick::CustomKicks;
 
     #[test]
     fn a_ball_is_kicked_when_it_goes_where_it_should_and_only_then() {
         let kick = |in_robot: Vec2, tolerance: f32| {
-            let ball = BallAtFeet { place: Vec2::ZERO, in_robot, forward: Vec2::X, walks_mps: 0.0 };
+            let ball = BallAtFeet { in_robot, forward: Vec2::X, ..default() };
             let aim = Aim { direction: Vec2::X, distance_m: 2.0, tolerance, is_shot: false, dribbles: false };
             kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0)
         };
@@ -150,13 +170,28 @@ mod tests {
     }
 
     #[test]
+    fn a_kick_in_walking_is_made_where_the_ball_will_be_and_with_a_margin_for_its_place() {
+        let own: CustomKicks = serde_json::from_str(
+            r#"{ "walk": { "max_distance_m": 4.5, "wind_up_s": 0.25, "in_walk": true,
+                           "region": { "x_m": [0.12, 0.24], "y_m": [-0.09, 0.09], "foot_m": [0.1, 0.0], "best_m": [0.2, 0.05] } } }"#,
+        )
+        .unwrap();
+        let settings = KickSettings { own, ..KickSettings::default() };
+        let is_kicked =
+            |ball: BallAtFeet| ball.kicks(&settings, Vec2::X).any(|(kick, _)| settings.is_in_walk(kick.kick_type));
+        let ball = BallAtFeet { in_robot: Vec2::new(0.2, 0.08), forward: Vec2::X, ..default() };
+        assert!(is_kicked(ball));
+        assert!(!is_kicked(BallAtFeet { place_sd_m: 0.03, ..ball }), "1.5 cm from the edge would be needed");
+        assert!(is_kicked(BallAtFeet { place_sd_m: 0.01, ..ball }));
+        // In a quarter of a second it rolls 5 cm.
+        assert!(!is_kicked(BallAtFeet { rolls_mps: Vec2::new(0.2, 0.0), ..ball }));
+        assert!(is_kicked(BallAtFeet { in_robot: Vec2::new(0.27, 0.08), rolls_mps: Vec2::new(-0.2, 0.0), ..ball }));
+    }
+
+    #[test]
     fn a_pass_does_not_roll_over_the_lines() {
-        let ball = BallAtFeet {
-            place: Vec2::new(0.0, 1.2),
-            in_robot: Vec2::new(0.17, 0.05),
-            forward: Vec2::Y,
-            walks_mps: 0.0,
-        };
+        let ball =
+            BallAtFeet { place: Vec2::new(0.0, 1.2), in_robot: Vec2::new(0.17, 0.05), forward: Vec2::Y, ..default() };
         let aim = Aim { direction: Vec2::Y, distance_m: 3.0, tolerance: 0.2, is_shot: false, dribbles: false };
         let kick =
             kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0).unwrap();
@@ -166,7 +201,7 @@ mod tests {
 
     #[test]
     fn for_want_of_better_the_ball_goes_forwards_past_the_opponent() {
-        let ball = BallAtFeet { place: Vec2::ZERO, in_robot: Vec2::new(0.16, 0.08), forward: Vec2::X, walks_mps: 0.0 };
+        let ball = BallAtFeet { in_robot: Vec2::new(0.16, 0.08), forward: Vec2::X, ..default() };
         let (settings, pitch) = (KickSettings::default(), Pitch::default());
         let kicks = (&settings, Rolling::default());
         let kick = any_kick(ball, &[], 0.15, kicks, &pitch).unwrap();

@@ -34,6 +34,7 @@ mod player_steps;
 mod positioning;
 mod roles;
 mod rule_limits;
+mod searching;
 mod striker;
 mod talking;
 mod walking;

@@ -10,7 +10,7 @@
 use bevy::prelude::*;
 
 use super::at_hand::best_at_hand;
-use super::attack::{choose_aim, go_for, kick_towards, search};
+use super::attack::{choose_aim, go_for, kick_towards};
 use super::giving_way::give_way;
 use super::kicking::BallAtFeet;
 use super::options::{KickOption, best, options};
@@ -19,6 +19,7 @@ use super::player::{Decision, Player, PlayerMemory};
 use super::positioning::{time_to_ball_s, wait_for_the_ball};
 use super::roles::{is_soonest, reasons_of_turn, soonest_mate_s};
 use super::rule_limits::is_for_the_keeper_only;
+use super::searching::search;
 use super::worth::{Company, is_futile, reach_m};
 use naoisis_core::behaviour::reasons::Reasons;
 use naoisis_core::robot::kick::KickRequest;

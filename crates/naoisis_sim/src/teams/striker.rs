@@ -1,8 +1,9 @@
 //! Strikers and supporters: each goes for the ball unless a team-mate other than the keeper is there sooner.
 
-use super::attack::{attack, search};
+use super::attack::attack;
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{has_turn, support_and_defend};
+use super::searching::search;
 
 /// Decides for a striker or a supporter.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
