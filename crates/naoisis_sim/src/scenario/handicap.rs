@@ -1,12 +1,14 @@
 //! Handicaps: teams that are slower, lie longer and see less than their settings say.
 
+use bevy::math::ops;
+
 use super::robot_settings::RobotSettings;
 use naoisis_sensing::sensing::vision::ClassNoise;
 
 impl RobotSettings {
     /// Returns the settings of a robot with a `handicap` between 0 (none) and 0.9. Walking and turning are slower by this share, falls in
-    /// walking are as frequent on the same way, falls in kicks and failures to get up are more frequent by the factor
-    /// 1 / (1 - `handicap`), and the share 1 - `handicap` of all detections is left.
+    /// walking are as frequent on the same way, a fall in a kick and a failure to get up are as probable as in 1 / (1 - `handicap`) tries,
+    /// and the share 1 - `handicap` of all detections is left.
     #[must_use]
     pub(super) fn with_handicap(mut self, handicap: f32) -> RobotSettings {
         if handicap <= 0.0 {
@@ -27,10 +29,10 @@ impl RobotSettings {
         for probability in
             [&mut falls.kick_probability, &mut falls.get_up_failure, &mut falls.get_up_failure_in_contact]
         {
-            *probability = (*probability / left).min(1.0);
+            *probability = within_tries(*probability, 1.0 / left);
         }
         if let Some(probability) = &mut falls.trip_probability {
-            *probability = (*probability / left).min(1.0);
+            *probability = within_tries(*probability, 1.0 / left);
         }
         let noise = &mut self.vision.noise;
         let classes: [&mut ClassNoise; 7] = [
@@ -47,6 +49,11 @@ impl RobotSettings {
         }
         self
     }
+}
+
+/// The probability that an event with this `probability` in each try happens within `tries`.
+fn within_tries(probability: f32, tries: f32) -> f32 {
+    1.0 - ops::powf(1.0 - probability, tries)
 }
 
 #[cfg(test)]
@@ -67,7 +74,14 @@ mod tests {
         assert_abs_diff_eq!(blue.motion.max_linear_mps, 0.75 * pink.motion.max_linear_mps, epsilon = 1e-6);
         // At this speed as many falls a metre.
         assert_abs_diff_eq!(blue.falls.falls_per_min, 0.75 * pink.falls.falls_per_min, epsilon = 1e-4);
-        assert_abs_diff_eq!(blue.falls.get_up_failure, pink.falls.get_up_failure / 0.75, epsilon = 1e-4);
+        // As in 1 / 0.75 tries.
+        assert_abs_diff_eq!(
+            (1.0 - blue.falls.get_up_failure).powf(0.75),
+            1.0 - pink.falls.get_up_failure,
+            epsilon = 1e-4
+        );
+        assert_abs_diff_eq!(super::within_tries(0.5, 2.0), 0.75, epsilon = 1e-6);
+        assert_eq!([super::within_tries(0.0, 4.0), super::within_tries(1.0, 4.0)], [0.0, 1.0]);
         let [few, many] = [&blue, &pink].map(|settings| 1.0 - settings.vision.noise.ball.miss_probability);
         assert_abs_diff_eq!(few, 0.75 * many, epsilon = 1e-6);
         // The realism of the scenario mentions handicaps.

@@ -96,8 +96,8 @@ robot_settings! { patch_beside_fields {
         /// The model of its robots, if it is another than the scenario's.
         #[serde(skip_serializing_if = "Option::is_none")]
         model: Option<String>,
-        /// How much weaker its robots are than their settings: they walk and turn slower by this share, fail to get up more often by the
-        /// factor 1 / (1 - handicap), and miss this share of what they would detect.
+        /// How much weaker its robots are than their settings: they walk and turn slower by this share, fail to get up as often as in
+        /// 1 / (1 - handicap) tries, and miss this share of what they would detect.
         #[serde(default, skip_serializing_if = "is_none")]
         #[schemars(range(min = 0.0, max = 0.9))]
         handicap: f32,
