@@ -248,9 +248,9 @@ pub struct FieldMeasures {
 }
 
 impl FieldMeasures {
-    /// Returns the number of falls.
+    /// Returns the number of falls of upright robots: attempts to get up that failed are left out.
     pub fn all_falls(&self) -> u32 {
-        self.falls.values().sum()
+        self.falls.iter().filter(|(cause, _)| **cause != FallCause::GettingUp).map(|(_, falls)| falls).sum()
     }
 
     /// Returns the number of kicks that struck the ball.

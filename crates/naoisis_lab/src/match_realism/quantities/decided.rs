@@ -60,7 +60,7 @@ pub(super) fn falls() -> Vec<Quantity> {
                 "falls_per_km",
                 "falls a km walked",
                 "",
-                "falls in play, by what upright robots walked in play, steps under 10 cm left out",
+                "falls of upright robots in play, by what these walked in play, steps under 10 cm left out",
             ],
             field(|field| f64::from(field.all_falls())),
             field(|field| field.walked_m),
@@ -84,7 +84,12 @@ pub(super) fn falls() -> Vec<Quantity> {
         ),
         of_cause(["falls_kick", "  in kicks", "", "the same, of falls in kicks"], FallCause::Kick),
         of_cause(
-            ["falls_getting_up", "  in getting up", "", "the same, of attempts to get up that failed"],
+            [
+                "falls_getting_up",
+                "failed to get up, a km",
+                "",
+                "the same, of attempts to get up that failed: these are no falls of upright robots",
+            ],
             FallCause::GettingUp,
         ),
         ratio(
@@ -92,7 +97,7 @@ pub(super) fn falls() -> Vec<Quantity> {
                 "falls_per_min",
                 "falls a robot and minute",
                 "",
-                "falls in play, by the time of robots in play without a penalty",
+                "falls of upright robots in play, by the time of robots in play without a penalty",
             ],
             field(|field| f64::from(field.all_falls())),
             field(|field| field.robot_play_s),

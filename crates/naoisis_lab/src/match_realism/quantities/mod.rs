@@ -50,7 +50,7 @@ mod tests {
             goals: PerTeam { blue, pink },
             goals_in_first_half: blue,
             field: Some(FieldMeasures {
-                falls: [(FallCause::Walking, falls)].into(),
+                falls: [(FallCause::Walking, falls), (FallCause::GettingUp, 4)].into(),
                 walked_m,
                 kick_ways_m: vec![f64::from(blue), 9.0],
                 stuck_robots: blue,
@@ -74,6 +74,7 @@ mod tests {
             ("falls_per_km", 5.0),
             ("falls_walking", 5.0),
             ("falls_kick", 0.0),
+            ("falls_getting_up", 20.0),
             ("kick_way_95", 9.0),
             ("possession_larger", 75.0),
             ("kicks.side", 75.0),
