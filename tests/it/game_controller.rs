@@ -92,7 +92,8 @@ fn packets_tell_the_jerseys_that_robots_wear_unless_others_are_chosen() {
     let scenario = |blue: &str| {
         format!(
             r#"{{ "rules": "spl2025", "robots": [
-                {{ "team": "blue", "number": 1, "body": {{ "jersey": "purple" }} }}, {{ "team": "blue", "number": 2, {blue} }},
+                {{ "team": "blue", "number": 1, "pose": [-2, 0, 0], "body": {{ "jersey": "purple" }} }},
+                {{ "team": "blue", "number": 2, "pose": [-1, 0, 0]{blue} }},
                 {{ "team": "pink", "number": 1, "pose": [1, 0, 180], "body": {{ "jersey": "team" }} }} ] }}"#
         )
     };
@@ -105,12 +106,12 @@ fn packets_tell_the_jerseys_that_robots_wear_unless_others_are_chosen() {
         let of_team = |start: usize| [bytes[start], bytes[start + 1], bytes[start + 2]];
         [of_team(18), of_team(18 + (length - 18) / 2)]
     };
-    assert_eq!(bytes_of(r#""body": { "jersey": "black" }"#, None), [[5, 3, 7], [12, 1, 1]]);
+    assert_eq!(bytes_of(r#", "body": { "jersey": "black" }"#, None), [[5, 3, 7], [12, 1, 1]]);
     // Without a jersey, blue.
-    assert_eq!(bytes_of(r#""pose": [-1, 0, 0]"#, None), [[5, 0, 7], [12, 1, 1]]);
+    assert_eq!(bytes_of("", None), [[5, 0, 7], [12, 1, 1]]);
     let chosen = TeamColours { players: Jersey::White, goalkeeper: Jersey::Grey };
     let colours = Some(PerTeam { blue: chosen, pink: TeamColours { players: Jersey::Green, ..chosen } });
-    assert_eq!(bytes_of(r#""pose": [-1, 0, 0]"#, colours), [[5, 4, 9], [12, 5, 9]]);
+    assert_eq!(bytes_of("", colours), [[5, 4, 9], [12, 5, 9]]);
 }
 
 #[test]

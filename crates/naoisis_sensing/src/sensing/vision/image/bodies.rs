@@ -24,16 +24,16 @@ const ARM: [f32; 2] = [0.9, 1.7];
 const BACKGROUND: [f32; 2] = [1.7, 2.5];
 const LEGS: f32 = 0.7;
 const BODY: f32 = 1.9;
-/// The height of the hips below the trunk, as a share of the trunk's.
-const HIPS: f32 = 0.25;
+/// The height of the strips above and below the trunk, as a share of the trunk's.
+const ENDS: f32 = 0.25;
 /// The strip of carpet in front of the feet: its distance from the robot's middle, m.
 const BEFORE_FEET_M: [f32; 2] = [0.08, 0.5];
 
 /// The least share of the jersey's colour in the trunk.
 const LEAST_INSIDE: f32 = 0.35;
-/// The least amount by which that share is greater than the shares beside and below the trunk.
+/// The least amount by which that share is greater than the shares beside the trunk, and above or below it.
 const LEAST_BESIDE: f32 = 0.3;
-const LEAST_BELOW: f32 = 0.2;
+const LEAST_END: f32 = 0.2;
 /// The greatest share of carpet between the legs.
 const MOST_CARPET: f32 = 0.5;
 /// The least amount by which the share of carpet in front of the feet is greater; also the amount that counts if the feet are below the image.
@@ -207,8 +207,11 @@ impl Look<'_> {
             arm.min(background)
         };
         let beside = inside - on_side(|columns| columns).max(on_side(|[from, to]| [-to, -from]));
-        let (_, hips) = jersey([-TRUNK, TRUNK], [pixel.y, pixel.y + HIPS * size.y]);
-        let below = inside - hips;
+        let (pixels_above, head) = jersey([-TRUNK, TRUNK], [rows[0] - ENDS * size.y, rows[0]]);
+        let above = if pixels_above > 0.0 { inside - head } else { 0.0 };
+        let below = inside - jersey([-TRUNK, TRUNK], [pixel.y, pixel.y + ENDS * size.y]).1;
+        // Dark hips may lengthen a black jersey; the head is above it.
+        let at_end = below.max(f32::midpoint(below, above));
         let row_of = |nearer_m: f32| {
             let place = position_m - position_m.normalize_or(Vec2::X) * nearer_m;
             self.view.project_anywhere(place.extend(0.0)).y
@@ -216,9 +219,8 @@ impl Look<'_> {
         let (_, in_legs) = bodies.share(trunk.columns([-LEGS, LEGS]), [pixel.y, row_of(0.0)], CARPET);
         let (pixels_before, carpet) = bodies.share(trunk.columns([-1.0, 1.0]), BEFORE_FEET_M.map(row_of), CARPET);
         let before = if pixels_before > 0.0 { carpet - in_legs } else { LEAST_BEFORE };
-        let is_body =
-            beside >= LEAST_BESIDE && below >= LEAST_BELOW && before >= LEAST_BEFORE && in_legs <= MOST_CARPET;
-        let fit = (inside + beside + below + before) / 4.0;
+        let is_body = beside >= LEAST_BESIDE && at_end >= LEAST_END && before >= LEAST_BEFORE && in_legs <= MOST_CARPET;
+        let fit = (inside + beside + at_end + before) / 4.0;
         (is_body && fit >= LEAST_FIT).then_some(Trunk { fit, ..trunk })
     }
 
