@@ -10,6 +10,7 @@ use naoisis::game_controller::{
     ProtocolVersion, ReturnPacket, TeamColours,
 };
 use naoisis::prelude::*;
+use naoisis::robot::jersey::Jersey;
 use naoisis::team::PerTeam;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
@@ -38,8 +39,13 @@ pub(crate) fn free_ports() -> (u16, UdpSocket) {
 
 fn settings(version: ProtocolVersion, port_offset: u16) -> GameControllerSettings {
     let network = NetworkSettings { port_offset, ..default() };
-    let (team_numbers, colours) = (PerTeam { blue: 5, pink: 12 }, TeamColours::DEFAULT);
-    GameControllerSettings { version, network, team_numbers, at_once: false, colours }
+    GameControllerSettings {
+        version,
+        network,
+        team_numbers: PerTeam { blue: 5, pink: 12 },
+        at_once: false,
+        colours: None,
+    }
 }
 
 /// The same, and monitors that ask are told the truth.
@@ -78,6 +84,34 @@ fn robots_are_told_twice_a_second() {
     let code = ProtocolVersion::V20.penalty_code(PenaltyReason::Pushing);
     let codes: Vec<u8> = told.iter().map(|packet| packet.teams[0].players[1].penalty).collect();
     assert_eq!(codes, [0, 0, 0, 0, 0, code, code]);
+}
+
+#[test]
+fn packets_tell_the_jerseys_that_robots_wear_unless_others_are_chosen() {
+    let (offset, control) = free_ports();
+    let scenario = |blue: &str| {
+        format!(
+            r#"{{ "rules": "spl2025", "robots": [
+                {{ "team": "blue", "number": 1, "pose": [-2, 0, 0], "body": {{ "jersey": "purple" }} }},
+                {{ "team": "blue", "number": 2, "pose": [-1, 0, 0]{blue} }},
+                {{ "team": "pink", "number": 1, "pose": [1, 0, 180], "body": {{ "jersey": "team" }} }} ] }}"#
+        )
+    };
+    // Of the packet's bytes: the number and the two colours of each team.
+    let bytes_of = |blue: &str, colours| {
+        let settings = GameControllerSettings { colours, ..settings(ProtocolVersion::V20, offset) };
+        let _app = told_match(&scenario(blue), settings);
+        let mut bytes = [0; 256];
+        let length = control.recv(&mut bytes).unwrap();
+        let of_team = |start: usize| [bytes[start], bytes[start + 1], bytes[start + 2]];
+        [of_team(18), of_team(18 + (length - 18) / 2)]
+    };
+    assert_eq!(bytes_of(r#", "body": { "jersey": "black" }"#, None), [[5, 3, 7], [12, 1, 1]]);
+    // Without a jersey, blue.
+    assert_eq!(bytes_of("", None), [[5, 0, 7], [12, 1, 1]]);
+    let chosen = TeamColours { players: Jersey::White, goalkeeper: Jersey::Grey };
+    let colours = Some(PerTeam { blue: chosen, pink: TeamColours { players: Jersey::Green, ..chosen } });
+    assert_eq!(bytes_of("", colours), [[5, 4, 9], [12, 5, 9]]);
 }
 
 #[test]

@@ -11,10 +11,16 @@ export function stance({ x, y, heading, posture }) {
   return matrix;
 }
 
+/** The colours of jerseys; one without a colour here is in the team's. */
+const JERSEYS = {
+  blue: 0x143cc8, red: 0xc8191e, yellow: 0xf0cd1e, black: 0x19191c, white: 0xeeeeee, green: 0x19963c, orange: 0xf57814, purple: 0x6e2896,
+  brown: 0x6e4628, grey: 0x7d7d80,
+};
+
 /** The parts of a robot, by the measures of its body: a trunk, a head, legs and arms if it has any. */
 export function* partsOf(body, robot, teamColour) {
   const { torso, base, look, legs, arms, neck_m: neck, height_m: height, foot_y_m: footY } = body;
-  const [shell, joints, eyes, team] = [rgb(look.shell), rgb(look.joints), rgb(look.eyes), new Color(teamColour)];
+  const [shell, joints, eyes, team] = [rgb(look.shell), rgb(look.joints), rgb(look.eyes), new Color(JERSEYS[body.jersey] ?? teamColour)];
   const of = (limb) => (look.team_limbs?.includes?.(limb) ? team : shell);
   const width = arms ? 1.5 * arms.shoulder_m[1] : 2 * torso.half_width_m;
   const depth = torso.x_m[1] - torso.x_m[0];
@@ -22,7 +28,7 @@ export function* partsOf(body, robot, teamColour) {
   const hip = legs ? legs.hip_m[2] : torso.z_m[0];
   const chest = [hip + 0.28 * (neck[2] - hip), neck[2] - 0.02];
   const swing = 0.35 * Math.sin(robot.stride ?? 0) * (robot.pace ?? 0);
-  // A jersey in the team's colour, with light plates on chest and back.
+  // The jersey, with light plates on chest and back.
   yield { shape: "box", size: [depth * 1.15, width, chest[1] - chest[0]], at: [middle, 0, (chest[0] + chest[1]) / 2], colour: team };
   yield { shape: "box", size: [depth * 1.05, width * 0.86, 0.42 * (neck[2] - hip)], at: [middle, 0, hip + 0.2 * (neck[2] - hip)], colour: shell };
   yield { shape: "box", size: [depth * 1.3, width * 0.42, 0.3 * (chest[1] - chest[0])], at: [middle, 0, chest[0] + 0.62 * (chest[1] - chest[0])], colour: shell };

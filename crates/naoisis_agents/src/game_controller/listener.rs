@@ -10,7 +10,6 @@ use bevy::prelude::*;
 use core::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
-use super::colours::TeamColours;
 use super::complaints::Complaints;
 use super::packet::{ControlPacket, GamePhase, MOST_PLAYERS, PacketError, ProtocolVersion};
 use super::packet_series::MatchStatus;
@@ -269,7 +268,7 @@ pub(super) fn tell_the_truth(
         return;
     }
     let is_time = status.is_time();
-    truth.tell_game(status.packet(version, true, numbers, TeamColours::DEFAULT, PerTeam::default()), is_time);
+    truth.tell_game(status.packet(version, true, numbers, None, PerTeam::default()), is_time);
     if is_time {
         let ball_m = ball.single().ok().map(|ball| ball.position);
         let report = |(id, pose, posture): (&RobotId, &Pose, &Posture)| {

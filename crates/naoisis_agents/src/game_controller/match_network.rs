@@ -34,8 +34,8 @@ pub struct MatchNetwork {
     pub carries_team_messages: bool,
     /// The numbers of the teams in the league.
     pub team_numbers: PerTeam<u8>,
-    /// The colours of the teams' jerseys.
-    pub colours: PerTeam<TeamColours>,
+    /// The colours of jerseys that packets tell; `None` for those that the robots wear.
+    pub colours: Option<PerTeam<TeamColours>>,
     /// The port offsets of the matches.
     pub offsets: PortOffsets,
     /// Receives messages about faults, if there is one.
@@ -52,7 +52,7 @@ impl MatchNetwork {
             tells_monitors: false,
             carries_team_messages: false,
             team_numbers,
-            colours: TeamColours::DEFAULT,
+            colours: None,
             offsets: PortOffsets::new(first_offset),
             notes: None,
         }

@@ -36,7 +36,7 @@ mod team_messages;
 mod truth;
 mod version;
 
-pub use colours::{JerseyColour, TeamColours};
+pub use colours::TeamColours;
 pub use division::Division;
 pub use listener::Listener;
 pub use match_network::{LARGEST_OFFSET, MatchNetwork, PortOffsets, open_network};
@@ -70,8 +70,8 @@ pub struct GameControllerSettings {
     pub team_numbers: PerTeam<u8>,
     /// Whether changes are also sent at once, and not only twice per simulated second, as by a real GameController.
     pub at_once: bool,
-    /// The colours of the teams' jerseys.
-    pub colours: PerTeam<TeamColours>,
+    /// The colours of jerseys that packets tell; `None` for those that the robots wear.
+    pub colours: Option<PerTeam<TeamColours>>,
 }
 
 /// A simulated GameController, which sends the state of the match to robots.

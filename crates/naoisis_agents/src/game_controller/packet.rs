@@ -4,10 +4,10 @@
 //!
 //! In memory a packet has the types of this library; the codes of the [versions](ProtocolVersion) exist only on the wire.
 
-use super::colours::JerseyColour;
 use super::division::Division;
 use super::version::{HEAD_BYTES, PlayerField, TEAM_HEAD_BYTES};
 use naoisis_core::game::{GameState, SetPlayKind};
+use naoisis_core::robot::jersey::Jersey;
 
 pub use super::version::{MOST_PLAYERS, ProtocolVersion};
 
@@ -79,10 +79,10 @@ pub struct ControlPacket {
 pub struct TeamPacket {
     /// The team's number in the league.
     pub number: u8,
-    /// The colour of its field players.
-    pub colour: JerseyColour,
+    /// The colour of its field players; `team` is sent as blue.
+    pub colour: Jersey,
     /// The colour of its goalkeeper.
-    pub goalkeeper_colour: JerseyColour,
+    pub goalkeeper_colour: Jersey,
     /// The number of its goalkeeper; 0 if it has none, as when it shoots in a shoot-out.
     pub goalkeeper: u8,
     /// Its goals.
@@ -161,7 +161,7 @@ impl ControlPacket {
         bytes.extend(self.seconds_left.to_le_bytes());
         bytes.extend(self.secondary_seconds_left.to_le_bytes());
         for team in &self.teams {
-            let colours = [team.colour, team.goalkeeper_colour].map(|colour| colour as u8);
+            let colours = [team.colour, team.goalkeeper_colour].map(|colour| colour.code().unwrap_or_default());
             bytes.extend([team.number, colours[0], colours[1], team.goalkeeper, team.score, team.shots]);
             bytes.extend(team.shots_scored.to_le_bytes());
             bytes.extend(team.message_budget.to_le_bytes());
@@ -251,8 +251,8 @@ fn team_from(version: ProtocolVersion, bytes: &[u8]) -> TeamPacket {
     }
     TeamPacket {
         number: bytes[0],
-        colour: JerseyColour::of_code(bytes[1]),
-        goalkeeper_colour: JerseyColour::of_code(bytes[2]),
+        colour: Jersey::of_code(bytes[1]),
+        goalkeeper_colour: Jersey::of_code(bytes[2]),
         goalkeeper: bytes[3],
         score: bytes[4],
         shots: bytes[5],
@@ -307,8 +307,8 @@ mod tests {
         let mut teams = [TeamPacket::default(), TeamPacket::default()];
         teams[0] = TeamPacket {
             number: 12,
-            colour: JerseyColour::Red,
-            goalkeeper_colour: JerseyColour::Red,
+            colour: Jersey::Red,
+            goalkeeper_colour: Jersey::Red,
             goalkeeper: 1,
             score: 3,
             shots: 2,

@@ -11,6 +11,7 @@ use naoisis_core::cycle::CycleClock;
 use naoisis_core::game::{Game, GameState, Penalty, Rules};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::referee::RefereeMemory;
+use naoisis_core::robot::body::Body;
 use naoisis_core::team::{PerTeam, RobotId};
 
 /// The time between two packets without changes, s.
@@ -27,7 +28,7 @@ pub(super) struct MatchStatus<'w, 's> {
     rules: Res<'w, Rules>,
     pitch: Res<'w, Pitch>,
     memory: Res<'w, RefereeMemory>,
-    robots: Query<'w, 's, (&'static RobotId, &'static Penalty)>,
+    robots: Query<'w, 's, (&'static RobotId, &'static Penalty, &'static Body)>,
 }
 
 impl MatchStatus<'_, '_> {
@@ -43,19 +44,23 @@ impl MatchStatus<'_, '_> {
         is_just_over || in_burst || self.clock.cycle.is_multiple_of(u64::from(self.clock.cycles_in(PERIOD_S)).max(1))
     }
 
-    /// The packet of the current state: the true one for monitors, the announced one for robots.
+    /// The packet of the current state: the true one for monitors, the announced one for robots. Without `colours` it tells what the
+    /// robots wear.
     pub fn packet(
         &self,
         version: ProtocolVersion,
         for_monitors: bool,
         team_numbers: PerTeam<u8>,
-        colours: PerTeam<TeamColours>,
+        colours: Option<PerTeam<TeamColours>>,
         shots_scored: PerTeam<u16>,
     ) -> ControlPacket {
         let Self { clock, game, rules, pitch, memory, robots } = self;
-        let mut robots: Vec<(RobotId, Penalty)> = robots.iter().map(|(id, penalty)| (*id, *penalty)).collect();
-        robots.sort_by_key(|(id, _)| *id);
+        let mut all: Vec<_> = robots.iter().map(|(id, penalty, body)| (*id, *penalty, body.jersey)).collect();
+        all.sort_by_key(|(id, ..)| *id);
+        let (robots, jerseys): (Vec<_>, Vec<_>) =
+            all.into_iter().map(|(id, penalty, jersey)| ((id, penalty), (id, jersey))).unzip();
         let game = if for_monitors { game } else { memory.announcement.announced(game) };
+        let colours = colours.unwrap_or_else(|| TeamColours::worn_by(&jerseys, game));
         let records = &memory.robots;
         let division = Division::on(pitch);
         PacketSource { game, rules, division, clock, robots: &robots, records, team_numbers, colours, shots_scored }

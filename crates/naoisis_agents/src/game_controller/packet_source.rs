@@ -218,7 +218,7 @@ mod tests {
     fn packet(game: &Game, rules: &Rules, robots: &[(RobotId, Penalty)], for_monitors: bool) -> ControlPacket {
         let (clock, team_numbers) = (CycleClock::default(), PerTeam { blue: 5, pink: 12 });
         let (division, shots_scored) = (Division::Small, PerTeam::default());
-        let colours = TeamColours::DEFAULT;
+        let colours = TeamColours::worn_by(&[], game);
         PacketSource { game, rules, division, clock: &clock, robots, records: &[], team_numbers, colours, shots_scored }
             .packet(VERSION, for_monitors)
     }

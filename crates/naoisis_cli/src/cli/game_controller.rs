@@ -8,9 +8,9 @@ use std::net::{IpAddr, Ipv4Addr};
 
 use super::report;
 use naoisis_agents::game_controller::{
-    self, JerseyColour, LARGEST_OFFSET, Listener, MatchNetwork, NetworkError, NetworkSettings, ProtocolVersion,
-    TeamColours,
+    self, LARGEST_OFFSET, Listener, MatchNetwork, NetworkError, NetworkSettings, ProtocolVersion, TeamColours,
 };
+use naoisis_core::robot::jersey::Jersey;
 use naoisis_core::team::PerTeam;
 use naoisis_sim::scenario::wording::one_of;
 
@@ -59,7 +59,7 @@ pub struct GameControllerArguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=i64::from(LARGEST_OFFSET)), requires = "numbered")]
     pub game_controller_port_offset: Option<u16>,
     /// Colours of the jerseys that control packets tell, blue's first, each with the goalkeeper's if it differs: black/yellow,white
-    /// [default: blue,red]
+    /// [default: what the robots wear]
     #[arg(long, value_name = "BLUE,PINK", value_parser = team_colours, requires = "game_controller")]
     pub team_colours: Option<PerTeam<TeamColours>>,
     /// Numbers of the teams in the league, blue first [default: 1,2, or those of the GameController that is heard]
@@ -122,7 +122,7 @@ impl GameControllerArguments {
             address: self.game_controller_address.unwrap_or(Ipv4Addr::LOCALHOST.into()),
             tells_monitors: self.truth_for_monitors,
             carries_team_messages: self.team_messages,
-            colours: self.team_colours.unwrap_or(TeamColours::DEFAULT),
+            colours: self.team_colours,
             ..MatchNetwork::new(self.team_numbers.unwrap_or(TEAM_NUMBERS), first_offset)
         }
     }
@@ -134,14 +134,14 @@ impl GameControllerArguments {
 }
 
 fn team_colours(words: &str) -> Result<PerTeam<TeamColours>, String> {
-    let colour = |word: &str| JerseyColour::ALL.into_iter().find(|(name, _)| *name == word).map(|(_, colour)| colour);
+    let colour = |word: &str| Jersey::COLOURS.into_iter().find(|(name, _)| *name == word).map(|(_, colour)| colour);
     let team = |words: &str| {
         let (players, goalkeeper) = words.split_once('/').unwrap_or((words, words));
         Some(TeamColours { players: colour(players)?, goalkeeper: colour(goalkeeper)? })
     };
     let both = words.split_once(',').and_then(|(blue, pink)| Some(PerTeam { blue: team(blue)?, pink: team(pink)? }));
     both.filter(|colours| colours.blue.players != colours.pink.players).ok_or_else(|| {
-        let names = one_of(JerseyColour::ALL.into_iter().map(|(name, _)| name));
+        let names = one_of(Jersey::COLOURS.into_iter().map(|(name, _)| name));
         format!("expected two different colours, such as black,white or black/yellow,white; each is {names}")
     })
 }

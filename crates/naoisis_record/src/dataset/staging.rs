@@ -9,13 +9,13 @@ use super::surroundings;
 use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::random::RandomStream;
 use naoisis_core::robot::look::TeamLimbs;
+use naoisis_sensing::appearance::Label;
 use naoisis_sensing::appearance::colours::{self, Colour};
 use naoisis_sensing::appearance::field::{self, GroundMark, GroundShape};
 use naoisis_sensing::appearance::posing::{Limb, on_side};
 use naoisis_sensing::appearance::robot::{RobotDesign, labels};
 use naoisis_sensing::appearance::scene::{Scene, SceneRobot};
 use naoisis_sensing::appearance::shapes::{Part, Shape};
-use naoisis_sensing::appearance::{Label, colours::team as team_colour};
 use naoisis_sensing::sensing::camera::software::light::Light;
 use naoisis_sensing::sensing::camera::software::stage::{Stage, StageBody};
 
@@ -208,7 +208,7 @@ fn add_robot(builder: &mut Builder, robot: &SceneRobot, team: &TeamLook, moment:
     let drawn = RobotDesign::Nao.parts(robot.id, &body);
     // The camera is inside its robot's head, so the head is left out.
     let parts = drawn.into_iter().filter(|part| !is_own || part.frame != Limb::Head).map(|part| {
-        let is_team = part.label == band || part.colour == team_colour(robot.id.team);
+        let is_team = part.label == band || part.colour == colours::worn(robot.id.team, robot.body.jersey);
         let is_shirt = team.shirts && part.frame == Limb::Trunk && part.colour == Colour(body.look.shell);
         let colour = if is_team || is_shirt { Colour(team.colour) } else { part.colour };
         let frame_from_shape = limbs[part.frame as usize] * part.frame_from_shape;

@@ -15,6 +15,10 @@ pub enum ColourClass {
     White,
     /// The patches of a football, but also joints of robots.
     Black,
+    /// A jersey, but also the floor.
+    Grey,
+    /// A jersey.
+    Brown,
     /// The ball.
     Orange,
     /// A goal.
@@ -48,7 +52,7 @@ impl ColourClass {
             return ColourClass::Black;
         }
         if saturation < 0.2 {
-            return if most >= 135.0 { ColourClass::White } else { ColourClass::Other };
+            return if most >= 135.0 { ColourClass::White } else { ColourClass::Grey };
         }
         let hue_deg = 60.0
             * if most == red {
@@ -61,6 +65,7 @@ impl ColourClass {
         // The ball's hue is 24°, the yellow goal's 46°, the carpet's 134°, the sky-blue goal's 199°, the blue band's 223°,
         // the pink one's 332°.
         match hue_deg {
+            12.0..40.0 if (0.4..0.75).contains(&saturation) && most < 125.0 => ColourClass::Brown,
             8.0..35.0 if saturation > 0.6 && most >= 90.0 => ColourClass::Orange,
             35.0..64.0 if saturation > 0.5 && most >= 80.0 => ColourClass::Yellow,
             90.0..172.0 if saturation > 0.3 => ColourClass::Green,
@@ -118,6 +123,10 @@ mod tests {
             (colours::CHALK, ColourClass::White),
             (colours::worn(Team::Blue, Some(Jersey::Red)), ColourClass::Red),
             (colours::worn(Team::Blue, Some(Jersey::Purple)), ColourClass::Purple),
+            (colours::worn(Team::Blue, Some(Jersey::Grey)), ColourClass::Grey),
+            (colours::worn(Team::Blue, Some(Jersey::Brown)), ColourClass::Brown),
+            (colours::worn(Team::Blue, Some(Jersey::Black)), ColourClass::Black),
+            (colours::worn(Team::Blue, Some(Jersey::White)), ColourClass::White),
             (ball::WHITE, ColourClass::White),
             (ball::BLACK, ColourClass::Black),
         ];

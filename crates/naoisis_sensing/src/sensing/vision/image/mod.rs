@@ -8,6 +8,7 @@
 //! | ball | orange disc, or white disc with dark patches, of the size of a ball at that place | its centre, a ball's radius above the ground |
 //! | goal post | upright strip of a goal's colour | its foot if green is below; otherwise its width |
 //! | robot | waistband or jersey in the team's colour, of the size of one of the team's robots at that place | the band's lower edge; the upper one if that is cut off |
+//! | robot in black, white, grey or brown | a body on the field: trunk in that colour, other colours about it, legs that end on the carpet | where the body fits best |
 //! | line | white between green, about as wide as a line | segments of at least 20 cm; junctions where they meet at right angles; the centre circle by its curvature |
 //! | penalty cross | white spot on green, as large and as broad in all directions as a cross at that place | its centre |
 //!
@@ -21,6 +22,7 @@
 pub mod accuracy;
 mod ball;
 mod blobs;
+mod bodies;
 mod colour;
 mod crosses;
 mod football;
@@ -63,7 +65,7 @@ pub struct ObjectModel {
     /// The waistbands of each team's robots, or the areas of their jerseys, each kind once. In a team of different robots, a blob counts as
     /// the band whose size fits best.
     pub waistbands: PerTeam<Vec<Waistband>>,
-    /// The jerseys of the teams. Robots in black, white, green, brown and grey are not recognised.
+    /// The jerseys of the teams. Robots in green are not detected.
     pub jerseys: PerTeam<Option<Jersey>>,
     /// The colours of the two goals.
     pub goal_colours: [GoalColour; 2],
@@ -164,6 +166,7 @@ pub struct ImageVision {
     contour: Vec<Vec2>,
     football: football::Football,
     edges: Vec<[u16; 2]>,
+    bodies: bodies::Bodies,
     strips: strips::Strips,
     lines: lines::Lines,
 }
@@ -194,6 +197,7 @@ impl ImageVision {
         let look = Look { camera, view, model, segmentation: &self.segmentation };
         look.find_posts(&mut self.strips, &mut detections.goal_posts);
         look.find_robots(&mut self.edges, &mut detections.robots);
+        look.find_bodies(&detections.goal_posts, &mut self.bodies, &mut detections.robots);
         detections.ball = match model.ball_look {
             BallLook::Pentagons => look.find_football(&detections.robots, &mut self.football),
             _ => look.find_ball(&mut self.contour),

@@ -114,8 +114,8 @@ impl Look<'_> {
     }
 }
 
-/// The colour class of a team's waistbands or jerseys, if objects are detected by it.
-fn class_of(team: Team, jersey: Option<Jersey>) -> Option<ColourClass> {
+/// The colour class of a team's waistbands or jerseys. `None` for green ones, which the carpet hides.
+pub(super) fn class_of(team: Team, jersey: Option<Jersey>) -> Option<ColourClass> {
     let of_team = match team {
         Team::Blue => ColourClass::Blue,
         Team::Pink => ColourClass::Pink,
@@ -127,7 +127,11 @@ fn class_of(team: Team, jersey: Option<Jersey>) -> Option<ColourClass> {
         Some(Jersey::Yellow) => Some(ColourClass::Yellow),
         Some(Jersey::Orange) => Some(ColourClass::Orange),
         Some(Jersey::Purple) => Some(ColourClass::Purple),
-        Some(Jersey::Black | Jersey::White | Jersey::Green | Jersey::Brown | Jersey::Grey) => None,
+        Some(Jersey::Black) => Some(ColourClass::Black),
+        Some(Jersey::White) => Some(ColourClass::White),
+        Some(Jersey::Brown) => Some(ColourClass::Brown),
+        Some(Jersey::Grey) => Some(ColourClass::Grey),
+        Some(Jersey::Green) => None,
     }
 }
 
