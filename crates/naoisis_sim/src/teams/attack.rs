@@ -7,7 +7,7 @@ use super::dribbling::walk_into;
 use super::kick_plan::KickPlan;
 use super::kicking::{BallAtFeet, any_kick, kick_now};
 use super::player::{Decision, Player, PlayerMemory};
-use super::searching::search;
+use super::searching::{search, step_back};
 use super::walking::approach;
 use naoisis_core::geometry::unrotate;
 use naoisis_core::robot::kick::KickRequest;
@@ -149,13 +149,6 @@ fn is_at_kick_place(player: &Player, memory: &PlayerMemory, ball: &BallBelief, a
     let (abilities, obstacles) = ((player.kicks, player.limits), player.obstacles());
     let plan = KickPlan::choose(ball.position_m, aim, player.pose(), &obstacles, abilities, memory.kick);
     plan.is_some_and(|plan| plan.position.distance_squared(player.position()) < BLIND_EXACTNESS_M * BLIND_EXACTNESS_M)
-}
-
-/// A step back, so that a ball at the feet comes into view.
-pub(super) fn step_back(player: &Player) -> Decision {
-    let place = player.position() - player.forward;
-    let walk = player.walk_to(place, player.forward, &player.obstacles());
-    Decision { walk, target: Some(place), intention: "attack", ..default() }
 }
 
 /// The kick that `pick` chooses, if the ball certainly lies at the feet. The player hurries after a long time at the ball, or with an

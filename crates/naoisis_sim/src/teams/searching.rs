@@ -2,7 +2,6 @@
 
 use bevy::prelude::*;
 
-use super::attack::step_back;
 use super::player::{Decision, Player, PlayerMemory};
 use naoisis_core::robot::motion::WalkCommand;
 
@@ -46,6 +45,13 @@ fn may_have_missed(player: &Player, memory: &PlayerMemory) -> bool {
     let since_kick_s = memory.kicked_at_s.map(|then| player.status.time_s - then);
     let at_feet = Vec2::new(player.own_body.base.x_m[1] + player.ball_radius_m + AT_FEET_M, 0.0);
     since_kick_s.is_some_and(|since_s| (0.0..LATE_S).contains(&since_s)) && !player.head.can_see(at_feet)
+}
+
+/// A step back, so that a ball at the feet comes into view.
+pub(super) fn step_back(player: &Player) -> Decision {
+    let place = player.position() - player.forward;
+    let walk = player.walk_to(place, player.forward, &player.obstacles());
+    Decision { walk, target: Some(place), intention: "attack", ..default() }
 }
 
 #[cfg(test)]
