@@ -58,6 +58,7 @@ fn within_tries(probability: f32, tries: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::scenario::Scenario;
     use approx::assert_abs_diff_eq;
     use naoisis_core::team::{RobotId, Team};
@@ -76,12 +77,12 @@ mod tests {
         assert_abs_diff_eq!(blue.falls.falls_per_min, 0.75 * pink.falls.falls_per_min, epsilon = 1e-4);
         // As in 1 / 0.75 tries.
         assert_abs_diff_eq!(
-            (1.0 - blue.falls.get_up_failure).powf(0.75),
+            ops::powf(1.0 - blue.falls.get_up_failure, 0.75),
             1.0 - pink.falls.get_up_failure,
             epsilon = 1e-4
         );
-        assert_abs_diff_eq!(super::within_tries(0.5, 2.0), 0.75, epsilon = 1e-6);
-        assert_eq!([super::within_tries(0.0, 4.0), super::within_tries(1.0, 4.0)], [0.0, 1.0]);
+        assert_abs_diff_eq!(within_tries(0.5, 2.0), 0.75, epsilon = 1e-6);
+        assert_eq!([within_tries(0.0, 4.0), within_tries(1.0, 4.0)], [0.0, 1.0]);
         let [few, many] = [&blue, &pink].map(|settings| 1.0 - settings.vision.noise.ball.miss_probability);
         assert_abs_diff_eq!(few, 0.75 * many, epsilon = 1e-6);
         // The realism of the scenario mentions handicaps.
