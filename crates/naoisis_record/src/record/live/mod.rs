@@ -15,6 +15,7 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Instant;
 
 use super::live_control::LiveControl;
@@ -30,6 +31,8 @@ use sink::LiveSink;
 
 /// Least time between two frames.
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / 60);
+/// Time that the server has to send the last frame. It sends in the background, and drops what is left when it stops.
+const LAST_FRAME: Duration = Duration::from_millis(250);
 
 /// Sends a match to viewers while it is played.
 pub struct LiveRecorder {
@@ -124,6 +127,9 @@ impl Recorder for LiveRecorder {
 
     fn finish(mut self: Box<Self>, _: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
         self.send(last, &World::new());
+        if self.server.client_count() > 0 {
+            thread::sleep(LAST_FRAME);
+        }
         self.server.stop().wait_blocking();
         Ok(None)
     }
