@@ -48,7 +48,10 @@ fn passers_beat_roles_and_roles_beat_chasers_with_95_percent_confidence() {
             let table = played_in("paper", realism, &[better, other], 100, None);
             let summary = table.summary(better, other).unwrap();
             assert_eq!((summary.matches, summary.failed), (200, 0));
-            assert_eq!(summary.is_first_better(), Some(true), "{realism}: {table}");
+            // Without noise every seed plays the same match.
+            let wins_all =
+                summary.repeated && summary.losses.unwrap().value == 0.0 && summary.draws.unwrap().value == 0.0;
+            assert!(wins_all || summary.is_first_better() == Some(true), "{realism}: {table}");
         }
     }
 }

@@ -135,11 +135,11 @@ fn check(name: &str, scenario: &Scenario) -> BTreeMap<String, u64> {
             && before.shoot_out.is_none()
         {
             let runs = matches!(before.state, GameState::Initial | GameState::Playing)
-                && !matches!(app.game().state, GameState::Standby | GameState::Ready)
+                && !matches!(app.game().state, GameState::Initial | GameState::Standby | GameState::Ready)
                 || before.state == GameState::Playing
                 || rules.clock_runs_in_stoppages && then < (half_s * cycles_per_s).round() as u64;
-            // A half goes on after its time while a shot rolls.
-            let runs = runs && before.state != GameState::Finished && then > 0;
+            // The clock stands in a stop. A half goes on after its time while a shot rolls.
+            let runs = runs && before.stop.is_none() && before.state != GameState::Finished && then > 0;
             assert_eq!(then - now, u64::from(runs), "{at}: {before:?}");
             played += then - now;
         }
