@@ -126,3 +126,20 @@ fn a_kick_in_walking_does_not_stop_the_robot_and_a_standing_one_does() {
     let (stood_m, _) = way("left_straight");
     assert!(stood_m < 0.05, "{stood_m}");
 }
+
+#[test]
+fn a_dive_stops_the_balls_that_come_after_the_body_is_down() {
+    /// How far the ball gets that passes 0.35 m to the left of a robot that dives to the left at once, and reaches it after 0.5 s.
+    fn ball_x_m(dive_down_s: f32) -> f32 {
+        let mut app = match_of(&format!(
+            r#"{{ "rules": {{ "preset": "free", "dives": true, "dive_s": 2, "dive_down_s": {dive_down_s} }},
+                 "ball": {{ "position_m": [1, 0.35], "velocity_mps": [-2, 0] }},
+                 "robots": [{{ "number": 1, "pose": [0, 0, 0],
+                               "behaviour": {{ "script": [{{ "until_s": 0.1, "posture": {{ "dive": "left" }} }}] }} }}] }}"#
+        ));
+        collect_events(&mut app, 30 * 2);
+        app.ball().unwrap().position.x
+    }
+    assert!(ball_x_m(0.0) > 0.0 && ball_x_m(0.2) > 0.0, "{} {}", ball_x_m(0.0), ball_x_m(0.2));
+    assert!(ball_x_m(1.2) < -0.3, "it has passed: {}", ball_x_m(1.2));
+}
