@@ -116,6 +116,15 @@ pub struct Pitch {
     #[schemars(range(min = 0.0, max = 1.0))]
     #[serde(skip_serializing_if = "is_even")]
     pub unevenness: f32,
+    /// How many people stand beside the carpet: the referee, two assistants, then spectators. Cameras see them; they do not collide.
+    #[reflect(default)]
+    #[serde(skip_serializing_if = "is_zero")]
+    pub people: u8,
+}
+
+/// Whether there are no people beside the carpet.
+fn is_zero(people: &u8) -> bool {
+    *people == 0
 }
 
 /// Whether a carpet has the same colour everywhere.
@@ -139,6 +148,7 @@ impl Default for Pitch {
             corner_arc_radius_m: 0.0,
             goal: GoalDimensions::default(),
             unevenness: 0.0,
+            people: 0,
         }
     }
 }

@@ -15,6 +15,7 @@ use naoisis_core::ball::BallLook;
 use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::team::RobotId;
 use naoisis_sensing::appearance::field::{self, GroundMark, GroundShape};
+use naoisis_sensing::appearance::people::{Person, people};
 use naoisis_sensing::appearance::posing::Limb;
 use naoisis_sensing::appearance::robot::RobotDesign;
 use naoisis_sensing::appearance::scene::{Scene, ScenePost, SceneRobot};
@@ -170,6 +171,7 @@ impl RenderScene {
         }
         let mut standing: Vec<Part<()>> =
             scene.posts.iter().map(|post| field::post(&post.post, post.position)).collect();
+        standing.extend(people(&scene.pitch).iter().flat_map(Person::parts));
         for end in End::BOTH {
             standing.extend(field::goal_frame(&scene.pitch, end));
             let net = line_mesh(&field::net_strings(&scene.pitch, end), colours::NET, Label::GoalFrame);

@@ -7,13 +7,11 @@ use super::ranges::{BallRanges, Range, Ranges};
 use naoisis_core::geometry::{to_radians, unit};
 use naoisis_core::pitch::GoalColour;
 use naoisis_core::random::RandomStream;
+use naoisis_core::robot::look::Rgb;
 use naoisis_core::team::{PerTeam, Team};
 use naoisis_sensing::appearance::ball;
-use naoisis_sensing::appearance::colours::Colour;
+use naoisis_sensing::appearance::colours::{Colour, hsv};
 use naoisis_sensing::sensing::camera::software::stage::PatchArea;
-
-/// A colour: red, green and blue, sRGB.
-pub type Rgb = [u8; 3];
 
 /// The looks of a match: the hall, the pitch, the robots and their cameras.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -280,27 +278,9 @@ pub fn any_hue(saturation: Range, value: Range, stream: &mut RandomStream) -> Rg
     hsv(hue, saturation.draw(stream), value.draw(stream))
 }
 
-/// Returns the colour with a hue (degrees), saturation and brightness (both from 0 to 1).
-pub fn hsv(hue_deg: f32, saturation: f32, value: f32) -> Rgb {
-    let (saturation, value) = (saturation.clamp(0.0, 1.0), value.clamp(0.0, 1.0));
-    [5.0, 3.0, 1.0].map(|shift| {
-        let k = (shift + hue_deg / 60.0) % 6.0;
-        let share = k.min(4.0 - k).clamp(0.0, 1.0);
-        (255.0 * value * (1.0 - saturation * share)).round() as u8
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn hues_are_those_of_the_colour_wheel() {
-        for (hue, expected) in [(0.0, [255, 0, 0]), (60.0, [255, 255, 0]), (120.0, [0, 255, 0]), (240.0, [0, 0, 255])] {
-            assert_eq!(hsv(hue, 1.0, 1.0), expected);
-        }
-        assert_eq!(hsv(77.0, 0.0, 0.5), [128; 3]);
-    }
 
     #[test]
     fn the_same_seed_draws_the_same_looks_and_teams_differ() {

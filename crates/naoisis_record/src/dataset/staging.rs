@@ -2,13 +2,13 @@
 
 use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3};
 
-use super::looks::{MatchLooks, Rgb, TeamLook, direction};
+use super::looks::{MatchLooks, TeamLook, direction};
 use super::moments::Moment;
 use super::names::Class;
 use super::surroundings;
 use naoisis_core::pitch::{End, Pitch};
 use naoisis_core::random::RandomStream;
-use naoisis_core::robot::look::TeamLimbs;
+use naoisis_core::robot::look::{Rgb, TeamLimbs};
 use naoisis_sensing::appearance::Label;
 use naoisis_sensing::appearance::colours::{self, Colour};
 use naoisis_sensing::appearance::field::{self, GroundMark, GroundShape};

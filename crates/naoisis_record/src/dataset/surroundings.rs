@@ -1,13 +1,13 @@
 //! Draws the surroundings of a pitch: walls, tables, banners, poles, bags, and people.
 
-use bevy::math::{Affine3A, Mat3, Vec2, Vec3};
+use bevy::math::{Vec2, Vec3};
 
-use super::looks::{MatchLooks, Rgb, hsv};
-use naoisis_core::geometry::{to_radians, unit};
+use super::looks::MatchLooks;
+use naoisis_core::geometry::{angle_of, to_radians, unit};
 use naoisis_core::pitch::Pitch;
 use naoisis_core::random::RandomStream;
 use naoisis_sensing::appearance::Label;
-use naoisis_sensing::appearance::colours::Colour;
+use naoisis_sensing::appearance::people::{Person, clothing, turned};
 use naoisis_sensing::appearance::shapes::{Part, Shape};
 
 /// Draws a place beside the carpet (m, pitch frame). Returns it with the direction away from the pitch.
@@ -26,29 +26,13 @@ fn place_beside(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) ->
     }
 }
 
-fn any_colour(stream: &mut RandomStream) -> Rgb {
-    // Most things have a dull colour.
-    let saturation = if stream.chance(0.3) { 0.9 } else { 0.3 };
-    hsv(360.0 * stream.uniform(), saturation * stream.uniform(), 0.2 + 0.78 * stream.uniform())
-}
-
-/// Returns a part turned about the vertical axis through its middle.
-fn turned(label: Label, colour: Rgb, shape: Shape, middle: Vec3, heading: f32) -> Part<()> {
-    let Vec2 { x: cos, y: sin } = unit(heading);
-    let turn = Mat3::from_cols(Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0), Vec3::Z);
-    Part {
-        frame_from_shape: Affine3A::from_mat3_translation(turn, middle),
-        ..Part::at((), label, Colour(colour), shape, middle)
-    }
-}
-
 /// Draws the things beside a pitch.
 pub fn things(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) -> Vec<Part<()>> {
     let mut parts = Vec::new();
     for _ in 0..looks.things {
         let (place, out) = place_beside(pitch, looks, stream);
-        let colour = any_colour(stream);
-        let heading = naoisis_core::geometry::angle_of(out) + to_radians(20.0 * (stream.uniform() - 0.5));
+        let colour = clothing(stream);
+        let heading = angle_of(out) + to_radians(20.0 * (stream.uniform() - 0.5));
         let mut between = |least: f32, most: f32| least + (most - least) * stream.uniform();
         let mut add = |shape, middle, heading| parts.push(turned(Label::Clutter, colour, shape, middle, heading));
         let cuboid = |size: Vec3| Shape::Box { half_size: size / 2.0 };
@@ -99,47 +83,10 @@ pub fn people(pitch: &Pitch, looks: &MatchLooks, stream: &mut RandomStream) -> V
         .map(|_| {
             let (place, out) = place_beside(pitch, looks, stream);
             // Most people look at the match.
-            let heading = naoisis_core::geometry::angle_of(-out) + stream.gaussian(0.6);
-            (place, person(place, heading, stream))
+            let heading = angle_of(-out) + stream.gaussian(0.6);
+            (place, Person::draw(place, heading, stream).parts())
         })
         .collect()
-}
-
-/// Draws a standing person.
-fn person(place: Vec2, heading: f32, stream: &mut RandomStream) -> Vec<Part<()>> {
-    let height = 1.55 + 0.35 * stream.uniform();
-    let [shirt, trousers, hair] = [0, 1, 2].map(|_| any_colour(stream));
-    let hair = hair.map(|channel| channel / 3);
-    let skin = hsv(18.0 + 12.0 * stream.uniform(), 0.3 + 0.3 * stream.uniform(), 0.35 + 0.6 * stream.uniform());
-    let shoes = hsv(0.0, 0.0, stream.uniform());
-    let spread = 0.05 + 0.08 * stream.uniform();
-    let bent = 0.5 * stream.uniform();
-    let forward = unit(heading);
-    let at = |ahead: f32, left: f32, up: f32| {
-        (place + forward * ahead + forward.perp() * left).extend(up) * Vec3::new(1.0, 1.0, height)
-    };
-    let rod = |colour: Rgb, radius: f32, ends: [Vec3; 2]| Part::rod((), Label::Person, Colour(colour), radius, ends);
-    let mut parts = Vec::with_capacity(14);
-    for side in [-1.0, 1.0] {
-        let hip = at(0.0, side * 0.09, 0.50);
-        let foot = at(0.0, side * (0.09 + spread), 0.045);
-        parts.push(rod(trousers, 0.075, [hip, foot]));
-        parts.push(rod(shoes, 0.05, [foot.with_z(0.05), foot.with_z(0.05) + (0.14 * forward).extend(0.0)]));
-        let shoulder = at(0.0, side * 0.19, 0.80);
-        let elbow = at(0.02, side * 0.25, 0.62);
-        let hand = at(0.05 + 0.2 * bent, side * (0.25 - 0.1 * bent), 0.47 + 0.18 * bent);
-        parts.push(rod(shirt, 0.05, [shoulder, elbow]));
-        parts.push(rod(skin, 0.04, [elbow, hand]));
-    }
-    let chest =
-        Shape::Frustum { bottom: Vec2::new(0.12, 0.17), top: Vec2::new(0.12, 0.22), half_height: 0.17 * height };
-    parts.push(turned(Label::Person, shirt, chest, at(0.0, 0.0, 0.65), heading));
-    parts.push(rod(skin, 0.05, [at(0.0, 0.0, 0.82), at(0.0, 0.0, 0.87)]));
-    let skull = Shape::Ellipsoid { radii: Vec3::new(0.1, 0.08, 0.12) };
-    parts.push(turned(Label::Person, skin, skull, at(0.01, 0.0, 0.93), heading));
-    let cap = Shape::Ellipsoid { radii: Vec3::new(0.1, 0.09, 0.09) };
-    parts.push(turned(Label::Person, hair, cap, at(-0.015, 0.0, 0.957), heading));
-    parts
 }
 
 #[cfg(test)]

@@ -5,12 +5,22 @@
 
 use naoisis_core::pitch::GoalColour;
 use naoisis_core::robot::jersey::Jersey;
-use naoisis_core::robot::look::Look;
+use naoisis_core::robot::look::{Look, Rgb};
 use naoisis_core::team::Team;
 
 /// A colour: red, green and blue, sRGB.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Colour(pub [u8; 3]);
+
+/// The colour with this hue (degrees), saturation and value (0 to 1).
+pub fn hsv(hue_deg: f32, saturation: f32, value: f32) -> Rgb {
+    let (saturation, value) = (saturation.clamp(0.0, 1.0), value.clamp(0.0, 1.0));
+    [5.0, 3.0, 1.0].map(|shift| {
+        let k = (shift + hue_deg / 60.0) % 6.0;
+        let share = k.min(4.0 - k).clamp(0.0, 1.0);
+        (255.0 * value * (1.0 - saturation * share)).round() as u8
+    })
+}
 
 /// The wall of the hall, above the horizon.
 pub const SKY: Colour = Colour([171, 199, 227]);
@@ -71,5 +81,18 @@ pub const fn goal(colour: GoalColour) -> Colour {
         GoalColour::Yellow => Colour([250, 202, 48]),
         GoalColour::Blue => Colour([0, 125, 182]),
         GoalColour::White => Colour([238, 238, 238]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hues_are_those_of_the_colour_wheel() {
+        for (hue, expected) in [(0.0, [255, 0, 0]), (60.0, [255, 255, 0]), (120.0, [0, 255, 0]), (240.0, [0, 0, 255])] {
+            assert_eq!(hsv(hue, 1.0, 1.0), expected);
+        }
+        assert_eq!(hsv(77.0, 0.0, 0.5), [128; 3]);
     }
 }

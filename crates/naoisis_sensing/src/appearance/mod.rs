@@ -11,6 +11,7 @@ pub mod ball;
 pub mod colours;
 pub mod field;
 pub mod gather;
+pub mod people;
 pub mod posing;
 pub mod robot;
 pub mod scene;
@@ -55,7 +56,7 @@ pub enum Label {
     PinkWaistband = 13,
     /// An object beside the pitch. Occurs only in data sets of images.
     Clutter = 14,
-    /// A person. Occurs only in data sets of images.
+    /// A person beside the pitch.
     Person = 15,
 }
 

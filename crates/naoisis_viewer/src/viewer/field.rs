@@ -12,6 +12,8 @@ use naoisis_core::geometry::unit;
 use naoisis_core::pitch::{End, Pitch};
 use naoisis_gpu::mesh::carpet_triangles;
 use naoisis_sensing::appearance::field::{self, GroundShape};
+use naoisis_sensing::appearance::people::{Person, people};
+use naoisis_sensing::appearance::shapes::Part;
 use naoisis_sensing::appearance::{Label, colours};
 
 /// The height of the lines above the carpet, m.
@@ -56,6 +58,10 @@ fn lay_out_field(
     };
     for (label, colour, height) in [(Label::Carpet, colours::CARPET, 0.0), (Label::Line, colours::CHALK, LINE_HEIGHT)] {
         spawn(ground(&pitch, label), matt(palette::from_appearance(colour)), Vec3::Z * height);
+    }
+    let people: Vec<Part<()>> = people(&pitch).iter().flat_map(Person::parts).collect();
+    if !people.is_empty() {
+        spawn(mesh_of_parts(&people), part_material(), Vec3::ZERO);
     }
     for end in End::BOTH {
         spawn(mesh_of_parts(&field::goal_frame(&pitch, end)), part_material(), Vec3::ZERO);

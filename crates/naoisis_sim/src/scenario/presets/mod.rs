@@ -138,6 +138,7 @@ fn complete_looks(settings: &mut Map<String, Value>) {
         ("ball", "look", json!(BallLook::default())),
         ("body", "jersey", Value::Null),
         ("field", "unevenness", json!(0.0)),
+        ("field", "people", json!(0)),
     ];
     for (field, look, default) in looks {
         let (Some(Value::Object(own)), Some(Value::Object(whole))) = (settings.get_mut(field), WHOLE.get(field)) else {

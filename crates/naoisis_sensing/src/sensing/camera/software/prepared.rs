@@ -10,6 +10,7 @@ use super::stage::{PatchArea, Stage};
 use crate::appearance::ball;
 use crate::appearance::colours::Colour;
 use crate::appearance::field::{self, GroundMark};
+use crate::appearance::people;
 use crate::appearance::posing::Limb;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{Scene, ScenePost};
@@ -303,6 +304,11 @@ impl PreparedScene {
             let part = field::post(post, *position);
             let centre = part.frame_from_shape.translation.into();
             self.add(None, centre, part.shape.reach(), &Model::new(&[part], detail.segments), standing);
+        }
+        for person in people::people(pitch) {
+            let reach = person.height / 2.0 + 0.2;
+            let centre = person.place.extend(person.height / 2.0);
+            self.add(None, centre, reach, &Model::new(&person.parts(), detail.segments), standing);
         }
         self.still_counts = [self.bodies.len(), self.faces.len(), self.corners.len(), self.rounds.len()];
         self.still = Some(Still { detail, pitch: pitch.clone(), posts: scene.posts.clone() });

@@ -29,6 +29,14 @@ const ENDS: f32 = 0.25;
 /// The strip of carpet in front of the feet: its distance from the robot's middle, m.
 const BEFORE_FEET_M: [f32; 2] = [0.08, 0.5];
 
+/// The strips of carpet beside the feet: how much nearer than the robot's middle their far and near ends are, m.
+const BESIDE_FEET_M: [f32; 2] = [-0.6, 0.1];
+/// The least share of carpet in one of these strips, and the least amount by which it is greater than that between the feet.
+const LEAST_CARPET: f32 = 0.7;
+const MORE_CARPET: f32 = 0.3;
+/// The least share of carpet at the lower edge of the image, beside a robot with its feet below the image.
+const LEAST_CARPET_ABOVE_FEET: f32 = 0.5;
+
 /// The least share of the jersey's colour in the trunk.
 const LEAST_INSIDE: f32 = 0.35;
 /// The least amount by which that share is greater than the shares beside the trunk, and above or below it.
@@ -221,7 +229,24 @@ impl Look<'_> {
         let before = if pixels_before > 0.0 { carpet - in_legs } else { LEAST_BEFORE };
         let is_body = beside >= LEAST_BESIDE && at_end >= LEAST_END && before >= LEAST_BEFORE && in_legs <= MOST_CARPET;
         let fit = (inside + beside + at_end + before) / 4.0;
-        (is_body && fit >= LEAST_FIT).then_some(Trunk { fit, ..trunk })
+        (is_body && fit >= LEAST_FIT && self.is_on_carpet(&trunk, bodies, row_of)).then_some(Trunk { fit, ..trunk })
+    }
+
+    /// Whether there is carpet beside the feet of a robot with this trunk, more than between them. People and other things beside the pitch
+    /// stand on the floor. `row_of`: the row of a point on the ground this much nearer than the robot's middle, m.
+    fn is_on_carpet(&self, trunk: &Trunk, bodies: &Bodies, row_of: impl Fn(f32) -> f32) -> bool {
+        let height = self.height() as f32;
+        let mut rows = BESIDE_FEET_M.map(row_of);
+        let has_feet = rows[0] < height;
+        if !has_feet {
+            rows = [height - ENDS * trunk.size.y, height];
+        }
+        let carpet = |columns: [f32; 2]| bodies.share(trunk.columns(columns), rows, CARPET);
+        let [from, to] = BACKGROUND;
+        let beside = [[from, to], [-to, -from]].map(carpet);
+        let most = beside.into_iter().map(|(_, share)| share).fold(0.0, f32::max);
+        let (_, between) = carpet([-LEGS, LEGS]);
+        most >= if has_feet { LEAST_CARPET.max(between + MORE_CARPET) } else { LEAST_CARPET_ABOVE_FEET }
     }
 
     /// The trunk near another that fits best.

@@ -66,5 +66,10 @@ fn in_random_scenes_jerseys_without_a_hue_are_found_as_bodies() {
         assert!(accuracy.robots.range_error([0.0, 2.0], 0.5) < 0.08, "{pair:?}: {accuracy}");
         // In 500 images.
         assert!(accuracy.robots.false_detections <= 35, "{pair:?}: {accuracy}");
+        // Few people beside the pitch look like robots, although they wear the same colours.
+        let conditions = Conditions { pitch: Pitch { people: 40, ..conditions.pitch }, ..conditions };
+        let accuracy = accuracy::measure(250, &conditions, &mut RandomStream::for_match(7, "scenes of a test"));
+        assert!(accuracy.robots.found_share(EVERYWHERE_M) >= least, "{pair:?}: {accuracy}");
+        assert!(accuracy.robots.false_detections <= 80, "{pair:?}: {accuracy}");
     }
 }
