@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::ball_stop::attack_goes_on;
 use super::custom_rules::CustomRules;
-use super::game_stuck::{Progress, Remedy};
+use super::game_stuck::{Progress, Remedy, Stuck};
 use super::indirect_goal::judge_double_touch;
 use super::memory::RefereeMemory;
 use super::positions::is_off_pitch;
@@ -242,7 +242,8 @@ impl Referee<'_, '_> {
             let (progress, gets_on) = Progress::advance(before, self.seen, robot);
             record.progress = progress;
             if gets_on {
-                self.memory.stuck.cycles = 1;
+                let Stuck { cycles, at_ball, .. } = &mut self.memory.stuck;
+                (*cycles, *at_ball) = (1, (*at_ball).min(1));
             }
         }
     }

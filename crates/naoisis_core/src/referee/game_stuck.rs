@@ -25,6 +25,10 @@ pub struct Stuck {
     pub ball: Vec2,
     /// Cycles for which it has not moved.
     pub cycles: u64,
+    /// Those of these cycles, since the last one without it, in which a robot was at the ball.
+    #[reflect(default)]
+    #[serde(default)]
+    pub at_ball: u64,
     /// Whether a robot has touched the ball since the last kick-off.
     pub touched: bool,
     /// Cycles for which no robot has been [near](crate::game::Rules::global_stuck_m) the ball.
@@ -49,11 +53,10 @@ pub fn advance(stuck: Stuck, snapshot: &MatchSnapshot) -> Stuck {
         present.any(|robot| robot.pose.position.distance(ball.position) <= near_m)
     };
     let alone = if snapshot.rules.global_stuck_m.is_some_and(|near_m| !is_near(near_m)) { stuck.alone + 1 } else { 0 };
-    if stuck.cycles > 0 && stuck.ball.distance(ball.position) <= MOVED_M {
-        Stuck { cycles: stuck.cycles + 1, touched, alone, ..stuck }
-    } else {
-        Stuck { ball: ball.position, cycles: 1, touched, alone }
-    }
+    let is_same = stuck.cycles > 0 && stuck.ball.distance(ball.position) <= MOVED_M;
+    let before = if is_same { stuck } else { Stuck { ball: ball.position, cycles: 0, at_ball: 0, ..stuck } };
+    let at_ball = if is_near(AT_BALL_M) { before.at_ball + 1 } else { 0 };
+    Stuck { cycles: before.cycles + 1, at_ball, touched, alone, ..before }
 }
 
 /// The state of a robot at its last progress.
@@ -82,7 +85,9 @@ impl Progress {
 pub fn judge(stuck: &Stuck, snapshot: &MatchSnapshot) -> Option<Remedy> {
     let rules = snapshot.rules;
     let is_over = |cycles: u64, seconds: f32| cycles >= snapshot.cycles(seconds);
-    let local_s = rules.local_stuck_s.unwrap_or(rules.game_stuck_s);
+    // Where the rules have a time of its own for a stuck ball with robots at it, a robot that arrives has this time.
+    let (local_s, cycles) =
+        rules.local_stuck_s.map_or((rules.game_stuck_s, stuck.cycles), |local_s| (local_s, stuck.at_ball));
     let ball = snapshot.ball?.position;
     let distance = |index: &usize| snapshot.robots[*index].pose.position.distance(ball);
     let present = (0..snapshot.robots.len()).filter(|index| snapshot.robots[*index].is_present());
@@ -95,7 +100,7 @@ pub fn judge(stuck: &Stuck, snapshot: &MatchSnapshot) -> Option<Remedy> {
     if let Some(index) = nearest.filter(|index| distance(index) <= AT_BALL_M) {
         let rule = "When play is stuck, the robot nearest to the ball is taken away.";
         let evidence = snapshot.evidence_against(rule, &snapshot.robots[index]);
-        return is_over(stuck.cycles, local_s).then(|| Remedy::Local(index, measured(evidence, stuck.cycles, local_s)));
+        return is_over(cycles, local_s).then(|| Remedy::Local(index, measured(evidence, cycles, local_s)));
     }
     let rule = "When play is stuck with nobody at the ball, it is stopped for a kick-off.";
     match rules.global_stuck_m {

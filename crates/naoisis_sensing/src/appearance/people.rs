@@ -101,17 +101,16 @@ pub fn turned(label: Label, colour: Colour, shape: Shape, middle: Vec3, heading:
 }
 
 /// The people beside a pitch, [as many](Pitch::people) as it has: first the referee beside the halfway line, then an assistant beside each
-/// half, both in black, then spectators around the carpet. They are the same in every match on this pitch.
+/// goal, all in black, then spectators around the carpet. They are the same in every match on this pitch.
 pub fn people(pitch: &Pitch) -> Vec<Person> {
     let mut stream = RandomStream::for_match(0, "people beside the pitch");
     let half = pitch.carpet_half_extents();
-    let quarter = pitch.half_length() / 2.0;
-    let beside = half.y + REFEREE_M;
-    let referees = [Vec2::new(0.0, -beside), Vec2::new(-quarter, beside), Vec2::new(quarter, beside)];
+    let (beside, aside) = (half + REFEREE_M, 0.6 * pitch.half_width());
+    let referees = [Vec2::new(0.0, beside.y), Vec2::new(-beside.x, -aside), Vec2::new(beside.x, aside)];
     let spectators = usize::from(pitch.people).saturating_sub(referees.len());
     let mut people = Vec::with_capacity(usize::from(pitch.people));
     for place in referees.into_iter().take(usize::from(pitch.people)) {
-        let person = Person::draw(place, angle_of(place.with_x(0.0) * -1.0), &mut stream);
+        let person = Person::draw(place, angle_of(-place), &mut stream);
         people.push(Person { shirt: BLACK, trousers: BLACK, ..person });
     }
     for number in 0..spectators {

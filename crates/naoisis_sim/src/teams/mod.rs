@@ -21,6 +21,7 @@ mod gaze_walking;
 mod giving_way;
 mod hearing;
 mod keeper;
+mod kick_off;
 mod kick_plan;
 mod kicking;
 mod needs;
@@ -37,6 +38,7 @@ mod rule_limits;
 mod searching;
 mod striker;
 mod talking;
+mod walk_limits;
 mod walking;
 mod worth;
 
@@ -257,7 +259,7 @@ fn draw(drawings: &mut Drawings, player: &Player, memory: &PlayerMemory, decisio
 
 /// Returns the decision in any state of the game: that of `decide` while the ball is in play.
 fn decide_in_game(player: &Player, memory: &mut PlayerMemory, decide: Decide) -> Decision {
-    rule_limits::note_kick_off(player, memory);
+    kick_off::note_kick_off(player, memory);
     if player.status.penalised {
         return Decision { head: Some(HeadCommand::default()), intention: "wait", ..default() };
     }
@@ -267,7 +269,7 @@ fn decide_in_game(player: &Player, memory: &mut PlayerMemory, decide: Decide) ->
             let decision = decide(player, memory);
             without_pushing(player, rule_limits::apply(player, memory, decision))
         }
-        GameState::Ready => without_pushing(player, rule_limits::take_place(player)),
+        GameState::Ready => without_pushing(player, kick_off::take_place(player)),
         GameState::Initial | GameState::Standby | GameState::Set | GameState::Timeout | GameState::Finished => {
             Decision { intention: "wait", ..default() }
         }

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 
 use super::passing::{meet, rolled};
 use super::player::{Decision, Player, PlayerMemory};
-use super::roles::{SUPPORT_DISTANCE_M, time_around_ball_s};
+use super::roles::{passing_distance_m, time_around_ball_s};
 use super::worth::{Company, is_slow, pass_worth, reach_m, walking_s};
 use naoisis_core::geometry::unit;
 use naoisis_sensing::belief::BallBelief;
@@ -44,7 +44,7 @@ pub(super) fn wait_for_the_ball(
 ) -> Decision {
     let facing = (ball.position_m - player.position()).normalize_or(Vec2::X);
     let mut obstacles = player.obstacles();
-    obstacles.add(ball.position_m, 0.7 * SUPPORT_DISTANCE_M);
+    obstacles.add(ball.position_m, passing_distance_m(player));
     if let Some((pass, _)) = memory.expected_pass {
         let behind = (player.opponent_goal() - pass.place).normalize_or(Vec2::X) * -0.25;
         let place = pass.place + behind;

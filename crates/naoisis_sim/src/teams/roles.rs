@@ -11,8 +11,8 @@ use naoisis_core::team::RobotId;
 pub(super) const TURN_PREFERENCE_S: f32 = 0.8;
 /// The greatest age of information about a team-mate, s.
 pub(super) const FRESH_TEAM_MATE_S: f32 = 1.0;
-/// The distance of supporters from the ball, m.
-pub const SUPPORT_DISTANCE_M: f32 = 0.9;
+/// The distance from the ball at which supporters walk past it on a pitch of [`PLACES_FOR_LENGTH_M`], m.
+const PASSING_DISTANCE_M: f32 = 0.63;
 
 /// The length of the pitch for the distances below, m.
 const PLACES_FOR_LENGTH_M: f32 = 6.0;
@@ -141,9 +141,14 @@ fn support_from(player: &Player, ball: Vec2, depth_m: f32) -> Decision {
     let place = support_place(player, ball, depth_m);
     let facing = (ball - player.position()).normalize_or(Vec2::X);
     let mut obstacles = player.obstacles();
-    obstacles.add(ball, 0.7 * SUPPORT_DISTANCE_M * spread(player));
+    obstacles.add(ball, passing_distance_m(player));
     let walk = player.go_and_stay(place, facing, &obstacles);
     Decision { walk, target: Some(place), intention: "support", ..default() }
+}
+
+/// Returns the distance from the ball at which supporters walk past it, m.
+pub(super) fn passing_distance_m(player: &Player) -> f32 {
+    PASSING_DISTANCE_M * spread(player)
 }
 
 /// The factor of the distances of supporters from the ball, by the length of the pitch.
