@@ -32,10 +32,10 @@ fn renderer() -> Option<GpuRenderer> {
     }
 }
 
-/// A scene with robots and ball somewhere, before the first robot more often than not.
+/// A scene with people beside the pitch, and with robots and ball somewhere, before the first robot more often than not.
 fn random_scene(dice: &mut RandomStream) -> Scene {
     let mut between = |low: f32, high: f32| low + (high - low) * dice.uniform();
-    let mut scene = Scene::empty(Pitch::default());
+    let mut scene = Scene::empty(Pitch { people: 12, ..Pitch::default() });
     let looker = Pose::new(between(-2.5, 2.0), between(-1.8, 1.8), between(-3.1, 3.1));
     let ahead = |distance: f32, angle: f32| looker.position + distance * Vec2::from_angle(looker.heading + angle);
     scene.ball = Some(SceneBall::on_ground(ahead(between(0.25, 2.5), between(-0.4, 0.4)), 0.03));

@@ -25,7 +25,7 @@ pub struct Stuck {
     pub ball: Vec2,
     /// Cycles for which it has not moved.
     pub cycles: u64,
-    /// Those of these cycles, since the last one without it, in which a robot was at the ball.
+    /// Cycles for which it has not moved and a robot has been at it.
     #[reflect(default)]
     #[serde(default)]
     pub at_ball: u64,
@@ -85,7 +85,7 @@ impl Progress {
 pub fn judge(stuck: &Stuck, snapshot: &MatchSnapshot) -> Option<Remedy> {
     let rules = snapshot.rules;
     let is_over = |cycles: u64, seconds: f32| cycles >= snapshot.cycles(seconds);
-    // Where the rules have a time of its own for a stuck ball with robots at it, a robot that arrives has this time.
+    // In 2026 the time runs while a robot is at the ball, so that a robot that arrives is not removed at once.
     let (local_s, cycles) =
         rules.local_stuck_s.map_or((rules.game_stuck_s, stuck.cycles), |local_s| (local_s, stuck.at_ball));
     let ball = snapshot.ball?.position;

@@ -106,6 +106,20 @@ fn what_is_at_a_place_is_in_its_pixel() {
 }
 
 #[test]
+fn people_beside_the_pitch_are_in_the_picture() {
+    // The referee stands beside the halfway line.
+    let view = View::looking_at(Vec3::new(0.0, 0.0, 0.5), Vec3::new(0.0, 3.0, 1.0), 0.65, [160, 120]);
+    let of_people = |people: u8| {
+        let scene = Scene::empty(Pitch { people, ..Pitch::default() });
+        let image = draw(&scene, &view, RobotDesign::Nao);
+        image.labels.iter().filter(|label| **label == Label::Person as u8).count()
+    };
+    assert_eq!(of_people(0), 0);
+    // A person of 0.4 x 1.7 m, 3 m away.
+    assert!((400..2000).contains(&of_people(1)), "{}", of_people(1));
+}
+
+#[test]
 fn depth_is_the_distance_ahead() {
     let view = view();
     let image = draw(&scene(), &view, RobotDesign::Simple);
@@ -176,7 +190,7 @@ fn busy_scene(dice: &mut RandomStream, pitch: &Pitch) -> Scene {
 fn a_camera_that_stands_still_sees_what_one_that_moves_does() {
     let mut dice = RandomStream::for_match(1, "still");
     let (mut prepared, mut still) = (PreparedScene::default(), StillRenderer::default());
-    let wider = Pitch { length_m: 6.4, ..Pitch::default() };
+    let wider = Pitch { length_m: 6.4, people: 20, ..Pitch::default() };
     // Views of the goal with its net: from above, from among the robots, and from one of them.
     let above = View::looking_at(Vec3::new(1.0, -4.0, 4.0), Vec3::new(2.2, 0.0, 0.0), 0.7, [200, 120]);
     let low = View { supersampling: 2, ..View::looking_at(Vec3::new(2.0, 0.1, 0.3), Vec3::X * 3.0, 1.1, [160, 120]) };
