@@ -62,7 +62,7 @@
 //! | `naoisis_sensing` | `appearance` `sensing` `belief` | what everything looks like; sonars, odometry, cameras, vision; estimators |
 //! | `naoisis_sim` | `scenario` `teams` `simulation` `interface` `prelude` | scenario files and presets, the built-in teams, a match from its start, saved matches, the record of a cycle |
 //! | `naoisis_agents` | `agents` `game_controller` `environment` | robots that programs outside decide for, the league's protocol, environments for learning |
-//! | `naoisis_booster` | `messages` `visual_kick` `firmware` `vision` `topics` `reach` `participant` `player` | programs written for Booster's SDK as players, over DDS |
+//! | `naoisis_booster` | `messages` `buttons` `visual_kick` `firmware` `vision` `topics` `reach` `participant` `player` | programs written for Booster's SDK as players, over DDS |
 //! | `naoisis_record` | `record` `batch` `whatif` `expectations` `dataset` | traces, pictures, films and summaries; many matches; expectations; labelled images |
 //! | `naoisis_lab` | `calibration` `description` `trials` `match_realism` `figures` | models fitted to logs of real robots or made of their descriptions, robots measured beside their sources, matches beside real ones, pictures of the paper |
 //! | `naoisis_gpu` | `mesh` `renderer` | camera images drawn on a graphics card |

@@ -82,7 +82,8 @@ class Agent:
                 return
             if self._message_pack is None:
                 for image in turn.get("images", {}).values():
-                    image["rgb"] = base64.b64decode(image["rgb"])
+                    for layer in image.keys() & {"rgb", "depth_mm"}:
+                        image[layer] = base64.b64decode(image[layer])
             yield turn
 
     def answer(self, turn, command=None):

@@ -20,6 +20,10 @@ DEFINITIONS = {
     "booster_interface/msg/RawBytesMsg": "uint8[] msg",
     "booster_interface/msg/BatteryState": "float32 voltage\nfloat32 current\nfloat32 soc\nfloat32 average_voltage",
     "booster_interface/msg/RobotStatesMsg": "int32 current_mode\nint32 current_body_control\nint32[] current_actions",
+    "booster_interface/msg/ButtonEventMsg": "int8 event\nint32 button",
+    "booster_interface/msg/RemoteControllerState": "uint32 event\nfloat32 lx\nfloat32 ly\nfloat32 rx\nfloat32 ry\n"
+    + "\n".join(f"bool {name}" for name in "a b x y lb rb lt rt ls rs back start hat_c hat_u hat_d hat_l hat_r hat_lu hat_ld hat_ru hat_rd".split())
+    + "\nuint8 reserved",
     "vision_interface/msg/DetectedObject": "string label\nstring color\nfloat64 confidence\nint64 xmin\nint64 ymin\nint64 xmax\nint64 ymax\nfloat32[] target_uv\n"
     "float32[] received_pos\nfloat32[] position\nfloat32[] position_projection\nfloat32[] position_cam\nint32 position_confidence",
     "vision_interface/msg/Detections": "std_msgs/Header header\nDetectedObject[] detected_objects\nfloat32[] radar_x\nfloat32[] radar_y\nfloat32[] corner_pos",
@@ -63,5 +67,5 @@ for file in files:
     if again != file.read_bytes():
         sys.exit(f"{kind}: {len(file.read_bytes())} bytes were read as {len(again)}")
 print(f"{len(files)} kinds of messages are read by rosbags as they were written")
-if len(files) < 14:
+if len(files) < 16:
     sys.exit("expected more of them")

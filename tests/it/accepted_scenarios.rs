@@ -409,10 +409,10 @@ fn abilities() -> impl Strategy<Value = Abilities> {
             heading_sd,
         },
     );
-    let lasting = (degrees(0.0..=180.0), gaze, places(), places(), feet, jerseys);
+    let lasting = (degrees(0.0..=180.0), gaze, places(), places(), feet, jerseys, any::<bool>());
     let vision = ([class(), class(), class(), class(), class(), class(), class()], lasting).prop_map(
         |([ball, goal_posts, robots, lines, junctions, penalty_crosses, centre_circle], lasting)| {
-            let (head_angle_sd, gaze, false_balls, false_robots, hidden_feet, jerseys) = lasting;
+            let (head_angle_sd, gaze, false_balls, false_robots, hidden_feet, jerseys, confidence) = lasting;
             VisionSettings {
                 noise: VisionNoise {
                     ball,
@@ -428,7 +428,9 @@ fn abilities() -> impl Strategy<Value = Abilities> {
                     false_robots,
                     hidden_feet,
                     jerseys,
+                    confidence,
                 },
+                points: confidence,
                 ..VisionSettings::default()
             }
         },

@@ -131,3 +131,14 @@ fn a_saved_match_goes_on_with_the_ball_in_the_air() {
     let mut balls = app.world_mut().query_filtered::<&BallFlight, With<Ball>>();
     assert!(balls.single(app.world()).unwrap().height_m > 0.0);
 }
+
+#[test]
+fn a_ball_high_above_a_post_is_not_in_it() {
+    let mut app = match_of(
+        r#"{ "rules": "free", "ball": { "position_m": [-2.5, 0.7, 2.5], "velocity_mps": [-4, 0, 0] }, "robots": [] }"#,
+    );
+    for cycle in 0..60 {
+        app.run_cycles(1);
+        assert!(app.events().iter().all(|event| !matches!(event, MatchEvent::InvariantBroken { .. })), "{cycle}");
+    }
+}

@@ -1,8 +1,9 @@
 //! Robots that see nothing but their camera images.
 
+use bevy::math::Vec2;
 use naoisis::events::KickResult;
 use naoisis::prelude::*;
-use naoisis::sensing::camera::CameraImages;
+use naoisis::sensing::camera::{CameraImages, CameraSettings};
 use naoisis::sensing::jobs::SensingThreads;
 
 use crate::support::{blue, headless_app, match_of};
@@ -66,4 +67,46 @@ fn a_match_without_images_is_the_same_with_them() {
         (app.ball(), app.robot::<Percepts>(blue(1)).cloned(), app.robot_pose(blue(2)))
     });
     assert_eq!(without, with);
+}
+
+/// A match of a robot whose camera is `camera` and looks at a ball 1.5 m ahead, by images.
+fn looking(camera: &str) -> bevy::prelude::App {
+    match_of(&format!(
+        r#"{{ "rules": "free", "model": "booster_k1", "realism": "ideal", "vision": {{ "source": "image" }},
+              "cameras": {{ "width": 320, "height": 240, {camera} }}, "ball": {{ "position_m": [1.5, 0.4] }},
+              "robots": [{{ "number": 1, "behaviour": {{ "script": [{{ "from_s": 0, "until_s": 9, "head_deg": [0, 20] }}] }} }}] }}"#
+    ))
+}
+
+#[test]
+fn a_fisheye_camera_shows_more_and_vision_knows_it() {
+    for fov_deg in [100, 150] {
+        let mut app = looking(&format!(
+            r#""render": "software", "diagonal_fov_deg": {fov_deg}, "lens": {{ "distortion": {{ "fisheye": [-0.02, 0.001] }} }}"#
+        ));
+        app.run_cycles(30);
+        let percepts = app.robot::<Percepts>(blue(1)).unwrap();
+        let ball = percepts.ball.unwrap_or_else(|| panic!("no ball with {fov_deg} degrees"));
+        assert!(ball.position_m.distance(Vec2::new(1.5, 0.4)) < 0.15, "{fov_deg}: {ball:?}");
+        let settings = app.robot::<CameraSettings>(blue(1)).unwrap();
+        let intrinsics = settings.intrinsics(settings.mounts.iter().next().unwrap());
+        // The corner of the image is half the field of view from the axis.
+        let corner = intrinsics.slope(Vec2::new(320.0, 240.0)).length();
+        assert!((corner - (f32::to_radians(fov_deg as f32) / 2.0).tan()).abs() < 2e-3 * corner, "{fov_deg}: {corner}");
+    }
+}
+
+#[test]
+fn a_depth_camera_measures_the_distance_with_its_noise() {
+    let depth_of_the_ball = |noise: &str| {
+        let mut app = looking(&format!(r#""render": "software", "depth": true, "noise": {noise}"#));
+        app.run_cycles(30);
+        let images = app.robot::<CameraImages>(blue(1)).unwrap();
+        let ball = app.robot::<Percepts>(blue(1)).unwrap().ball.unwrap();
+        images.of(ball.camera).depth(ball.pixel.x as u32, ball.pixel.y as u32).unwrap()
+    };
+    let exact = depth_of_the_ball("{}");
+    assert!((1.0..1.6).contains(&exact), "{exact}");
+    let noisy = depth_of_the_ball(r#"{ "depth_sd_m": 0.01 }"#);
+    assert!(noisy != exact && (noisy - exact).abs() < 0.15, "{noisy} {exact}");
 }

@@ -273,7 +273,7 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     assert_eq!(
         lines[2],
         "random.ron: note: the file leaves these out, so a `realistic` match uses the paper's figures instead of a real robot's: \
-         cameras.lens, kicks.direction_sd_deg, vision.noise, sonar.noise, odometry.noise, falls, breakdowns, latency and 1 more"
+         cameras.lens, kicks.direction_sd_deg, vision.noise, sonar.noise, odometry.noise, falls, breakdowns, hearing and 2 more"
     );
     assert!(lines[3].starts_with("random.ron: note: `sources` has no source for: "), "{said}");
     assert!(lines[3].contains("body.arms, ") && lines[3].ends_with(" more") && lines.len() == 4, "{said}");

@@ -8,6 +8,7 @@ use naoisis::scenario::{Format, ScenarioFile, Setting};
 use naoisis::sensing::scene::Scene;
 use naoisis::simulation::{Snapshot, change_settings};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use std::path::Path;
 
 use crate::support::{begin_trace, blue, headless_app};
@@ -269,4 +270,45 @@ fn robots_have_an_imu_where_a_scenario_asks_for_it_in_traces_and_for_programs_al
     // Nobody else has it.
     app.start_match(&scenario("")).unwrap().run_cycles(1);
     assert!(naoisis::agents::perception(app.world_mut(), blue(1)).unwrap().sensors.is_empty());
+}
+
+#[test]
+fn somebody_presses_a_robots_buttons_at_the_times_of_the_scenario() {
+    let text = r#"{ "rules": "free", "robots": [
+        { "number": 1, "sensors": { "buttons": { "presses": [{ "at_s": 0.5, "button": "chest" }] } } }, { "number": 2, "pose": [1, 1, 0] }] }"#;
+    let mut app = headless_app();
+    app.start_match(&Scenario::from_json(text).unwrap()).unwrap();
+    begin_trace(&mut app);
+    let told = |app: &mut App, cycles: usize, number: u8| {
+        naoisis::agents::perception(app.run_cycles(cycles).world_mut(), blue(number)).unwrap().sensors
+    };
+    assert_eq!(told(&mut app, 10, 1)["buttons"], json!({}));
+    assert_eq!(told(&mut app, 7, 1)["buttons"], json!({ "chest": { "presses": 1, "pressed": true } }));
+    assert_eq!(told(&mut app, 10, 1)["buttons"], json!({ "chest": { "presses": 1, "pressed": false } }));
+    assert!(told(&mut app, 0, 2).is_empty());
+    let saved = Snapshot::take(app.world_mut()).unwrap();
+    saved.restore(app.world_mut()).unwrap();
+    assert_eq!(told(&mut app, 1, 1)["buttons"]["chest"]["presses"], 1);
+    let wrong = text.replace("chest", "Chest").replace("0.5", "-1");
+    let error = headless_app().start_match(&Scenario::from_json(&wrong).unwrap()).err().unwrap().to_string();
+    assert!(error.contains("a button `Chest`"), "{error}");
+}
+
+#[test]
+fn robots_that_hear_badly_miss_whistles_and_hear_others() {
+    let whistles = |hearing: &str| {
+        let text = format!(
+            r#"{{ "league": "spl2025", "rules": {{ "preset": "spl2025", "standby_s": 1, "ready_s": 2, "set_s": 1 }},
+                 "teams": {{ "blue": {{ "team": "roles", {hearing} }}, "pink": "roles" }} }}"#
+        );
+        let mut app = headless_app();
+        app.start_match(&Scenario::from_json(&text).unwrap()).unwrap().run_cycles(300);
+        let count = |team: Team| app.robot::<GameStatus>(RobotId::new(team, 2)).unwrap().whistles;
+        (count(Team::Blue), count(Team::Pink))
+    };
+    let (all, also_all) = whistles(r#""hearing": {}"#);
+    assert!(all > 0 && all == also_all, "{all} {also_all}");
+    assert_eq!(whistles(r#""hearing": { "miss_probability": 1, "false_per_hour": 0 }"#).0, 0);
+    // One in each cycle, nearly.
+    assert!(whistles(r#""hearing": { "false_per_hour": 3600 }"#).0 > all);
 }

@@ -17,6 +17,8 @@ use naoisis_core::robot::head::{HeadAngles, HeadCommand};
 use naoisis_core::robot::kick::{KickRequest, KickSettings};
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::robot::posture::PostureRequest;
+use naoisis_sensing::sensing::buttons::ButtonReadings;
+use naoisis_sensing::sensing::imu::ImuReading;
 use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sim::interface::vocabulary::RobotCommand;
 
@@ -84,6 +86,10 @@ pub struct Firmware {
     pub odometry: Pose,
     /// Head angles in the last cycle.
     pub head_angles: HeadAngles,
+    /// What its inertial unit measured in the last cycle, if it has one.
+    pub imu: Option<ImuReading>,
+    /// Its buttons in the last cycle.
+    pub buttons: ButtonReadings,
     /// The mode.
     pub mode: Mode,
     /// Where the odometer says zero.

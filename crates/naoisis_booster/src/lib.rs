@@ -6,6 +6,7 @@
 //!
 //! DDS runs in real time, so two matches of the same seed differ by the times at which messages arrive.
 
+mod buttons;
 pub mod firmware;
 pub mod messages;
 mod participant;

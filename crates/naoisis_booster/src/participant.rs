@@ -23,8 +23,8 @@ use std::thread::{self, JoinHandle};
 
 use crate::firmware::{Firmware, status};
 use crate::messages::{
-    BatteryState, CameraInfo, Clock, Detections, FallDownState, Image, Kick, LineSegments, LowState, Message, Odometer,
-    Pose, RawBytesMsg, RobotStatesMsg, RpcReqMsg, RpcRespMsg,
+    BatteryState, ButtonEventMsg, CameraInfo, Clock, Detections, FallDownState, Image, Kick, LineSegments, LowState,
+    Message, Odometer, Pose, RawBytesMsg, RemoteControllerState, RobotStatesMsg, RpcReqMsg, RpcRespMsg,
 };
 use crate::reach::Reach;
 use crate::vision::Vision;
@@ -97,6 +97,9 @@ pub struct Topics {
     pub lines: Writer<LineSegments>,
     pub camera_info: Writer<CameraInfo>,
     pub image: Writer<Image>,
+    pub depth: Writer<Image>,
+    pub buttons: Writer<ButtonEventMsg>,
+    pub remote: Writer<RemoteControllerState>,
 }
 
 /// Whether a match of this process has a participant. Robots of two matches would have the same names.
@@ -257,6 +260,9 @@ impl Desk {
             lines: self.writer(&of_demo("booster_soccer/line_segments"))?,
             camera_info: self.writer(&camera("camera_info"))?,
             image: self.writer(&camera("image_raw"))?,
+            depth: self.writer(&[format!("rt/camera/{robot}_rgbd_camera/depth/image_raw")])?,
+            buttons: self.writer(&of_both("button_event"))?,
+            remote: self.writer(&of_both("remote_controller_state"))?,
         })
     }
 }

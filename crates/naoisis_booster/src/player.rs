@@ -7,8 +7,9 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Instant;
 
+use crate::buttons;
 use crate::firmware::Firmware;
-use crate::messages::{Clock, Time};
+use crate::messages::{Clock, RemoteControllerState, Time};
 use crate::participant::{Participant, ParticipantError, RobotEndpoints, lock};
 use crate::reach::Reach;
 use crate::topics::{self, Sizes};
@@ -23,7 +24,9 @@ use naoisis_core::robot::kick::{KickCommand, KickSettings};
 use naoisis_core::robot::motion::WalkCommand;
 use naoisis_core::robot::posture::PostureCommand;
 use naoisis_core::team::RobotId;
+use naoisis_sensing::sensing::buttons::ButtonReadings;
 use naoisis_sensing::sensing::camera::{CameraImages, CameraSettings};
+use naoisis_sensing::sensing::imu::ImuReading;
 use naoisis_sensing::sensing::odometry::Odometry;
 use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sensing::sensing::vision::Percepts;
@@ -176,6 +179,7 @@ fn play(
         (
             &RobotId,
             (&Odometry, &HeadAngles, &BodyStatus, &Percepts, Option<&CameraImages>),
+            (Option<&ImuReading>, Option<&ButtonReadings>),
             (&Body, &CameraSettings, &KickSettings),
             (&mut WalkCommand, &mut HeadCommand, &mut KickCommand, &mut PostureCommand),
         ),
@@ -185,12 +189,16 @@ fn play(
     let (Some(participant), Some(sizes)) = (&of_match.participant, of_match.sizes) else { return };
     let Ok(mut participant) = participant.lock() else { return };
     participant.clock.write(Clock { clock: Time::of(clock.start_time_s()) });
-    for (id, (odometry, head, status, percepts, images), (body, cameras, kicks), commands) in &mut robots {
+    for (id, (odometry, head, status, percepts, images), (imu, buttons), (body, cameras, kicks), commands) in
+        &mut robots
+    {
         let Some(robot) = of_match.robot(&mut participant, *id) else { continue };
         let mut shared = lock(&robot.shared);
         let firmware = &mut shared.firmware;
         let before = core::mem::replace(&mut firmware.odometry, odometry.0);
-        (firmware.head_angles, firmware.body) = (*head, *status);
+        (firmware.head_angles, firmware.body, firmware.imu) = (*head, *status, imu.copied());
+        let buttons = buttons.cloned().unwrap_or_default();
+        let buttons_before = core::mem::replace(&mut firmware.buttons, buttons);
         let RobotCommand { walk, head, kick, posture, .. } =
             firmware.command(percepts.ball.map(|ball| ball.position_m), kicks, &clock);
         let firmware = firmware.clone();
@@ -201,13 +209,24 @@ fn play(
             head_command.set_if_neq(head);
         }
         (kick_command.0, posture_command.0) = (kick, posture);
-        publish_body(robot, &firmware, topics::turn_radps(before, odometry.0, clock.period()), body, &clock);
+        let remote = buttons::remote_controller(&buttons_before, &firmware.buttons);
+        buttons::button_events(&buttons_before, &firmware.buttons)
+            .into_iter()
+            .for_each(|event| robot.topics.buttons.write(event));
+        publish_body(robot, &firmware, remote, topics::turn_radps(before, odometry.0, clock.period()), body, &clock);
         publish_view(robot, &firmware, percepts, images, (body, cameras, sizes), &clock);
     }
 }
 
 /// Publishes the state of the body, 50 times in a second of the match.
-fn publish_body(robot: &RobotEndpoints, firmware: &Firmware, turn_radps: f32, body: &Body, clock: &CycleClock) {
+fn publish_body(
+    robot: &RobotEndpoints,
+    firmware: &Firmware,
+    mut remote: RemoteControllerState,
+    turn_radps: f32,
+    body: &Body,
+    clock: &CycleClock,
+) {
     for _ in 0..topics::due(clock.start_time_s(), clock.end_time_s()) {
         robot.topics.odometer.write(topics::odometer(firmware));
         robot.topics.low_state.write(topics::low_state(firmware, turn_radps));
@@ -216,6 +235,8 @@ fn publish_body(robot: &RobotEndpoints, firmware: &Firmware, turn_radps: f32, bo
         robot.topics.head_pose.write(topics::head_pose(body, firmware.head_angles));
         robot.topics.states.write(topics::robot_states(firmware));
         robot.topics.battery.write(topics::battery());
+        robot.topics.remote.write(remote.clone());
+        remote.event = 0;
     }
 }
 
@@ -243,5 +264,8 @@ fn publish_view(
     if let Some((images, taken)) = new.and_then(|images| images.cycle.map(|taken| (images, taken))) {
         let time_s = CycleClock { cycle: taken, ..*clock }.start_time_s();
         robot.topics.image.write(topics::image(images.of(camera), time_s));
+        if let Some(depth) = topics::depth_image(images.of(camera), time_s) {
+            robot.topics.depth.write(depth);
+        }
     }
 }

@@ -10,7 +10,7 @@ use crate::messages::{
     Time,
 };
 use naoisis_core::camera_model::{CameraIntrinsics, CameraView};
-use naoisis_core::geometry::{Pose, wrap_angle};
+use naoisis_core::geometry::{Pose, to_radians, wrap_angle};
 use naoisis_core::pitch::JunctionShape;
 use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
@@ -22,7 +22,7 @@ use naoisis_sensing::sensing::vision::{LandmarkKind, Percepts};
 const JOINTS: usize = 22;
 /// Acceleration of a robot at rest, m/s².
 const GRAVITY_MPS2: f32 = 9.81;
-/// The confidence of what is seen: percepts have none.
+/// The confidence of percepts that have none, %.
 const CONFIDENCE: f64 = 99.0;
 
 /// The sizes of what a robot sees, for the boxes in its image, m.
@@ -45,6 +45,12 @@ pub fn odometer(firmware: &Firmware) -> Odometer {
 /// The robot knows that it has fallen, but not to which side: a lying robot is said to lie on its face. The joints of arms and legs are said to
 /// be at rest.
 pub fn low_state(firmware: &Firmware, turn_radps: f32) -> LowState {
+    if let Some(imu) = &firmware.imu {
+        let [roll, pitch] = imu.tilt_deg.map(to_radians);
+        let [turn, acceleration] = [imu.turn_degps.map(to_radians), imu.acceleration_mps2];
+        let rpy = [roll, pitch, wrap_angle(firmware.odometry.heading)];
+        return joints(firmware, ImuState { rpy, gyro: turn, acc: acceleration });
+    }
     let lies = firmware.body == BodyStatus::Fallen;
     let pitch = if lies { FRAC_PI_2 } else { 0.0 };
     let acceleration = if lies { [-GRAVITY_MPS2, 0.0, 0.0] } else { [0.0, 0.0, GRAVITY_MPS2] };
@@ -53,6 +59,11 @@ pub fn low_state(firmware: &Firmware, turn_radps: f32) -> LowState {
         gyro: [0.0, 0.0, turn_radps],
         acc: acceleration,
     };
+    joints(firmware, imu)
+}
+
+/// An inertial unit, and the joints: those of the head, and others at rest.
+fn joints(firmware: &Firmware, imu: ImuState) -> LowState {
     let mut motors = vec![MotorState { mode: 1, temperature: 40, reserve: [0, 500], ..default() }; JOINTS];
     (motors[0].q, motors[1].q) = (firmware.head_angles.yaw, firmware.head_angles.pitch);
     LowState { imu_state: imu, motor_state_parallel: motors.clone(), motor_state_serial: motors }
@@ -114,7 +125,7 @@ fn header(time_s: f64) -> Header {
 
 /// The objects in the images of a camera.
 pub fn detections(percepts: &Percepts, view: &CameraView, body: &Body, sizes: Sizes) -> Detections {
-    let object = |label: &str, place: Vec2, width_m: f32, height_m: f32| {
+    let object = |label: &str, place: Vec2, confidence: Option<f32>, width_m: f32, height_m: f32| {
         let corner = |side: f32, height: f32| {
             let aside = place.perp().normalize_or_zero() * side * width_m / 2.0;
             let pixel = view.project_anywhere((place + aside).extend(height));
@@ -126,7 +137,7 @@ pub fn detections(percepts: &Percepts, view: &CameraView, body: &Body, sizes: Si
         let in_camera = view.camera_from_robot(place.extend(height_m / 2.0));
         DetectedObject {
             label: label.to_owned(),
-            confidence: CONFIDENCE,
+            confidence: confidence.map_or(CONFIDENCE, |confidence| 100.0 * f64::from(confidence)),
             xmin: least.x as i64,
             ymin: least.y as i64,
             xmax: most.x as i64,
@@ -139,11 +150,14 @@ pub fn detections(percepts: &Percepts, view: &CameraView, body: &Body, sizes: Si
         }
     };
     let ball_m = 2.0 * sizes.ball_radius_m;
-    let balls = percepts.all_balls().map(|ball| object("Ball", ball.position_m, ball_m, ball_m));
-    let posts = percepts.goal_posts.iter().map(|post| object("Goalpost", post.position_m, 0.1, sizes.goal_height_m));
+    let balls = percepts.all_balls().map(|ball| object("Ball", ball.position_m, ball.confidence, ball_m, ball_m));
+    let posts = percepts
+        .goal_posts
+        .iter()
+        .map(|post| object("Goalpost", post.position_m, post.confidence, 0.1, sizes.goal_height_m));
     let robots = percepts.robots.iter().map(|robot| DetectedObject {
         color: robot.team.name().to_owned(),
-        ..object("Opponent", robot.position_m, 2.0 * body.torso.half_width_m, body.height_m)
+        ..object("Opponent", robot.position_m, robot.confidence, 2.0 * body.torso.half_width_m, body.height_m)
     });
     let marks = percepts.landmarks.iter().filter_map(|mark| {
         let label = match mark.kind {
@@ -153,7 +167,8 @@ pub fn detections(percepts: &Percepts, view: &CameraView, body: &Body, sizes: Si
             LandmarkKind::PenaltyCross => "PenaltyPoint",
             _ => return None,
         };
-        Some(DetectedObject { target_uv: mark.pixel.to_array().to_vec(), ..object(label, mark.position_m, 0.1, 0.0) })
+        let seen = object(label, mark.position_m, mark.confidence, 0.1, 0.0);
+        Some(DetectedObject { target_uv: mark.pixel.to_array().to_vec(), ..seen })
     });
     Detections {
         header: header(percepts.time_s),
@@ -186,8 +201,8 @@ pub fn camera_info(intrinsics: &CameraIntrinsics, time_s: f64) -> CameraInfo {
         header: header(time_s),
         height: intrinsics.size.y as u32,
         width: intrinsics.size.x as u32,
-        distortion_model: "plumb_bob".to_owned(),
-        d: intrinsics.distortion.coefficients().map(f64::from).to_vec(),
+        distortion_model: intrinsics.distortion.model().to_owned(),
+        d: intrinsics.distortion.coefficients().into_iter().map(f64::from).collect(),
         k: [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
         r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p: [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
@@ -208,6 +223,19 @@ pub fn image(image: &Image, time_s: f64) -> ImageMessage {
     }
 }
 
+/// The depth of an image in millimetres; `None` if it has none.
+pub fn depth_image(image: &Image, time_s: f64) -> Option<ImageMessage> {
+    (!image.depth_m.is_empty()).then(|| ImageMessage {
+        header: header(time_s),
+        height: image.height,
+        width: image.width,
+        encoding: "16UC1".to_owned(),
+        step: 2 * image.width,
+        data: image.depth_mm(),
+        ..default()
+    })
+}
+
 /// The number of messages of a topic with 50 messages a second that are due in the cycle from `start_s` to `end_s`.
 pub fn due(start_s: f64, end_s: f64) -> u64 {
     /// Messages a second.
@@ -226,6 +254,7 @@ pub fn turn_radps(before: Pose, now: Pose, period_s: f32) -> f32 {
 mod tests {
     use super::*;
     use bevy::math::ops;
+    use naoisis_sensing::sensing::imu::ImuReading;
 
     #[test]
     fn fifty_messages_a_second_are_due_whatever_the_duration_of_a_cycle() {
@@ -244,6 +273,13 @@ mod tests {
         let upright = Firmware::default();
         assert_eq!(recovery(&upright).msg, [0, 0, 8]);
         assert_eq!(low_state(&upright, 0.0).imu_state.acc, [0.0, 0.0, GRAVITY_MPS2]);
+    }
+
+    #[test]
+    fn a_robot_with_an_inertial_unit_tells_what_it_measures() {
+        let imu = ImuReading { tilt_deg: [90.0, -45.0], turn_degps: [0.0, 0.0, 180.0], ..default() };
+        let state = low_state(&Firmware { imu: Some(imu), ..default() }, 9.0).imu_state;
+        assert_eq!((state.rpy[0], state.rpy[1], state.gyro[2]), (FRAC_PI_2, -FRAC_PI_2 / 2.0, 2.0 * FRAC_PI_2));
     }
 
     #[test]

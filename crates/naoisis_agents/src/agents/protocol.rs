@@ -287,12 +287,17 @@ pub struct ImageMessage<'a> {
     #[serde(serialize_with = "bytes")]
     #[schemars(with = "String")]
     pub rgb: &'a [u8],
+    /// The depth of each pixel along the axis of the camera, if the robot's cameras have `depth`: millimetres as 16-bit numbers in
+    /// little-endian order, 0 for the sky; base64 in JSON, raw bytes in MessagePack.
+    #[serde(serialize_with = "bytes", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Option<String>")]
+    pub depth_mm: Vec<u8>,
 }
 
 impl<'a> ImageMessage<'a> {
     /// Prepares `image`, taken at `time_s`, for sending.
     pub fn of(image: &'a Image, time_s: f64) -> Self {
-        Self { time_s, width: image.width, height: image.height, rgb: &image.rgb }
+        Self { time_s, width: image.width, height: image.height, rgb: &image.rgb, depth_mm: image.depth_mm() }
     }
 }
 

@@ -9,6 +9,8 @@ use super::distortion::Distortion;
 
 /// The greatest size of the image of a [drawn](CameraIntrinsics::drawn) pinhole, as a multiple of the camera's image size.
 const WIDEST: f32 = 2.0;
+/// The same for a fisheye lens, whose pinhole has a shorter focal length if that is not enough.
+const WIDEST_FISHEYE: f32 = 3.0;
 /// Number of points per side of an image by which its outline is approximated.
 const OUTLINE_STEPS: u32 = 8;
 
@@ -43,6 +45,17 @@ impl CameraIntrinsics {
     /// The pinhole with an image of `size`, pixels, and `diagonal_fov` along its diagonal, radians.
     pub fn new(size: Vec2, diagonal_fov: f32) -> Self {
         Self::pinhole(size, size.length() / 2.0 / ops::tan(diagonal_fov / 2.0))
+    }
+
+    /// The camera with an image of `size`, pixels, and this lens. A fisheye lens has `diagonal_fov` along the diagonal of the image, radians;
+    /// other distortions widen or narrow that of a pinhole.
+    pub fn with_lens(size: Vec2, diagonal_fov: f32, distortion: Distortion) -> Self {
+        if !distortion.is_fisheye() {
+            return Self::new(size, diagonal_fov).with_distortion(distortion);
+        }
+        let corner = distortion.distorted(Vec2::X * ops::tan(diagonal_fov / 2.0)).x;
+        let focal_length = size.length() / 2.0 / corner;
+        Self::calibrated(size, Vec2::splat(focal_length), size / 2.0, distortion)
     }
 
     /// The pinhole with an image of `size` and this focal length, pixels.
@@ -102,7 +115,13 @@ impl CameraIntrinsics {
         if self.is_pinhole() {
             return Pinhole { focal_length, centre: self.centre, size };
         }
-        let beside = (self.half_slopes() * focal_length).min(WIDEST * size / 2.0) - size / 2.0;
+        let widest = if self.distortion.is_fisheye() { WIDEST_FISHEYE } else { WIDEST };
+        let focal_length = if self.distortion.is_fisheye() {
+            focal_length.min((widest * size / 2.0 / self.half_slopes()).min_element())
+        } else {
+            focal_length
+        };
+        let beside = (self.half_slopes() * focal_length).min(widest * size / 2.0) - size / 2.0;
         let beside = beside.ceil().max(Vec2::ZERO);
         Pinhole { focal_length, centre: size / 2.0 + beside, size: size + 2.0 * beside }
     }

@@ -95,6 +95,7 @@ pub mod forbidden_motion;
 pub mod formation;
 pub mod game_stuck;
 pub mod goal;
+pub mod hearing;
 pub mod illegal_defender;
 pub mod inactive;
 pub mod indirect_goal;
@@ -136,6 +137,7 @@ pub use positions::IllegalPosition;
 pub use status::{Announcement, GameStatus, SetPlayStatus};
 pub use touch::Touch;
 
+use self::hearing::{HeardWhistles, Hearing};
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::game::{Game, Interventions, OutsideReferee, Penalty, Rules, TimedIntervention};
 use crate::random::RandomStream;
@@ -160,14 +162,21 @@ impl Plugin for RefereePlugin {
             .register_type::<RefereeMemory>()
             .register_type::<Penalty>()
             .register_type::<GameStatus>()
+            .register_type::<Hearing>()
+            .register_type::<HeardWhistles>()
             .register_type::<RequestCommand>()
             .register_required_components::<RobotId, RequestCommand>()
             .register_required_components::<RobotId, Penalty>()
             .register_required_components::<RobotId, GameStatus>()
+            .register_required_components::<RobotId, Hearing>()
+            .register_required_components::<RobotId, HeardWhistles>()
             .add_systems(
                 Cycle,
                 (
-                    systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
+                    (systems::begin_match, hearing::hear_whistles)
+                        .chain()
+                        .in_set(CycleSystems::First)
+                        .after(BeginCycle),
                     systems::update_status.in_set(CycleSystems::Sense),
                     (systems::pass_on_requests, systems::officiate)
                         .chain()

@@ -1,6 +1,6 @@
 //! The robots' information about the game.
 //!
-//! Robots are informed of most changes at once, and of every whistle. The start of play after `set` and goals are delayed by
+//! Robots are informed of most changes at once, and hear the [whistles](super::hearing). The start of play after `set` and goals are delayed by
 //! [`Rules::status_delay_s`](crate::game::Rules::status_delay_s) and [`Rules::goal_delay_s`](crate::game::Rules::goal_delay_s), as by the
 //! real GameController (2025 rule book, sections 3.2 and 3.3: 15 s); robots can react earlier to [`GameStatus::whistles`]. A half's first
 //! `ready` is delayed by [`Rules::ready_delay_s`](crate::game::Rules::ready_delay_s) (45 s), with [`GameStatus::ready_signals`]. Until the
@@ -72,7 +72,7 @@ pub struct GameStatus {
     /// placed at its position for a kick-off of the other team; or, in a shoot-out, behind the ball as shooter or on the goal line as
     /// goalkeeper.
     pub hand_placements: u32,
-    /// The number of whistles. A whistle is heard at once, even if the change of the game is delayed.
+    /// The number of whistles that the robot has heard. A whistle is heard at once, even if the change of the game is delayed.
     pub whistles: u32,
     /// Number of times that the referee has raised its arms for the first `ready` of a half. Robots see it at once.
     pub ready_signals: u32,

@@ -6,6 +6,7 @@ use bevy::prelude::*;
 
 use super::custom_rules::CustomRules;
 use super::decide::{Decisions, decide};
+use super::hearing::HeardWhistles;
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
@@ -258,7 +259,7 @@ pub(super) fn update_status(
     memory: Res<RefereeMemory>,
     radio: Res<MessageSettings>,
     messages: Res<MessageStatistics>,
-    mut robots: Query<(&RobotId, &Penalty, Option<&MessageLimits>, &mut GameStatus)>,
+    mut robots: Query<(&RobotId, &Penalty, Option<&MessageLimits>, &HeardWhistles, &mut GameStatus)>,
 ) {
     let announced = memory.announcement.announced(&game);
     let set_play = announced.set_play.map(|set_play| SetPlayStatus::of(&set_play, &rules, &clock));
@@ -269,7 +270,7 @@ pub(super) fn update_status(
     };
     // The GameController does not send the time of the whistle.
     let secondary = announced.secondary_cycles_left(&rules, &clock).filter(|_| announced.state != GameState::Set);
-    for (id, penalty, own_limits, mut status) in &mut robots {
+    for (id, penalty, own_limits, whistles, mut status) in &mut robots {
         let record = memory.record(*id);
         *status = GameStatus {
             state: announced.state,
@@ -291,7 +292,7 @@ pub(super) fn update_status(
             penalty: penalty.0.map(|penalty| penalty.reason),
             restarts: record.map_or(0, |record| record.restarts),
             hand_placements: record.map_or(0, |record| record.hand_placements),
-            whistles: game.whistles,
+            whistles: whistles.heard(),
             ready_signals: game.ready_signals,
         };
     }

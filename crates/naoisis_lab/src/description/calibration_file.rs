@@ -16,8 +16,10 @@ const MOST_CAMERAS: usize = 16;
 /// The contents that are expected, for error messages.
 const EXPECTED: &str =
     "expected YAML of ROS (camera_info), Kalibr (camchain) or OpenCV, with camera matrix, distortion and image size";
-/// The distortion models that are equivalent to the one of naoisis.
-const MODELS: [&str; 5] = ["plumb_bob", "radtan", "rational_polynomial", "none", ""];
+/// The names of the radial and tangential model.
+const PLUMB_BOB: [&str; 5] = ["plumb_bob", "radtan", "rational_polynomial", "none", ""];
+/// The names of the model of fisheye lenses.
+const FISHEYE: [&str; 2] = ["equidistant", "fisheye"];
 
 /// The calibrations in a file.
 pub(super) struct Calibrations {
@@ -31,8 +33,9 @@ struct Calibrated {
     size: [u32; 2],
     /// fx, fy, cx and cy.
     pinhole: [f64; 4],
-    /// k1, k2, p1, p2 and k3, or fewer of them.
+    /// k1, k2, p1, p2 and k3, or fewer of them; k1 to k4 of a fisheye lens.
     distortion: Vec<f64>,
+    is_fisheye: bool,
 }
 
 /// A text with the name of its file.
@@ -136,19 +139,20 @@ impl Source<'_> {
         model: &str,
         mut distortion: Vec<f64>,
     ) -> Result<Calibrated, DescriptionError> {
-        if !MODELS.contains(&model) {
+        let is_fisheye = FISHEYE.contains(&model);
+        if !is_fisheye && !PLUMB_BOB.contains(&model) {
             let problem = format!(
-                "the distortion model {model} is not known; calibrate with plumb_bob, of five coefficients (radtan in Kalibr)"
+                "the distortion model {model} is not known; calibrate with plumb_bob (radtan in Kalibr) or equidistant (a fisheye lens)"
             );
             return Err(self.wrong(model, problem));
         }
+        let (model, most) = if is_fisheye { ("equidistant, of four", 4) } else { ("plumb_bob, of five", 5) };
         // The rational model and the thin prism model begin with the five coefficients of plumb_bob.
-        while distortion.len() > 5 && distortion.last() == Some(&0.0) {
+        while distortion.len() > most && distortion.last() == Some(&0.0) {
             distortion.pop();
         }
-        if distortion.len() > 5 {
-            let problem =
-                format!("the distortion has {} coefficients; calibrate with plumb_bob, of five", distortion.len());
+        if distortion.len() > most {
+            let problem = format!("the distortion has {} coefficients; calibrate with {model}", distortion.len());
             return Err(self.wrong("istortion", problem));
         }
         // Missing coefficients of short lists are zero: k1, k2, p1, p2, k3.
@@ -162,7 +166,7 @@ impl Source<'_> {
                 self.wrong("idth", format!("an image of {} x {}; expected 1 to 4096 pixels a side", size[0], size[1]))
             );
         }
-        Ok(Calibrated { size: size.map(|side| side as u32), pinhole, distortion })
+        Ok(Calibrated { size: size.map(|side| side as u32), pinhole, distortion, is_fisheye })
     }
 }
 
@@ -195,7 +199,9 @@ impl Calibrations {
         let count = figures.get("cameras.mounts").and_then(Value::as_array).map_or(0, Vec::len);
         let intrinsics = |camera: &Calibrated| {
             let [fx, fy, cx, cy] = camera.pinhole;
-            json!({ "fx": fx, "fy": fy, "cx": cx, "cy": cy, "distortion": camera.distortion, "size": camera.size })
+            let coefficients = &camera.distortion;
+            let distortion = if camera.is_fisheye { json!({ "fisheye": coefficients }) } else { json!(coefficients) };
+            json!({ "fx": fx, "fy": fy, "cx": cx, "cy": cy, "distortion": distortion, "size": camera.size })
         };
         let [first, others @ ..] = self.cameras.as_slice() else { return Ok(()) };
         figures.remove("cameras.diagonal_fov_deg");
@@ -234,7 +240,8 @@ mod tests {
     }
 
     fn expected(distortion: &[f64]) -> Calibrated {
-        Calibrated { size: [640, 480], pinhole: [605.0, 611.0, 331.5, 247.5], distortion: distortion.to_vec() }
+        let pinhole = [605.0, 611.0, 331.5, 247.5];
+        Calibrated { size: [640, 480], pinhole, distortion: distortion.to_vec(), is_fisheye: false }
     }
 
     const ROS: &str = "image_width: 640
@@ -266,16 +273,20 @@ rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}
         let kalibr = "cam0:\n  camera_model: pinhole\n  distortion_coeffs: [0.1, -0.2, 0.001, 0.002]\n  distortion_model: radtan\n  intrinsics: [605.0, 611.0, 331.5, 247.5]\n  \
             resolution: [640, 480]\n  rostopic: /cam0\ncam1:\n  camera_model: pinhole\n  distortion_coeffs: []\n  distortion_model: none\n  intrinsics: [605.0, 611.0, 331.5, 247.5]\n  resolution: [640, 480]\n";
         assert_eq!(cameras(kalibr).unwrap(), [expected(&all[..4]), expected(&[0.0; 4])]);
+        let fisheye = kalibr.replace("radtan", "equidistant");
+        assert_eq!(cameras(&fisheye).unwrap()[0], Calibrated { is_fisheye: true, ..expected(&all[..4]) });
     }
 
     #[test]
     fn what_cannot_be_used_is_said_with_its_line() {
         let error = |from: &str, to: &str| cameras(&ROS.replace(from, to)).unwrap_err();
-        let model = error("plumb_bob", "equidistant");
+        let model = error("plumb_bob", "double_sphere");
         assert!(
-            model.starts_with("c.yaml:8: the distortion model equidistant is not known; calibrate with plumb_bob"),
+            model.starts_with("c.yaml:8: the distortion model double_sphere is not known; calibrate with plumb_bob"),
             "{model}"
         );
+        let fisheye = error("plumb_bob", "equidistant");
+        assert!(fisheye.ends_with("has 5 coefficients; calibrate with equidistant, of four"), "{fisheye}");
         assert!(error("0.05]", "0.05, 0.1, 0.0, 0.2]").contains("has 8 coefficients"));
         assert!(error("data: [605, 0,", "data: [605, 3.0,").starts_with("c.yaml:4: the camera matrix has a skew"));
         assert!(error("[605,", "[0.0,").contains("is not calibrated"));

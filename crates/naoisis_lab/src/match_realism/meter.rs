@@ -228,7 +228,7 @@ mod tests {
         let unknown = field(measured(60, |record| {
             // Blue sees the ball at the start and again after 4 s, and not for half a second later; pink always sees it.
             let blue_sees = !(1..40).contains(&record.cycle) && !(50..55).contains(&record.cycle);
-            let seen = BallPercept { camera: CameraName::TOP, pixel: Vec2::ZERO, position_m: Vec2::ZERO };
+            let seen = BallPercept::new(CameraName::TOP, Vec2::ZERO, Vec2::ZERO);
             record.robots[0].percepts.ball = blue_sees.then_some(seen);
             record.robots[1].percepts.ball = Some(seen);
         }));

@@ -347,19 +347,12 @@ mod tests {
                 let pixel = Vec2::splat(100.0);
                 let percepts = Percepts {
                     goal_posts: posts
-                        .map(|post| GoalPostPercept {
-                            camera: CameraName::TOP,
-                            colour: GoalColour::Yellow,
-                            pixel,
-                            position_m: place(post),
-                        })
+                        .map(|post| GoalPostPercept::new(CameraName::TOP, GoalColour::Yellow, pixel, place(post)))
                         .to_vec(),
                     landmarks: crossings
-                        .map(|crossing| LandmarkPercept {
-                            camera: CameraName::BOTTOM,
-                            kind: LandmarkKind::Junction { shape: JunctionShape::X },
-                            pixel,
-                            position_m: place(crossing),
+                        .map(|crossing| {
+                            let kind = LandmarkKind::Junction { shape: JunctionShape::X };
+                            LandmarkPercept::new(CameraName::BOTTOM, kind, pixel, place(crossing))
                         })
                         .to_vec(),
                     ..default()

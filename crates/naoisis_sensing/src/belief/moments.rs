@@ -84,7 +84,7 @@ mod tests {
         let now = moment(1.0, 0.2);
         let then = moments.at(0.7, now);
         assert_eq!((then.time_s, then.head_yaw), (0.7000000000000001, 0.14));
-        let ball = BallPercept { camera: CameraName::TOP, pixel: Vec2::ZERO, position_m: Vec2::new(1.0, 0.5) };
+        let ball = BallPercept::new(CameraName::TOP, Vec2::ZERO, Vec2::new(1.0, 0.5));
         let percepts = Percepts { ball: Some(ball), ..default() };
         let mut late = Percepts::default();
         // The ball is 0.06 m nearer because of the step, and it rolled away from the robot for 0.3 s at 1 m/s.

@@ -237,11 +237,9 @@ mod tests {
 
     /// The yellow goal, as seen from a pose.
     fn goal_from(pose: Pose) -> Percepts {
-        let post = |y| GoalPostPercept {
-            camera: CameraName::TOP,
-            colour: GoalColour::Yellow,
-            pixel: IMAGE / 2.0,
-            position_m: pose.inverse_transform_point(Vec2::new(2.975, y)),
+        let post = |y| {
+            let position_m = pose.inverse_transform_point(Vec2::new(2.975, y));
+            GoalPostPercept::new(CameraName::TOP, GoalColour::Yellow, IMAGE / 2.0, position_m)
         };
         Percepts { goal_posts: vec![post(0.7), post(-0.7)], ..default() }
     }
@@ -287,11 +285,9 @@ mod tests {
             let robot = RobotId::new(Team::Blue, number);
             let mut filter = ParticleFilter::search(robot, was, &landmarks);
             let (x, y) = (-pitch.goal_post_x(), pitch.goal.width_m / 2.0);
-            let post = |place: Vec2| GoalPostPercept {
-                camera: CameraName::TOP,
-                colour: pitch.goal_colour(End::NegativeX),
-                pixel: Vec2::splat(100.0),
-                position_m: truth.inverse_transform_point(place),
+            let post = |place: Vec2| {
+                let (colour, position_m) = (pitch.goal_colour(End::NegativeX), truth.inverse_transform_point(place));
+                GoalPostPercept::new(CameraName::TOP, colour, Vec2::splat(100.0), position_m)
             };
             let percepts = Percepts { goal_posts: vec![post(Vec2::new(x, y)), post(Vec2::new(x, -y))], ..default() };
             for turn in 0..90 {

@@ -14,6 +14,7 @@
 //! | joints | | [`HeadAngles`](naoisis_core::robot::head::HeadAngles), exact to a tenth of a degree on the NAO |
 //! | [status] | | [`status::BodyStatus`], [`GameStatus`](naoisis_core::referee::GameStatus) |
 //! | [imu], where a scenario has it | [`imu::Imu`] | [`imu::ImuReading`] |
+//! | [buttons], where a scenario has them | [`buttons::Buttons`] | [`buttons::ButtonReadings`] |
 //! | [team messages](naoisis_core::communication) | [`MessageSettings`] | [`Inbox`] |
 //!
 //! Readings can be [delayed](naoisis_core::robot::latency).
@@ -26,6 +27,7 @@
 
 use bevy::prelude::*;
 
+pub mod buttons;
 pub mod camera;
 pub mod fidelity;
 pub mod imu;

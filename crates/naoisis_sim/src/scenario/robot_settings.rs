@@ -37,6 +37,8 @@ macro_rules! robot_settings {
                 falls: naoisis_core::robot::falls::FallModel [],
                 /// How often it breaks down.
                 breakdowns: naoisis_core::robot::condition::Breakdowns [],
+                /// How well it hears whistles.
+                hearing: naoisis_core::referee::hearing::Hearing [],
                 /// The delays of what it sees and does.
                 latency: naoisis_core::robot::latency::Latency [],
             }

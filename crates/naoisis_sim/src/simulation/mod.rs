@@ -64,6 +64,7 @@ use naoisis_core::robot::{RobotPlugin, Roster};
 use naoisis_core::team::RobotId;
 use naoisis_sensing::belief::SimpleBeliefPlugin;
 use naoisis_sensing::sensing::SensingPlugin;
+use naoisis_sensing::sensing::buttons::{self, ButtonReadings, Buttons};
 use naoisis_sensing::sensing::imu::{self, Imu, ImuReading};
 
 /// All plugins of a headless match, without a window, a renderer or assets.
@@ -157,6 +158,7 @@ impl Plugin for MatchPlugin {
             .init_resource::<SensorRegistry>();
         // A name that is free cannot be refused.
         let _ = sensors::add_optional_sensor::<Imu, ImuReading, _>(app, "imu", imu::measure);
+        let _ = sensors::add_optional_sensor::<Buttons, ButtonReadings, _>(app, "buttons", buttons::feel);
         triggers::add_triggers(app);
     }
 }

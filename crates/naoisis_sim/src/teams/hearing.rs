@@ -30,9 +30,9 @@ pub fn as_heard(told: &GameStatus, rules: &Rules, whistles: &mut Whistles) -> Ga
         return *told;
     }
     if told.state != whistles.told {
-        // The whistle that began play may have been followed by another one.
+        // The whistle that began play may have been followed by another one, or missed.
         let begins = (whistles.told, told.state) == (GameState::Set, GameState::Playing);
-        let understood = if begins { whistles.understood.saturating_add(1) } else { told.whistles };
+        let understood = if begins { whistles.understood.saturating_add(1).min(told.whistles) } else { told.whistles };
         *whistles = Whistles { told: told.state, understood, heard_at_s: None, ..*whistles };
     }
     if told.state != GameState::Standby {
@@ -79,6 +79,12 @@ mod tests {
             heard(&[(Set, 1), (Set, 2), (Playing, 3), (Playing, 3), (Ready, 3)]),
             [Set, Playing, Ready, Ready, Ready]
         );
+    }
+
+    #[test]
+    fn after_a_missed_whistle_the_next_one_counts() {
+        use GameState::{Playing, Ready, Set};
+        assert_eq!(heard(&[(Set, 1), (Set, 1), (Playing, 1), (Playing, 2)]), [Set, Set, Playing, Ready]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ from naoisis.boosteros.types import BoundingBox2D, DetectionResult
 
 # The names of classes, by their numbers: those of Booster's demo.
 _CLASSES = ("Ball", "Goalpost", "Person", "LCross", "TCross", "XCross", "PenaltyPoint", "Opponent")
-# Percepts have no confidence.
+# The confidence of percepts that have none.
 _CONFIDENCE = 0.99
 # Width and height of what is seen, m. Marks are squares on the ground.
 _BALL_M, _POST_M, _ROBOT_M, _MARK_M = (0.2, 0.2), (0.1, 1.6), (0.4, 0.95), (0.1, 0.1)
@@ -49,7 +49,8 @@ class Detection:
         seen += [("Opponent", percept, _ROBOT_M) for percept in percepts["robots"]]
         marks = [(_mark(percept), percept, _MARK_M) for percept in percepts["landmarks"]]
         seen += [(name, percept, size) for name, percept, size in marks if name is not None]
-        return [_result(*one, link.camera) for one in seen] if confidence <= _CONFIDENCE else []
+        results = [_result(*one, link.camera) for one in seen]
+        return [result for result in results if result.confidence >= confidence]
 
 
 def _mark(percept: dict[str, Any]) -> str | None:
@@ -71,7 +72,8 @@ def _result(name: str, percept: dict[str, Any], size_m: tuple[float, float], cam
     left, right = (round(min(max(x, 0), camera.width)) for x in (u - width / 2, u + width / 2))
     top, bottom = (round(min(max(y, 0), camera.height)) for y in (lowest - height, lowest))
     box = BoundingBox2D(left, top, right - left, bottom - top)
-    return DetectionResult(name, _CLASSES.index(name), _CONFIDENCE, box, distance_m=distance_m)
+    confidence = percept.get("confidence", _CONFIDENCE)
+    return DetectionResult(name, _CLASSES.index(name), confidence, box, distance_m=distance_m)
 
 
 def __getattr__(name: str) -> Any:

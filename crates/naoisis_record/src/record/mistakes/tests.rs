@@ -16,7 +16,7 @@ fn cycle(number: u64) -> CycleRecord {
     let mut robots = vec![RobotRecord::new(BLUE2), RobotRecord::new(BLUE3), RobotRecord::new(PINK2)];
     for (robot, x) in robots.iter_mut().zip([-0.4, -2.0, 2.5]) {
         robot.pose = Pose::new(x, 0.0, 0.0);
-        robot.percepts.ball = Some(BallPercept { camera: CameraName::TOP, pixel: Vec2::ZERO, position_m: Vec2::X });
+        robot.percepts.ball = Some(BallPercept::new(CameraName::TOP, Vec2::ZERO, Vec2::X));
     }
     CycleRecord {
         cycle: number,

@@ -9,21 +9,11 @@ use naoisis_core::pitch::{End, GoalColour, JunctionShape, Pitch};
 const IMAGE: Vec2 = Vec2::new(320.0, 240.0);
 
 fn post(from: Pose, colour: GoalColour, place: Vec2) -> GoalPostPercept {
-    GoalPostPercept {
-        camera: CameraName::TOP,
-        colour,
-        pixel: IMAGE / 2.0,
-        position_m: from.inverse_transform_point(place),
-    }
+    GoalPostPercept::new(CameraName::TOP, colour, IMAGE / 2.0, from.inverse_transform_point(place))
 }
 
 fn mark(from: Pose, kind: LandmarkKind, place: Vec2) -> LandmarkPercept {
-    LandmarkPercept {
-        camera: CameraName::BOTTOM,
-        kind,
-        pixel: IMAGE / 2.0,
-        position_m: from.inverse_transform_point(place),
-    }
+    LandmarkPercept::new(CameraName::BOTTOM, kind, IMAGE / 2.0, from.inverse_transform_point(place))
 }
 
 fn oriented(start: KalmanLocaliser, percepts: &Percepts, own_end: End, cycles: usize) -> KalmanLocaliser {
@@ -109,12 +99,8 @@ fn lines_alone_keep_a_pose_from_drifting() {
     let truth = Pose::new(-2.0, 1.2, 2.4);
     let seen = |from: Vec2, to: Vec2| {
         let [place, end_position_m] = [from, to].map(|end| truth.inverse_transform_point(end));
-        LandmarkPercept {
-            camera: CameraName::BOTTOM,
-            kind: LandmarkKind::Line { end_pixel: Vec2::ZERO, end_position_m },
-            pixel: IMAGE / 2.0,
-            position_m: place,
-        }
+        let kind = LandmarkKind::Line { end_pixel: Vec2::ZERO, end_position_m };
+        LandmarkPercept::new(CameraName::BOTTOM, kind, IMAGE / 2.0, place)
     };
     let pitch = Pitch::default();
     let (x, y) = (-pitch.half_length(), pitch.half_width());

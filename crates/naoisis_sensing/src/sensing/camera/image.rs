@@ -57,6 +57,12 @@ impl Image {
         self.rgb.is_empty()
     }
 
+    /// The depth of each pixel in whole millimetres, as 16-bit numbers in little-endian order: at most 65.535 m, 0 for the sky.
+    pub fn depth_mm(&self) -> Vec<u8> {
+        let in_mm = |depth_m: &f32| ((depth_m * 1000.0).round() as u16).to_le_bytes();
+        self.depth_m.iter().flat_map(in_mm).collect()
+    }
+
     /// Removes all pixels, but keeps the memory.
     pub fn clear(&mut self) {
         (self.width, self.height) = (0, 0);
@@ -89,6 +95,12 @@ impl Image {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn depths_are_whole_millimetres() {
+        let image = Image { depth_m: vec![0.0, 0.2561, 1e6], ..Image::default() };
+        assert_eq!(image.depth_mm(), [0, 0, 0, 1, 255, 255]);
+    }
 
     #[test]
     fn pixels_are_found_by_column_and_row() {

@@ -25,7 +25,7 @@ use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::stride::{Stride, StridePlugin};
 use naoisis_core::camera_model::{
-    CameraCalibration, CameraIntrinsics, CameraMount, CameraMounts, CameraName, CameraView, CameraViews,
+    CameraCalibration, CameraIntrinsics, CameraMount, CameraMounts, CameraName, CameraView, CameraViews, Distortion,
 };
 use naoisis_core::geometry::{file_units, to_radians};
 use naoisis_core::knowledge::Knowledge;
@@ -247,7 +247,7 @@ pub struct CameraSettings {
     pub shadows: bool,
     /// Whether images contain the label of each pixel: ground truth, for learning.
     pub labels: bool,
-    /// Whether images contain the depth of each pixel: ground truth, for learning.
+    /// Whether images contain the depth of each pixel, as those of depth cameras do; with the noise `depth_sd_m`, and otherwise exact.
     pub depth: bool,
 }
 
@@ -279,13 +279,13 @@ impl From<&CameraSettings> for CameraIntrinsics {
         let size = [settings.width, settings.height];
         match settings.calibration {
             Some(calibration) => calibration.intrinsics(size, size),
-            None => pinhole(size, settings.diagonal_fov).with_distortion(settings.lens.distortion),
+            None => with_lens(size, settings.diagonal_fov, settings.lens.distortion),
         }
     }
 }
 
-fn pinhole([width, height]: [u32; 2], diagonal_fov: f32) -> CameraIntrinsics {
-    CameraIntrinsics::new(Vec2::new(width as f32, height as f32), diagonal_fov)
+fn with_lens([width, height]: [u32; 2], diagonal_fov: f32, distortion: Distortion) -> CameraIntrinsics {
+    CameraIntrinsics::with_lens(Vec2::new(width as f32, height as f32), diagonal_fov, distortion)
 }
 
 impl CameraSettings {
@@ -300,7 +300,7 @@ impl CameraSettings {
             return calibration.intrinsics(size, [self.width, self.height]);
         }
         let distortion = mount.distortion.unwrap_or(self.lens.distortion);
-        pinhole(size, mount.diagonal_fov.unwrap_or(self.diagonal_fov)).with_distortion(distortion)
+        with_lens(size, mount.diagonal_fov.unwrap_or(self.diagonal_fov), distortion)
     }
 
     /// The views of all cameras of a robot with this `body`, with the head at the angles `head`.

@@ -32,6 +32,9 @@ pub struct ImageNoise {
     /// Standard deviation of the blur, pixels.
     #[schemars(range(min = 0.0, max = 8.0))]
     pub blur_px: f32,
+    /// Standard deviation of the depth of a pixel at a distance of 1 m, m; it grows with the square of the distance, as of stereo cameras.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub depth_sd_m: f32,
 }
 
 impl Default for ImageNoise {
@@ -43,6 +46,7 @@ impl Default for ImageNoise {
             colour_shift_sd: 0.0,
             pixel_sd: 0.0,
             blur_px: 0.0,
+            depth_sd_m: 0.0,
         }
     }
 }
@@ -55,8 +59,9 @@ impl ImageNoise {
     pub(crate) fn draw(&self, stream: &mut RandomStream) -> DrawnNoise {
         let gain = self.brightness + stream.gaussian(self.brightness_sd);
         let shift = self.colour_shift.map(|shift| shift + stream.gaussian(self.colour_shift_sd));
-        let seed = if self.pixel_sd > 0.0 { stream.next_u64() } else { 0 };
-        DrawnNoise { gain: gain.max(0.0), shift, pixel_sd: self.pixel_sd, blur_px: self.blur_px, seed }
+        let &Self { pixel_sd, blur_px, depth_sd_m, .. } = self;
+        let seed = if pixel_sd > 0.0 || depth_sd_m > 0.0 { stream.next_u64() } else { 0 };
+        DrawnNoise { gain: gain.max(0.0), shift, pixel_sd, blur_px, depth_sd_m, seed }
     }
 }
 
@@ -67,6 +72,7 @@ pub(crate) struct DrawnNoise {
     shift: [f32; 3],
     pixel_sd: f32,
     blur_px: f32,
+    depth_sd_m: f32,
     seed: u64,
 }
 
@@ -84,7 +90,7 @@ static NORMAL: LazyLock<Vec<i32>> = LazyLock::new(|| {
 const NORMAL_COUNT: usize = 1 << 14;
 
 impl DrawnNoise {
-    /// Changes the colours of an image, but not its labels and depth.
+    /// Changes the colours and the depth of an image, but not its labels.
     pub fn apply(&self, image: &mut Image, buffer: &mut NoiseBuffer) {
         if self.blur_px > 0.0 {
             blur(image, &mut buffer.copy, self.blur_px);
@@ -101,6 +107,21 @@ impl DrawnNoise {
         }
         if self.pixel_sd > 0.0 {
             self.add_pixel_noise(image);
+        }
+        if self.depth_sd_m > 0.0 {
+            self.add_depth_noise(image);
+        }
+    }
+
+    fn add_depth_noise(&self, image: &mut Image) {
+        let scale = self.depth_sd_m / 256.0;
+        let mut state = !self.seed;
+        for stretch in image.depth_m.chunks_mut(NORMAL_COUNT / 2) {
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let start = (mixed(state) % (NORMAL_COUNT / 2) as u64) as usize;
+            for (depth_m, noise) in stretch.iter_mut().zip(&NORMAL[start..]) {
+                *depth_m = (*depth_m + *depth_m * *depth_m * scale * *noise as f32).max(0.0);
+            }
         }
     }
 
@@ -184,6 +205,19 @@ mod tests {
         let mut image = image.clone();
         noise.draw(&mut RandomStream::for_match(5, "test")).apply(&mut image, &mut NoiseBuffer::default());
         image
+    }
+
+    #[test]
+    fn the_error_of_the_depth_grows_with_the_square_of_the_distance() {
+        for depth_m in [1.0_f32, 2.0, 4.0] {
+            let image = Image { depth_m: vec![depth_m; 64 * 48], ..grey(100) };
+            let noisy = with_noise(&ImageNoise { depth_sd_m: 0.01, ..ImageNoise::default() }, &image);
+            let square = |depth: &f32| (depth - depth_m).powi(2);
+            let deviation = (noisy.depth_m.iter().map(square).sum::<f32>() / 3072.0).sqrt();
+            // Four standard errors of a deviation by 3072 numbers are 5 %.
+            assert!((deviation / (0.01 * depth_m * depth_m) - 1.0).abs() < 0.06, "{deviation}");
+            assert_eq!(noisy.rgb, image.rgb);
+        }
     }
 
     #[test]

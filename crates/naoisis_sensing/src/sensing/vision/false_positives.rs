@@ -27,6 +27,9 @@ const MOST_PLACES: usize = 100;
 impl Observer<'_> {
     /// Adds detections where there are no objects, for this image.
     pub(super) fn add_false_positives(&mut self, percepts: &mut Percepts, scene: &Scene) {
+        if self.actual.is_empty() {
+            return;
+        }
         let VisionNoise { ball, goal_posts, robots, .. } = self.noise;
         if percepts.ball.is_none() && self.stream.chance(ball.false_positive_probability) {
             let radius = scene.ball.map_or(0.0, |ball| ball.radius);
@@ -140,7 +143,7 @@ impl ActiveFalsePositives {
                     let of_team =
                         scene.robots.iter().filter(|robot| robot.id.team == team).min_by_key(|robot| robot.id);
                     if let Some(robot) = of_team.or(scene.robots.first()) {
-                        percepts.robots.extend(observer.see_false_robot(place.position, team, &robot.body.waistband));
+                        percepts.robots.extend(observer.see_false_robot(place.position, team, &robot.body));
                     }
                 }
             }

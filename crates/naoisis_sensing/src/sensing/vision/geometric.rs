@@ -27,7 +27,7 @@ const BALL_POINTS_NEEDED: usize = 3;
 const LEAST_HEIGHT_DIFFERENCE_M: f32 = 0.1;
 
 impl Observer<'_> {
-    /// Fills in the percepts of this cycle. `own_index` is the index of the robot itself in the scene.
+    /// Fills in the true detections of this cycle. `own_index` is the index of the robot itself in the scene.
     pub(super) fn recognise_everything(
         &mut self,
         percepts: &mut Percepts,
@@ -48,7 +48,6 @@ impl Observer<'_> {
             }
         }
         self.see_landmarks(&mut percepts.landmarks, &scene.markings, ahead);
-        self.add_false_positives(percepts, scene);
     }
 
     /// Draws whether an object at `place` (robot frame, m) is detected if all of it is visible. Returns the threshold of
@@ -118,7 +117,7 @@ impl Observer<'_> {
         }
         let pixel = self.measured_pixel_in_image(camera, centre, class.pixel_sd)?;
         let position_m = on_pitch(self.believed[camera].point_at_height(pixel, ball.radius))?;
-        Some(BallPercept { camera: self.names[camera], pixel, position_m })
+        Some(BallPercept::new(self.names[camera], pixel, position_m))
     }
 
     fn see_goal_post(&mut self, index: usize, post: &ScenePost) -> Option<GoalPostPercept> {
@@ -161,6 +160,6 @@ impl Observer<'_> {
             return None;
         }
         let (pixel, position_m) = self.measured_standing_point(camera, place, post.post.radius, cue, class.pixel_sd)?;
-        Some(GoalPostPercept { camera: self.names[camera], colour, pixel, position_m })
+        Some(GoalPostPercept::new(self.names[camera], colour, pixel, position_m))
     }
 }

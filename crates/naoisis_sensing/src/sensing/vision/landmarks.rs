@@ -60,7 +60,7 @@ impl Observer<'_> {
     }
 
     /// The part of a segment (robot frame, m) that is in the image of a camera.
-    fn part_in_view(&self, camera: usize, [start, end]: [Vec2; 2]) -> Option<[Vec2; 2]> {
+    pub(super) fn part_in_view(&self, camera: usize, [start, end]: [Vec2; 2]) -> Option<[Vec2; 2]> {
         let [from, to] = self.actual[camera].visible_part(start.extend(0.0), end.extend(0.0))?;
         Some([start.lerp(end, from), start.lerp(end, to)])
     }
@@ -128,12 +128,8 @@ impl Observer<'_> {
         // The left end comes first: an image does not tell which end is the start in the pitch's list.
         let (pixel, end_pixel) =
             if start_pixel.x <= end_pixel.x { (start_pixel, end_pixel) } else { (end_pixel, start_pixel) };
-        Some(LandmarkPercept {
-            camera: self.names[camera],
-            kind: LandmarkKind::Line { end_pixel, end_position_m: self.place_on_ground(camera, end_pixel)? },
-            pixel,
-            position_m: self.place_on_ground(camera, pixel)?,
-        })
+        let kind = LandmarkKind::Line { end_pixel, end_position_m: self.place_on_ground(camera, end_pixel)? };
+        Some(LandmarkPercept::new(self.names[camera], kind, pixel, self.place_on_ground(camera, pixel)?))
     }
 
     /// Adds the marks of a class in view of the cameras.
@@ -214,7 +210,7 @@ impl Observer<'_> {
 
     fn landmark(&self, camera: usize, kind: LandmarkKind, pixel: Vec2) -> Option<LandmarkPercept> {
         let position_m = self.place_on_ground(camera, pixel)?;
-        Some(LandmarkPercept { camera: self.names[camera], kind, pixel, position_m })
+        Some(LandmarkPercept::new(self.names[camera], kind, pixel, position_m))
     }
 
     fn offset_in_image(&self, camera: usize, point: Vec3) -> f32 {

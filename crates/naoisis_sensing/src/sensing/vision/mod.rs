@@ -27,7 +27,7 @@
 //! The errors of a real vision last longer than an image, and so do those of `realistic` robots: the [`gaze`] has a drift that lasts for
 //! about a step, greater while walking, and a bias for a whole match ([`GazeNoise`]); objects that are far away or partly hidden are
 //! detected less often, without a greatest distance ([`Falloff`]); a line junction looks like a ball for seconds, from any direction
-//! ([`FalsePositives`]); and the distance to a robot whose feet are hidden is too great ([`HiddenFeet`]).
+//! ([`FalsePositives`]); and the distance to a robot whose feet are hidden is too great ([`HiddenFeet`]). Percepts have a [`confidence`].
 //!
 //! **By images** ([`VisionSource::Image`]), everything is detected in the [rendered images](crate::sensing::camera) alone: see [`image`].
 //! The noise is then that of the images. A program's own vision processes the images in [`SensingSystems::Custom`], and fills the percepts
@@ -39,7 +39,6 @@
 //! about a degree, and detected a ball at up to 3 m, and goals across the pitch.
 
 use bevy::prelude::*;
-use core::cmp::Ordering;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -47,18 +46,17 @@ use crate::appearance::scene::Scene;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
-use naoisis_core::camera_model::{CameraMounts, CameraName};
 use naoisis_core::cycle::{Cycle, CycleClock};
-use naoisis_core::geometry::{Pose, angle_of, file_units, unrotate, wrap_angle};
+use naoisis_core::geometry::Pose;
 use naoisis_core::knowledge::Knowledge;
-use naoisis_core::pitch::{GoalColour, JunctionShape};
 use naoisis_core::random::RandomStreams;
 use naoisis_core::robot::body::Body;
 use naoisis_core::robot::head::HeadAngles;
 use naoisis_core::robot::motion::ExecutedStep;
-use naoisis_core::team::{RobotId, Team};
+use naoisis_core::team::RobotId;
 
 mod ahead;
+mod confidence;
 mod false_positives;
 pub mod gaze;
 mod geometric;
@@ -68,16 +66,20 @@ mod measuring;
 mod noise;
 mod observer;
 mod occlusion;
+mod percepts;
+mod points;
 mod robots;
 mod truth;
 
 use ahead::LandmarksAhead;
+use confidence::Counts;
 use false_positives::ActiveFalsePositives;
 use gaze::GazeError;
 pub(crate) use noise::GazeDecay;
 pub use noise::{ClassNoise, Falloff, FalsePositives, GazeNoise, HiddenFeet, JerseyVision, VisionNoise};
 use observer::{Observer, Views};
 use occlusion::Occluders;
+pub use percepts::{BallPercept, GoalPostPercept, GroundPoint, LandmarkKind, LandmarkPercept, Percepts, RobotPercept};
 
 /// Fills every robot's [`Percepts`].
 pub struct VisionPlugin;
@@ -94,244 +96,6 @@ impl Plugin for VisionPlugin {
             .init_resource::<SensingThreads>()
             .add_systems(Cycle, gaze::move_cameras.in_set(SensingSystems::Scene))
             .add_systems(Cycle, (recognise, image::seeing::process_images).chain().in_set(SensingSystems::Vision));
-    }
-}
-
-/// A ball in an image.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
-pub struct BallPercept {
-    /// The camera that sees it.
-    pub camera: CameraName,
-    /// The centre's pixel, [u, v].
-    #[schemars(with = "[f32; 2]")]
-    pub pixel: Vec2,
-    /// Its estimated position on the ground, m, robot frame.
-    #[schemars(with = "[f32; 2]")]
-    pub position_m: Vec2,
-}
-
-/// A goal post in an image.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct GoalPostPercept {
-    /// The camera that sees it.
-    pub camera: CameraName,
-    /// The post's colour.
-    pub colour: GoalColour,
-    /// The pixel of its foot, [u, v].
-    #[schemars(with = "[f32; 2]")]
-    pub pixel: Vec2,
-    /// Its estimated position on the ground, m, robot frame.
-    #[schemars(with = "[f32; 2]")]
-    pub position_m: Vec2,
-}
-
-/// Another robot in an image, by its waistband.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct RobotPercept {
-    /// The camera that sees it.
-    pub camera: CameraName,
-    /// The team, by the colour of the waistband.
-    pub team: Team,
-    /// The pixel of its foot, [u, v].
-    #[schemars(with = "[f32; 2]")]
-    pub pixel: Vec2,
-    /// Its estimated position on the ground, m, robot frame.
-    #[schemars(with = "[f32; 2]")]
-    pub position_m: Vec2,
-    /// The number on its jersey, if it could be read.
-    #[reflect(default)]
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub number: Option<u8>,
-    /// The direction in which it faces, deg, robot frame, if it was recognised.
-    #[reflect(default)]
-    #[serde(
-        rename = "heading_deg",
-        default,
-        with = "file_units::optional_degrees",
-        skip_serializing_if = "Option::is_none"
-    )]
-    #[schemars(with = "Option<f32>")]
-    pub heading: Option<f32>,
-}
-
-/// A marking in an image.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct LandmarkPercept {
-    /// The camera that sees it.
-    pub camera: CameraName,
-    /// The kind of the marking.
-    #[serde(flatten)]
-    pub kind: LandmarkKind,
-    /// Its pixel, [u, v].
-    #[schemars(with = "[f32; 2]")]
-    pub pixel: Vec2,
-    /// Its estimated position on the ground, m, robot frame.
-    #[schemars(with = "[f32; 2]")]
-    pub position_m: Vec2,
-}
-
-macro_rules! percepts {
-    ($($percept:ident($($what:ident: $type:ty)?) $($unknown:ident)*;)*) => {
-        $(impl $percept {
-            /// A percept of this camera, at this pixel, [u, v], and at this position on the ground, m, robot frame.
-            pub const fn new(camera: CameraName, $($what: $type,)? pixel: Vec2, position_m: Vec2) -> Self {
-                Self { camera, $($what,)? pixel, position_m, $($unknown: None,)* }
-            }
-
-            /// The direction of its estimated position, radians, robot frame: counter-clockwise from straight ahead.
-            pub fn bearing(&self) -> f32 {
-                angle_of(self.position_m)
-            }
-        })*
-    };
-}
-
-percepts! {
-    BallPercept();
-    GoalPostPercept(colour: GoalColour);
-    RobotPercept(team: Team) number heading;
-    LandmarkPercept(kind: LandmarkKind);
-}
-
-/// The kind of a landmark on the ground.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum LandmarkKind {
-    /// A line segment; the percept's own position is one end.
-    Line {
-        /// The other end's pixel, [u, v].
-        #[schemars(with = "[f32; 2]")]
-        end_pixel: Vec2,
-        /// The other end on the ground, m, robot frame.
-        #[schemars(with = "[f32; 2]")]
-        end_position_m: Vec2,
-    },
-    /// A line junction.
-    Junction {
-        /// Its shape.
-        shape: JunctionShape,
-    },
-    /// A penalty cross.
-    PenaltyCross,
-    /// The centre of the centre circle.
-    CentreCircle,
-    /// A corner arc, by the corner.
-    CornerArc,
-}
-
-/// The objects that a robot's cameras detected in this cycle.
-#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
-#[reflect(Component, @Knowledge::Sensor)]
-#[non_exhaustive]
-pub struct Percepts {
-    /// The time of the exposure of the images, s since the start of the match.
-    #[serde(default)]
-    pub time_s: f64,
-    /// The ball; of several, the nearest.
-    pub ball: Option<BallPercept>,
-    /// All balls, the nearest first, if it sees more than one.
-    #[reflect(default)]
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub balls: Vec<BallPercept>,
-    /// Goal posts.
-    pub goal_posts: Vec<GoalPostPercept>,
-    /// Other robots.
-    pub robots: Vec<RobotPercept>,
-    /// Lines, junctions and marks.
-    pub landmarks: Vec<LandmarkPercept>,
-}
-
-impl Percepts {
-    /// All balls: the one, or the several.
-    pub fn all_balls(&self) -> impl Iterator<Item = &BallPercept> {
-        self.ball.iter().filter(|_| self.balls.is_empty()).chain(&self.balls)
-    }
-
-    /// Fills in the balls that it sees.
-    fn set_balls(&mut self, seen: impl Iterator<Item = BallPercept>) {
-        self.balls.extend(seen);
-        self.balls.sort_by(|a, b| a.position_m.length_squared().total_cmp(&b.position_m.length_squared()));
-        self.ball = self.balls.first().copied();
-        if self.balls.len() == 1 {
-            self.balls.clear();
-        }
-    }
-
-    /// Removes all percepts, and keeps the memory.
-    pub fn clear(&mut self) {
-        let Percepts { time_s: _, ball, balls, goal_posts, robots, landmarks } = self;
-        *ball = None;
-        balls.clear();
-        goal_posts.clear();
-        robots.clear();
-        landmarks.clear();
-    }
-
-    /// Whether every number in the percepts is finite.
-    pub fn is_finite(&self) -> bool {
-        let Percepts { time_s, ball, balls, goal_posts, robots, landmarks } = self;
-        let is_finite = |pixel: Vec2, place: Vec2| pixel.is_finite() && place.is_finite();
-        let is_kind_finite = |kind: &LandmarkKind| match *kind {
-            LandmarkKind::Line { end_pixel, end_position_m } => is_finite(end_pixel, end_position_m),
-            LandmarkKind::Junction { .. }
-            | LandmarkKind::PenaltyCross
-            | LandmarkKind::CentreCircle
-            | LandmarkKind::CornerArc => true,
-        };
-        time_s.is_finite()
-            && ball.iter().chain(balls).all(|seen| is_finite(seen.pixel, seen.position_m))
-            && goal_posts.iter().all(|seen| is_finite(seen.pixel, seen.position_m))
-            && robots
-                .iter()
-                .all(|seen| is_finite(seen.pixel, seen.position_m) && seen.heading.is_none_or(f32::is_finite))
-            && landmarks.iter().all(|seen| is_finite(seen.pixel, seen.position_m) && is_kind_finite(&seen.kind))
-    }
-
-    /// Copies `other`, reusing the memory.
-    pub fn copy_from(&mut self, other: &Percepts) {
-        let Percepts { time_s, ball, balls, goal_posts, robots, landmarks } = self;
-        (*time_s, *ball) = (other.time_s, other.ball);
-        balls.clone_from(&other.balls);
-        goal_posts.clone_from(&other.goal_posts);
-        robots.clone_from(&other.robots);
-        landmarks.clone_from(&other.landmarks);
-    }
-
-    /// Transforms the positions into another robot frame, whose pose in the current one is `now`.
-    pub fn move_to(&mut self, now: Pose) {
-        let Percepts { time_s: _, ball, balls, goal_posts, robots, landmarks } = self;
-        let forward = now.forward();
-        let shift = |place: &mut Vec2| *place = unrotate(forward, *place - now.position);
-        ball.iter_mut().chain(balls).for_each(|seen| shift(&mut seen.position_m));
-        goal_posts.iter_mut().for_each(|seen| shift(&mut seen.position_m));
-        for seen in robots {
-            shift(&mut seen.position_m);
-            seen.heading = seen.heading.map(|heading| wrap_angle(heading - now.heading));
-        }
-        for seen in landmarks {
-            shift(&mut seen.position_m);
-            match &mut seen.kind {
-                LandmarkKind::Line { end_position_m, .. } => shift(end_position_m),
-                LandmarkKind::Junction { .. }
-                | LandmarkKind::PenaltyCross
-                | LandmarkKind::CentreCircle
-                | LandmarkKind::CornerArc => {}
-            }
-        }
-    }
-
-    /// Sorts the percepts by camera, and from left to right in the image.
-    fn sort(&mut self, mounts: &CameraMounts) {
-        let order = |a: (CameraName, Vec2), b: (CameraName, Vec2)| {
-            let cameras = if a.0 == b.0 { Ordering::Equal } else { mounts.order(a.0).cmp(&mounts.order(b.0)) };
-            cameras.then(a.1.x.total_cmp(&b.1.x)).then(a.1.y.total_cmp(&b.1.y))
-        };
-        self.goal_posts.sort_unstable_by(|a, b| order((a.camera, a.pixel), (b.camera, b.pixel)));
-        self.robots.sort_unstable_by(|a, b| order((a.camera, a.pixel), (b.camera, b.pixel)));
-        self.landmarks.sort_unstable_by(|a, b| order((a.camera, a.pixel), (b.camera, b.pixel)));
     }
 }
 
@@ -359,6 +123,8 @@ pub struct VisionSettings {
     pub source: VisionSource,
     /// Errors of the geometric vision.
     pub noise: VisionNoise,
+    /// Whether the percepts have points along the lines and along the edge of the carpet, every 20 pixels.
+    pub points: bool,
 }
 
 fn recognise(
@@ -391,9 +157,13 @@ fn recognise(
             VisionSource::Geometric => {
                 views.update((cameras, body), (head, gaze), &settings.noise, vision);
                 occluders.gather(&scene, own_index, pose, views.actual());
-                let streams = [vision, recognition];
-                let mut observer = Observer::new(&views, pose, &settings.noise, &occluders, streams);
+                let mut observer = Observer::new(&views, pose, &settings.noise, &occluders, [vision, recognition]);
                 observer.recognise_everything(&mut percepts, &scene, own_index, &mut ahead);
+                let true_ones = Counts::of(&percepts);
+                observer.add_false_positives(&mut percepts, &scene);
+                if settings.points {
+                    observer.add_points(&mut percepts, &scene);
+                }
                 false_positives.bypass_change_detection().advance(
                     &settings.noise,
                     &scene,
@@ -401,6 +171,9 @@ fn recognise(
                     false_places,
                 );
                 false_positives.see(&mut observer.with_stream(false_places), &mut percepts, &scene);
+                if settings.noise.confidence {
+                    confidence::rate(&mut percepts, true_ones, &settings.noise, streams.own("confidence"));
+                }
             }
         }
         percepts.sort(&cameras.mounts);

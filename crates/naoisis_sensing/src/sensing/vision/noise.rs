@@ -186,6 +186,11 @@ impl ClassNoise {
         }
     }
 
+    /// The probability that an object at this distance, m, is detected if all of it is visible.
+    pub fn detection_probability(&self, distance_m: f32) -> f32 {
+        (1.0 - self.miss_probability) * self.falloff.map_or(1.0, |falloff| falloff.share_at(distance_m))
+    }
+
     /// Whether an object at `place`, m, robot frame, is beyond the greatest distance.
     pub fn is_too_far(&self, place: Vec2) -> bool {
         self.max_distance_m.is_some_and(|distance| place.length_squared() > distance * distance)
@@ -226,6 +231,8 @@ pub struct VisionNoise {
     pub hidden_feet: HiddenFeet,
     /// The numbers and the headings of robots.
     pub jerseys: JerseyVision,
+    /// Whether percepts have a confidence, which is higher for true detections than for false ones.
+    pub confidence: bool,
 }
 
 impl Default for VisionNoise {
@@ -255,6 +262,7 @@ impl VisionNoise {
             false_robots: FalsePositives::default(),
             hidden_feet: HiddenFeet::default(),
             jerseys: JerseyVision::default(),
+            confidence: false,
         }
     }
 

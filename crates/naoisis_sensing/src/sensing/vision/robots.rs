@@ -10,7 +10,7 @@ use super::{JerseyVision, RobotPercept};
 use crate::appearance::scene::SceneRobot;
 use naoisis_core::camera_model::{CameraView, ViewSide};
 use naoisis_core::geometry::wrap_angle;
-use naoisis_core::robot::body::Waistband;
+use naoisis_core::robot::body::{Body, Waistband};
 use naoisis_core::team::Team;
 
 /// The sample points of a waistband across the line of sight, as shares of half its width: 4 cm on a NAO's.
@@ -29,6 +29,7 @@ impl Observer<'_> {
     pub(super) fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
         let band = &robot.body.waistband;
         let mut percept = self.see_waistband(robot.pose.position, robot.id.team, band, Target::Robot(index))?;
+        percept.colour = robot.body.jersey.map(|jersey| jersey.colour_of(robot.id.team));
         self.recognise_jersey(&mut percept, robot);
         Some(percept)
     }
@@ -52,9 +53,10 @@ impl Observer<'_> {
         }
     }
 
-    /// The percept of a false robot of `team` with the waistband `band` at `position` on the pitch.
-    pub(super) fn see_false_robot(&mut self, position: Vec2, team: Team, band: &Waistband) -> Option<RobotPercept> {
-        self.see_waistband(position, team, band, Target::Other)
+    /// The percept of a false robot of `team` with this body at `position` on the pitch.
+    pub(super) fn see_false_robot(&mut self, position: Vec2, team: Team, body: &Body) -> Option<RobotPercept> {
+        let percept = self.see_waistband(position, team, &body.waistband, Target::Other)?;
+        Some(RobotPercept { colour: body.jersey.map(|jersey| jersey.colour_of(team)), ..percept })
     }
 
     fn see_waistband(&mut self, position: Vec2, team: Team, band: &Waistband, target: Target) -> Option<RobotPercept> {

@@ -33,12 +33,12 @@ pub(super) fn know_everything(
     percepts.set_balls(scene.balls().map(|ball| {
         let position_m = pose.inverse_transform_point(ball.position);
         let (camera, pixel) = pixel_of(position_m.extend(ball.radius + ball.height));
-        BallPercept { camera, pixel, position_m }
+        BallPercept::new(camera, pixel, position_m)
     }));
     percepts.goal_posts.extend(scene.posts.iter().filter_map(|post| {
         let colour = post.post.colour?;
         let (camera, pixel, position_m) = look_at(post.position);
-        Some(GoalPostPercept { camera, colour, pixel, position_m })
+        Some(GoalPostPercept::new(camera, colour, pixel, position_m))
     }));
     let others = scene.robots.iter().enumerate().filter(|&(index, _)| Some(index) != own_index);
     percepts.robots.extend(others.map(|(_, robot)| {
@@ -47,7 +47,7 @@ pub(super) fn know_everything(
     }));
     let landmark = |kind: LandmarkKind, point: Vec2| {
         let (camera, pixel, position_m) = look_at(point);
-        LandmarkPercept { camera, kind, pixel, position_m }
+        LandmarkPercept::new(camera, kind, pixel, position_m)
     };
     let markings = &scene.markings;
     percepts.landmarks.extend(markings.lines.iter().map(|line| {

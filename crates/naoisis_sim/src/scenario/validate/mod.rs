@@ -20,6 +20,7 @@ use super::types::Scenario;
 use naoisis_core::communication::MessageLimits;
 use naoisis_core::geometry::to_degrees;
 use naoisis_core::named_values::NamedValues;
+use naoisis_core::referee::hearing::Hearing;
 use naoisis_core::robot::condition::Breakdowns;
 use naoisis_core::robot::latency::Latency;
 use naoisis_core::robot::motion::MotionLimits;
@@ -143,6 +144,7 @@ robot_settings! { checks_of_settings {} }
 impl Checks {
     /// Settings that need no other check than their ranges.
     fn breakdowns(&mut self, _: &FieldPath, _: &Breakdowns) {}
+    fn hearing(&mut self, _: &FieldPath, _: &Hearing) {}
     fn latency(&mut self, _: &FieldPath, _: &Latency) {}
     fn odometry(&mut self, _: &FieldPath, _: &OdometrySettings) {}
     fn vision(&mut self, _: &FieldPath, _: &VisionSettings) {}

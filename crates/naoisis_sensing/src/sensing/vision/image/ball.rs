@@ -47,7 +47,7 @@ impl Look<'_> {
             return None;
         }
         let position_m = self.place(centre, self.model.ball_radius)?;
-        Some(BallPercept { camera: self.camera, pixel: self.view.clamp_to_image(centre), position_m })
+        Some(BallPercept::new(self.camera, self.view.clamp_to_image(centre), position_m))
     }
 
     /// The radius in pixels of a ball whose centre is at the pixel `centre`.

@@ -157,7 +157,7 @@ impl Look<'_> {
             let Trunk { team, position_m, pixel, .. } = self.refine(*trunk, bodies);
             let foot = self.view.project_anywhere(position_m.extend(0.0));
             let has_lower_edge = pixel.y < self.height() as f32;
-            found.push((has_lower_edge, RobotPercept::new(self.camera, team, foot, position_m)));
+            found.push((has_lower_edge, self.robot_percept(team, foot, position_m)));
         }
         bodies.trunks = trunks;
     }

@@ -81,12 +81,7 @@ impl Look<'_> {
                 && posts.iter().all(|(_, post)| post.position_m.distance(position_m) > GOAL_M);
             let is_new = found[before..].iter().all(|other| other.position_m.distance(position_m) > self.mark_size());
             if is_free && is_new {
-                found.push(LandmarkPercept {
-                    camera: self.camera,
-                    kind: LandmarkKind::PenaltyCross,
-                    pixel,
-                    position_m,
-                });
+                found.push(LandmarkPercept::new(self.camera, LandmarkKind::PenaltyCross, pixel, position_m));
             }
         }
     }

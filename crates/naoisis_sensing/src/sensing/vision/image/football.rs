@@ -136,7 +136,7 @@ impl Look<'_> {
                 });
                 if is_free && best.is_none_or(|(other, ..)| score > other) {
                     let pixel = self.view.clamp_to_image(centre);
-                    best = Some((score, pixels, BallPercept { camera: self.camera, pixel, position_m }));
+                    best = Some((score, pixels, BallPercept::new(self.camera, pixel, position_m)));
                 }
             }
             v += step;

@@ -11,11 +11,13 @@ use super::colour::ColourClass;
 use super::crosses::Spot;
 use super::line_point::{GOAL_M, Point};
 use super::pieces::{Circle, Piece, cut, join};
-use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
+use crate::sensing::vision::{GoalPostPercept, GroundPoint, LandmarkKind, LandmarkPercept, RobotPercept};
 use naoisis_core::pitch::JunctionShape;
 
 /// The distance between searched columns or rows, pixels.
 const SPACING: usize = 4;
+/// Points of every so many searched columns and rows are percepts.
+const POINTS_EVERY: usize = 5;
 /// The range of the width of a line on the ground, as multiples of the line width; it is greater if the line is crossed at a slant.
 const WIDTH: Range<f32> = 0.4..4.0;
 /// The greatest length of ground that a pixel of a line may cover, as a multiple of the line width.
@@ -47,6 +49,7 @@ impl Look<'_> {
         robots: &[(bool, RobotPercept)],
         posts: &[(bool, GoalPostPercept)],
         found: &mut Vec<LandmarkPercept>,
+        line_points: &mut Vec<GroundPoint>,
     ) {
         let Lines { points, chain, parts, pieces, circles, spot } = lines;
         pieces.clear();
@@ -60,6 +63,12 @@ impl Look<'_> {
                 self.find_crosses(points, robots, posts, spot, found);
             }
             let chains = connect(points, along_columns);
+            let some = points.iter().filter(|point| point.scan % (POINTS_EVERY * SPACING) == SPACING / 2);
+            line_points.extend(some.map(|point| GroundPoint {
+                camera: self.camera,
+                pixel: point.pixel,
+                position_m: point.place,
+            }));
             for index in 0..chains {
                 chain.clear();
                 chain.extend(points.iter().filter(|point| point.chain == index));
@@ -88,7 +97,7 @@ impl Look<'_> {
             let [pixel, end_pixel] = piece.pixels;
             let [position_m, end_position_m] = piece.places;
             let kind = LandmarkKind::Line { end_pixel, end_position_m };
-            found.push(LandmarkPercept { camera: self.camera, kind, pixel, position_m });
+            found.push(LandmarkPercept::new(self.camera, kind, pixel, position_m));
         }
         for (index, one) in pieces.iter().enumerate() {
             for other in &pieces[index + 1..] {
@@ -103,7 +112,7 @@ impl Look<'_> {
 
     fn landmark(&self, kind: LandmarkKind, position_m: Vec2) -> Option<LandmarkPercept> {
         let pixel = self.view.project(position_m.extend(0.0))?;
-        Some(LandmarkPercept { camera: self.camera, kind, pixel, position_m })
+        Some(LandmarkPercept::new(self.camera, kind, pixel, position_m))
     }
 
     /// Searches every few columns from the bottom up, or every few rows from left to right.

@@ -10,6 +10,7 @@
 //! | robot | waistband or jersey in the team's colour, of the size of one of the team's robots at that place | the band's lower edge; the upper one if that is cut off |
 //! | robot in black, white, grey or brown | a body on the field: trunk in that colour, other colours about it, legs that end on the carpet | where the body fits best |
 //! | line | white between green, about as wide as a line | segments of at least 20 cm; junctions where they meet at right angles; the centre circle by its curvature |
+//! | edge of the carpet | the highest green of a column of the image | itself |
 //! | penalty cross | white spot on green, as large and as broad in all directions as a cross at that place | its centre |
 //!
 //! An object that two cameras see is one percept: by its foot or its lower edge if one of them sees that. Objects in the lower camera are
@@ -23,6 +24,7 @@ pub mod accuracy;
 mod ball;
 mod blobs;
 mod bodies;
+mod border;
 mod colour;
 mod crosses;
 mod football;
@@ -37,7 +39,7 @@ mod strips;
 
 use bevy::math::Vec2;
 
-use super::{BallPercept, GoalPostPercept, LandmarkPercept, RobotPercept};
+use super::{BallPercept, GoalPostPercept, GroundPoint, LandmarkPercept, RobotPercept};
 use crate::sensing::camera::image::Image;
 use blobs::Segmentation;
 use colour::ColourClass;
@@ -147,15 +149,21 @@ pub struct ImageDetections {
     pub robots: Vec<(bool, RobotPercept)>,
     /// Lines, junctions and marks.
     pub landmarks: Vec<LandmarkPercept>,
+    /// Points along lines.
+    pub line_points: Vec<GroundPoint>,
+    /// Points along the edge of the carpet.
+    pub border_points: Vec<GroundPoint>,
 }
 
 impl ImageDetections {
     fn clear(&mut self) {
-        let ImageDetections { ball, goal_posts, robots, landmarks } = self;
+        let ImageDetections { ball, goal_posts, robots, landmarks, line_points, border_points } = self;
         *ball = None;
         goal_posts.clear();
         robots.clear();
         landmarks.clear();
+        line_points.clear();
+        border_points.clear();
     }
 }
 
@@ -202,8 +210,9 @@ impl ImageVision {
             BallLook::Pentagons => look.find_football(&detections.robots, &mut self.football),
             _ => look.find_ball(&mut self.contour),
         };
-        let ImageDetections { goal_posts, robots, landmarks, .. } = detections;
-        look.find_lines(&mut self.lines, robots, goal_posts, landmarks);
+        let ImageDetections { goal_posts, robots, landmarks, line_points, border_points, .. } = detections;
+        look.find_lines(&mut self.lines, robots, goal_posts, landmarks, line_points);
+        look.find_border(robots, border_points);
     }
 }
 

@@ -60,7 +60,7 @@ impl Look<'_> {
         for strip in strips {
             let post = if colour == GoalColour::White { self.white_post(strip) } else { self.post(strip) };
             if let Some((has_foot, pixel, position_m)) = post {
-                insert(found, has_foot, GoalPostPercept { camera: self.camera, colour, pixel, position_m });
+                insert(found, has_foot, GoalPostPercept::new(self.camera, colour, pixel, position_m));
             }
         }
     }

@@ -46,11 +46,17 @@ impl Look<'_> {
                 let half_width_m =
                     self.model.waistbands[team].iter().map(|band| band.half_size_m.y).fold(0.0, f32::max);
                 let pixel = self.view.project_anywhere(position_m.extend(0.0));
-                let percept = RobotPercept::new(self.camera, team, pixel, position_m);
+                let percept = self.robot_percept(team, pixel, position_m);
                 let same_m = if has_jersey(team) { 1.2 * half_width_m } else { 0.0 };
                 insert(found, same_m, has_lower_edge, percept);
             }
         }
+    }
+
+    /// The percept of a robot of `team`, with the colour of its jersey.
+    pub(super) fn robot_percept(&self, team: Team, pixel: Vec2, position_m: Vec2) -> RobotPercept {
+        let colour = self.model.jerseys[team].map(|jersey| jersey.colour_of(team));
+        RobotPercept { colour, ..RobotPercept::new(self.camera, team, pixel, position_m) }
     }
 
     /// The robot with the waistband `band` whose blob has these upper and lower edges, if the size fits.

@@ -78,10 +78,14 @@ pub(in crate::sensing::vision) fn process_images(
     });
     // The jobs of a robot follow each other.
     for job in buffers.jobs.drain(..) {
-        let Ok((_, _, cameras, _, mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
+        let Ok((_, _, cameras, settings, mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
         *images.of_mut(job.camera) = job.image;
         let is_lower = cameras.mounts.order(job.camera) > 0;
         merge(&mut percepts, is_lower, &job.detections);
+        if settings.points {
+            percepts.line_points.extend(&job.detections.line_points);
+            percepts.border_points.extend(&job.detections.border_points);
+        }
         buffers.done.push(job.detections);
     }
     for (_, _, cameras, settings, _, mut percepts) in &mut robots {

@@ -366,3 +366,27 @@ fn a_field_without_robots_has_hardly_any_black_white_grey_or_brown_ones() {
         assert!(images == 144 && robots <= 7, "{blue:?} {pink:?}: {robots} in {images}");
     }
 }
+
+#[test]
+fn points_of_lines_and_of_the_edge_of_the_carpet_are_found() {
+    let scene = pitch();
+    let pose = Pose::new(-1.0, 0.3, to_radians(20.0));
+    let detections = look(&scene, [-1.0, 0.3, 20.0], 5.0, CameraName::TOP);
+    let ImageDetections { line_points, border_points, .. } = detections;
+    assert!(line_points.len() > 5 && border_points.len() > 10, "{} {}", line_points.len(), border_points.len());
+    for point in &line_points {
+        let place = pose.transform_point(point.position_m);
+        let nearest = scene.markings.lines.iter().map(|line| {
+            let along = (line.end - line.start).normalize_or_zero();
+            (place - line.start).perp_dot(along).abs()
+        });
+        let error_m = nearest.fold(f32::INFINITY, f32::min);
+        let is_on_circle = (place.length() - scene.pitch.centre_circle_diameter_m / 2.0).abs() < 0.1;
+        assert!(error_m < 0.02 + 0.03 * point.position_m.length() || is_on_circle, "{place}: {error_m}");
+    }
+    let half = scene.pitch.carpet_half_extents();
+    for point in &border_points {
+        let beyond = (pose.transform_point(point.position_m).abs() - half).max_element();
+        assert!(beyond.abs() < 0.01 + 0.01 * point.position_m.length_squared(), "{point:?}: {beyond}");
+    }
+}

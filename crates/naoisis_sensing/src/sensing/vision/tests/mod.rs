@@ -6,8 +6,12 @@ use super::*;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_post, spawn_robot};
 use approx::assert_abs_diff_eq;
-use naoisis_core::geometry::{to_radians, unit};
+use naoisis_core::camera_model::CameraName;
+use naoisis_core::geometry::{to_radians, unit, wrap_angle};
+use naoisis_core::pitch::{GoalColour, JunctionShape};
+use naoisis_core::robot::jersey::Jersey;
 use naoisis_core::robot::motion::ExecutedStep;
+use naoisis_core::team::Team;
 
 const LEVEL: [f32; 2] = [0.0, 0.0];
 
@@ -267,4 +271,68 @@ fn a_robot_without_eyes_costs_and_draws_nothing() {
     app.world_mut().entity_mut(robot).remove::<(VisionSettings, Percepts, SonarSettings, ExecutedStep)>();
     let before = app.world().get::<RandomStreams>(robot).unwrap().clone();
     assert_eq!(sense::<RandomStreams>(&mut app, robot), before);
+}
+
+#[test]
+fn points_lie_on_lines_and_on_the_edge_of_the_carpet() {
+    let mut app = sensing_app();
+    // From the halfway line towards the far goal, 4.5 m from the edge of the carpet.
+    let robot = spawn_robot(&mut app, Team::Blue, 1, [-1.0, 0.3, 20.0], [0.0, 5.0]);
+    let exact = VisionSettings { noise: VisionNoise::none(), ..default() };
+    set(&mut app, robot, exact.clone());
+    let without = sense::<Percepts>(&mut app, robot);
+    assert!(without.line_points.is_empty() && without.border_points.is_empty());
+    set(&mut app, robot, VisionSettings { points: true, ..exact });
+    let Percepts { line_points, border_points, landmarks, .. } = sense(&mut app, robot);
+    assert_eq!(landmarks, without.landmarks);
+    assert!(line_points.len() > 10 && border_points.len() > 10, "{} {}", line_points.len(), border_points.len());
+    let pose = Pose::new(-1.0, 0.3, to_radians(20.0));
+    let scene = app.world().resource::<Scene>();
+    let distance_to = |point: Vec2, [start, end]: [Vec2; 2]| {
+        let share = (point - start).dot(end - start) / (end - start).length_squared();
+        point.distance(start.lerp(end, share.clamp(0.0, 1.0)))
+    };
+    for point in &line_points {
+        let place = pose.transform_point(point.position_m);
+        let lines = scene.markings.lines.iter().map(|line| distance_to(place, [line.start, line.end]));
+        assert!(lines.fold(f32::INFINITY, f32::min) < 5e-3, "{place}");
+    }
+    let half = scene.pitch.carpet_half_extents();
+    for point in &border_points {
+        let beyond = pose.transform_point(point.position_m).abs() - half;
+        assert!(beyond.max_element().abs() < 0.02, "{beyond}");
+    }
+}
+
+#[test]
+fn the_confidence_tells_true_balls_from_false_ones() {
+    let mut app = sensing_app();
+    let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], LEVEL);
+    let ball = ClassNoise { miss_probability: 0.2, false_positive_probability: 1.0, ..default() };
+    let noise = VisionNoise { ball, confidence: true, ..VisionNoise::none() };
+    set(&mut app, robot, VisionSettings { noise, ..default() });
+    spawn_ball(&mut app, 2.0, 0.0);
+    let mut found = [0; 2];
+    for _ in 0..500 {
+        let Percepts { ball, landmarks, .. } = sense(&mut app, robot);
+        assert!(landmarks.iter().all(|landmark| landmark.confidence.is_some()));
+        let Some(ball) = ball else { continue };
+        let is_true = ball.position_m.distance(Vec2::new(2.0, 0.0)) < 1e-3;
+        // A ball in view is detected with 80 %.
+        assert_eq!(is_true, ball.confidence.unwrap() >= 0.8, "{ball:?}");
+        found[usize::from(is_true)] += 1;
+    }
+    assert!(found.iter().all(|count| *count > 50), "{found:?}");
+}
+
+#[test]
+fn the_colour_of_a_jersey_is_seen() {
+    let mut app = sensing_app();
+    let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], LEVEL);
+    let other = spawn_robot(&mut app, Team::Pink, 1, [2.0, 0.0, 0.0], LEVEL);
+    assert_eq!(sense::<Percepts>(&mut app, robot).robots[0].colour, None);
+    for (jersey, colour) in [(Jersey::Purple, Jersey::Purple), (Jersey::Team, Jersey::Red)] {
+        set(&mut app, other, Body { jersey: Some(jersey), ..default() });
+        assert_eq!(sense::<Percepts>(&mut app, robot).robots[0].colour, Some(colour));
+    }
 }
