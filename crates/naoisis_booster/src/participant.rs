@@ -8,7 +8,7 @@ use futures::channel::oneshot;
 use futures::future::{Either, join, join_all, select};
 use futures::{FutureExt, StreamExt, executor};
 use rustdds::no_key::{DataReader, DataWriter};
-use rustdds::policy::{History, Reliability};
+use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{
     CDRDeserializerAdapter, CDRSerializerAdapter, DataReaderStatus, DomainParticipant, DomainParticipantBuilder,
     Publisher, QosPolicies, QosPolicyBuilder, Subscriber, TopicKind,
@@ -197,6 +197,9 @@ struct Desk {
     publisher: Publisher,
     subscriber: Subscriber,
     qos: QosPolicies,
+    /// What answers have besides: they are kept for readers that come later, as the maker's writers keep theirs. The crate `booster_sdk` asks for
+    /// it, and DDS connects no reader with a writer that offers less than it asks for.
+    lasting: QosPolicies,
 }
 
 impl Desk {
@@ -207,7 +210,8 @@ impl Desk {
             .build();
         let publisher = participant.create_publisher(&qos).map_err(failed)?;
         let subscriber = participant.create_subscriber(&qos).map_err(failed)?;
-        Ok(Self { participant, publisher, subscriber, qos })
+        let lasting = QosPolicyBuilder::new().durability(Durability::TransientLocal).build();
+        Ok(Self { participant, publisher, subscriber, qos, lasting })
     }
 
     fn topic<T: Message>(&self, name: &str) -> Result<rustdds::Topic, ParticipantError> {
@@ -216,7 +220,18 @@ impl Desk {
     }
 
     fn writer<T: Message>(&self, names: &[String]) -> Result<Writer<T>, ParticipantError> {
-        let writer = |name| self.publisher.create_datawriter_no_key(&self.topic::<T>(name)?, None).map_err(failed);
+        self.writer_with(names, None)
+    }
+
+    fn writer_with<T: Message>(
+        &self,
+        names: &[String],
+        qos: Option<&QosPolicies>,
+    ) -> Result<Writer<T>, ParticipantError> {
+        let writer = |name| {
+            let topic = self.topic::<T>(name)?;
+            self.publisher.create_datawriter_no_key(&topic, qos.cloned()).map_err(failed)
+        };
         names.iter().map(|name| writer(name)).collect::<Result<_, _>>().map(Writer)
     }
 
@@ -236,7 +251,7 @@ impl Desk {
             shared: shared.clone(),
             handle,
             requests: self.reader(&format!("rt/{name}{suffix}Req"))?,
-            answers: self.writer(&[format!("rt/{name}{suffix}Resp")])?,
+            answers: self.writer_with(&[format!("rt/{name}{suffix}Resp")], Some(&self.lasting))?,
         })
     }
 
