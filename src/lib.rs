@@ -61,7 +61,7 @@
 //! | `naoisis_core` | `knowledge` `short_name` `geometry` `statistics` `kick_geometry` `named_values` `read_file` `replace_file` `team` `cycle` `pitch` `ball` `random` `game` `events` `robot` `camera_model` `collision` `communication` `referee` `behaviour` | the match: what is played with, robots, rules and referee, registration of behaviours and the information barrier |
 //! | `naoisis_sensing` | `appearance` `sensing` `belief` | what everything looks like; sonars, odometry, cameras, vision; estimators |
 //! | `naoisis_sim` | `scenario` `teams` `simulation` `interface` `prelude` | scenario files and presets, the built-in teams, a match from its start, saved matches, the record of a cycle |
-//! | `naoisis_agents` | `agents` `game_controller` `environment` | robots that programs outside decide for, the league's protocol, environments for learning |
+//! | `naoisis_agents` | `agents` `game_controller` `environment` `policy` | robots that programs outside decide for, the league's protocol, environments for learning, learned policies as players |
 //! | `naoisis_booster` | `messages` `buttons` `visual_kick` `firmware` `vision` `topics` `reach` `participant` `player` | programs written for Booster's SDK as players, over DDS |
 //! | `naoisis_record` | `record` `batch` `whatif` `expectations` `dataset` | traces, pictures, films and summaries; many matches; expectations; labelled images |
 //! | `naoisis_lab` | `calibration` `description` `trials` `match_realism` `figures` | models fitted to logs of real robots or made of their descriptions, robots measured beside their sources, matches beside real ones, pictures of the paper |
@@ -80,7 +80,7 @@
 pub mod guide;
 pub mod prelude;
 
-pub use naoisis_agents::{agents, environment, game_controller};
+pub use naoisis_agents::{agents, environment, game_controller, policy};
 pub use naoisis_cli::cli;
 pub use naoisis_core::{
     ball, behaviour, camera_model, collision, communication, cycle, events, game, geometry, kick_geometry, knowledge,

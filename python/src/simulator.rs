@@ -3,6 +3,7 @@
 use bevy::app::App;
 use bevy::ecs::world::World;
 use naoisis::agents::{AgentsPlugin, with_remote_robots};
+use naoisis::policy::PolicyPlugin;
 use naoisis::record::RecordPlugin;
 use naoisis::scenario::{Format, RobotSpec, Scenario, ScenarioFile, Setting};
 use naoisis::sensing::jobs::SensingThreads;
@@ -19,7 +20,7 @@ use crate::values::from_python;
 /// A simulator with the built-in behaviours and teams, and programs as players; no match.
 pub fn simulator() -> App {
     let mut app = App::new();
-    app.add_plugins((RecordPlugin, NaoisisPlugins, AgentsPlugin));
+    app.add_plugins((RecordPlugin, NaoisisPlugins, AgentsPlugin, PolicyPlugin));
     // Python has the threads: whoever forks a process finds none of ours in it.
     app.insert_resource(SensingThreads(1));
     // Nothing runs this app, which would do so.

@@ -47,6 +47,7 @@ mod own_rules;
 mod pages;
 mod pairs;
 #[cfg(unix)]
+mod policies;
 mod programs;
 mod public_api;
 mod random_numbers;

@@ -54,6 +54,7 @@ pub use naoisis_sim::interface::command::CommandError;
 pub use naoisis_sim::interface::vocabulary::{Perception, RobotCommand};
 pub use player::AgentPlayer;
 pub use plugin::{AgentsPlugin, dismiss};
+pub(crate) use remote::give_command;
 pub use remote::{
     AgentError, PlayedElsewhere, belief, believe, command, perception, remote_robots, with_remote_robots,
 };

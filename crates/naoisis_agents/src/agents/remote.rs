@@ -109,6 +109,16 @@ pub fn command(world: &mut World, id: RobotId, command: RobotCommand) -> Result<
     Ok(robot.apply(command)?)
 }
 
+/// Commands a robot, whatever it is controlled by.
+///
+/// # Errors
+/// If the robot has no kick with the name in `command`, or lacks the components of a robot.
+pub(crate) fn give_command(world: &mut World, entity: Entity, command: RobotCommand) -> Result<(), String> {
+    let mut robot = world.entity_mut(entity);
+    let mut robot = robot.get_components_mut::<CommandComponents>().map_err(|error| error.to_string())?;
+    robot.apply(command).map_err(|error| error.to_string())
+}
+
 /// The command components of a robot.
 #[derive(QueryData)]
 #[query_data(mutable)]

@@ -1,6 +1,7 @@
 //! Actions of agents as arrays, and their translation to commands.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::gaze;
@@ -22,7 +23,7 @@ use naoisis_sensing::sensing::vision::Percepts;
 use naoisis_sim::teams::Head;
 
 /// The kinds of actions.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ActionKind {
     /// Eight numbers from -1 to 1: see [`CONTINUOUS`].
@@ -182,7 +183,7 @@ fn available_kick(kick_type: KickType, kicks: &KickSettings) -> KickType {
 }
 
 /// The command of a [checked](ActionKind::check) action for a robot.
-pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: RobotId) -> RobotCommand {
+pub(crate) fn command(kind: ActionKind, action: &[f32], world: &World, id: RobotId) -> RobotCommand {
     let robot = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok());
     let Some(robot) = robot else { return RobotCommand::default() };
     let clock = world.resource::<CycleClock>();

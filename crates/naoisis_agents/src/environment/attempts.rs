@@ -165,6 +165,7 @@ fn played_by(
             return Ok(scenario.map_err(StartError::from)?);
         }
         ChallengePlayer::Behaviour(name) => Box::new(|_| BehaviourSpec::Named(name.clone())),
+        ChallengePlayer::Policy(file) => Box::new(|_| BehaviourSpec::Policy(file.clone())),
         ChallengePlayer::Team(name) => match TeamsSpec::command_line(name) {
             Some(words) => {
                 let words = words.filter(|words| !words.is_empty());

@@ -249,7 +249,7 @@ fn odometry(world: &World, robot: Entity) -> Pose {
 
 /// The message that a robot with a belief sends its team-mates, like those of the built-in teams: its pose, and the position at which it
 /// recently saw the ball. `None` in leagues with a limited number of messages.
-fn team_message(world: &World, id: RobotId) -> Option<TeamMessage> {
+pub(crate) fn team_message(world: &World, id: RobotId) -> Option<TeamMessage> {
     /// The greatest age of a ball position that is sent, s.
     const FRESH_BALL_S: f32 = 0.5;
     let robot = world.get_entity(world.resource::<Roster>().get(id)?).ok()?;

@@ -10,7 +10,7 @@ pub mod attempts;
 pub mod challenge;
 mod ending;
 pub mod entry;
-mod episode;
+pub(crate) mod episode;
 mod gaze;
 pub mod observation;
 mod player;

@@ -10,6 +10,7 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 use core::f32::consts::PI;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::entry::{Entries, Group, ObservationEntry, Sink, Values};
@@ -28,7 +29,7 @@ use naoisis_sensing::sensing::status::BodyStatus;
 use naoisis_sensing::sensing::vision::{LandmarkKind, LandmarkPercept, Percepts};
 
 /// The kinds of observations.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ObservationKind {
     /// Sensor readings, and the state of the game that the robot received.
@@ -60,8 +61,8 @@ impl Others {
 }
 
 /// The past values of an agent that its observations use.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Memory {
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub(crate) struct Memory {
     /// Its odometry at its last observation.
     pub odometry: Pose,
 }
@@ -88,7 +89,7 @@ pub fn entries(kind: ObservationKind, world: &World, id: RobotId) -> Vec<Observa
 }
 
 /// Fills `array` with the observation of robot `id`. It has as many numbers as [`entries`] has entries.
-pub(super) fn observe(array: &mut [f32], kind: ObservationKind, world: &World, id: RobotId, memory: &Memory) {
+pub(crate) fn observe(array: &mut [f32], kind: ObservationKind, world: &World, id: RobotId, memory: &Memory) {
     observe_into(&mut Values { array, filled: 0 }, kind, world, id, memory);
 }
 

@@ -18,6 +18,8 @@ pub enum ChallengePlayer {
     OpenLoop(Box<ChallengePlayer>),
     /// The behaviour with this name, for each robot.
     Behaviour(String),
+    /// The learned policy in this file, for each robot.
+    Policy(String),
     /// The team with this name, or the program with this command line after `exec:`.
     Team(String),
 }
@@ -25,18 +27,21 @@ pub enum ChallengePlayer {
 impl ChallengePlayer {
     /// Whether its robots decide for themselves.
     pub(super) fn has_own_robots(&self) -> bool {
-        matches!(self, ChallengePlayer::Behaviour(_) | ChallengePlayer::Team(_))
+        matches!(self, ChallengePlayer::Behaviour(_) | ChallengePlayer::Policy(_) | ChallengePlayer::Team(_))
     }
 }
 
 impl FromStr for ChallengePlayer {
     type Err = Infallible;
 
-    /// Parses `random`, `ahead`, `open loop of` and a player, the name of a behaviour, `team` and the name of a team, or a command line
-    /// after `exec:`.
+    /// Parses `random`, `ahead`, `open loop of` and a player, the name of a behaviour, `team` and the name of a team, a command line
+    /// after `exec:`, or a file after `policy:`.
     fn from_str(word: &str) -> Result<Self, Infallible> {
         if let Some(player) = word.strip_prefix("open loop of ") {
             return Ok(ChallengePlayer::OpenLoop(Box::new(player.parse()?)));
+        }
+        if let Some(file) = TeamsSpec::policy(word) {
+            return Ok(ChallengePlayer::Policy(file.to_owned()));
         }
         Ok(match (word, word.strip_prefix("team ")) {
             ("random", _) => ChallengePlayer::Random,
@@ -55,6 +60,7 @@ impl fmt::Display for ChallengePlayer {
             ChallengePlayer::Ahead => formatter.write_str("ahead"),
             ChallengePlayer::OpenLoop(player) => write!(formatter, "open loop of {player}"),
             ChallengePlayer::Behaviour(name) => formatter.write_str(name),
+            ChallengePlayer::Policy(file) => write!(formatter, "{}{file}", TeamsSpec::POLICY),
             ChallengePlayer::Team(name) if name.starts_with(TeamsSpec::EXEC) => formatter.write_str(name),
             ChallengePlayer::Team(name) => write!(formatter, "team {name}"),
         }
@@ -67,8 +73,15 @@ mod tests {
 
     #[test]
     fn a_player_is_a_word() {
-        for word in ["random", "ahead", "striker", "team roles", "open loop of team roles", "exec:python3 'my team.py'"]
-        {
+        for word in [
+            "random",
+            "ahead",
+            "striker",
+            "team roles",
+            "open loop of team roles",
+            "exec:python3 'my team.py'",
+            "policy:score.onnx",
+        ] {
             let Ok(player) = word.parse::<ChallengePlayer>();
             assert_eq!(player.to_string(), word);
         }

@@ -33,6 +33,9 @@ pub struct ChallengeArguments {
     /// The team that plays its robots, or a program: "exec:python3 team.py"
     #[arg(long, value_name = "T", conflicts_with = "behaviour")]
     team: Option<String>,
+    /// The learned policy that plays its robots: an ONNX file, with its layout in a JSON file beside it
+    #[arg(long, value_name = "FILE.onnx", conflicts_with_all = ["behaviour", "team"])]
+    policy: Option<String>,
     /// The realism [default: paper, and for `all` ideal and realistic]
     #[arg(long, value_name = "paper|ideal|realistic", value_parser = realism)]
     realism: Option<Realism>,
@@ -160,6 +163,9 @@ fn players(challenge: &Challenge, realism: Realism, arguments: &ChallengeArgumen
     };
     if let Some(team) = &arguments.team {
         return vec![ChallengePlayer::Team(team.clone())];
+    }
+    if let Some(file) = &arguments.policy {
+        return vec![ChallengePlayer::Policy(file.clone())];
     }
     if !arguments.behaviour.is_empty() {
         return arguments.behaviour.iter().map(|word| player(word)).collect();

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::agents::{AgentArguments, connected};
@@ -15,6 +15,7 @@ use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
 use naoisis_agents::game_controller::MatchNetwork;
+use naoisis_agents::policy::LoadedPolicy;
 use naoisis_record::expectations::Verdict;
 use naoisis_sim::scenario::{RobotModel, ScenarioError, ScenarioFile, Setting, TeamsSpec};
 use naoisis_sim::simulation::{MatchApp, names};
@@ -138,6 +139,9 @@ impl Check<'_> {
                 Outcome::Wrong("the program does not play as it should".to_owned())
             };
         }
+        if Path::new(file).extension().is_some_and(|ending| ending == "onnx") {
+            return self.policy(file);
+        }
         let errors = match RobotModel::check(file) {
             Some(Ok(model)) => {
                 self.printer.print(format_args!("{file}: ok, the model of a robot\n"));
@@ -157,6 +161,21 @@ impl Check<'_> {
             report::note(&format!("{file}: there may be more errors than the first {}", errors.len()));
         }
         Outcome::Wrong(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
+    }
+
+    /// Reads a learned policy, and tells what it reads and answers.
+    fn policy(&mut self, file: &str) -> Outcome {
+        match LoadedPolicy::read(Path::new(file)) {
+            Ok(policy) => {
+                self.printer.print(format_args!("{file}: ok, a learned policy: {policy}\n"));
+                Outcome::Checked
+            }
+            Err(error) => {
+                let error = error.to_string();
+                report::failure(&error);
+                Outcome::Wrong(error)
+            }
+        }
     }
 
     /// Tells of a scenario that is right, and plays it if that is asked for.

@@ -33,6 +33,7 @@ use std::io;
 use std::process::ExitCode;
 
 use naoisis_agents::agents::AgentsPlugin;
+use naoisis_agents::policy::PolicyPlugin;
 use naoisis_record::record::RecordPlugin;
 use naoisis_sim::simulation::NaoisisPlugins;
 
@@ -216,7 +217,7 @@ impl Program<'_> {
 
     /// Adds the simulation, and the additions of the program.
     fn add_to(self, app: &mut App) {
-        app.add_plugins((NaoisisPlugins, AgentsPlugin));
+        app.add_plugins((NaoisisPlugins, AgentsPlugin, PolicyPlugin));
         #[cfg(feature = "gpu")]
         app.add_plugins(naoisis_gpu::renderer::GpuCamerasPlugin);
         #[cfg(feature = "booster")]

@@ -71,6 +71,10 @@ fn give_to_robots(registry: &BehaviourRegistry, scenario: &mut Scenario, team: T
     robots.sort_by_key(|robot| robot.number);
     let size = robots.len() as u8;
     for (number, robot) in (1..).zip(robots) {
+        if let Some(file) = TeamsSpec::policy(name) {
+            robot.behaviour = BehaviourSpec::Policy(file.to_owned());
+            continue;
+        }
         robot.behaviour = match (TeamsSpec::command_line(name).flatten(), registry.team(name)) {
             (Some(words), _) => BehaviourSpec::Program(words),
             (None, Some(recipe)) => BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned()),

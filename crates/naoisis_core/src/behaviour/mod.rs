@@ -46,7 +46,7 @@ pub mod script;
 
 use crate::cycle::{Cycle, CycleHalf, CyclePanic, CycleSystems};
 use crate::knowledge::Knowledge;
-use crate::team::RobotId;
+use crate::team::{RobotId, Team};
 use barrier::{BarrierError, Breach};
 pub use function::{Behaviour, IntoBehaviour, behaviour};
 pub use parameters::BehaviourParam;
@@ -61,6 +61,7 @@ impl Plugin for BehaviourPlugin {
             .register_type::<Idle>()
             .register_type::<Remote>()
             .register_type::<Program>()
+            .register_type::<Policy>()
             .register_type::<reasons::Reasons>()
             .add_plugins(drawings::DrawingsPlugin)
             .configure_sets(
@@ -128,6 +129,36 @@ pub struct Remote;
 #[require(Remote)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Program(pub Vec<String>);
+
+/// The learned policy that decides for a robot: the path of its file.
+#[derive(Component, Clone, PartialEq, Eq, Debug, Default, Reflect)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct Policy(pub String);
+
+/// What a policy needs of its robot besides the sensors.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct PolicyNeeds {
+    /// Whether it needs the belief of the built-in estimator.
+    pub belief: bool,
+}
+
+/// A function that reads the file of a policy of a team, and returns what the policy needs or why it cannot play. The plugin that plays
+/// policies sets it.
+#[derive(Resource, Clone, Copy, Debug)]
+pub struct PolicyReader(pub fn(&World, Team, &str) -> Result<PolicyNeeds, String>);
+
+impl PolicyReader {
+    /// Reads the file of a policy of `team`.
+    ///
+    /// # Errors
+    /// Why the policy cannot play.
+    pub fn read(world: &World, team: Team, file: &str) -> Result<PolicyNeeds, String> {
+        let reader = world.get_resource::<PolicyReader>();
+        let reader =
+            reader.ok_or_else(|| "this program plays no learned policies; add the `PolicyPlugin`".to_owned())?;
+        (reader.0)(world, team, file)
+    }
+}
 
 /// A team that a scenario can line up by name.
 #[derive(Clone)]

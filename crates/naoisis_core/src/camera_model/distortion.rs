@@ -45,7 +45,7 @@ pub struct Distortion {
 
 /// The form of a distortion in files.
 #[derive(Serialize, Deserialize)]
-#[serde(untagged, expecting = "expected a list of numbers, or `fisheye` with such a list")]
+#[serde(untagged, expecting = "a distortion is a list of numbers, or an object with `fisheye` and such a list")]
 enum Coefficients {
     PlumbBob(Vec<f32>),
     Fisheye(Fisheye),
@@ -116,7 +116,7 @@ impl Distortion {
 
     /// The slope up to which the polynomial is used; beyond, it is continued as a straight line.
     pub fn holds_up_to(&self) -> f32 {
-        if self.is_fisheye { ops::tan(self.limit[0]).min(STEEPEST) } else { self.limit[0] }
+        if self.is_fisheye { ops::tan(self.limit[0]).min(1.01 * STEEPEST) } else { self.limit[0] }
     }
 
     /// Returns the distorted slope of a point that a pinhole camera shows at `slope`.
@@ -356,7 +356,7 @@ mod tests {
         // k1 = 0.1 at 0.5 rad: 0.5 (1 + 0.025).
         let lens = Distortion::fisheye([0.1, 0.0, 0.0, 0.0]);
         assert_abs_diff_eq!(lens.distorted(Vec2::Y * ops::tan(0.5)).y, 0.5125, epsilon = 1e-6);
-        assert_eq!((lens.model(), lens.holds_up_to()), ("equidistant", STEEPEST));
+        assert_eq!((lens.model(), lens.holds_up_to()), ("equidistant", 1.01 * STEEPEST));
         // It no longer rises at 1 / sqrt(3 · 0.5) = 0.82 rad, nearly.
         let bent = Distortion::fisheye([-0.5, 0.0, 0.0, 0.0]);
         assert_abs_diff_eq!(bent.holds_up_to(), ops::tan(0.775), epsilon = 0.01);

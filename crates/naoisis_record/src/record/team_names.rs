@@ -27,8 +27,11 @@ fn name_by_behaviours<'a>(team: Team, scenario: &Scenario, registry: &'a Behavio
     registry.team_of(&behaviours.collect::<Option<Vec<_>>>()?)
 }
 
-/// The name of a team; of a command line, the name of the program's file without folders and ending.
+/// The name of a team; of a command line or a policy, the name of the file without folders and ending.
 fn short(name: &str) -> String {
+    if let Some(file) = TeamsSpec::policy(name) {
+        return Path::new(file).file_stem().and_then(|stem| stem.to_str()).unwrap_or(name).to_owned();
+    }
     let Some(Some(words)) = TeamsSpec::command_line(name) else { return name.to_owned() };
     let is_script = |word: &&String| {
         Path::new(word).extension().is_some_and(|ending| SCRIPTS.iter().any(|script| ending == *script))

@@ -80,7 +80,8 @@ impl RobotSpec {
     }
 }
 
-/// The behaviour of a robot: `"idle"`, the name of a registered behaviour, `{ "script": [...] }`, or `{ "program": [...] }`.
+/// The behaviour of a robot: `"idle"`, the name of a registered behaviour, `{ "script": [...] }`, `{ "program": [...] }`, or
+/// `{ "policy": "FILE.onnx" }`.
 #[derive(Clone, PartialEq, Debug, Reflect)]
 pub enum BehaviourSpec {
     /// A registered behaviour; `idle` does nothing.
@@ -89,6 +90,8 @@ pub enum BehaviourSpec {
     Script(Vec<ScriptEntry>),
     /// A program for this robot: the words of its command line, run in the folder of the scenario's file.
     Program(Vec<String>),
+    /// A learned policy: the path of its ONNX file, from the folder of the scenario's file.
+    Policy(String),
 }
 
 impl JsonSchema for BehaviourSpec {
@@ -99,7 +102,7 @@ impl JsonSchema for BehaviourSpec {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let script = generator.subschema_for::<Vec<ScriptEntry>>();
         json_schema!({
-            "description": "`idle`, the name of a behaviour, a script, or the words of a program's command line.",
+            "description": "`idle`, the name of a behaviour, a script, the words of a program's command line, or the file of a learned policy.",
             "anyOf": [
                 { "type": "string" },
                 { "type": "object", "properties": { "script": script }, "required": ["script"], "additionalProperties": false },
@@ -107,6 +110,12 @@ impl JsonSchema for BehaviourSpec {
                     "type": "object",
                     "properties": { "program": { "type": "array", "items": { "type": "string" } } },
                     "required": ["program"],
+                    "additionalProperties": false,
+                },
+                {
+                    "type": "object",
+                    "properties": { "policy": { "type": "string" } },
+                    "required": ["policy"],
                     "additionalProperties": false,
                 },
             ],
@@ -134,6 +143,11 @@ impl Serialize for BehaviourSpec {
                 map.serialize_entry("program", words)?;
                 map.end()
             }
+            BehaviourSpec::Policy(file) => {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry("policy", file)?;
+                map.end()
+            }
         }
     }
 }
@@ -147,7 +161,9 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
             type Value = BehaviourSpec;
 
             fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-                formatter.write_str("`idle`, the name of a behaviour, or an object with a `script` or a `program`")
+                formatter.write_str(
+                    "`idle`, the name of a behaviour, or an object with a `script`, a `program` or a `policy`",
+                )
             }
 
             fn visit_str<E: de::Error>(self, name: &str) -> Result<BehaviourSpec, E> {
@@ -158,11 +174,14 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
                 let mut behaviour = None;
                 while let Some(field) = map.next_key()? {
                     if behaviour.is_some() {
-                        return Err(de::Error::custom("a robot has one behaviour; expected a `script` or a `program`"));
+                        return Err(de::Error::custom(
+                            "a robot has one behaviour; expected a `script`, a `program` or a `policy`",
+                        ));
                     }
                     behaviour = Some(match field {
                         Field::Script => BehaviourSpec::Script(map.next_value()?),
                         Field::Program => BehaviourSpec::Program(map.next_value()?),
+                        Field::Policy => BehaviourSpec::Policy(map.next_value()?),
                     });
                 }
                 behaviour.ok_or_else(|| de::Error::missing_field("script"))
@@ -174,6 +193,7 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
         enum Field {
             Script,
             Program,
+            Policy,
         }
 
         deserializer.deserialize_any(BehaviourVisitor)

@@ -12,8 +12,8 @@ use super::robot_settings::{RobotPatch, patch_beside_fields, robot_settings};
 use super::robot_spec::RobotSpec;
 use naoisis_core::team::{PerTeam, Team};
 
-/// The two teams of a scenario: each is the name of a registered team; `exec:COMMAND`, a program that is started for each robot; or
-/// `remote`, for robots that are controlled from outside.
+/// The two teams of a scenario: each is the name of a registered team; `exec:COMMAND`, a program that is started for each robot;
+/// `policy:FILE`, a learned policy that plays each robot; or `remote`, for robots that are controlled from outside.
 ///
 /// In files, a team is its name, or an object with the name as `team` and what all of its robots have in common: a `model`, or settings of
 /// robots.
@@ -42,6 +42,9 @@ impl TeamsSpec {
     /// Prefix of a team's name that is the command line of a program.
     pub const EXEC: &str = "exec:";
 
+    /// Prefix of a team's name that is the file of a learned policy.
+    pub const POLICY: &str = "policy:";
+
     /// Creates two teams by their names, with the scenario's robots.
     pub fn new(blue: impl Into<String>, pink: impl Into<String>) -> Self {
         Self { blue: blue.into(), pink: pink.into(), robots: PerTeam::default() }
@@ -51,6 +54,11 @@ impl TeamsSpec {
     /// `Some(None)` if quotes are not closed.
     pub fn command_line(team: &str) -> Option<Option<Vec<String>>> {
         team.strip_prefix(Self::EXEC).map(shlex::split)
+    }
+
+    /// Returns the file of the learned policy in a team's name; `None` for other names.
+    pub fn policy(team: &str) -> Option<&str> {
+        team.strip_prefix(Self::POLICY)
     }
 
     /// Returns the name of a team.

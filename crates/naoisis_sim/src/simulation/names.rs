@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::rules::RuleRegistry;
 use super::sensors::SensorRegistry;
 use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, TeamsSpec, unknown_name};
-use naoisis_core::behaviour::{BehaviourRegistry, REMOTE};
+use naoisis_core::behaviour::{BehaviourRegistry, PolicyReader, REMOTE};
 use naoisis_core::team::Team;
 
 /// Returns a fault for each unregistered name, and for each invalid setting of a custom sensor or rule. Empty names are faults of the
@@ -21,16 +21,35 @@ pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
             fault.expected = format!("a script, or {}", fault.expected);
             Some(of_feature(name, fault))
         }
+        BehaviourSpec::Policy(file) if !file.is_empty() => {
+            no_policy(world, &root.field("robots").index(index).field("behaviour"), robot.team, file)
+        }
         _ => None,
     });
     let named = scenario.teams.iter().flat_map(|teams| Team::BOTH.map(|team| (team, teams.name(team))));
-    let teams = named.filter_map(|(team, name)| wrong_team(registry, &root.field("teams").field(team.name()), name));
+    let teams = named.filter_map(|(team, name)| {
+        let path = root.field("teams").field(team.name());
+        match TeamsSpec::policy(name) {
+            Some(file) => no_policy(world, &path, team, file),
+            None => wrong_team(registry, &path, name),
+        }
+    });
     let sensors = world.resource::<SensorRegistry>().faults(scenario);
     robots.chain(teams).chain(sensors).chain(world.resource::<RuleRegistry>().faults(scenario)).collect()
 }
 
-/// Returns a fault if `name` is neither a registered team nor the command line of a program (`exec:COMMAND`).
+/// Returns a fault if the learned policy in `file` cannot play.
+fn no_policy(world: &World, path: &FieldPath, team: Team, file: &str) -> Option<ScenarioFault> {
+    let problem = PolicyReader::read(world, team, file).err()?;
+    Some(ScenarioFault::new(path.clone(), problem, "a policy in ONNX, with its layout in a JSON file beside it"))
+}
+
+/// Returns a fault if `name` is neither a registered team, the command line of a program (`exec:COMMAND`) nor the file of a learned policy
+/// (`policy:FILE`), which is not read.
 pub fn wrong_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) -> Option<ScenarioFault> {
+    if TeamsSpec::policy(name).is_some_and(|file| !file.is_empty()) {
+        return None;
+    }
     match TeamsSpec::command_line(name) {
         Some(Some(words)) if words.first().is_some_and(|word| !word.is_empty()) => None,
         Some(words) => {

@@ -9,7 +9,7 @@ use crate::scenario::{BallSpec, BehaviourSpec, FieldPath, RobotSpec, Scenario, S
 use naoisis_core::ball::{Ball, BallPath, BallVelocity, ExtraBall};
 use naoisis_core::behaviour::drawings::Drawings;
 use naoisis_core::behaviour::script::Script;
-use naoisis_core::behaviour::{BehaviourRegistry, Program, REMOTE};
+use naoisis_core::behaviour::{BehaviourRegistry, Policy, PolicyReader, Program, REMOTE};
 use naoisis_core::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use naoisis_core::cycle::{CycleClock, PendingHalf};
 use naoisis_core::events::Contacts;
@@ -153,6 +153,9 @@ fn team_of(
     if let Some(Some(words)) = TeamsSpec::command_line(name) {
         return Ok(numbers.map(|number| spec_of(number, BehaviourSpec::Program(words.clone()))).collect());
     }
+    if let Some(file) = TeamsSpec::policy(name) {
+        return Ok(numbers.map(|number| spec_of(number, BehaviourSpec::Policy(file.to_owned()))).collect());
+    }
     if name == REMOTE {
         return Ok(numbers.map(|number| spec_of(number, BehaviourSpec::Named(REMOTE.to_owned()))).collect());
     }
@@ -242,6 +245,14 @@ pub(super) fn give_behaviour(entity: &mut EntityWorldMut, scenario: &Scenario, r
         }
         BehaviourSpec::Program(words) => {
             entity.insert(Program(words.clone()));
+        }
+        BehaviourSpec::Policy(file) => {
+            entity.insert((Policy(file.clone()), BehaviourRandom::new(scenario.seed, robot.id())));
+            if PolicyReader::read(entity.world(), robot.team, file).is_ok_and(|needs| needs.belief) {
+                entity.insert(SimpleBelief::default());
+                let localisation = robot.own.localisation.unwrap_or(scenario.settings.localisation);
+                begin_belief(entity, robot.pose, localisation, ball_in(scenario));
+            }
         }
         BehaviourSpec::Named(name) => {
             let marker = entity.world().resource::<BehaviourRegistry>().marker_of(name);

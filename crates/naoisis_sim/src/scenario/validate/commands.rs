@@ -28,6 +28,11 @@ impl Checks {
                     self.fault(path.field("behaviour.program"), "`program` names no program", expected);
                 }
             }
+            BehaviourSpec::Policy(file) => {
+                if file.trim().is_empty() {
+                    self.fault(path.field("behaviour.policy"), "`policy` names no file", "the path of an ONNX file");
+                }
+            }
             BehaviourSpec::Script(entries) => {
                 let kicks = robot.own.kicks.as_ref().unwrap_or(&scenario.settings.kicks);
                 for (index, entry) in entries.iter().enumerate() {

@@ -37,7 +37,7 @@ use super::spawn::{MatchEntity, despawn_match};
 pub use crate::scenario::saved_match::EXTENSION;
 use crate::scenario::{SavedMatchError, Scenario, ScenarioFault};
 use naoisis_core::behaviour::script::Script;
-use naoisis_core::behaviour::{BehaviourRegistry, Program};
+use naoisis_core::behaviour::{BehaviourRegistry, Policy, Program};
 use naoisis_core::events::StampedEvent;
 use naoisis_core::geometry::Pose;
 use naoisis_core::knowledge::{Knowledge, is_of_naoisis};
@@ -233,7 +233,9 @@ impl Snapshot {
             entity.components.retain(|component| {
                 let mark = Knowledge::of_type_info(component.reflect_type_info());
                 let is_thought = mark.is_none_or(|mark| mark == Knowledge::Belief);
-                let is_behaviour = component.as_any().is::<Script>() || component.as_any().is::<Program>();
+                let component_is = component.as_any();
+                let is_behaviour =
+                    component_is.is::<Script>() || component_is.is::<Program>() || component_is.is::<Policy>();
                 component.as_any().is::<MatchEntity>() || !(is_thought || is_behaviour)
             });
         }

@@ -126,7 +126,7 @@ fn is_from_outside(behaviour: &BehaviourSpec) -> bool {
         BehaviourSpec::Program(_) => true,
         // Booster programs connect over DDS.
         BehaviourSpec::Named(name) => name == REMOTE || name == "booster",
-        BehaviourSpec::Script(_) => false,
+        BehaviourSpec::Script(_) | BehaviourSpec::Policy(_) => false,
     }
 }
 

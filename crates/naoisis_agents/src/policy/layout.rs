@@ -1,0 +1,210 @@
+//! The layout of a policy: which observation it reads, and how its outputs are an action. A JSON file beside the ONNX file has it.
+
+use core::fmt;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+use super::network::{Network, NetworkError, Port};
+use crate::environment::{ActionKind, ObservationKind};
+use naoisis_core::read_file::read_file;
+
+/// Size limit of an ONNX file, bytes.
+const LARGEST_NETWORK_BYTES: u64 = 64 << 20;
+/// Size limit of a layout, bytes.
+const LARGEST_LAYOUT_BYTES: u64 = 64 << 10;
+/// The greatest number of cycles for which an action is held.
+const MOST_CYCLES: u32 = 1000;
+
+/// How a policy is used: the contents of `NAME.json` beside `NAME.onnx`.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PolicyLayout {
+    /// The observation that the network reads, in the order of the learning environments.
+    pub observation: ObservationKind,
+    /// The kind of action that follows from the network's output.
+    pub action: ActionKind,
+    /// The number of cycles for which an action is held, from 1 to 1000: that of the learning environment.
+    #[serde(default = "three")]
+    pub cycles_per_step: u32,
+    /// How choices follow from the scores of a network: the likeliest, or drawn with the probabilities of a softmax.
+    #[serde(default)]
+    pub choice: Choice,
+    /// Inputs and outputs that carry a recurrent state from step to step. The state of the first step is 0.
+    #[serde(default)]
+    pub state: Vec<StatePorts>,
+    /// A note for people: how the policy was made.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub note: String,
+}
+
+/// How a choice follows from scores.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Choice {
+    /// The choice with the highest score; of equal ones the first.
+    #[default]
+    Likeliest,
+    /// A random choice: scores are the logarithms of relative probabilities.
+    Drawn,
+}
+
+/// An input and the output that is its value in the next step.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StatePorts {
+    /// The name of the input.
+    pub input: String,
+    /// The name of the output.
+    pub output: String,
+}
+
+fn three() -> u32 {
+    3
+}
+
+/// The error that a policy cannot be used.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum PolicyError {
+    /// A file cannot be read.
+    #[error("{file}: {problem}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The network cannot be read.
+    #[error("{file}: {error}")]
+    Network {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        error: NetworkError,
+    },
+    /// The layout does not fit the network.
+    #[error("{file}: {problem}")]
+    Layout {
+        /// The file.
+        file: String,
+        /// What is wrong, and what is expected.
+        problem: String,
+    },
+}
+
+naoisis_core::debug_as_displayed!(PolicyError);
+
+/// A policy that is ready to play.
+#[derive(Debug)]
+pub struct LoadedPolicy {
+    /// The network.
+    pub(super) network: Network,
+    /// Its use.
+    pub(super) layout: PolicyLayout,
+    /// The index of the input with the observation.
+    pub(super) observation: usize,
+    /// The index of the output with the action.
+    pub(super) action: usize,
+    /// For each state, the indices of its input and of its output.
+    pub(super) states: Vec<[usize; 2]>,
+}
+
+impl LoadedPolicy {
+    /// Reads a policy and its layout.
+    ///
+    /// # Errors
+    /// What is wrong with the files.
+    pub fn read(path: &Path) -> Result<Self, PolicyError> {
+        let file = path.display().to_string();
+        let unreadable = |file: &str, problem: String| PolicyError::Unreadable { file: file.to_owned(), problem };
+        let bytes = read_file(path, LARGEST_NETWORK_BYTES).map_err(|error| unreadable(&file, error.to_string()))?;
+        let network = Network::read(&bytes).map_err(|error| PolicyError::Network { file, error })?;
+        let path = path.with_extension("json");
+        let file = path.display().to_string();
+        let text = read_file(&path, LARGEST_LAYOUT_BYTES).map_err(|error| {
+            unreadable(&file, format!("{error}; a policy needs its layout, such as {EXAMPLE} beside it"))
+        })?;
+        let layout = serde_json::from_slice(&text).map_err(|error| unreadable(&file, error.to_string()))?;
+        Self::new(network, layout).map_err(|problem| PolicyError::Layout { file, problem })
+    }
+
+    /// Joins a network and its layout.
+    fn new(network: Network, layout: PolicyLayout) -> Result<Self, String> {
+        if layout.observation == ObservationKind::Truth {
+            return Err("players know no `truth`; expected `perception`, `belief` or `body`".to_owned());
+        }
+        if !(1..=MOST_CYCLES).contains(&layout.cycles_per_step) {
+            return Err(format!("`cycles_per_step` is {}; expected 1 to {MOST_CYCLES}", layout.cycles_per_step));
+        }
+        let index = |ports: &[Port], name: &str, what: &str| {
+            let names = || ports.iter().map(|port| port.name.as_str()).collect::<Vec<_>>().join(", ");
+            let index = ports.iter().position(|port| port.name == name);
+            index.ok_or_else(|| format!("the network has no {what} `{name}`; expected one of {}", names()))
+        };
+        let states = layout.state.iter().map(|StatePorts { input, output }| {
+            Ok([index(network.inputs(), input, "input")?, index(network.outputs(), output, "output")?])
+        });
+        let states: Vec<[usize; 2]> = states.collect::<Result<_, String>>()?;
+        let other = |ports: &[Port], side: usize, what: &str| {
+            let mut others = (0..ports.len()).filter(|index| states.iter().all(|state| state[side] != *index));
+            match (others.next(), others.next()) {
+                (Some(index), None) => Ok(index),
+                (first, _) => Err(format!(
+                    "the network has {} besides those in `state`; expected one",
+                    if first.is_some() { format!("several {what}s") } else { format!("no {what}") }
+                )),
+            }
+        };
+        let (observation, action) = (other(network.inputs(), 0, "input")?, other(network.outputs(), 1, "output")?);
+        Ok(Self { network, layout, observation, action, states })
+    }
+
+    /// The shape of an input that has `count` numbers: free dimensions are 1, but the last one.
+    pub(super) fn shape_of(port: &Port, count: Option<usize>) -> Result<Vec<usize>, String> {
+        let mut shape: Vec<usize> = port.shape.iter().map(|length| length.unwrap_or(1)).collect();
+        let Some(count) = count else { return Ok(shape) };
+        if let (Some(last), Some(None)) = (shape.last_mut(), port.shape.last()) {
+            *last = count;
+        }
+        if shape.iter().product::<usize>() != count {
+            let expected = shape.iter().product::<usize>();
+            return Err(format!(
+                "the policy reads {expected} numbers, and the observation of its robot has {count}: it was made for a match with another \
+                 number of robots, or for another observation"
+            ));
+        }
+        Ok(shape)
+    }
+}
+
+/// Shows the ports of the network and their use.
+impl fmt::Display for LoadedPolicy {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shape = |port: &Port| {
+            let lengths =
+                port.shape.iter().map(|length| length.map_or_else(|| "?".to_owned(), |length| length.to_string()));
+            format!("`{}` [{}]", port.name, lengths.collect::<Vec<_>>().join(", "))
+        };
+        let word = |value: serde_json::Result<serde_json::Value>| {
+            value.ok().and_then(|value| value.as_str().map(str::to_owned))
+        };
+        let PolicyLayout { observation, action, cycles_per_step, .. } = &self.layout;
+        let [observation, action] = [word(serde_json::to_value(observation)), word(serde_json::to_value(action))]
+            .map(Option::unwrap_or_default);
+        let (inputs, outputs) = (self.network.inputs(), self.network.outputs());
+        write!(
+            formatter,
+            "{} is the observation `{observation}`, {} is the action `{action}`, held for {cycles_per_step} cycles",
+            shape(&inputs[self.observation]),
+            shape(&outputs[self.action])
+        )?;
+        for [input, output] in &self.states {
+            write!(formatter, ", {} is the state, then {}", shape(&inputs[*input]), shape(&outputs[*output]))?;
+        }
+        Ok(())
+    }
+}
+
+/// A layout, for error messages.
+const EXAMPLE: &str = r#"{ "observation": "belief", "action": "discrete" }"#;

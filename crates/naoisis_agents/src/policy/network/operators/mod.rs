@@ -1,0 +1,112 @@
+//! The supported operators.
+
+mod elementwise;
+mod layout;
+mod linear;
+mod normalise;
+mod pair;
+mod recurrent;
+mod reduce;
+mod select;
+
+use std::fmt::Debug;
+
+use super::{constants::Element, node::Node, tensor::Tensor};
+
+/// An operator with its attributes and constant parameters.
+pub(super) trait Operator: Debug + Send + Sync {
+    /// The results for `inputs`, in the order of the node's outputs.
+    ///
+    /// Inputs that are left out, and those of which the operator keeps a copy, are `None`. None of the others is empty.
+    fn run(&self, inputs: &[Option<&Tensor>]) -> Result<Vec<Tensor>, String>;
+}
+
+/// What reading a node gives: its operator and the kind of number it makes.
+type Reading = Result<(Box<dyn Operator>, Element), String>;
+
+/// A supported operator by name.
+pub(super) struct Entry {
+    pub(super) name: &'static str,
+    /// How many inputs it needs.
+    pub(super) inputs: usize,
+    /// How many inputs it may have.
+    pub(super) most_inputs: usize,
+    /// How many outputs are supported.
+    pub(super) most_outputs: usize,
+    pub(super) read: fn(&Node) -> Reading,
+}
+
+const fn entry(name: &'static str, inputs: usize, most_inputs: usize, read: fn(&Node) -> Reading) -> Entry {
+    Entry { name, inputs, most_inputs, most_outputs: 1, read }
+}
+
+/// As many inputs or outputs as the file names.
+const ANY: usize = usize::MAX;
+
+/// All supported operators, in alphabetical order.
+const ENTRIES: &[Entry] = &[
+    entry("Abs", 1, 1, elementwise::abs),
+    entry("Add", 2, 2, pair::add),
+    entry("ArgMax", 1, 1, reduce::arg_max),
+    entry("Asinh", 1, 1, elementwise::asinh),
+    entry("BatchNormalization", 5, 5, normalise::batch),
+    entry("Cast", 1, 1, elementwise::cast),
+    entry("Clip", 1, 3, elementwise::clip),
+    entry("Concat", 1, ANY, select::concat),
+    // Read without an operator: its tensor is a constant of the network.
+    entry("Constant", 0, 0, layout::identity),
+    entry("ConstantOfShape", 1, 1, layout::constant_of_shape),
+    entry("Div", 2, 2, pair::div),
+    entry("Dropout", 1, 3, layout::dropout),
+    entry("Elu", 1, 1, elementwise::elu),
+    entry("Exp", 1, 1, elementwise::exp),
+    entry("Expand", 2, 2, layout::expand),
+    entry("Flatten", 1, 1, layout::flatten),
+    Entry { most_outputs: 2, ..entry("GRU", 3, 6, recurrent::gru) },
+    entry("Gather", 2, 2, select::gather),
+    entry("Gemm", 2, 3, linear::gemm),
+    entry("Identity", 1, 1, layout::identity),
+    Entry { most_outputs: 3, ..entry("LSTM", 3, 8, recurrent::lstm) },
+    entry("LayerNormalization", 2, 3, normalise::layer),
+    entry("LeakyRelu", 1, 1, elementwise::leaky_relu),
+    entry("Log", 1, 1, elementwise::log),
+    entry("LogSoftmax", 1, 1, normalise::log_softmax),
+    entry("MatMul", 2, 2, linear::mat_mul),
+    entry("Max", 1, ANY, pair::max),
+    entry("Min", 1, ANY, pair::min),
+    entry("Mul", 2, 2, pair::mul),
+    entry("Neg", 1, 1, elementwise::neg),
+    entry("Pow", 2, 2, elementwise::pow),
+    entry("ReduceMean", 1, 2, reduce::mean),
+    entry("ReduceSum", 1, 2, reduce::sum),
+    entry("Relu", 1, 1, elementwise::relu),
+    entry("Reshape", 2, 2, layout::reshape),
+    entry("Shape", 1, 1, layout::shape),
+    entry("Sigmoid", 1, 1, elementwise::sigmoid),
+    entry("Slice", 3, 5, select::slice),
+    entry("Softmax", 1, 1, normalise::softmax),
+    entry("Softplus", 1, 1, elementwise::softplus),
+    Entry { most_outputs: ANY, ..entry("Split", 1, 2, select::split) },
+    entry("Sqrt", 1, 1, elementwise::sqrt),
+    entry("Squeeze", 1, 2, layout::squeeze),
+    entry("Sub", 2, 2, pair::sub),
+    entry("Tanh", 1, 1, elementwise::tanh),
+    entry("Transpose", 1, 1, layout::transpose),
+    entry("Unsqueeze", 1, 2, layout::unsqueeze),
+];
+
+/// The supported operator `name`.
+pub(super) fn entry_named(name: &str) -> Option<&'static Entry> {
+    ENTRIES.iter().find(|entry| entry.name == name)
+}
+
+/// The names of all supported operators, for messages.
+pub(super) fn names() -> String {
+    let names: Vec<_> = ENTRIES.iter().map(|entry| entry.name).collect();
+    names.join(", ")
+}
+
+/// The input `index` of a running operator.
+fn input<'a>(inputs: &[Option<&'a Tensor>], index: usize) -> Result<&'a Tensor, String> {
+    inputs.get(index).copied().flatten().ok_or_else(|| format!("its input {index} is missing"))
+}
