@@ -1,6 +1,6 @@
 //! Robots that see nothing but their camera images.
 
-use bevy::math::Vec2;
+use bevy::math::{Vec2, ops};
 use naoisis::events::KickResult;
 use naoisis::prelude::*;
 use naoisis::sensing::camera::{CameraImages, CameraSettings};
@@ -92,7 +92,10 @@ fn a_fisheye_camera_shows_more_and_vision_knows_it() {
         let intrinsics = settings.intrinsics(settings.mounts.iter().next().unwrap());
         // The corner of the image is half the field of view from the axis.
         let corner = intrinsics.slope(Vec2::new(320.0, 240.0)).length();
-        assert!((corner - (f32::to_radians(fov_deg as f32) / 2.0).tan()).abs() < 2e-3 * corner, "{fov_deg}: {corner}");
+        assert!(
+            (corner - ops::tan(f32::to_radians(fov_deg as f32) / 2.0)).abs() < 2e-3 * corner,
+            "{fov_deg}: {corner}"
+        );
     }
 }
 

@@ -109,7 +109,7 @@ fn what_is_wrong_with_a_policy_is_said_before_the_match() {
             json!({ "observation": "belief", "action": "discrete", "state": state, "cycles_per_step": 0 }),
             "expected 1 to 1000",
         ),
-        (json!({ "observation": "belief", "action": "discret" }), "unknown variant `discret`"),
+        (json!({ "observation": "belief", "action": "walks" }), "unknown variant `walks`"),
     ] {
         let error = with_layout(layout);
         assert!(error.contains(expected), "{error}");

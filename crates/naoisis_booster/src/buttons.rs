@@ -67,7 +67,7 @@ pub fn remote_controller(before: &ButtonReadings, now: &ButtonReadings) -> Remot
         of_remote(name, reading.is_pressed);
     }
     let mut is_of_remote = |name: &str| of_remote(name, now.0.get(name).is_some_and(|reading| reading.is_pressed));
-    let last = changes(before, now).into_iter().filter(|(name, _)| is_of_remote(name)).next_back();
+    let last = changes(before, now).into_iter().rfind(|(name, _)| is_of_remote(name));
     state.event = last.map_or(0, |(_, is_pressed)| if is_pressed { BUTTON_DOWN } else { BUTTON_UP });
     state
 }

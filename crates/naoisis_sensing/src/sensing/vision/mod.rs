@@ -27,7 +27,8 @@
 //! The errors of a real vision last longer than an image, and so do those of `realistic` robots: the [`gaze`] has a drift that lasts for
 //! about a step, greater while walking, and a bias for a whole match ([`GazeNoise`]); objects that are far away or partly hidden are
 //! detected less often, without a greatest distance ([`Falloff`]); a line junction looks like a ball for seconds, from any direction
-//! ([`FalsePositives`]); and the distance to a robot whose feet are hidden is too great ([`HiddenFeet`]). Percepts have a [`confidence`].
+//! ([`FalsePositives`]); and the distance to a robot whose feet are hidden is too great ([`HiddenFeet`]). Percepts have a confidence
+//! ([`VisionNoise::confidence`]).
 //!
 //! **By images** ([`VisionSource::Image`]), everything is detected in the [rendered images](crate::sensing::camera) alone: see [`image`].
 //! The noise is then that of the images. A program's own vision processes the images in [`SensingSystems::Custom`], and fills the percepts
