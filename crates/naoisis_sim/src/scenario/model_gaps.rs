@@ -133,7 +133,7 @@ mod tests {
     fn errors_that_a_file_does_not_give_are_named_and_those_of_what_there_is_not_are_none() {
         let torso = json!({ "torso": { "x_m": [-0.1, 0.1], "half_width_m": 0.2, "z_m": [0.0, 0.4] } });
         let blind = model(json!({ "body": torso }), json!({}));
-        let open = ["motion.gait", "odometry.noise", "falls", "breakdowns", "latency", "messages.loss"];
+        let open = ["motion.gait", "odometry.noise", "falls", "breakdowns", "hearing", "latency", "messages.loss"];
         assert_eq!(blind.without_errors(), open);
         let own = json!({ "own": { "flap": { "speed_sd": 0.1 } } });
         let realistic = json!({ "kicks": own, "falls": {}, "motion": { "gait": { "step_s": 0.3 } } });

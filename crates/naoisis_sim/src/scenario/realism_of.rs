@@ -217,7 +217,7 @@ mod tests {
         let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;
         assert_eq!(
             renamed.realism_in_words(),
-            "ideal but for ball, cameras, motion, kicks, vision, sonar, odometry, falls, breakdowns, latency, messages"
+            "ideal but for ball, cameras, motion, kicks, vision, sonar, odometry, falls, breakdowns, hearing, latency, messages"
         );
     }
 }

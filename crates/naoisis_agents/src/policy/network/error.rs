@@ -3,7 +3,7 @@
 use super::tensor::MOST_NUMBERS;
 
 /// Why a file is refused as a network, or why a network cannot run on its inputs.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NetworkError {
     /// The file is larger than any policy needs.
@@ -95,3 +95,5 @@ pub enum NetworkError {
         detail: String,
     },
 }
+
+naoisis_core::debug_as_displayed!(NetworkError);

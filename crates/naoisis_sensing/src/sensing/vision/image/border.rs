@@ -10,8 +10,8 @@ use crate::sensing::vision::{GroundPoint, RobotPercept};
 const SPACING: usize = 20;
 /// The number of rows below the edge that are examined.
 const ROWS: usize = 10;
-/// The least number of them that are green: lines and noise are not.
-const LEAST_GREEN: usize = 7;
+/// The least number of them that are green or white, as carpet and lines are.
+const LEAST_CARPET: usize = 7;
 /// Points within this distance of a robot's body may be at its feet instead, m.
 const BESIDE_ROBOT_M: f32 = 0.15;
 
@@ -32,7 +32,8 @@ impl Look<'_> {
     /// The highest row of a column with carpet below it.
     fn highest_green(&self, column: usize) -> Option<usize> {
         let is_green = |row: &usize| self.class(column, *row) == ColourClass::Green;
+        let is_carpet = |row: &usize| matches!(self.class(column, *row), ColourClass::Green | ColourClass::White);
         let last = self.height().checked_sub(ROWS)?;
-        (0..last).find(|row| is_green(row) && (*row..*row + ROWS).filter(is_green).count() >= LEAST_GREEN)
+        (0..last).find(|row| is_green(row) && (*row..*row + ROWS).filter(is_carpet).count() >= LEAST_CARPET)
     }
 }

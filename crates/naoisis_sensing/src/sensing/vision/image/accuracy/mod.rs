@@ -173,6 +173,7 @@ impl Workshop {
         self.occluders.gather(scene, Some(0), own.pose, views.actual());
         let mut observer = Observer::new(&views, own.pose, noise, &self.occluders, streams);
         observer.recognise_everything(percepts, scene, Some(0), &mut LandmarksAhead::default());
+        observer.add_false_positives(percepts, scene);
     }
 
     /// Draws the images of all cameras, and fills `percepts` by the image vision. Returns the true contents of the images.
