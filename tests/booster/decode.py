@@ -20,7 +20,7 @@ DEFINITIONS = {
     "booster_interface/msg/RawBytesMsg": "uint8[] msg",
     "booster_interface/msg/BatteryState": "float32 voltage\nfloat32 current\nfloat32 soc\nfloat32 average_voltage",
     "booster_interface/msg/RobotStatesMsg": "int32 current_mode\nint32 current_body_control\nint32[] current_actions",
-    "booster_interface/msg/ButtonEventMsg": "int8 event\nint32 button",
+    "booster_interface/msg/ButtonEventMsg": "int32 button\nint32 event",
     "booster_interface/msg/RemoteControllerState": "uint32 event\nfloat32 lx\nfloat32 ly\nfloat32 rx\nfloat32 ry\n"
     + "\n".join(f"bool {name}" for name in "a b x y lb rb lt rt ls rs back start hat_c hat_u hat_d hat_l hat_r hat_lu hat_ld hat_ru hat_rd".split())
     + "\nuint8 reserved",

@@ -407,6 +407,8 @@ fn abilities() -> impl Strategy<Value = Abilities> {
             number_error,
             heading_m,
             heading_sd,
+            colour_m: number_m,
+            colour_error: number_error,
         },
     );
     let lasting = (degrees(0.0..=180.0), gaze, places(), places(), feet, jerseys, any::<bool>());

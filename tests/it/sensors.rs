@@ -286,8 +286,8 @@ fn somebody_presses_a_robots_buttons_at_the_times_of_the_scenario() {
     assert_eq!(told(&mut app, 7, 1)["buttons"], json!({ "chest": { "presses": 1, "pressed": true } }));
     assert_eq!(told(&mut app, 10, 1)["buttons"], json!({ "chest": { "presses": 1, "pressed": false } }));
     assert!(told(&mut app, 0, 2).is_empty());
-    let saved = Snapshot::take(app.world_mut()).unwrap();
-    saved.restore(app.world_mut()).unwrap();
+    let saved = Snapshot::take(app.world_mut()).unwrap().to_bytes(app.world()).unwrap();
+    Snapshot::from_bytes(&saved, app.world()).unwrap().restore(app.world_mut()).unwrap();
     assert_eq!(told(&mut app, 1, 1)["buttons"]["chest"]["presses"], 1);
     let wrong = text.replace("chest", "Chest").replace("0.5", "-1");
     let error = headless_app().start_match(&Scenario::from_json(&wrong).unwrap()).err().unwrap().to_string();

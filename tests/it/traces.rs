@@ -367,7 +367,7 @@ fn the_guide_describes_every_field_of_a_trace() {
                    "fall_from_mps": 0, "fall_certain_mps": 0.2, "get_up_s": 1, "shoot_out": true, "shoot_out_s": 1, "status_delay_s": 0 } }"#;
     look_at(&whole_trace(&Scenario::from_json(eventful).unwrap(), 25.0));
     let faces = r#"{ "rules": "free", "ball": { "position_m": [1, -0.2] }, "body": { "jersey": "team" },
-        "vision": { "points": true, "noise": { "confidence": true, "jerseys": { "number_m": 3, "heading_m": 3 } } },
+        "vision": { "points": true, "noise": { "confidence": true, "jerseys": { "number_m": 3, "heading_m": 3, "colour_m": 3 } } },
         "robots": [{ "number": 1 }, { "number": 2, "pose": [1.5, 0.2, 180] }] }"#;
     look_at(&whole_trace(&Scenario::from_json(faces).unwrap(), 2.0));
     let several_balls = r#"{ "rules": "free", "robots": [{ "number": 1 }], "vision": { "noise": { "preset": "none", "confidence": true } },

@@ -36,7 +36,7 @@ fn changes<'a>(before: &ButtonReadings, now: &'a ButtonReadings) -> Vec<(&'a str
 pub fn button_events(before: &ButtonReadings, now: &ButtonReadings) -> Vec<ButtonEventMsg> {
     let event = |(name, is_pressed): (&str, bool)| {
         let button = name.strip_prefix(ON_ROBOT)?.parse().ok()?;
-        Some(ButtonEventMsg { event: i8::from(!is_pressed), button })
+        Some(ButtonEventMsg { button, event: i32::from(!is_pressed) })
     };
     changes(before, now).into_iter().filter_map(event).collect()
 }
@@ -86,8 +86,8 @@ mod tests {
     fn a_press_is_two_events() {
         let none = ButtonReadings::default();
         let (down, up) = (readings(&[("button_1", 1, true)]), readings(&[("button_1", 1, false)]));
-        assert_eq!(button_events(&none, &down), [ButtonEventMsg { event: 0, button: 1 }]);
-        assert_eq!(button_events(&down, &up), [ButtonEventMsg { event: 1, button: 1 }]);
+        assert_eq!(button_events(&none, &down), [ButtonEventMsg { button: 1, event: 0 }]);
+        assert_eq!(button_events(&down, &up), [ButtonEventMsg { button: 1, event: 1 }]);
         assert_eq!(button_events(&none, &up).len(), 2);
         assert!(
             button_events(&up, &up).is_empty() && button_events(&none, &readings(&[("chest", 1, true)])).is_empty()

@@ -90,6 +90,8 @@ pub struct Firmware {
     pub imu: Option<ImuReading>,
     /// Its buttons in the last cycle.
     pub buttons: ButtonReadings,
+    /// The event of the remote controller that has not been sent yet; 0 without one.
+    pub remote_event: u32,
     /// The mode.
     pub mode: Mode,
     /// Where the odometer says zero.

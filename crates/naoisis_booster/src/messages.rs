@@ -93,8 +93,8 @@ messages! {
         header: Header, height: u32, width: u32, distortion_model: String, d: Vec<f64>, k: [f64; 9], r: [f64; 9],
         p: [f64; 12], binning_x: u32, binning_y: u32, roi: RegionOfInterest,
     }
-    /// An event of a button: 0 pressed, 1 released.
-    ButtonEventMsg as "booster_interface::msg::dds_::ButtonEventMsg_" { event: i8, button: i32 }
+    /// An event of a button: 0 pressed, 1 released. Its layout is that which the maker's SDK 1.6.3 reads.
+    ButtonEventMsg as "booster_interface::msg::dds_::ButtonEventMsg_" { button: i32, event: i32 }
     /// Sticks and buttons of the remote controller, and its last event by the codes of SDL: 0x603 a button pressed, 0x604 released.
     RemoteControllerState as "booster_interface::msg::dds_::RemoteControllerState_" {
         event: u32, lx: f32, ly: f32, rx: f32, ry: f32, a: bool, b: bool, x: bool, y: bool, lb: bool, rb: bool,
@@ -207,7 +207,7 @@ mod tests {
                 ..CameraInfo::default()
             },
         );
-        write(folder, &ButtonEventMsg { event: 1, button: 2 });
+        write(folder, &ButtonEventMsg { button: 2, event: 1 });
         let (event, [lx, ly, rx, ry]) = (0x603, [0.1, 0.2, 0.3, 0.4]);
         let remote = RemoteControllerState { event, lx, ly, rx, ry, b: true, start: true, ..Default::default() };
         write(folder, &RemoteControllerState { hat_c: true, reserved: 7, ..remote });

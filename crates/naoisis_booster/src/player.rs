@@ -201,6 +201,13 @@ fn play(
         let buttons_before = core::mem::replace(&mut firmware.buttons, buttons);
         let RobotCommand { walk, head, kick, posture, .. } =
             firmware.command(percepts.ball.map(|ball| ball.position_m), kicks, &clock);
+        let mut remote = buttons::remote_controller(&buttons_before, &firmware.buttons);
+        // An event in a cycle without a message waits for the next message.
+        if remote.event == 0 {
+            remote.event = firmware.remote_event;
+        }
+        let messages = topics::due(clock.start_time_s(), clock.end_time_s());
+        firmware.remote_event = if messages == 0 { remote.event } else { 0 };
         let firmware = firmware.clone();
         drop(shared);
         let (mut walk_command, mut head_command, mut kick_command, mut posture_command) = commands;
@@ -209,11 +216,11 @@ fn play(
             head_command.set_if_neq(head);
         }
         (kick_command.0, posture_command.0) = (kick, posture);
-        let remote = buttons::remote_controller(&buttons_before, &firmware.buttons);
         buttons::button_events(&buttons_before, &firmware.buttons)
             .into_iter()
             .for_each(|event| robot.topics.buttons.write(event));
-        publish_body(robot, &firmware, remote, topics::turn_radps(before, odometry.0, clock.period()), body, &clock);
+        let turn_radps = topics::turn_radps(before, odometry.0, clock.period());
+        publish_body(robot, &firmware, remote, turn_radps, body, messages);
         publish_view(robot, &firmware, percepts, images, (body, cameras, sizes), &clock);
     }
 }
@@ -225,9 +232,9 @@ fn publish_body(
     mut remote: RemoteControllerState,
     turn_radps: f32,
     body: &Body,
-    clock: &CycleClock,
+    messages: u64,
 ) {
-    for _ in 0..topics::due(clock.start_time_s(), clock.end_time_s()) {
+    for _ in 0..messages {
         robot.topics.odometer.write(topics::odometer(firmware));
         robot.topics.low_state.write(topics::low_state(firmware, turn_radps));
         robot.topics.fall_down.write(topics::fall_down(firmware));

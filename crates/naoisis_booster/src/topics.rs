@@ -195,7 +195,8 @@ pub fn line_segments(percepts: &Percepts) -> LineSegments {
 
 /// The calibration of a camera.
 pub fn camera_info(intrinsics: &CameraIntrinsics, time_s: f64) -> CameraInfo {
-    let (focal, centre) = (intrinsics.focal.as_dvec2(), intrinsics.centre.as_dvec2());
+    // In ROS the middle of the first pixel is at (0, 0).
+    let (focal, centre) = (intrinsics.focal.as_dvec2(), intrinsics.centre.as_dvec2() - 0.5);
     let (fx, fy, cx, cy) = (focal.x, focal.y, centre.x, centre.y);
     CameraInfo {
         header: header(time_s),

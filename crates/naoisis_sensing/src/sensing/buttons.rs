@@ -1,6 +1,6 @@
 //! Buttons on a robot's body, such as the chest button, which people press at given times.
 //!
-//! Robots have them where `sensors` of a scenario, model or robot name them. Each press has a time, a button and a duration:
+//! Robots have them where `sensors` of a scenario or of one of its robots name them. Each press has a time, a button and a duration:
 //!
 //! `"sensors": { "buttons": { "presses": [{ "at_s": 5.0, "button": "chest" }] } }`
 //!

@@ -1,6 +1,6 @@
 //! An inertial measurement unit: how fast the robot turns and accelerates, how far it leans, and whether it stands on its feet.
 //!
-//! Robots have it where `sensors` of a scenario, league, model or robot name it: `"sensors": { "imu": {} }`, or `--set sensors.imu={}`.
+//! Robots have it where `sensors` of a scenario, a league or a robot of a scenario name it: `"sensors": { "imu": {} }`, or `--set sensors.imu={}`.
 //!
 //! **What it measures.** The angular velocity of the torso, its acceleration including gravity (a robot that stands measures 9.81 m/s²
 //! upwards), and roll and pitch. The torso rocks in walking as the [gaze](super::vision) does, so a robot can compensate the error of its
@@ -16,7 +16,8 @@
 
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::vision::gaze::GazeError;
 use naoisis_core::cycle::CycleClock;
@@ -37,13 +38,27 @@ const GRAVITY_MPS2: f32 = 9.81;
 #[serde(default, deny_unknown_fields)]
 pub struct Imu {
     /// Standard deviation of the angular velocity, °/s.
+    #[serde(deserialize_with = "deviation")]
     pub turn_sd_degps: f32,
     /// Standard deviation of the bias of the angular velocity, °/s.
+    #[serde(deserialize_with = "deviation")]
     pub turn_bias_sd_degps: f32,
     /// Standard deviation of the acceleration, m/s².
+    #[serde(deserialize_with = "deviation")]
     pub acceleration_sd_mps2: f32,
     /// Standard deviation of roll and pitch, degrees.
+    #[serde(deserialize_with = "deviation")]
     pub tilt_sd_deg: f32,
+}
+
+/// Reads a standard deviation: from 0 to 1000.
+fn deviation<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
+    let number = f32::deserialize(deserializer)?;
+    if (0.0..=1000.0).contains(&number) {
+        Ok(number)
+    } else {
+        Err(D::Error::custom(format!("a standard deviation of {number}; expected 0 to 1000")))
+    }
 }
 
 impl Default for Imu {

@@ -139,7 +139,7 @@ mod tests {
         let realistic = json!({ "kicks": own, "falls": {}, "motion": { "gait": { "step_s": 0.3 } } });
         assert_eq!(
             model(json!({ "body": torso }), realistic).without_errors(),
-            ["odometry.noise", "breakdowns", "latency", "messages.loss"]
+            ["odometry.noise", "breakdowns", "hearing", "latency", "messages.loss"]
         );
     }
 

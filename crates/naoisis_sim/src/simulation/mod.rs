@@ -155,6 +155,7 @@ impl Plugin for MatchPlugin {
             .register_type::<BehaviourRandom>()
             .register_type::<sensors::SensorRecord>()
             .register_type::<imu::ImuMemory>()
+            .register_type::<buttons::ButtonReading>()
             .init_resource::<SensorRegistry>();
         // A name that is free cannot be refused.
         let _ = sensors::add_optional_sensor::<Imu, ImuReading, _>(app, "imu", imu::measure);

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::measuring::on_pitch;
 use super::noise::{ClassNoise, FalsePositives, VisionNoise};
 use super::observer::Observer;
-use super::{BallPercept, GoalPostPercept, Percepts, RobotPercept};
+use super::{BallPercept, GoalPostPercept, Percepts, RobotPercept, jersey_colours};
 use crate::appearance::scene::{Scene, SceneBall};
 use naoisis_core::camera_model::CameraName;
 use naoisis_core::knowledge::Knowledge;
@@ -46,7 +46,9 @@ impl Observer<'_> {
         if self.stream.chance(robots.false_positive_probability) {
             let team = if self.stream.chance(0.5) { Team::Blue } else { Team::Pink };
             let place = self.random_place(robots, 0.0);
-            let robot = place.map(|(camera, pixel, place)| RobotPercept::new(camera, team, pixel, place));
+            let colour = jersey_colours::of_team(scene, team).filter(|_| self.noise.jerseys.colour_m > 0.0);
+            let robot = place
+                .map(|(camera, pixel, place)| RobotPercept { colour, ..RobotPercept::new(camera, team, pixel, place) });
             percepts.robots.extend(robot);
         }
     }

@@ -62,6 +62,7 @@ mod false_positives;
 pub mod gaze;
 mod geometric;
 pub mod image;
+mod jersey_colours;
 mod landmarks;
 mod measuring;
 mod noise;
@@ -172,6 +173,9 @@ fn recognise(
                     false_places,
                 );
                 false_positives.see(&mut observer.with_stream(false_places), &mut percepts, &scene);
+                if settings.noise.jerseys.colour_m > 0.0 {
+                    jersey_colours::mistake(&mut percepts, &settings.noise.jerseys, streams.own("jerseys"));
+                }
                 if settings.noise.confidence {
                     confidence::rate(&mut percepts, true_ones, &settings.noise, streams.own("confidence"));
                 }

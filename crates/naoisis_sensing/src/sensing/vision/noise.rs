@@ -154,6 +154,12 @@ pub struct JerseyVision {
     #[serde(rename = "heading_sd_deg", with = "file_units::degrees")]
     #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub heading_sd: f32,
+    /// The distance within which the colour of the jersey is recognised, m.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub colour_m: f32,
+    /// Probability that any of the ten colours of the GameController is recognised instead.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub colour_error: f32,
 }
 
 /// The share of a gaze's drift that is left a cycle later. Cached, as most robots have the same noise.

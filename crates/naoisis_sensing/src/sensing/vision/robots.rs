@@ -11,6 +11,7 @@ use crate::appearance::scene::SceneRobot;
 use naoisis_core::camera_model::{CameraView, ViewSide};
 use naoisis_core::geometry::wrap_angle;
 use naoisis_core::robot::body::{Body, Waistband};
+use naoisis_core::robot::jersey::Jersey;
 use naoisis_core::team::Team;
 
 /// The sample points of a waistband across the line of sight, as shares of half its width: 4 cm on a NAO's.
@@ -29,7 +30,7 @@ impl Observer<'_> {
     pub(super) fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
         let band = &robot.body.waistband;
         let mut percept = self.see_waistband(robot.pose.position, robot.id.team, band, Target::Robot(index))?;
-        percept.colour = robot.body.jersey.map(|jersey| jersey.colour_of(robot.id.team));
+        percept.colour = self.colour_of(&robot.body, robot.id.team);
         self.recognise_jersey(&mut percept, robot);
         Some(percept)
     }
@@ -39,7 +40,7 @@ impl Observer<'_> {
         /// The greatest angle between the line of sight and the direction in which a robot faces, or its opposite, at which its number is
         /// read, as its cosine: 60°.
         const LEAST_COSINE: f32 = 0.5;
-        let JerseyVision { number_m, number_error, heading_m, heading_sd } = self.noise.jerseys;
+        let JerseyVision { number_m, number_error, heading_m, heading_sd, .. } = self.noise.jerseys;
         let sight = robot.pose.position - self.pose.position;
         let distance_m = sight.length();
         if distance_m < heading_m {
@@ -56,7 +57,12 @@ impl Observer<'_> {
     /// The percept of a false robot of `team` with this body at `position` on the pitch.
     pub(super) fn see_false_robot(&mut self, position: Vec2, team: Team, body: &Body) -> Option<RobotPercept> {
         let percept = self.see_waistband(position, team, &body.waistband, Target::Other)?;
-        Some(RobotPercept { colour: body.jersey.map(|jersey| jersey.colour_of(team)), ..percept })
+        Some(RobotPercept { colour: self.colour_of(body, team), ..percept })
+    }
+
+    /// The colour of a jersey, if the vision recognises colours.
+    fn colour_of(&self, body: &Body, team: Team) -> Option<Jersey> {
+        body.jersey.filter(|_| self.noise.jerseys.colour_m > 0.0).map(|jersey| jersey.colour_of(team))
     }
 
     fn see_waistband(&mut self, position: Vec2, team: Team, band: &Waistband, target: Target) -> Option<RobotPercept> {

@@ -148,13 +148,20 @@ impl Checks {
 
         let half = intrinsics.half_slopes();
         let corners = intrinsics.outline().map(|pixel| intrinsics.slope(pixel).length()).fold(0.0, f32::max);
-        if corners > intrinsics.distortion.holds_up_to() {
-            let message = "the distortion cannot be inverted within the image";
-            self.fault(
-                path.clone(),
-                message,
-                "coefficients with which the distorted radius grows up to the corners of the image",
-            );
+        let holds_up_to = intrinsics.distortion.holds_up_to();
+        if corners > holds_up_to {
+            let (message, expected) = if intrinsics.distortion.is_fisheye() && holds_up_to > STEEPEST {
+                (
+                    "the image of the fisheye lens reaches more than 85° from its axis",
+                    "a smaller field of view, a greater focal length or a smaller image",
+                )
+            } else {
+                (
+                    "the distortion cannot be inverted within the image",
+                    "coefficients with which the distorted radius grows up to the corners of the image",
+                )
+            };
+            self.fault(path.clone(), message, expected);
         } else if half.max_element() > STEEPEST {
             let message = format!("the image shows slopes of up to {:.1} from the camera's axis", half.max_element());
             self.fault(path.clone(), message, format!("focal lengths of at least half the image's size / {STEEPEST}"));

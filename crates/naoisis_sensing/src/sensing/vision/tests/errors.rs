@@ -175,7 +175,7 @@ fn a_robot_whose_feet_are_hidden_seems_further_away_and_one_whose_feet_are_seen_
 
 #[test]
 fn the_number_of_a_robot_is_read_near_enough_from_the_front_and_from_behind() {
-    let jerseys = JerseyVision { number_m: 2.0, number_error: 0.2, heading_m: 3.0, heading_sd: 0.1 };
+    let jerseys = JerseyVision { number_m: 2.0, number_error: 0.2, heading_m: 3.0, heading_sd: 0.1, ..default() };
     let noise = VisionNoise { jerseys, ..VisionNoise::none() };
     let seen = |x: f32, heading_deg: f32, noise: VisionNoise| {
         let mut app = sensing_app();

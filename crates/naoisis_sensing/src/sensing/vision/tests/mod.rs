@@ -326,13 +326,26 @@ fn the_confidence_tells_true_balls_from_false_ones() {
 }
 
 #[test]
-fn the_colour_of_a_jersey_is_seen() {
+fn the_colour_of_a_jersey_is_seen_as_far_and_as_well_as_asked_for() {
     let mut app = sensing_app();
     let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], LEVEL);
     let other = spawn_robot(&mut app, Team::Pink, 1, [2.0, 0.0, 0.0], LEVEL);
+    set(&mut app, other, Body { jersey: Some(Jersey::Team), ..default() });
     assert_eq!(sense::<Percepts>(&mut app, robot).robots[0].colour, None);
-    for (jersey, colour) in [(Jersey::Purple, Jersey::Purple), (Jersey::Team, Jersey::Red)] {
-        set(&mut app, other, Body { jersey: Some(jersey), ..default() });
-        assert_eq!(sense::<Percepts>(&mut app, robot).robots[0].colour, Some(colour));
-    }
+    let with = |app: &mut App, colour_m: f32, colour_error: f32, false_positive_probability: f32| {
+        let jerseys = JerseyVision { colour_m, colour_error, ..default() };
+        let robots = ClassNoise { false_positive_probability, ..default() };
+        let noise = VisionNoise { jerseys, robots, ..VisionNoise::none() };
+        set(app, robot, VisionSettings { noise, ..default() });
+        sense::<Percepts>(app, robot).robots.into_iter().map(|seen| seen.colour).collect::<Vec<_>>()
+    };
+    assert_eq!(with(&mut app, 3.0, 0.0, 0.0), [Some(Jersey::Red)]);
+    assert_eq!(with(&mut app, 1.5, 0.0, 0.0), [None]);
+    let mistaken = (0..200).filter(|_| with(&mut app, 3.0, 1.0, 0.0) != [Some(Jersey::Red)]).count();
+    // Nine of ten: 180, and four standard deviations are 17.
+    assert!((163..=197).contains(&mistaken), "{mistaken}");
+    // A robot that is not there wears the jersey of its team, and so does not give itself away.
+    set(&mut app, robot, Body { jersey: Some(Jersey::Purple), ..default() });
+    let colours: Vec<Option<Jersey>> = (0..50).flat_map(|_| with(&mut app, 100.0, 0.0, 1.0)).collect();
+    assert!(colours.len() > 80 && colours.iter().all(Option::is_some), "{colours:?}");
 }
