@@ -176,7 +176,7 @@ impl ParticleFilter {
             sum += likelihood;
         }
         let mean = sum / self.particles.len() as f32;
-        self.looks += 1;
+        self.looks = self.looks.wrapping_add(1);
         if mean > CONFIRMING {
             self.age_s = 0.0;
         }

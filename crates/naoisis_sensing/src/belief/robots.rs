@@ -84,7 +84,7 @@ pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, 
             track.position += gain * difference;
             track.covariance -= gain * track.covariance;
             track.age_s = 0.0;
-            track.sightings += 1;
+            track.sightings = track.sightings.saturating_add(1);
         }
         _ => tracks.push(RobotTrack {
             team,

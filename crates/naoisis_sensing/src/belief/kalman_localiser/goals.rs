@@ -35,7 +35,7 @@ impl KalmanLocaliser {
         let Some((distance, goal)) = nearest else { return };
         let places = [goal.left_post, goal.right_post];
         if distance > 2.0 * model.gate {
-            self.contradictions += 1;
+            self.contradictions = self.contradictions.saturating_add(1);
             if self.contradictions > model.contradictions {
                 self.start_from_goal(places, sightings.map(|sighting| sighting.place), observation);
             }

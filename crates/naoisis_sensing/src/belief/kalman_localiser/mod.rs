@@ -213,7 +213,7 @@ impl KalmanLocaliser {
             self.age_s = 0.0;
             self.contradictions = self.contradictions.saturating_sub(1);
         } else {
-            self.contradictions += 1;
+            self.contradictions = self.contradictions.saturating_add(1);
         }
     }
 }
