@@ -7,34 +7,49 @@ use naoisis::game::{Game, GameState, Penalty, PenaltyReason};
 use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
     self, ControlPacket, Division, GameController, GameControllerSettings, GamePhase, Listener, NetworkSettings,
-    ProtocolVersion, ReturnPacket, TeamColours,
+    PortOffsets, ProtocolVersion, ReturnPacket, TeamColours,
 };
 use naoisis::prelude::*;
 use naoisis::robot::jersey::Jersey;
 use naoisis::team::PerTeam;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
-use std::sync::atomic::{AtomicU16, Ordering};
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{OnceLock, mpsc};
 use std::time::Duration;
 
 use crate::support::{blue, headless_app, naoisis, pink, text};
 
-/// A port offset at which nobody is, and a socket where control packets come.
+/// Returns the first of `count` successive [`PortOffsets`] that no other test uses.
+///
+/// No port at one of them is a port at another. A match uses ports 3636 to 3940, and 10,005 and 10,012 for its teams. The
+/// highest, 32,012, is below those that systems give to sockets that ask for any.
+pub(crate) fn port_offsets(count: usize) -> u16 {
+    /// More than all tests of this crate use.
+    const MOST: usize = 22;
+    static FIRST: OnceLock<u16> = OnceLock::new();
+    static TAKEN: AtomicUsize = AtomicUsize::new(0);
+    let first = *FIRST.get_or_init(|| {
+        let is_free = |port: u16| UdpSocket::bind((Ipv4Addr::LOCALHOST, port)).is_ok();
+        let all_free = |first: &u16| {
+            let mut offsets = PortOffsets::new(*first).all().take(MOST);
+            offsets
+                .all(|offset| [3636, 3838, 3939, 3940, 10_005, 10_012].into_iter().all(|port| is_free(port + offset)))
+        };
+        let start = (std::process::id() % 1000) as u16;
+        (0..1000).map(|each| 1 + (start + 7 * each) % 1000).find(all_free).expect("free ports")
+    });
+    let taken = TAKEN.fetch_add(count, Ordering::Relaxed);
+    assert!(taken + count <= MOST, "more port offsets than there are");
+    PortOffsets::new(first).all().nth(taken).unwrap()
+}
+
+/// Returns a port offset that no other test uses, and a socket that receives its control packets.
 pub(crate) fn free_ports() -> (u16, UdpSocket) {
-    /// Tests that run at the same time do not take what another has looked at.
-    static TESTS: AtomicU16 = AtomicU16::new(0);
-    // Team messages are at 10,000 and more; ports from 32,768 on are those that systems give to sockets that ask for any.
-    let first = 2000 + (std::process::id() % 4000) as u16 + 1000 * TESTS.fetch_add(1, Ordering::Relaxed);
-    (first..first + 1000)
-        .step_by(7)
-        .find_map(|offset| {
-            let here = |port: u16| UdpSocket::bind((Ipv4Addr::LOCALHOST, port + offset)).ok();
-            let [control, ..] = [here(3838)?, here(3939)?, here(3636)?, here(3940)?];
-            control.set_read_timeout(Some(Duration::from_secs(20))).ok()?;
-            Some((offset, control))
-        })
-        .expect("free ports")
+    let offset = port_offsets(1);
+    let control = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3838 + offset)).expect("a free port");
+    control.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    (offset, control)
 }
 
 fn settings(version: ProtocolVersion, port_offset: u16) -> GameControllerSettings {

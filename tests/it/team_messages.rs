@@ -13,7 +13,7 @@ use std::fs;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
 
-use crate::game_controller::free_ports;
+use crate::game_controller::{free_ports, port_offsets};
 use crate::programs::path_of;
 use crate::support::{blue, headless_app, naoisis, text};
 
@@ -216,8 +216,8 @@ fn each_match_of_many_has_ports_of_its_own_and_tells_its_programs() {
         { "number": 3, "pose": [-1, 0, 0], "behaviour": { "program": ["python3", "listening.py"] } } ],
         "expect": ["blue.programs_lost == 0 in 100 % of 3"] }"#;
     fs::write(folder.path().join("match.json"), scenario).unwrap();
-    let first = 20_000 + (std::process::id() % 9_000) as u16;
-    let first = first.to_string();
+    // One for the match itself and one for each of three that are played at the same time.
+    let first = port_offsets(4).to_string();
     let network = [
         "--game-controller",
         "v18",
