@@ -78,6 +78,29 @@ fn over_the_crossbar_it_is_out_and_under_it_a_goal() {
 }
 
 #[test]
+fn a_shot_at_the_goal_of_any_league_stays_in_its_net() {
+    for league in ["spl2010", "spl2025", "hsl2026_small", "hsl2026_middle", "hsl2026_large"] {
+        // Along the ground, aslant into the side of the net, and in the air.
+        for velocity in ["5, 0", "5, 1.5", "5, 0, 2"] {
+            let pitch = naoisis::scenario::pitch_preset(league).unwrap();
+            let x = pitch.half_length() - 1.0;
+            let mut app = match_of(&format!(
+                r#"{{ "league": "{league}", "rules": "free", "robots": [],
+                     "ball": {{ "position_m": [{x}, 0], "velocity_mps": [{velocity}] }} }}"#
+            ));
+            app.run_cycles(300);
+            let mut balls = app.world_mut().query_filtered::<&Pose, With<Ball>>();
+            let Vec2 { x, y } = balls.single(app.world()).unwrap().position;
+            let goal = pitch.goal;
+            assert!(
+                x > pitch.half_length() && x < pitch.goal_post_x() + goal.depth_m && y.abs() < goal.width_m / 2.0,
+                "{league}, {velocity}: {x}, {y}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_kick_with_an_elevation_lifts_the_ball_over_a_lying_obstacle() {
     let highest = |elevation: &str| {
         let mut app = match_of(&format!(

@@ -130,7 +130,7 @@ fn presets_that_there_are_not() {
     refuses_both(
         "{ \"field\": «\"spl2026\" }",
         "no preset `spl2026`: did you mean `spl2025`?",
-        "`naoisis`, `hsl2026_small`, `hsl2026_middle`, `hsl2026_large` or `spl2025`",
+        "`naoisis`, `hsl2026_small`, `hsl2026_middle`, `hsl2026_large`, `spl2010` or `spl2025`",
     );
     refuses_both("{ \"rules\": { \"preset\": «\"fre\" } }", "did you mean `free`?", "`spl2010`");
     refuses_both("{ \"rules\": { \"preset\": «3 } }", "`preset` is not the name", "`spl2010`");

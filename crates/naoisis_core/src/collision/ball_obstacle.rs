@@ -6,6 +6,9 @@ use super::footprints::distance_from_segment;
 use crate::geometry::{Pose, unit, wrap_angle};
 use crate::robot::body::BodyBox;
 
+/// Share of the approach speed that remains after contact with a net, which hangs loosely.
+pub(super) const NET_RESTITUTION: f32 = 0.0;
+
 /// The foot of a walking robot, which swings ahead of the body.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct SwingingFoot {
@@ -25,7 +28,7 @@ pub enum BallObstacle {
         /// Radius, m.
         radius: f32,
     },
-    /// A bar that lies on the ground.
+    /// A bar that lies on the ground and carries a net.
     Bar {
         /// One end of its axis, m.
         start: Vec2,
@@ -114,6 +117,11 @@ impl BallObstacle {
             }
             _ => (0.0, normal),
         }
+    }
+
+    /// Share of the approach speed that remains after a bounce of a ball with the restitution `ball`: less off a net.
+    pub(super) fn restitution(&self, ball: f32) -> f32 {
+        if matches!(self, BallObstacle::Bar { .. }) { NET_RESTITUTION } else { ball }
     }
 
     /// A bound on the speed of any point of the surface, m/s.

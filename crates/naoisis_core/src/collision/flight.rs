@@ -6,7 +6,7 @@
 use bevy::prelude::*;
 
 use super::ball::{BallContact, CONTACT_DISTANCE, DEEPEST_STEP, LEAST_APPROACH, MOST_BOUNCES};
-use super::ball_obstacle::BallObstacle;
+use super::ball_obstacle::{BallObstacle, NET_RESTITUTION};
 use crate::ball::flight::{FlyingBall, LONGEST_STEP_S};
 use crate::geometry::Pose;
 use crate::pitch::{End, Pitch};
@@ -14,8 +14,6 @@ use crate::robot::body::{Body, BodyBox};
 
 /// Greatest number of steps of one conservative advancement.
 const MOST_ADVANCES: usize = 128;
-/// Share of the approach speed that remains after contact with a net, which hangs loosely.
-const NET_RESTITUTION: f32 = 0.0;
 /// Speed at which a ball that lies on an obstacle rolls off it, m/s.
 const ROLL_OFF_MPS: f32 = 0.2;
 /// Height of a foot, m; the leg begins above it.

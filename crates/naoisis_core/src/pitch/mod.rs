@@ -59,7 +59,7 @@ pub struct GoalDimensions {
     pub post_diameter_m: f32,
     /// Diameter of the crossbar, m.
     pub bar_diameter_m: f32,
-    /// Whether the bars on the ground that carry the net stop the ball. By default they do not: the paper's goals are posts only.
+    /// Whether the net and the bars on the ground that carry it stop the ball. By default they do not: the paper's goals are posts only.
     pub ground_bars: bool,
     /// Colour of the goal at -x.
     pub negative_x_colour: GoalColour,

@@ -33,6 +33,7 @@ pub const FIELD_PRESETS: &[Preset] = presets![
     "hsl2026_small"
     "hsl2026_middle"
     "hsl2026_large"
+    "spl2010"
     "spl2025"
 ];
 
