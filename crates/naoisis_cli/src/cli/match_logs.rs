@@ -19,24 +19,30 @@ pub(super) struct CountedLogs {
 }
 
 impl CountedLogs {
-    /// Reads a log, or all `.yaml` files of a folder in the order of their names. Incomplete logs are noted.
+    /// Reads a log as far as it goes, or of all `.yaml` files of a folder those of whole matches, in the order of their names. What
+    /// is not counted is noted.
     ///
     /// # Errors
-    /// When a log cannot be read, or the folder has none.
+    /// When a single log cannot be read, or the folder has no log of a whole match.
     pub fn read(path: &Path, quiet: bool) -> Result<Self, String> {
-        let files = files(path)?;
-        let mut logs = Vec::new();
-        for file in &files {
-            let log = GameControllerLog::read(file).map_err(|error| error.to_string())?;
-            if !log.is_complete && !quiet {
-                report::note(&format!("{}: the log is cut off: it is counted as far as it goes", file.display()));
+        let note = |message: &str| {
+            if !quiet {
+                report::note(message);
             }
-            logs.push(log);
-        }
+        };
+        let logs = if path.is_dir() {
+            whole_matches(path, note)?
+        } else {
+            let log = GameControllerLog::read(path).map_err(|error| error.to_string())?;
+            if !log.is_whole_match {
+                note(&format!("{}: the log ends before the match: it is counted as far as it goes", path.display()));
+            }
+            vec![log]
+        };
         let competitions = competitions(&logs);
-        if competitions.len() > 1 && !quiet {
+        if competitions.len() > 1 {
             let names = competitions.join(", ");
-            report::note(&format!("{}: logs of several competitions are counted together: {names}", path.display()));
+            note(&format!("{}: logs of several competitions are counted together: {names}", path.display()));
         }
         let measures: Vec<MatchMeasures> =
             logs.iter().map(|log| MatchMeasures::of_counts(&log.counts, Some(log.messages))).collect();
@@ -98,10 +104,27 @@ fn competitions(logs: &[GameControllerLog]) -> Vec<&str> {
     names
 }
 
-fn files(path: &Path) -> Result<Vec<PathBuf>, String> {
-    if !path.is_dir() {
-        return Ok(vec![path.to_owned()]);
+/// Reads the logs of whole matches in a folder. Calls `note` for each other log with the reason.
+fn whole_matches(folder: &Path, note: impl Fn(&str)) -> Result<Vec<GameControllerLog>, String> {
+    let files = files(folder)?;
+    let mut logs = Vec::new();
+    for file in &files {
+        match GameControllerLog::read(file) {
+            Ok(log) if log.is_whole_match => logs.push(log),
+            Ok(_) => note(&format!("{}: left out: the log ends before the match", file.display())),
+            Err(error) => note(&format!("left out: {error}")),
+        }
     }
+    if logs.is_empty() {
+        let (folder, count) = (folder.display(), files.len());
+        return Err(format!(
+            "{folder}: none of {count} .yaml files is the log of a whole match; the name of one file counts it as far as it goes"
+        ));
+    }
+    Ok(logs)
+}
+
+fn files(path: &Path) -> Result<Vec<PathBuf>, String> {
     let wrong = |error: io::Error| format!("{}: {error}", path.display());
     let entries = fs::read_dir(path).map_err(wrong)?.collect::<io::Result<Vec<_>>>().map_err(wrong)?;
     let mut files: Vec<PathBuf> = entries.iter().map(fs::DirEntry::path).collect();

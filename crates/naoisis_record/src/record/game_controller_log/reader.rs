@@ -21,6 +21,10 @@ use naoisis_sim::scenario::Scenario;
 
 /// A robot without a status message for longer than this when play begins takes no part, s, as in the statistics of the league.
 const SILENT_S: f64 = 4.0;
+/// The mark at the start of a file with which some editors save UTF-8.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+/// The kinds of entries that are known.
+const KINDS: [&str; 7] = ["metadata", "action", "gameState", "statusMessage", "teamMessage", "monitorRequest", "end"];
 /// Length limit of an entry, bytes.
 const LARGEST_ENTRY: usize = 1 << 20;
 
@@ -40,6 +44,8 @@ pub struct GameControllerLog {
     pub messages: PerTeam<u32>,
     /// Whether the log has the final entry.
     pub is_complete: bool,
+    /// Whether the match was played to its end: to `finished` in the second half or later.
+    pub is_whole_match: bool,
 }
 
 /// Why a log cannot be read.
@@ -90,6 +96,7 @@ impl GameControllerLog {
             counts: MatchCounts::new(&Scenario::default()),
             messages: PerTeam::default(),
             is_complete: matches!(entries.last(), Some(TimedEntry { entry: Entry::End, .. })),
+            is_whole_match: false,
         };
         Counting::new(&mut log).count(&entries);
         Ok(log)
@@ -101,37 +108,51 @@ impl GameControllerLog {
 }
 
 /// Reads the entries of a log one by one, because a log of many megabytes would be too long for one YAML document.
+///
+/// Entries of a kind that is not known are left out. The log ends before a last entry that cannot be read: the computer of a GameController
+/// may be switched off while it writes.
 fn entries(path: &Path, reader: impl BufRead) -> Result<Vec<TimedEntry>, GameControllerLogError> {
     let mut entries = Vec::new();
     let (mut text, mut begins) = (String::new(), 1);
-    let mut end = |text: &mut String, line: usize| {
+    let read_entry = |text: &str, line: usize| {
         let wrong = |message: String| GameControllerLogError::NotAnEntry { path: path.to_owned(), line, message };
         if text.len() > LARGEST_ENTRY {
             return Err(wrong("this is too long".to_owned()));
         }
-        let read: Result<Vec<TimedEntry>, _> = serde_norway::from_str(text);
-        entries.extend(read.map_err(|error| wrong(error.to_string()))?);
-        text.clear();
-        Ok(())
+        serde_norway::from_str::<Vec<TimedEntry>>(text)
+            .or_else(|error| if is_unknown(text) { Ok(Vec::new()) } else { Err(wrong(error.to_string())) })
     };
-    for (line, read) in (1..).zip(reader.lines()) {
+    for (line, read) in (1..).zip(reader.split(b'\n')) {
         let read = read.map_err(|error| GameControllerLogError::Io { path: path.to_owned(), error })?;
+        let read = String::from_utf8_lossy(&read);
+        let read = if line == 1 { read.trim_start_matches(BYTE_ORDER_MARK) } else { &read };
         if read.starts_with("- ") {
             if !text.trim().is_empty() {
-                end(&mut text, begins)?;
+                entries.extend(read_entry(&text, begins)?);
             }
+            text.clear();
             begins = line;
         }
         // A file without entries is refused before it fills the memory.
         if text.len() <= LARGEST_ENTRY {
-            text.push_str(&read);
+            text.push_str(read.trim_end_matches(['\r', '\0']));
             text.push('\n');
         }
     }
     if !text.trim().is_empty() {
-        end(&mut text, begins)?;
+        match read_entry(&text, begins) {
+            Ok(last) => entries.extend(last),
+            Err(_) if !entries.is_empty() => {}
+            Err(error) => return Err(error),
+        }
     }
     Ok(entries)
+}
+
+/// Returns whether the text is an entry of a kind that is not known.
+fn is_unknown(text: &str) -> bool {
+    let kind = text.lines().find_map(|line| line.strip_prefix("  entry: "));
+    kind.is_some_and(|kind| !KINDS.contains(&kind.trim().trim_start_matches('!')))
 }
 
 /// Counts a log by turning its entries into cycles with events.
@@ -206,6 +227,7 @@ impl<'a> Counting<'a> {
         if !is_counted(self.game_state()) {
             self.stopped_at = time_s;
         }
+        self.log.is_whole_match |= state.state == "finished" && state.phase != "firstHalf";
         self.state = Some(state.clone());
         let events = core::mem::take(&mut self.events);
         self.look(time_s, &events);

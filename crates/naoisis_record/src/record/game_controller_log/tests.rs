@@ -7,6 +7,8 @@ use crate::record::recorder::{MatchEnd, Recorder};
 use naoisis_core::communication::TeamMessage;
 use naoisis_core::events::MatchEvent;
 use naoisis_core::game::{Evidence, GameState, PenaltyReason, Score, SetPlayKind};
+use naoisis_core::robot::body::Body;
+use naoisis_core::robot::jersey::Jersey;
 use naoisis_core::team::{PerTeam, RobotId, Team};
 use naoisis_sim::interface::cycle_record::{CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
 use naoisis_sim::interface::vocabulary::RobotCommand;
@@ -28,6 +30,7 @@ fn written(
     let mut counts = MatchCounts::new(&scenario);
     let mut recorder = GameControllerLogRecorder::create(&path).unwrap();
     let mut world = World::new();
+    world.spawn((BLUE2, Body { jersey: Some(Jersey::Yellow), ..default() }));
     let mut last = CycleRecord::default();
     for cycle in 0..=seconds * CYCLES_PER_S {
         let mut record = CycleRecord {
@@ -123,6 +126,8 @@ fn a_log_has_the_shape_of_the_leagues() {
         "- timestamp:\n    secs: 0\n    nanos: 0\n  entry: !metadata\n    creator: naoisis\n",
         "  entry: !action\n    source: user\n    action:\n",
         "        call: foul\n",
+        "fieldPlayerColor: yellow\n",
+        "goalkeeperColor: red\n",
         "  entry: !gameState\n    sides: homeDefendsLeftGoal\n    phase: firstHalf\n    state: playing\n    setPlay: noSetPlay\n",
         "    primaryTimer: !started\n      remaining:\n      - 600\n      - 0\n      runCondition: mainTimer\n      behaviorAtZero: overflow\n    secondaryTimer: stopped\n",
         "  entry: !teamMessage\n    team: 1\n    host: 10.0.1.2\n    data: ",
@@ -130,6 +135,9 @@ fn a_log_has_the_shape_of_the_leagues() {
         "  entry: end\n",
     ] {
         assert!(text.contains(piece), "{piece}\nis not in\n{}", &text[..text.len().min(4000)]);
+    }
+    for state in ["ready", "set"] {
+        assert!(text.contains(&format!("    state: {state}\n    setPlay: kickOff\n")), "{state}");
     }
     // Pushing and its free kick are a single call.
     assert!(!text.contains("setPlay: pushingFreeKick\n      \n") && !text.contains("call: pushing\n"));
@@ -243,6 +251,31 @@ fn a_log_that_is_cut_off_is_counted_as_far_as_it_goes() {
     let cut = &whole[..whole.find("- timestamp:\n    secs: 100").unwrap()];
     let log = read_text(cut).unwrap();
     assert!(!log.is_complete && log.counts.goals == Score::default());
+    // Wherever it is cut off: in an entry, and filled up by a file system that had reserved the space.
+    for (length, rest) in [(90, ""), (90, "\0\0\0\0"), (0, "\0\0"), (4, "")] {
+        let torn = format!("{cut}{}{rest}", &whole[cut.len()..cut.len() + length]);
+        let read = read_text(&torn).unwrap_or_else(|error| panic!("{length}, {rest:?}: {error}"));
+        assert_eq!((read.counts, read.is_complete), (log.counts.clone(), false), "{length}, {rest:?}");
+    }
+}
+
+#[test]
+fn entries_of_later_versions_and_of_other_editors_are_read() {
+    let whole = read_text(&real_log()).unwrap();
+    let robots = "- timestamp:\n    secs: 3\n    nanos: 0\n  entry: !robotsSeen\n    count: 4\n";
+    let other =
+        real_log().replacen("- timestamp:\n    secs: 10\n", &format!("{robots}- timestamp:\n    secs: 10\n"), 1);
+    assert_ne!(other, real_log());
+    for text in [other, format!("\u{feff}{}", real_log()), real_log().replace('\n', "\r\n")] {
+        assert_eq!(read_text(&text).unwrap().counts, whole.counts);
+    }
+}
+
+#[test]
+fn a_match_is_whole_when_its_last_half_is_over() {
+    assert!(read_text(&real_log()).unwrap().is_whole_match);
+    let first_half_only = real_log().replace("penaltyShootout", "firstHalf");
+    assert!(!read_text(&first_half_only).unwrap().is_whole_match);
 }
 
 /// Changes the record of a cycle, for a match with two halves of five seconds and two of extra time.

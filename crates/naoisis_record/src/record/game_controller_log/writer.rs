@@ -15,13 +15,14 @@ use super::entries::{
 };
 use crate::record::output_file::OutputFile;
 use crate::record::recorder::{MatchEnd, RecordError, Recorder};
-use naoisis_agents::game_controller::{Division, ReturnPacket};
+use naoisis_agents::game_controller::{Division, ReturnPacket, TeamColours};
 use naoisis_core::communication::StatusReport;
 use naoisis_core::events::MatchEvent;
 use naoisis_core::game::{Game, GameState, PenaltyReason, Rules, SetPlayKind};
 use naoisis_core::pitch::End;
-use naoisis_core::team::{RobotId, Team};
-use naoisis_sim::interface::cycle_record::{CycleRecord, RobotRecord};
+use naoisis_core::robot::body::Body;
+use naoisis_core::team::{PerTeam, RobotId, Team};
+use naoisis_sim::interface::cycle_record::{CycleRecord, GameRecord, RobotRecord};
 use naoisis_sim::scenario::Scenario;
 
 /// Number of players of a team in a log, present or not.
@@ -105,7 +106,7 @@ impl GameControllerLogRecorder {
             phase,
             state: self.dialect.state(game.state),
             stopped: (self.dialect == Dialect::Humanoid).then_some(self.is_stopped),
-            set_play: self.dialect.set_play(game.set_play.map(|set_play| set_play.kind)),
+            set_play: self.dialect.set_play(set_play(game)),
             kicking_side: game.kicking_team.map(side),
             primary_timer: Timer::of(game.time_left_s, "mainTimer", "overflow"),
             secondary_timer: Timer::of(game.secondary_time_left_s, "always", "clip"),
@@ -141,10 +142,10 @@ impl GameControllerLogRecorder {
 }
 
 impl Recorder for GameControllerLogRecorder {
-    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
         self.dialect = Dialect::of_league(scenario.league.as_deref());
         self.rules = scenario.rules.clone();
-        let params = parameters(scenario, record, self.dialect);
+        let params = parameters(scenario, record, worn_by(record, world), self.dialect);
         let (creator, timestamp) = ("naoisis", "1970-01-01T00:00:00Z");
         self.write(record.time_s, Entry::Metadata(Metadata { creator, version: 1, timestamp, params }));
         self.write_state(record);
@@ -233,6 +234,12 @@ fn change(state: GameState, record: &CycleRecord, dialect: Dialect) -> Option<Ac
     })
 }
 
+/// Returns the set play under way. The `ready` and `set` before a kick-off are a part of it.
+fn set_play(game: &GameRecord) -> Option<SetPlayKind> {
+    let before_kick_off = matches!(game.state, GameState::Ready | GameState::Set) && game.shoot_out.is_none();
+    game.set_play.map(|set_play| set_play.kind).or(before_kick_off.then_some(SetPlayKind::KickOff))
+}
+
 /// Returns the action of an event that has exactly one.
 fn simple_action(event: &MatchEvent, record: &CycleRecord) -> Option<Action> {
     Some(match event {
@@ -312,8 +319,17 @@ fn status_report(robot: &RobotRecord, time_s: f64) -> StatusReport {
     })
 }
 
+/// Returns the colours of the jerseys that the robots wear.
+fn worn_by(record: &CycleRecord, world: &mut World) -> PerTeam<TeamColours> {
+    let mut robots = world.query::<(&RobotId, &Body)>();
+    let mut robots: Vec<_> = robots.iter(world).map(|(id, body)| (*id, body.jersey)).collect();
+    robots.sort_by_key(|(id, _)| *id);
+    let game = Game { goalkeepers: record.game.goalkeepers, ..default() };
+    TeamColours::worn_by(&robots, &game)
+}
+
 /// Returns the parameters of the match.
-fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Value {
+fn parameters(scenario: &Scenario, record: &CycleRecord, colours: PerTeam<TeamColours>, dialect: Dialect) -> Value {
     let rules = &scenario.rules;
     let time = |time_s: f32| json!(Duration::from_secs_f32(time_s.max(0.0)));
     let penalty = |name: &&'static str| {
@@ -379,9 +395,12 @@ fn parameters(scenario: &Scenario, record: &CycleRecord, dialect: Dialect) -> Va
     if let (Some(competition), Value::Object(own)) = (competition.as_object_mut(), own) {
         competition.extend(own);
     }
-    let team = |team: Team, colours: [&str; 2]| json!({ "number": number_of(team), "fieldPlayerColor": colours[0], "goalkeeperColor": colours[1] });
+    let team = |team: Team| {
+        let TeamColours { players, goalkeeper } = colours[team];
+        json!({ "number": number_of(team), "fieldPlayerColor": players, "goalkeeperColor": goalkeeper })
+    };
     let mut game = json!({
-        "teams": { "home": team(Team::Blue, ["blue", "white"]), "away": team(Team::Pink, ["red", "black"]) },
+        "teams": { "home": team(Team::Blue), "away": team(Team::Pink) },
         "kickOffSide": "home",
         "sideMapping": sides(record.game.blue_end),
         "test": { "noDelay": true, "penaltyShootout": false },
