@@ -8,7 +8,7 @@ use naoisis_lab::match_realism::{Bound, ComparedFigure, ComparedRow, Comparison,
 /// What the marks and the intervals mean.
 const LEGEND: &str = "\
 real figures: no mark: counted in a primary source; ~ of one match, or derived; ? none is known
-! off: the two intervals have nothing in common, or the simulated one is beyond the bound
+! off: the values differ by more than both intervals explain, at 95 %, or the simulated interval is beyond the bound
 intervals of 95 %: of simulated values by bootstrap over matches (1000 samples), of shares of matches by Wilson's score; of real values as their sources give them
 ";
 

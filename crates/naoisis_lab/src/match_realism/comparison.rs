@@ -119,15 +119,25 @@ impl ComparedRow {
         (real.bound == Bound::Exact && ratio.is_finite()).then_some(ratio)
     }
 
-    /// Returns whether the values differ: their intervals do not overlap, or the simulated interval is beyond a bound. Returns `None` if a
-    /// value or the interval of an exact real value is missing.
+    /// Returns whether the values differ at 95 % confidence, or the simulated interval is beyond a bound. Returns `None` if a value or the
+    /// interval of an exact real value is missing.
+    ///
+    /// The standard error of a difference is the root of the sum of the squares of both standard errors. So the values differ when they are
+    /// further apart than that root of the halves of their intervals which lie between them.
     pub fn is_off(&self) -> Option<bool> {
         let real = &self.real.as_ref()?.figure;
-        let Estimate { low, high, .. } = self.estimate?;
+        let Estimate { value, low, high } = self.estimate?;
         match real.bound {
             Bound::AtLeast => Some(high < real.value),
             Bound::AtMost => Some(low > real.value),
-            Bound::Exact => Some(high < real.low? || low > real.high?),
+            Bound::Exact => {
+                let halves = if value < real.value {
+                    (high - value).hypot(real.value - real.low?)
+                } else {
+                    (value - low).hypot(real.high? - real.value)
+                };
+                Some((value - real.value).abs() > halves)
+            }
         }
     }
 }
@@ -215,7 +225,8 @@ impl Comparison {
     pub fn to_real_figures(&self, name: &str, year: &str, source: &str, matches: u32) -> RealFigures {
         let figure = |row: &ComparedRow| {
             let Estimate { value, low, high } = row.estimate?;
-            let end = |end: f64| end.is_finite().then_some(end);
+            // An interval without width is that of a single match, or of a value that never varied: it says nothing.
+            let end = |end: f64| (end.is_finite() && low < high).then_some(end);
             let figure = RealFigure {
                 value,
                 low: end(low),
@@ -260,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_off_when_the_intervals_have_nothing_in_common() {
+    fn a_value_is_off_when_it_differs_by_more_than_both_intervals_explain() {
         let exact = |value, low, high| goals(&[figures(value, low, high, Certainty::Hard, Bound::Exact)], "spl2025");
         let [near, far] = [exact(3.5, 3.2, 3.9), exact(6.0, 5.5, 6.5)];
         assert_eq!((near.is_off(), near.mark(), near.mark().sign()), (Some(false), Mark::Hard, ""));
