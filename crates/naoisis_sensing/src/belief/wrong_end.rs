@@ -4,9 +4,10 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// The least distance of the ball from the centre mark, m: a nearer ball would be at almost the same position on the rotated pitch.
-const LEAST_M: f32 = 1.5;
-/// The greatest distance between the same ball seen by two robots, m.
+const LEAST_M: f32 = 0.7;
+/// The greatest distance between the same ball seen by two robots, m, and as a share of its distance from the centre mark.
 const SAME_PLACE_M: f32 = 1.0;
+const SAME_PLACE_SHARE: f32 = 0.6;
 /// The number of team-mates that must agree, as one may itself be wrong.
 const WITNESSES: usize = 2;
 /// The time for which they must agree, s.
@@ -41,10 +42,11 @@ fn is_mirrored(ball: Vec2, reported: impl Iterator<Item = Vec2>) -> Option<bool>
     if ball.length() < LEAST_M {
         return None;
     }
+    let same_m = SAME_PLACE_M.min(SAME_PLACE_SHARE * ball.length());
     let (mut here, mut there) = (0, 0);
     for place in reported {
-        here += usize::from(place.distance(ball) < SAME_PLACE_M);
-        there += usize::from(place.distance(-ball) < SAME_PLACE_M);
+        here += usize::from(place.distance(ball) < same_m);
+        there += usize::from(place.distance(-ball) < same_m);
     }
     match (here, there) {
         (0, 0) => None,
