@@ -27,6 +27,12 @@ const GIVE_UP_M: f32 = 0.3;
 const SWEEP_S: f32 = 5.5;
 /// The least advantage over opponents at such a ball, s.
 const SWEEP_LEAD_S: f32 = 0.5;
+/// A keeper that walks in steps also goes for a ball that is this far from the goal, as the time to walk there, s, if nobody else is near.
+const FAR_SWEEP_S: f32 = 12.0;
+/// The least advantage over opponents at such a ball, s: enough to kick it.
+const FAR_SWEEP_LEAD_S: f32 = 5.0;
+/// The least advantage over team-mates at such a ball, s.
+const FAR_SWEEP_LEAD_OVER_MATES_S: f32 = 2.0;
 /// The least speed of a shot, m/s.
 const SHOT_SPEED_MPS: f32 = 0.2;
 
@@ -88,12 +94,16 @@ fn clearing(player: &Player, memory: &PlayerMemory, ball: &BallBelief, clear_m: 
     let is_nearer = |mate: &RobotBelief| {
         mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
     };
-    let sweeps = (clear_distance..SWEEP_S * player.limits.max_linear_mps).contains(&distance);
+    let is_within_s = |time_s: f32| (clear_distance..time_s * player.limits.max_linear_mps).contains(&distance);
+    let sweeps = (is_within_s(SWEEP_S) && is_first_at(player, memory, position, SWEEP_LEAD_S, 0.0))
+        || (player.walks_in_steps()
+            && is_within_s(FAR_SWEEP_S)
+            && is_first_at(player, memory, position, FAR_SWEEP_LEAD_S, FAR_SWEEP_LEAD_OVER_MATES_S));
     if ball.velocity_mps.length() >= SHOT_SPEED_MPS {
         (-BY_RULE_M, Some("the ball is too fast"))
     } else if player.is_own_area_for_keeper_only() && player.pitch.in_penalty_area(End::NegativeX, position) {
         (BY_RULE_M, Some("only the keeper may play the ball in its area"))
-    } else if sweeps && is_first_at(player, memory, position) {
+    } else if sweeps {
         (BY_RULE_M, Some("it is the first at the ball"))
     } else if distance < clear_distance && player.belief.team_mates.iter().any(is_nearer) {
         (-BY_RULE_M, Some("a team-mate is nearer"))
@@ -140,18 +150,18 @@ fn half_goal_m(player: &Player) -> f32 {
     0.5 * player.pitch.goal.width_m + 0.15
 }
 
-/// Whether the keeper is sooner behind the ball than its team-mates, and clearly sooner than the opponents.
-fn is_first_at(player: &Player, memory: &PlayerMemory, ball: Vec2) -> bool {
+/// Whether the keeper is sooner behind the ball than the opponents by `lead_s`, and than its team-mates by `lead_over_mates_s`.
+fn is_first_at(player: &Player, memory: &PlayerMemory, ball: Vec2, lead_s: f32, lead_over_mates_s: f32) -> bool {
     let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
     let own_s = time_to_ball_s(player, player.position(), ball) - preference;
     let belief = player.belief;
     // Opponents play the other way: their time is computed on the pitch turned by a half turn.
-    belief.opponents.iter().all(|other| own_s + SWEEP_LEAD_S < time_to_ball_s(player, -other.position_m, -ball))
+    belief.opponents.iter().all(|other| own_s + lead_s < time_to_ball_s(player, -other.position_m, -ball))
         && belief
             .team_mates
             .iter()
             .filter(|mate| mate.age_s < FRESH_TEAM_MATE_S)
-            .all(|mate| own_s < time_to_ball_s(player, mate.position_m, ball))
+            .all(|mate| own_s + lead_over_mates_s < time_to_ball_s(player, mate.position_m, ball))
 }
 
 /// A dive, if the keeper reaches a shot that crosses its line at `y` only by a dive.
@@ -285,6 +295,26 @@ mod tests {
         situation.belief.opponents.clear();
         situation.belief.team_mates = vec![robot(-1.8)];
         assert!(!clears(&situation), "a team-mate is nearer");
+    }
+
+    #[test]
+    fn a_keeper_that_walks_in_steps_takes_a_free_ball_that_nobody_else_is_near() {
+        // 2 m from the goal at 0.2 m/s.
+        let mut situation = PlayerFixture::new(Pose::new(-2.7, 0.0, 0.0), Vec2::new(-1.0, 0.0));
+        let clears = |situation: &PlayerFixture, memory: &mut PlayerMemory| {
+            decide(&situation.player(), memory);
+            memory.attacks
+        };
+        assert!(!clears(&situation, &mut PlayerMemory::default()));
+        situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
+        let mut memory = PlayerMemory::default();
+        assert!(clears(&situation, &mut memory));
+        let robot = |x: f32| RobotBelief { id: None, position_m: Vec2::new(x, 0.0), covariance: [0.0; 3], age_s: 0.0 };
+        // The ball is 1.7 m from the keeper, 8.5 s: an opponent at 2.4 m is 17 s away, one at 1 m 10 s.
+        situation.belief.opponents = vec![robot(2.4)];
+        assert!(clears(&situation, &mut memory));
+        situation.belief.opponents = vec![robot(1.0)];
+        assert!(!clears(&situation, &mut PlayerMemory::default()));
     }
 
     #[test]

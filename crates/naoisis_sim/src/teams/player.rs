@@ -258,6 +258,11 @@ impl<'a> Player<'a> {
     pub fn is_own_area_for_keeper_only(&self) -> bool {
         self.rules.illegal_defender && self.rules.defender_limit == DefenderLimit::KeeperOnly
     }
+
+    /// Returns whether the player walks in steps, as real robots do, and unlike those of the paper.
+    pub fn walks_in_steps(&self) -> bool {
+        self.limits.gait.is_some()
+    }
 }
 
 #[cfg(test)]

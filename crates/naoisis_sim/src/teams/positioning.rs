@@ -19,6 +19,8 @@ const FALL_BACK_S: f32 = 1.0;
 const BESIDE_KEEPER: f32 = 0.29;
 /// The greatest distance of a guard from the goal, as a share of the pitch's length. It stays outside the penalty area in any case.
 const MOST_GUARD: f32 = 0.3;
+/// The least distance of a guard from the goal, m, where it would otherwise be in the way of the player at the ball.
+const NEAREST_GUARD_M: f32 = 0.8;
 /// The whole team defends when the ball is further back than this share of the own half.
 const OWN_THIRD: f32 = 0.33;
 /// The distance that waiting players keep from team-mates, as a share of the kick's reach.
@@ -113,7 +115,8 @@ fn job(player: &Player, company: Company, ball: &BallBelief) -> Job {
     }
 }
 
-/// The place of a guard: between the ball and the side of the own goal on which the player is, outside the penalty area.
+/// The place of a guard: between the ball and the side of the own goal on which the player is, outside the penalty area. A guard that walks
+/// in steps goes back into it, if the rules let it, rather than stand in the way of the player at the ball.
 fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
     let ball = rolled(ball.position_m, ball.velocity_mps, player.rolling, 1.0);
     let to_goal = player.own_goal() - ball;
@@ -121,7 +124,11 @@ fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
     let goal = player.own_goal() + Vec2::new(0.0, side * BESIDE_KEEPER * player.pitch.goal.width_m);
     // On a large pitch, the penalty area is deeper than that.
     let least = player.pitch.penalty_area.depth_m + 0.35;
-    let away = (0.5 * ball.distance(goal)).min(MOST_GUARD * player.pitch.length_m).max(least);
+    let distance = ball.distance(goal);
+    let mut away = (0.5 * distance).min(MOST_GUARD * player.pitch.length_m).max(least);
+    if player.walks_in_steps() && !player.is_own_area_for_keeper_only() {
+        away = away.min((distance - passing_distance_m(player)).max(NEAREST_GUARD_M));
+    }
     goal + (ball - goal).normalize_or(Vec2::X) * away
 }
 
@@ -216,6 +223,20 @@ mod tests {
         situation.pitch.penalty_area.depth_m = 1.65;
         let place = guard_place(&situation.player(), &ball);
         assert!((place.distance(Vec2::new(-3.0, BESIDE_KEEPER * 1.4)) - 2.0).abs() < 1e-4, "{place}");
+    }
+
+    #[test]
+    fn it_leaves_room_for_the_player_at_a_ball_before_the_own_area_where_the_rules_let_it_in() {
+        // 0.3 m before the area of 1.65 m.
+        let ball = BallBelief { position_m: Vec2::new(-1.05, 0.0), ..default() };
+        let mut situation = PlayerFixture::new(Pose::new(-1.5, 0.3, 0.0), ball.position_m);
+        situation.pitch.penalty_area.depth_m = 1.65;
+        situation.limits.gait = Some(naoisis_core::robot::gait::Gait::default());
+        let from_ball = |situation: &PlayerFixture| guard_place(&situation.player(), &ball).distance(ball.position_m);
+        assert!(from_ball(&situation) > 0.6, "{}", from_ball(&situation));
+        situation.rules.illegal_defender = true;
+        situation.rules.defender_limit = naoisis_core::game::DefenderLimit::KeeperOnly;
+        assert!(from_ball(&situation) < 0.1, "{}", from_ball(&situation));
     }
 
     #[test]
