@@ -4,8 +4,9 @@
 //!
 //! **What it measures.** The angular velocity of the torso, its acceleration including gravity (a robot that stands measures 9.81 m/s²
 //! upwards), and roll and pitch. The torso rocks in walking as the [gaze](super::vision) does, so a robot can compensate the error of its
-//! camera directions in part. A lying robot measures on which side it lies, and that its feet carry nothing. There are no shocks of steps
-//! and collisions, apart from the change of velocity that they cause.
+//! camera directions in part. A robot that falls turns faster and faster until it lies, and turns back in the last second of getting up.
+//! A lying robot measures on which side it lies, and that its feet carry nothing. There are no shocks of steps and collisions, apart from
+//! the change of velocity that they cause, and no rocking to the sides.
 //!
 //! **Units, frame and rate.** rad/s (degrees in files), m/s² and rad (degrees in files), in the robot's frame: x to the front, y to the left,
 //! z up. Roll is positive to the right, pitch to the front. Once a cycle, for the motion of the previous cycle.
@@ -26,10 +27,14 @@ use naoisis_core::kick_geometry::Side;
 use naoisis_core::knowledge::Knowledge;
 use naoisis_core::random::{RandomStream, RandomStreams};
 use naoisis_core::robot::Velocity;
+use naoisis_core::robot::body::Body;
 use naoisis_core::robot::posture::{LyingOn, Posture};
 
 /// The acceleration of gravity, m/s².
 const GRAVITY_MPS2: f32 = 9.81;
+
+/// The time in which a robot rises at the end of getting up, s.
+const RISE_S: f32 = 1.0;
 
 /// The errors of the unit.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -102,14 +107,15 @@ pub fn measure(
         &mut ImuReading,
         &Pose,
         &Velocity,
-        &Posture,
+        (&Posture, &Body),
         Option<&GazeError>,
         &mut RandomStreams,
     )>,
 ) {
-    for (imu, mut memory, mut reading, pose, velocity, posture, gaze, mut streams) in &mut robots {
+    for (imu, mut memory, mut reading, pose, velocity, (posture, body), gaze, mut streams) in &mut robots {
         let sway = gaze.map_or(Vec2::ZERO, GazeError::drift);
-        let motion = Motion { heading: pose.heading, velocity: *velocity, tilt: tilt(*posture, sway) };
+        let tilt = tilt(*posture, sway, fall_s(body.height_m), clock.period());
+        let motion = Motion { heading: pose.heading, velocity: *velocity, tilt };
         let stream = streams.own("imu");
         *reading = memory.reading(imu, &motion, *posture, clock.period(), stream);
     }
@@ -162,18 +168,27 @@ fn upwards(tilt: Vec2) -> Vec3 {
     Vec3::new(-pitch.y, pitch.x * roll.y, pitch.x * roll.x)
 }
 
-/// Roll and pitch of the torso, radians; `sway` is the error of the camera directions, yaw and pitch, by which it rocks.
-fn tilt(posture: Posture, sway: Vec2) -> Vec2 {
+/// The time that a body of this height takes to fall over, s: 0.6 s for a NAO, as it takes more than twice the time scale of a pendulum to
+/// leave its upright position.
+fn fall_s(height_m: f32) -> f32 {
+    2.5 * (height_m / GRAVITY_MPS2).sqrt()
+}
+
+/// Roll and pitch of the torso, radians; `sway` is the error of the camera directions, yaw and pitch, by which it rocks, and `fall_s` the
+/// duration of a fall.
+fn tilt(posture: Posture, sway: Vec2, fall_s: f32, period_s: f32) -> Vec2 {
     let lying = |on: LyingOn| match on {
         LyingOn::Front => Vec2::new(0.0, FRAC_PI_2),
         LyingOn::Back => Vec2::new(0.0, -FRAC_PI_2),
     };
+    let share = |cycles: u64, duration_s: f32| (cycles as f32 * period_s / duration_s).min(1.0);
+    // It falls faster and faster.
+    let fallen = |cycles: u64| share(cycles + 1, fall_s).powi(2);
     match posture {
         // The gaze is down where the torso leans to the front.
         Posture::Upright => Vec2::new(0.0, sway.y),
-        Posture::Fallen { on, .. } => lying(on),
-        // Half up, in the middle of the motion.
-        Posture::GettingUp { on, .. } => lying(on) / 2.0,
+        Posture::Fallen { on, cycles } => lying(on) * fallen(cycles),
+        Posture::GettingUp { on, cycles, cycles_left } => lying(on) * fallen(cycles).min(share(cycles_left, RISE_S)),
         Posture::Diving { side: Side::Left, .. } => Vec2::new(-FRAC_PI_2 / 2.0, 0.0),
         Posture::Diving { side: Side::Right, .. } => Vec2::new(FRAC_PI_2 / 2.0, 0.0),
     }
@@ -195,7 +210,7 @@ mod tests {
 
     fn upright(heading: f32, linear: Vec2, angular: f32, sway: f32) -> (Motion, Posture) {
         let velocity = Velocity { linear, angular };
-        (Motion { heading, velocity, tilt: tilt(Posture::Upright, Vec2::new(9.0, sway)) }, Posture::Upright)
+        (Motion { heading, velocity, tilt: tilt(Posture::Upright, Vec2::new(9.0, sway), 0.6, 0.1) }, Posture::Upright)
     }
 
     #[test]
@@ -215,12 +230,28 @@ mod tests {
     #[test]
     fn a_robot_that_lies_knows_on_which_side() {
         for (on, upwards) in [(LyingOn::Front, Vec3::NEG_X), (LyingOn::Back, Vec3::X)] {
-            let posture = Posture::fallen(on);
-            let motion = Motion { heading: 0.3, velocity: Velocity::default(), tilt: tilt(posture, Vec2::ONE) };
+            let posture = Posture::Fallen { cycles: 9, on };
+            let tilt = tilt(posture, Vec2::ONE, 0.6, 0.1);
+            let motion = Motion { heading: 0.3, velocity: Velocity::default(), tilt };
             let reading = readings(&EXACT, &[(motion, posture)])[0];
             assert_eq!((reading.ground_contact, reading.lies_on), (false, Some(on)));
             assert_abs_diff_eq!(Vec3::from(reading.acceleration_mps2), GRAVITY_MPS2 * upwards, epsilon = 1e-4);
         }
+    }
+
+    #[test]
+    fn a_fall_is_felt_as_it_happens_and_so_is_getting_up() {
+        let on = LyingOn::Front;
+        let pitch_deg = |posture: Posture| to_degrees(tilt(posture, Vec2::ZERO, fall_s(0.575), 0.1).y);
+        let fall: Vec<f32> = (0..8).map(|cycles| pitch_deg(Posture::Fallen { cycles, on })).collect();
+        let steps: Vec<f32> = fall.windows(2).map(|two| two[1] - two[0]).collect();
+        // 0.6 s to lie, with a greater step each time.
+        assert!(fall[0] > 0.0 && fall[0] < 5.0 && fall[4] < 80.0 && fall[6] == 90.0, "{fall:?}");
+        assert!(steps[..5].is_sorted() && steps[6] == 0.0, "{steps:?}");
+        let rise = [20, 10, 5, 1, 0].map(|cycles_left| pitch_deg(Posture::GettingUp { on, cycles: 40, cycles_left }));
+        assert_abs_diff_eq!(&rise[..], &[90.0, 90.0, 45.0, 9.0, 0.0][..], epsilon = 1e-3);
+        // One that gets up at once falls first.
+        assert!(pitch_deg(Posture::GettingUp { on, cycles: 2, cycles_left: 40 }) < 30.0);
     }
 
     #[test]
