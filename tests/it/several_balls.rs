@@ -46,6 +46,23 @@ fn a_ball_that_meets_another_shares_its_motion() {
 }
 
 #[test]
+fn a_start_in_ball_beside_balls_is_refused() {
+    let read = |ball: &str| {
+        Scenario::from_json(&format!(
+            r#"{{ "rules": "free", "robots": [], "ball": {ball}, "balls": [{{ "position_m": [1, 0] }}, {{ "position_m": [2, 0] }}] }}"#
+        ))
+    };
+    let problem = read(r#"{ "position_m": [3, 0] }"#).unwrap_err().to_string();
+    assert!(
+        problem.contains("beside `balls`; expected it in `balls`") && problem.contains("balls[0].position_m"),
+        "{problem}"
+    );
+    assert!(read(r#"{ "velocity_mps": [1, 0] }"#).unwrap_err().to_string().contains("velocity_mps"));
+    // The same start twice is in files that the program writes.
+    assert!(read(r#"{ "position_m": [1.0, 0.0], "radius_m": 0.04 }"#).is_ok());
+}
+
+#[test]
 fn balls_do_not_pass_through_each_other_and_keep_their_momentum() {
     let mut app = match_of(
         r#"{ "rules": "free", "robots": [], "ball": { "rolling": { "constant_mps2": 0.000001 } },

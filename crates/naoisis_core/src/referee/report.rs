@@ -130,7 +130,11 @@ fn announcement(event: &MatchEvent) -> Option<String> {
                 FallCause::Kick => "a kick".to_owned(),
                 FallCause::GettingUp => "getting up".to_owned(),
             };
-            format!("{robot} falls: {why}, probability {probability:.2}.")
+            // In walking and in contact it is the probability of a single cycle, which says nothing to people.
+            match cause {
+                FallCause::Walking | FallCause::Contact => format!("{robot} falls: {why}."),
+                _ => format!("{robot} falls: {why}, probability {probability:.2}."),
+            }
         }
         MatchEvent::GotUp { robot } => format!("{robot} stands again."),
         MatchEvent::ProgramRestarts { robot, duration_s } => {

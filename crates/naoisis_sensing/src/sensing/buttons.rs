@@ -61,7 +61,9 @@ impl TryFrom<PressFields> for Press {
             ));
         }
         if !(0.0..=1e6).contains(&at_s) || !(0.0..=600.0).contains(&for_s) {
-            return Err(format!("a press at {at_s} s for {for_s} s; expected a time of at least 0 and at most 600 s"));
+            return Err(format!(
+                "a press at {at_s} s for {for_s} s; expected `at_s` from 0 to 1,000,000 and `for_s` from 0 to 600"
+            ));
         }
         Ok(Self { at_s, button, for_s })
     }

@@ -60,7 +60,7 @@ pub(super) fn scenario_of(
     let gives_ball_place = value.pointer("/ball/position_m").or(value.pointer("/balls/0/position_m")).is_some();
     let mut findings: Vec<Finding> = Vec::new();
     if let Value::Object(root) = &mut value {
-        let faults = cut_lists(root).into_iter().chain(presets::resolve(root));
+        let faults = cut_lists(root).into_iter().chain(two_starts(root)).chain(presets::resolve(root));
         findings.extend(faults.map(Finding::from));
     }
     let scenario = read_types(&mut value, &mut findings);
@@ -121,6 +121,25 @@ fn cut_lists(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
         }
     }
     faults
+}
+
+/// Returns the faults of a start in `ball` that is not that of the first of `balls`.
+fn two_starts(root: &Map<String, Value>) -> Vec<ScenarioFault> {
+    let (Some(ball), Some(first)) = (root.get("ball"), root.get("balls").and_then(|balls| balls.get(0))) else {
+        return Vec::new();
+    };
+    // Numbers that are left out are 0.
+    let numbers = |start: Option<&Value>| {
+        [0, 1, 2].map(|axis| start.and_then(|start| start.get(axis)).and_then(Value::as_f64).unwrap_or_default())
+    };
+    let differs =
+        |field: &&str| ball.get(*field).is_some_and(|start| numbers(Some(start)) != numbers(first.get(*field)));
+    let fault = |field: &str| {
+        let path = FieldPath::from("ball").field(field);
+        let expected = format!("it in `balls`, which have the starts of all: `balls[0].{field}`");
+        ScenarioFault::new(path, format!("`ball` has a `{field}` beside `balls`"), expected)
+    };
+    ["position_m", "velocity_mps"].iter().filter(differs).map(|field| fault(field)).collect()
 }
 
 /// Reads the types, removing values of the wrong shape until none is left. Returns `None` if reading does not succeed.
