@@ -139,7 +139,7 @@ fn two_starts(root: &Map<String, Value>) -> Vec<ScenarioFault> {
         let expected = format!("it in `balls`, which have the starts of all: `balls[0].{field}`");
         ScenarioFault::new(path, format!("`ball` has a `{field}` beside `balls`"), expected)
     };
-    ["position_m", "velocity_mps"].iter().filter(differs).map(|field| fault(field)).collect()
+    ["position_m", "velocity_mps"].into_iter().filter(differs).map(fault).collect()
 }
 
 /// Reads the types, removing values of the wrong shape until none is left. Returns `None` if reading does not succeed.
