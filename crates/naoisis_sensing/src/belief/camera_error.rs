@@ -1,12 +1,8 @@
 //! The estimate of the error of the camera directions, which follow from the joint angles and the assumption of an upright body.
 //!
 //! All sightings in an image have the same error, and those of the following images nearly the same. A filter that treated it as an
-//! independent error of each sighting would become certain of a wrong pose. So the error is modelled along with the pose: a bias and a
+//! independent error of each sighting would become certain of a wrong pose. So the error is estimated along with the pose: a bias and a
 //! Gauss-Markov process of first order, in yaw and pitch each, with the robot's own [`GazeNoise`].
-//!
-//! The drift is estimated. The bias is not: the software of real robots takes its cameras for calibrated. The filter only accounts for the
-//! bias in the covariance of the pose (a Schmidt-Kalman filter; Schmidt, 1966), so the pose is off by some centimetres to decimetres, and
-//! the robot knows that.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -203,18 +199,13 @@ impl CameraError {
         }
     }
 
-    /// Corrects the drift by an accepted measurement, and the covariance of drift and bias with the pose.
+    /// Corrects the error by an accepted measurement.
     #[must_use]
     pub(super) fn after(&self, innovation: &Innovation) -> Self {
         let Some(CameraShare { gain, cross }) = innovation.camera else { return *self };
         let difference = innovation.difference;
-        let gain = gain.map(|gain| gain * DRIFT);
         let column = |index: usize| self.covariance.col(index) - gain[0] * cross[0][index] - gain[1] * cross[1][index];
-        let [yaw, pitch, mut drift_yaw, mut drift_pitch] = [0, 1, 2, 3].map(column);
-        // The rows of the bias stay as they were; its covariance with the drift is in the columns of the bias.
-        (drift_yaw.x, drift_yaw.y) = (yaw.z, pitch.z);
-        (drift_pitch.x, drift_pitch.y) = (yaw.w, pitch.w);
-        let covariance = Mat4::from_cols(yaw, pitch, drift_yaw, drift_pitch);
+        let covariance = Mat4::from_cols(column(0), column(1), column(2), column(3));
         let row = |index: usize| {
             self.with_pose[index] - cross[0] * innovation.gain[0][index] - cross[1] * innovation.gain[1][index]
         };
@@ -232,9 +223,6 @@ impl CameraError {
         column[axis] + 2.0 * column[axis + 2] + self.covariance.col(axis + 2)[axis + 2]
     }
 }
-
-/// The parts of the error that are estimated: the drift.
-const DRIFT: Vec4 = Vec4::new(0.0, 0.0, 1.0, 1.0);
 
 fn drift_sd(motion: &CameraMotion) -> f32 {
     if motion.is_walking { motion.noise.walking_sd } else { motion.noise.standing_sd }

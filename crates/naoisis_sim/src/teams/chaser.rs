@@ -36,6 +36,6 @@ pub fn reasons(player: &Player, before: PlayerMemory, decision: &Decision) -> Re
         return Reasons::of(vec![Choice::new("attack", 0.0, why)], "attack");
     }
     let time_s = |place| time_to_ball_s(player, place, ball);
-    let mate_s = soonest_mate_s(player, FRESH_TEAM_MATE_S, |_| true, time_s);
+    let mate_s = soonest_mate_s(player, &before, FRESH_TEAM_MATE_S, |_| true, time_s);
     reasons_of_turn(player, &before, decision, [time_s(player.position()), mate_s])
 }

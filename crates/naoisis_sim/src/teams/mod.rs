@@ -226,6 +226,7 @@ fn play<Role: Component>(
         if player.limits.gait.is_some() {
             memory.looked_around.note(player.pose().heading + robot.head_angles.yaw, status.time_s);
         }
+        roles::note_attackers(&player, memory);
         let before = robot.reasons.is_some().then(|| memory.clone());
         let decision = decide_in_game(&player, memory, decide);
         if let (Some(reasons), Some(before)) = (&mut robot.reasons, before) {
@@ -237,7 +238,7 @@ fn play<Role: Component>(
         robot.kick.0 = decision.kick;
         robot.posture.0 = decision.posture.or_else(|| rule_limits::posture(&player));
         draw(&mut robot.drawings, &player, memory, &decision);
-        let sends = !player.status.penalised && talking::may_send(&player, memory, decision.pass.is_some());
+        let sends = !player.status.penalised && talking::may_send(&player, memory, talking::longest_pause_s(&decision));
         robot.outbox.0 = sends.then(|| message(&player, &decision));
     }
 }

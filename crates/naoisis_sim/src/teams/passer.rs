@@ -17,7 +17,7 @@ use super::options::{KickOption, best, options};
 use super::passing::{Pass, meet};
 use super::player::{Decision, Player, PlayerMemory};
 use super::positioning::{time_to_ball_s, wait_for_the_ball};
-use super::roles::{is_soonest, reasons_of_turn, soonest_mate_s};
+use super::roles::{goes_for_the_ball, is_soonest, reasons_of_turn, soonest_mate_s};
 use super::rule_limits::is_for_the_keeper_only;
 use super::searching::search;
 use super::worth::{Company, is_futile, reach_m};
@@ -213,9 +213,9 @@ pub fn reasons(player: &Player, mut memory: PlayerMemory, decision: &Decision) -
     let belief = with_reported_opponents(player, &memory);
     let player = &Player { belief: &belief, ..*player };
     let Some(ball) = player.ball() else { return Reasons::default() };
-    if !matches!(decision.intention, "attack" | "kick") {
+    if !goes_for_the_ball(decision.intention) {
         let time_s = |place| time_to_ball_s(player, ball, place);
-        let mate_s = soonest_mate_s(player, FRESH_TEAM_MATE_S, |id| is_field_player(player, id), time_s);
+        let mate_s = soonest_mate_s(player, &memory, FRESH_TEAM_MATE_S, |id| is_field_player(player, id), time_s);
         return reasons_of_turn(player, &memory, decision, [time_s(player.position()), mate_s]);
     }
     let mates = mates(player);

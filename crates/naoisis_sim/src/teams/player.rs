@@ -141,6 +141,9 @@ pub struct PlayerMemory {
     pub free_place: Option<Vec2>,
     /// Opponents that team-mates reported: by whom, where, m, team frame, and when, s.
     pub told_opponents: Vec<(RobotId, Vec2, f32)>,
+    /// The team-mates that said that they go for the ball: where they were, m, team frame, and when they said so, s.
+    #[serde(default)]
+    pub attackers: Vec<(RobotId, Vec2, f32)>,
     /// When it last looked in each direction.
     #[serde(default)]
     pub looked_around: GazeHistory,

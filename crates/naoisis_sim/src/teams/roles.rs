@@ -44,6 +44,49 @@ pub fn has_turn(player: &Player, memory: &PlayerMemory, ball: Vec2, counts: impl
     is_soonest(player, memory, FRESH_TEAM_MATE_S, counts, |place| time_to_ball_s(player, place, ball))
 }
 
+/// The time for which a player that said that it goes for the ball is expected to do so, s.
+const FRESH_ATTACKER_S: f32 = 4.0;
+
+/// Notes team-mates that say that they go for the ball, where messages are limited and so the places of team-mates are old.
+pub(super) fn note_attackers(player: &Player, memory: &mut PlayerMemory) {
+    if player.status.messages_left.is_none() {
+        return;
+    }
+    let now = player.status.time_s;
+    for message in player.heard {
+        memory.attackers.retain(|(id, ..)| *id != message.from);
+        let goes = message.say.intention.as_deref().is_some_and(goes_for_the_ball);
+        if let Some(pose) = message.say.pose.filter(|_| goes) {
+            memory.attackers.push((message.from, pose.position, now));
+        }
+    }
+    memory.attackers.retain(|(.., at_s)| now - at_s < FRESH_ATTACKER_S);
+}
+
+/// Returns whether a player with this intention goes for the ball.
+pub(super) fn goes_for_the_ball(intention: &str) -> bool {
+    matches!(intention, "attack" | "kick")
+}
+
+/// Returns the times that team-mates take to the ball, s, with their identities: those that `counts` accepts and that were seen or heard
+/// within `fresh_s`, and those that said that they go for the ball. These have come nearer since. Of two that both go for it, the one
+/// with the lower number goes on unless the other is clearly sooner. `time_s`: the time from a place to the ball, s.
+fn rivals(
+    player: &Player,
+    memory: &PlayerMemory,
+    fresh_s: f32,
+    counts: impl Fn(Option<RobotId>) -> bool,
+    time_s: impl Fn(Vec2) -> f32,
+) -> impl Iterator<Item = (f32, Option<RobotId>)> {
+    let fresh = player.belief.team_mates.iter().filter(move |mate| mate.age_s < fresh_s);
+    let attackers = memory.attackers.iter().map(|(id, place, at_s)| {
+        let goes_on_s = if memory.attacks && *id < player.id { 2.0 * TURN_PREFERENCE_S } else { 0.0 };
+        (*place, player.status.time_s - at_s + goes_on_s, Some(*id))
+    });
+    let places = fresh.map(|mate| (mate.position_m, 0.0, mate.id)).chain(attackers);
+    places.filter(move |(.., id)| counts(*id)).map(move |(place, less_s, id)| (time_s(place) - less_s, id))
+}
+
 /// Whether the player is sooner at the ball than the team-mates that `counts` accepts and that were seen or heard within `fresh_s`.
 /// `time_s`: the time from a place to the ball, s.
 pub(super) fn is_soonest(
@@ -55,23 +98,23 @@ pub(super) fn is_soonest(
 ) -> bool {
     let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
     let own_s = time_s(player.position()) - preference;
-    player.belief.team_mates.iter().filter(|mate| mate.age_s < fresh_s && counts(mate.id)).all(|mate| {
-        let time_s = time_s(mate.position_m);
-        // If two need the same time, the one with the lower number goes.
-        own_s < time_s || (own_s == time_s && mate.id.is_none_or(|id| player.id < id))
-    })
+    // If two need the same time, the one with the lower number goes.
+    let is_sooner = |(time_s, id): (f32, Option<RobotId>)| {
+        own_s < time_s || (own_s == time_s && id.is_none_or(|id| player.id < id))
+    };
+    rivals(player, memory, fresh_s, counts, time_s).all(is_sooner)
 }
 
 /// Returns the time of the soonest of the team-mates that `counts` accepts and that were seen or heard within `fresh_s`, s. Infinite if
 /// there is none. `time_s`: the time from a place to the ball, s.
 pub(super) fn soonest_mate_s(
     player: &Player,
+    memory: &PlayerMemory,
     fresh_s: f32,
     counts: impl Fn(Option<RobotId>) -> bool,
     time_s: impl Fn(Vec2) -> f32,
 ) -> f32 {
-    let mates = player.belief.team_mates.iter().filter(|mate| mate.age_s < fresh_s && counts(mate.id));
-    mates.map(|mate| time_s(mate.position_m)).fold(f32::INFINITY, f32::min)
+    rivals(player, memory, fresh_s, counts, time_s).map(|(time_s, _)| time_s).fold(f32::INFINITY, f32::min)
 }
 
 /// Returns the reasons for going for the ball, or for leaving it to another field player: the times to the ball, s.
@@ -79,7 +122,7 @@ pub fn reasons(player: &Player, before: PlayerMemory, decision: &Decision) -> Re
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return Reasons::default() };
     let time_s = |place| time_to_ball_s(player, place, ball);
     let is_field_player = |id: Option<RobotId>| !id.is_some_and(|id| player.is_goalkeeper(id));
-    let mate_s = soonest_mate_s(player, FRESH_TEAM_MATE_S, is_field_player, time_s);
+    let mate_s = soonest_mate_s(player, &before, FRESH_TEAM_MATE_S, is_field_player, time_s);
     reasons_of_turn(player, &before, decision, [time_s(player.position()), mate_s])
 }
 
@@ -92,7 +135,7 @@ pub(super) fn reasons_of_turn(
     [own_s, mate_s]: [f32; 2],
 ) -> Reasons {
     let (attacks, waits) = match decision.intention {
-        "attack" | "kick" => (true, "support"),
+        taken if goes_for_the_ball(taken) => (true, "support"),
         waits @ ("support" | "receive") => (false, waits),
         // Something that the rules demand.
         _ => return Reasons::default(),
@@ -170,8 +213,38 @@ fn support_place(player: &Player, ball: Vec2, depth_m: f32) -> Vec2 {
 mod tests {
     use super::*;
     use crate::teams::player::tests::PlayerFixture;
+    use naoisis_core::communication::{ReceivedMessage, TeamMessage};
     use naoisis_core::game::DefenderLimit;
     use naoisis_core::geometry::Pose;
+    use naoisis_core::team::Team;
+
+    #[test]
+    fn of_two_that_go_for_the_ball_one_leaves_it_to_the_other_where_messages_are_few() {
+        // Number 2 is 1 m from the ball; number 3 said 2 s ago that it goes for it, from 1.4 m: 0.4 m on its way at 0.2 m/s.
+        let mut situation = PlayerFixture::new(Pose::new(-1.0, 0.0, 0.0), Vec2::ZERO);
+        let say = |intention: &'static str| TeamMessage {
+            pose: Some(Pose::new(-1.4, 0.0, 0.0)),
+            intention: Some(intention.into()),
+            ..Default::default()
+        };
+        let goes = |situation: &mut PlayerFixture, number: u8, intention: &'static str, attacks: bool| {
+            let mut memory = PlayerMemory { attacks, ..Default::default() };
+            let from = RobotId::new(Team::Blue, number);
+            situation.heard = vec![ReceivedMessage { from, sent_cycle: 0, say: say(intention) }];
+            note_attackers(&situation.player(), &mut memory);
+            situation.heard.clear();
+            situation.status.time_s += 2.5;
+            note_attackers(&situation.player(), &mut memory);
+            has_turn(&situation.player(), &memory, Vec2::ZERO, |_| true)
+        };
+        assert!(goes(&mut situation, 3, "attack", false), "messages are not limited");
+        situation.status.messages_left = Some(1000);
+        assert!(goes(&mut situation, 3, "support", false));
+        assert!(!goes(&mut situation, 3, "attack", false), "number 3 is 0.9 m away by now");
+        // Of two that go for it, the lower number goes on.
+        assert!(goes(&mut situation, 3, "attack", true));
+        assert!(!goes(&mut situation, 1, "attack", true));
+    }
 
     #[test]
     fn supporters_help_in_the_own_penalty_area_where_the_rules_let_them_in() {

@@ -1,6 +1,7 @@
 //! How often a player sends messages if they are limited, so that those of its team last for the match.
 
-use super::player::{Player, PlayerMemory};
+use super::player::{Decision, Player, PlayerMemory};
+use super::roles::goes_for_the_ball;
 use naoisis_core::game::{GameState, SetPlayKind};
 
 /// Messages kept in reserve for each robot: those that several robots send at once are counted afterwards.
@@ -8,9 +9,22 @@ const RESERVE: u32 = 3;
 /// The longest time between two messages of a player that announces a pass, s.
 const URGENT_S: f32 = 1.0;
 
-/// Returns whether it is time for the player to send a message; if so, records it in `memory`. An `urgent` message waits at most
-/// [`URGENT_S`].
-pub fn may_send(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> bool {
+/// The longest time between two messages of a player that goes for the ball, s: its team-mates leave the ball to it.
+const ATTACKING_S: f32 = 2.5;
+
+/// Returns the longest time between two messages of a player that decides so, s, as long as the team has any left.
+pub fn longest_pause_s(decision: &Decision) -> f32 {
+    if decision.pass.is_some() {
+        URGENT_S
+    } else if goes_for_the_ball(decision.intention) {
+        ATTACKING_S
+    } else {
+        f32::INFINITY
+    }
+}
+
+/// Returns whether it is time for the player to send a message, after `longest_pause_s` at the latest; if so, records it in `memory`.
+pub fn may_send(player: &Player, memory: &mut PlayerMemory, longest_pause_s: f32) -> bool {
     let status = player.status;
     if status.messages_left.is_none() {
         return true;
@@ -22,7 +36,7 @@ pub fn may_send(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> boo
     if !(status.state == GameState::Playing || prepares_penalty_kick) || pause_s.is_infinite() {
         return false;
     }
-    let pause_s = if urgent { pause_s.min(URGENT_S) } else { pause_s };
+    let pause_s = pause_s.min(longest_pause_s);
     let sends = memory.spoke_at_s.is_none_or(|at| status.time_s - at >= pause_s);
     if sends {
         memory.spoke_at_s = Some(status.time_s);
@@ -54,7 +68,7 @@ mod tests {
     use naoisis_core::geometry::Pose;
 
     /// How often a player of a team of five talks in a match of two halves of 600 s.
-    fn times_spoken(urgent: bool) -> u32 {
+    fn times_spoken(longest_pause_s: f32) -> u32 {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         situation.rules = Rules { team_size: 5, ..Rules::default() };
         let (mut memory, mut left, mut spoken) = (PlayerMemory::default(), 1200, 0);
@@ -63,7 +77,7 @@ mod tests {
             let (time_s, time_left_s) = (f32::from(second), Some(600.0 - f32::from(second % 600)));
             situation.status = naoisis_core::referee::GameStatus { half, time_s, time_left_s, ..situation.status };
             situation.status.messages_left = Some(left);
-            if may_send(&situation.player(), &mut memory, urgent) {
+            if may_send(&situation.player(), &mut memory, longest_pause_s) {
                 spoken += 1;
                 // All five players send equally often.
                 left -= 5;
@@ -74,15 +88,15 @@ mod tests {
 
     #[test]
     fn the_messages_last_for_the_match_and_are_used() {
-        assert!((200..=240).contains(&times_spoken(false)), "{}", times_spoken(false));
-        assert!((230..=240).contains(&times_spoken(true)), "{}", times_spoken(true));
+        let [seldom, often] = [f32::INFINITY, URGENT_S].map(times_spoken);
+        assert!((200..=240).contains(&seldom) && (230..=240).contains(&often), "{seldom} {often}");
     }
 
     #[test]
     fn where_nothing_is_limited_everybody_talks_all_the_time() {
         let situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         let mut memory = PlayerMemory::default();
-        assert!((0..3).all(|_| may_send(&situation.player(), &mut memory, false)));
+        assert!((0..3).all(|_| may_send(&situation.player(), &mut memory, f32::INFINITY)));
     }
 
     #[test]
@@ -90,7 +104,8 @@ mod tests {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         situation.rules = Rules { team_size: 7, halves: 2, half_s: 600.0, ..Rules::default() };
         (situation.status.messages_left, situation.status.time_left_s) = (Some(1200), Some(600.0));
-        let talks = |situation: &PlayerFixture| may_send(&situation.player(), &mut PlayerMemory::default(), false);
+        let talks =
+            |situation: &PlayerFixture| may_send(&situation.player(), &mut PlayerMemory::default(), f32::INFINITY);
         assert!(talks(&situation));
         situation.status.state = GameState::Ready;
         assert!(!talks(&situation));
