@@ -15,6 +15,7 @@
 //! between the data sheets of MEMS units (0.005 to 0.05 °/s per √Hz, 100 to 200 µg per √Hz) and what a walking robot measures after its
 //! filter. With all deviations 0 the unit is exact.
 
+use bevy::math::ops::FloatPow;
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
 use serde::de::Error as _;
@@ -183,7 +184,7 @@ fn tilt(posture: Posture, sway: Vec2, fall_s: f32, period_s: f32) -> Vec2 {
     };
     let share = |cycles: u64, duration_s: f32| (cycles as f32 * period_s / duration_s).min(1.0);
     // It falls faster and faster.
-    let fallen = |cycles: u64| share(cycles + 1, fall_s).powi(2);
+    let fallen = |cycles: u64| share(cycles + 1, fall_s).squared();
     match posture {
         // The gaze is down where the torso leans to the front.
         Posture::Upright => Vec2::new(0.0, sway.y),

@@ -255,7 +255,8 @@ fn a_log_that_is_cut_off_is_counted_as_far_as_it_goes() {
     for (length, rest) in [(90, ""), (90, "\0\0\0\0"), (0, "\0\0"), (4, "")] {
         let torn = format!("{cut}{}{rest}", &whole[cut.len()..cut.len() + length]);
         let read = read_text(&torn).unwrap_or_else(|error| panic!("{length}, {rest:?}: {error}"));
-        assert_eq!((read.counts, read.is_complete), (log.counts.clone(), false), "{length}, {rest:?}");
+        assert_eq!(format!("{:?}", read.counts), format!("{:?}", log.counts), "{length}, {rest:?}");
+        assert!(!read.is_complete);
     }
 }
 
@@ -267,7 +268,7 @@ fn entries_of_later_versions_and_of_other_editors_are_read() {
         real_log().replacen("- timestamp:\n    secs: 10\n", &format!("{robots}- timestamp:\n    secs: 10\n"), 1);
     assert_ne!(other, real_log());
     for text in [other, format!("\u{feff}{}", real_log()), real_log().replace('\n', "\r\n")] {
-        assert_eq!(read_text(&text).unwrap().counts, whole.counts);
+        assert_eq!(format!("{:?}", read_text(&text).unwrap().counts), format!("{:?}", whole.counts));
     }
 }
 
