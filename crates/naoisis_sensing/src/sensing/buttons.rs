@@ -127,9 +127,9 @@ mod tests {
     #[test]
     fn presses_that_cannot_be_are_refused() {
         for (press, expected) in [
-            (r#"{ "at_s": -1, "button": "chest" }"#, "at least 0"),
+            (r#"{ "at_s": -1, "button": "chest" }"#, "`at_s` from 0"),
             (r#"{ "at_s": 1, "button": "Chest" }"#, "lower-case"),
-            (r#"{ "at_s": 1, "button": "chest", "for_s": 1e9 }"#, "at most 600"),
+            (r#"{ "at_s": 1, "button": "chest", "for_s": 1e9 }"#, "`for_s` from 0 to 600"),
             (r#"{ "at_s": 1 }"#, "button"),
         ] {
             let error = serde_json::from_str::<Press>(press).unwrap_err().to_string();
