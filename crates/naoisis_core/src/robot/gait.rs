@@ -13,7 +13,7 @@ use core::f32::consts::{FRAC_PI_2, PI};
 use serde::{Deserialize, Serialize};
 
 use super::motion_limits::MotionLimits;
-pub use super::motion_limits::{BallTouch, Gait, Slip, StepNoise};
+pub use super::motion_limits::{BallTouch, Gait, Slip, StepNoise, WalkVolume};
 use super::walk_command::WalkCommand;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStream;
@@ -126,16 +126,29 @@ impl BallTouch {
     }
 }
 
+impl WalkVolume {
+    /// The size of a velocity, given in `shares` of the limits ahead, sideways and of turning; 1 for the fastest possible velocities.
+    fn size(&self, shares: Vec3) -> f32 {
+        let combined = |a: f32, b: f32, exponent: f32| {
+            if exponent == 1.0 || a == 0.0 || b == 0.0 {
+                a + b
+            } else {
+                ops::powf(ops::powf(a, exponent) + ops::powf(b, exponent), 1.0 / exponent)
+            }
+        };
+        combined(combined(shares.x, shares.y, self.translation_exponent), shares.z, self.rotation_exponent)
+    }
+}
+
 impl Gait {
-    /// `velocity` (m/s, m/s, rad/s) scaled down to what the robot can walk: the speeds in the three directions, as shares of their
-    /// limits, add up to at most 1, as in rUNSWift's `FastWalk` of 2010.
+    /// `velocity` (m/s, m/s, rad/s) scaled down to what the robot can walk.
     fn within(&self, velocity: Vec3, limits: &MotionLimits) -> Vec3 {
         let forward = if velocity.x < 0.0 { self.backward_mps } else { limits.max_linear_mps };
         let greatest = Vec3::new(forward, self.sideways_mps, limits.max_angular);
         // A direction in which the robot cannot walk does not reduce the others.
         let possible = Vec3::select(greatest.cmpgt(Vec3::ZERO), velocity, Vec3::ZERO);
-        let share = (possible.abs() / greatest.max(Vec3::splat(f32::MIN_POSITIVE))).element_sum();
-        if share > 1.0 { possible / share } else { possible }
+        let size = self.volume.size(possible.abs() / greatest.max(Vec3::splat(f32::MIN_POSITIVE)));
+        if size > 1.0 { possible / size } else { possible }
     }
 
     /// The steady velocity for the commanded velocity `wanted`: limited to what the robot can walk, and zero below the least
@@ -242,6 +255,25 @@ mod tests {
         assert_eq!(gait.reachable(Vec3::new(0.01, 0.01, 0.05), &limits), Vec3::ZERO);
         let cannot_turn = MotionLimits { max_angular: 0.0, ..limits };
         assert_eq!(gait.reachable(Vec3::new(0.2, 0.0, 1.0), &cannot_turn), Vec3::new(0.2, 0.0, 0.0));
+    }
+
+    #[test]
+    fn with_greater_exponents_speeds_are_combined_with_less_loss() {
+        let speeds = |translation_exponent: f32, rotation_exponent: f32, wanted: Vec3| {
+            let volume = WalkVolume { translation_exponent, rotation_exponent };
+            let gait = Gait { volume, ..Gait::default() };
+            gait.reachable(wanted * Vec3::new(0.24, 0.19, 1.6), &limits()) / Vec3::new(0.24, 0.19, 1.6)
+        };
+        // In an ellipsoid, equal shares are 1/√2 of two limits and 1/√3 of three.
+        let slant = speeds(2.0, 2.0, Vec3::new(1.0, -1.0, 0.0));
+        assert_abs_diff_eq!(slant, Vec3::new(1.0, -1.0, 0.0) * 0.5f32.sqrt(), epsilon = 1e-5);
+        assert_abs_diff_eq!(speeds(2.0, 2.0, Vec3::ONE), Vec3::ONE / 3.0f32.sqrt(), epsilon = 1e-5);
+        // The solutions of 2 s^1.6 = 1, and of (2 s^1.6)^(5/3 / 1.6) + s^(5/3) = 1.
+        assert_abs_diff_eq!(speeds(1.6, 5.0 / 3.0, Vec3::new(1.0, 1.0, 0.0)).x, 0.6484, epsilon = 1e-4);
+        assert_abs_diff_eq!(speeds(1.6, 5.0 / 3.0, Vec3::ONE).z, 0.5113, epsilon = 1e-4);
+        // A velocity within the volume, or in one direction, is as with exponents of 1.
+        assert_eq!(speeds(1.6, 5.0 / 3.0, Vec3::new(0.5, 0.5, 0.0)), Vec3::new(0.5, 0.5, 0.0));
+        assert_abs_diff_eq!(speeds(1.6, 5.0 / 3.0, Vec3::Z * 2.0), Vec3::Z, epsilon = 1e-6);
     }
 
     #[test]

@@ -80,6 +80,8 @@ pub struct Gait {
     #[serde(rename = "least_degps", with = "file_units::degrees")]
     #[schemars(with = "f32", range(min = 0.0, max = 180.0))]
     pub least_angular: f32,
+    /// Which speeds can be combined.
+    pub volume: WalkVolume,
     /// Slip of the feet.
     pub slip: Slip,
     /// Touches of the ball in walking.
@@ -96,9 +98,32 @@ impl Default for Gait {
             angular_acceleration: to_radians(180.0),
             least_mps: 0.02,
             least_angular: to_radians(5.0),
+            volume: WalkVolume::default(),
             slip: Slip::default(),
             touch: BallTouch::default(),
         }
+    }
+}
+
+/// Which speeds a gait can combine. With the speeds ahead x, sideways y and of turning z as shares of their limits, the size
+/// ((x^r + y^r)^(t/r) + z^t)^(1/t) is at most 1, where r is the exponent of translation and t that of rotation.
+///
+/// By default both exponents are 1: the shares add up to at most 1, as in rUNSWift's `FastWalk` of 2010. With 2 and 2 the combined speeds
+/// lie in an ellipsoid.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct WalkVolume {
+    /// The exponent for walking ahead and sideways at once.
+    #[schemars(range(min = 1.0, max = 10.0))]
+    pub translation_exponent: f32,
+    /// The exponent for walking and turning at once.
+    #[schemars(range(min = 1.0, max = 10.0))]
+    pub rotation_exponent: f32,
+}
+
+impl Default for WalkVolume {
+    fn default() -> Self {
+        Self { translation_exponent: 1.0, rotation_exponent: 1.0 }
     }
 }
 

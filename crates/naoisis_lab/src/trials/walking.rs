@@ -102,6 +102,7 @@ struct Walks {
     forward: Vec<Walk>,
     backward: Vec<Walk>,
     sideways: Vec<Walk>,
+    aslant: Vec<Walk>,
     turn: Vec<Walk>,
 }
 
@@ -116,6 +117,7 @@ impl Walks {
             forward: walked([FASTEST, 0.0, 0.0], repetitions)?,
             backward: walked([-FASTEST, 0.0, 0.0], some)?,
             sideways: walked([0.0, FASTEST, 0.0], some)?,
+            aslant: walked([FASTEST, FASTEST, 0.0], some)?,
             turn: walked([0.0, 0.0, MOST_TURN], repetitions)?,
         })
     }
@@ -156,6 +158,8 @@ fn walk_rows(walks: &Walks, real: &Scenario) -> Vec<Row> {
     let drifts = values(forward, |walk| walk.turns[0] / walk.ways[1]);
     let counted = values(forward, |walk| walk.ways[2] / walk.ways[1]);
     let headings = values(forward, |walk| (walk.turns[2] - walk.turns[1]) / walk.ways[1].sqrt());
+    let fast = Vec3::new(FASTEST, FASTEST, 0.0);
+    let aslant_mps = motion.gait.map_or(motion.max_linear_mps, |gait| gait.reachable(fast, &motion).length());
     let of_gait = |path| if motion.gait.is_some() { path } else { "motion.max_linear_mps" };
     let speed = |name, walks: &[Walk], real: f32, path| {
         let measured = mean(walks, |walk| walk.speed_mps);
@@ -165,6 +169,7 @@ fn walk_rows(walks: &Walks, real: &Scenario) -> Vec<Row> {
         speed("speed forward", forward, motion.max_linear_mps, "motion.max_linear_mps"),
         speed("speed backward", &walks.backward, gait.backward_mps, of_gait("motion.gait.backward_mps")),
         speed("speed sideways", &walks.sideways, gait.sideways_mps, of_gait("motion.gait.sideways_mps")),
+        speed("speed at 45°", &walks.aslant, aslant_mps, of_gait("motion.gait.volume")),
         Row {
             name: "from standing to full speed",
             unit: "s",
